@@ -1,0 +1,33 @@
+// What a factorisation says of itself. Kernels return it; they never throw, floor or print.
+#pragma once
+
+namespace kalmarm {
+
+struct [[nodiscard]] Outcome {
+  enum class Status {
+    ok,
+    singular,    // D(joint) cannot be told from zero in the working precision
+    indefinite,  // D(joint) is negative or not a number: positivity was lost
+  };
+
+  Status status = Status::ok;
+  int joint = -1;    // DoF at which the factorisation stopped
+  double D = 0;      // its innovation covariance, or Cholesky pivot [kg m^2 or kg]
+  double scale = 0;  // the size that D was compared with, same unit
+
+  explicit operator bool() const { return status == Status::ok; }
+};
+
+inline const char* to_string(Outcome::Status status) {
+  switch (status) {
+    case Outcome::Status::ok:
+      return "ok";
+    case Outcome::Status::singular:
+      return "singular";
+    case Outcome::Status::indefinite:
+      return "indefinite";
+  }
+  return "?";
+}
+
+}  // namespace kalmarm

@@ -1,0 +1,8 @@
+#include "algorithms/registry.hpp"
+
+namespace kalmarm {
+
+template std::vector<RegisteredVariant<float>> registered_variants<float>();
+template std::vector<RegisteredVariant<double>> registered_variants<double>();
+
+}  // namespace kalmarm
