@@ -1,0 +1,48 @@
+// Robots from MJCF and URDF files, through MuJoCo's compiler.
+//
+// What dynamics does not ask for is taken out before compiling (mjSpec): sensors, actuators,
+// tendons, contacts, equalities, keyframes, cameras, lights, sites, materials, textures, skins, and
+// every geom and mesh whose body has an explicit inertia. So a robot whose mesh files are missing
+// still loads; where an inertia has to come from a geom, the geom stays. Armature stays wherever
+// MuJoCo adds it to M: on joints, and on actuators that drive a joint; armature on tendons or on
+// other transmissions couples joints, and such a file is refused.
+//
+// Lowering, body by body, to one-DoF joints (algorithms/model/model.hpp). DoF k of MuJoCo is DoF k
+// here:
+//   hinge, slide   one DoF; the link's z axis is the joint's axis, its origin the hinge's anchor
+//   ball           three turning DoF about the body's x, y, z
+//   free           three sliding DoF along the world's x, y, z, then a ball
+//   no joint       the body's inertia goes to the link that it is welded to; on the world it is
+//                  dropped
+#pragma once
+
+#include <mujoco/mujoco.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "algorithms/model/model.hpp"
+
+namespace kalmarm {
+
+class MujocoModel {
+ public:
+  // From an MJCF or URDF file. Throws InputError with file, element and MuJoCo's reason.
+  static std::shared_ptr<const MujocoModel> load(const std::string& path);
+
+  // From a model of one-DoF joints that all carry mass, numbered depth first; for families. Throws
+  // InputError.
+  static std::shared_ptr<const MujocoModel> from(const Model<double>& model,
+                                                 const std::string& name);
+
+  explicit MujocoModel(mjModel* model) : model_(model, mj_deleteModel) {}
+
+  const mjModel* get() const { return model_.get(); }
+  Model<double> lower() const;
+
+ private:
+  std::unique_ptr<mjModel, void (*)(mjModel*)> model_;
+};
+
+}  // namespace kalmarm

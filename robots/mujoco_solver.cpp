@@ -1,0 +1,77 @@
+#include "robots/mujoco_solver.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "robots/input_error.hpp"
+#include "robots/mujoco_shim.hpp"
+
+namespace kalmarm {
+
+MujocoSolver::MujocoSolver(std::shared_ptr<const MujocoModel> model)
+    : model_(std::move(model)), data_(nullptr, mj_deleteData) {
+  install_mujoco_handlers();
+  const mjModel* m = model_->get();
+  data_.reset(mj_makeData(m));
+  if (!data_) throw InputError("MuJoCo: no memory for mjData");
+  identity_.setIdentity(m->nv, m->nv);
+  rhs_.resize(m->nv);
+}
+
+void MujocoSolver::make_mass(const VectorX<double>& q) {
+  const mjModel* m = model_->get();
+  mjData* d = data_.get();
+  std::copy(q.begin(), q.end(), d->qpos);
+  mj_kinematics(m, d);
+  mj_comPos(m, d);
+  mj_makeM(m, d);
+}
+
+Outcome MujocoSolver::factor(const VectorX<double>& q) {
+  const mjModel* m = model_->get();
+  mjData* d = data_.get();
+  d->warning[mjWARN_INERTIA].number = 0;
+  make_mass(q);
+  mj_factorM(m, d);
+  // From 3.13 on MuJoCo clamps a pivot that is not positive, and counts a warning.
+  const bool clamped = d->warning[mjWARN_INERTIA].number > 0;
+  for (int k = 0; k < m->nv; ++k)
+    if (!(d->qLDiagInv[k] > 0 && std::isfinite(d->qLDiagInv[k])) ||
+        (clamped && k == d->warning[mjWARN_INERTIA].lastinfo))
+      return {Outcome::Status::indefinite, k, 1 / d->qLDiagInv[k], 0};
+  return {};
+}
+
+Outcome MujocoSolver::acceleration(const VectorX<double>& q, const VectorX<double>& qd,
+                                   const VectorX<double>& tau, VectorX<double>& a) {
+  const mjModel* m = model_->get();
+  mjData* d = data_.get();
+  const Outcome outcome = factor(q);
+  if (!outcome) return outcome;
+  std::copy(qd.begin(), qd.end(), d->qvel);
+  mj_comVel(m, d);
+  mj_rne(m, d, 0, rhs_.data());
+  rhs_ = tau - rhs_;
+  mj_solveM(m, d, a.data(), rhs_.data(), 1);
+  return outcome;
+}
+
+Outcome MujocoSolver::inverse(const VectorX<double>& q, MatrixX<double>& X) {
+  const Outcome outcome = factor(q);
+  if (outcome) mj_solveM(model_->get(), data_.get(), X.data(), identity_.data(), model_->get()->nv);
+  return outcome;
+}
+
+Outcome MujocoSolver::factors(const VectorX<double>&, VectorX<double>&, MatrixX<double>&) {
+  throw InputError("MuJoCo has no innovations factors D and g");
+}
+
+void MujocoSolver::mass(const VectorX<double>& q, MatrixX<double>& M) {
+  make_mass(q);
+  full_mass_matrix(model_->get(), data_.get(), M.data());  // symmetric: row- or column-major alike
+}
+
+const char* mujoco_version() { return mj_versionString(); }
+
+}  // namespace kalmarm

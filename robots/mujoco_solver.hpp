@@ -1,0 +1,41 @@
+// MuJoCo as a contender: its own smooth dynamics behind the Solver interface, float64.
+//   M      mj_kinematics, mj_comPos, mj_makeM
+//   M^-1   mj_factorM (L'DL, sparse over branches), mj_solveM on the unit vectors
+//   a      mj_comVel, mj_rne for the bias (gravity, velocity terms), mj_solveM on tau - bias
+// Neither contacts, limits, damping, springs, actuators nor constraints are called.
+#pragma once
+
+#include <memory>
+
+#include "algorithms/solver.hpp"
+#include "robots/mujoco_model.hpp"
+
+namespace kalmarm {
+
+class MujocoSolver final : public Solver<double> {
+ public:
+  explicit MujocoSolver(std::shared_ptr<const MujocoModel> model);
+
+  Outcome acceleration(const VectorX<double>& q, const VectorX<double>& qd,
+                       const VectorX<double>& tau, VectorX<double>& a) override;
+  Outcome inverse(const VectorX<double>& q, MatrixX<double>& X) override;
+  bool has_factors() const override { return false; }
+  Outcome factors(const VectorX<double>& q, VectorX<double>& D, MatrixX<double>& g) override;
+
+  // M (nv x nv), both triangles.
+  void mass(const VectorX<double>& q, MatrixX<double>& M);
+
+ private:
+  void make_mass(const VectorX<double>& q);
+  Outcome factor(const VectorX<double>& q);
+
+  std::shared_ptr<const MujocoModel> model_;
+  std::unique_ptr<mjData, void (*)(mjData*)> data_;
+  MatrixX<double> identity_;
+  VectorX<double> rhs_;
+};
+
+// Version of the MuJoCo library that is linked, such as "4.0.0".
+const char* mujoco_version();
+
+}  // namespace kalmarm

@@ -1,0 +1,77 @@
+// What every program shares: its command line, its progress line, and how it ends.
+#pragma once
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "robots/input_error.hpp"
+
+namespace kalmarm {
+
+inline constexpr const char* scene_help =
+    "MJCF or URDF file, shipped robot (robots/), or family:N (straight, chain, tree)";
+
+// Parses the command line and runs the program: 0 or what `run` returns; 2 and one line on bad
+// input.
+template <class Run>
+int run_program(CLI::App& app, int argc, char** argv, Run&& run) {
+  try {
+    app.parse(argc, argv);
+    return run();
+  } catch (const CLI::Success& help) {
+    return app.exit(help);
+  } catch (const CLI::ParseError& e) {
+    std::fprintf(stderr, "%s: error: %s\n", app.get_name().c_str(), e.what());
+  } catch (const InputError& e) {
+    std::fprintf(stderr, "%s: error: %s\n", app.get_name().c_str(), e.what());
+  }
+  return 2;
+}
+
+// One line on a terminal, overwritten in place: what is running, how far, how long is left. Silent
+// elsewhere.
+class Progress {
+ public:
+  explicit Progress(int steps) : steps_(steps), shown_(isatty(STDERR_FILENO)) {}
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+  ~Progress() {
+    if (shown_) std::fprintf(stderr, "\r\033[K");
+  }
+
+  void step(const std::string& what) {
+    if (!shown_) return;
+    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start_;
+    const double left = done_ > 0 ? elapsed.count() * (steps_ - done_) / done_ : 0;
+    std::fprintf(stderr, "\r\033[K%3d %%  %s, about %.0f s left", 100 * done_ / steps_,
+                 what.c_str(), left);
+    ++done_;
+  }
+
+ private:
+  int steps_, done_ = 0;
+  bool shown_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+// Writes the whole file or nothing: under a temporary name first. Throws InputError.
+inline void write_file(const std::string& path, const std::string& text) {
+  const std::string temporary = path + ".part";
+  std::ofstream file(temporary, std::ios::binary);
+  file << text;
+  file.close();
+  std::error_code error;
+  if (file) std::filesystem::rename(temporary, path, error);
+  if (!file || error) {
+    std::filesystem::remove(temporary, error);
+    throw InputError(path + ": cannot be written");
+  }
+}
+
+}  // namespace kalmarm

@@ -1,0 +1,122 @@
+#include "robots/scene.hpp"
+
+#include <algorithm>
+#include <boost/random/mersenne_twister.hpp>
+#include <boost/random/normal_distribution.hpp>
+#include <boost/random/uniform_real_distribution.hpp>
+#include <charconv>
+#include <filesystem>
+#include <numbers>
+#include <optional>
+
+#include "robots/families.hpp"
+#include "robots/input_error.hpp"
+
+namespace kalmarm {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path robots_folder = KALMARM_ROBOTS_DIR;
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string out;
+  for (const std::string& word : words) out += (out.empty() ? "" : ", ") + word;
+  return out;
+}
+
+std::optional<Scene> load_family(const std::string& what) {
+  const std::size_t colon = what.find(':');
+  if (colon == std::string::npos) return std::nullopt;
+  const std::string name = what.substr(0, colon), size = what.substr(colon + 1);
+  for (const Family& family : families()) {
+    if (family.name != name) continue;
+    int links = 0;
+    const auto [end, error] = std::from_chars(size.data(), size.data() + size.size(), links);
+    if (error != std::errc() || end != size.data() + size.size() || links < 1 ||
+        links > largest_family_member)
+      throw InputError("scene '" + what + "': N must be a number from 1 to " +
+                       std::to_string(largest_family_member));
+    Scene scene;
+    scene.name = what;
+    scene.model = family.make(links);
+    scene.at_rest = family.at_rest;
+    scene.range.assign(links, {-std::numbers::pi, std::numbers::pi});
+    return scene;
+  }
+  return std::nullopt;
+}
+
+Scene from_file(const fs::path& path, const std::string& name) {
+  Scene scene;
+  scene.mujoco = MujocoModel::load(path.string());
+  scene.model = scene.mujoco->lower();
+  scene.name = name + ":" + std::to_string(scene.model.nv());
+  const mjModel* m = scene.mujoco->get();
+  scene.range.assign(m->nq, {-1, 1});  // free positions
+  for (int j = 0; j < m->njnt; ++j) {
+    if (m->jnt_type[j] != mjJNT_HINGE && m->jnt_type[j] != mjJNT_SLIDE) continue;
+    const double reach = m->jnt_type[j] == mjJNT_HINGE ? std::numbers::pi : 0.5;
+    scene.range[m->jnt_qposadr[j]] = {-reach, reach};
+    if (m->jnt_limited[j])
+      scene.range[m->jnt_qposadr[j]] = {m->jnt_range[2 * j], m->jnt_range[2 * j + 1]};
+  }
+  return scene;
+}
+
+}  // namespace
+
+std::vector<std::string> shipped_robots() {
+  std::vector<std::string> names;
+  for (const fs::directory_entry& entry : fs::directory_iterator(robots_folder)) {
+    const std::string name = entry.path().filename().string();
+    if (fs::exists(entry.path() / (name + ".xml"))) names.push_back(name);
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+Scene load_scene(const std::string& what) {
+  if (std::optional<Scene> scene = load_family(what)) return *std::move(scene);
+  const std::vector<std::string> shipped = shipped_robots();
+  if (std::find(shipped.begin(), shipped.end(), what) != shipped.end())
+    return from_file(robots_folder / what / (what + ".xml"), what);
+  if (fs::is_regular_file(what)) return from_file(what, fs::path(what).stem().string());
+  std::vector<std::string> known;
+  for (const Family& family : families()) known.push_back(family.name + ":N");
+  throw InputError("scene '" + what + "' is neither a file, a shipped robot (" + joined(shipped) +
+                   ") nor a family (" + joined(known) + ")");
+}
+
+std::vector<State> random_states(const Scene& scene, int count, std::uint64_t seed) {
+  boost::random::mt19937_64 random(seed);
+  boost::random::normal_distribution<double> normal;
+  const Model<double>& model = scene.model;
+  std::vector<State> states(count);
+  for (State& state : states) {
+    state.q = VectorX<double>::Zero(model.nq());
+    state.qd = VectorX<double>::Zero(model.nv());
+    state.tau = VectorX<double>::Zero(model.nv());
+    for (double& entry : state.tau) entry = normal(random);
+    if (scene.at_rest) continue;
+    for (int i = 0; i < model.nq(); ++i) {
+      const auto [low, high] = scene.range[i];
+      state.q[i] =
+          low < high ? boost::random::uniform_real_distribution<double>(low, high)(random) : low;
+    }
+    for (int k = 0; k < model.nv(); ++k) {
+      if (model.joint(k).coordinate != Coordinate::quaternion) continue;
+      auto quaternion = state.q.segment<4>(model.joint(k).q_index);
+      for (double& entry : quaternion) entry = normal(random);
+      quaternion.normalize();
+    }
+    for (double& entry : state.qd) entry = normal(random);
+  }
+  return states;
+}
+
+std::shared_ptr<const MujocoModel> mujoco_of(const Scene& scene) {
+  return scene.mujoco ? scene.mujoco : MujocoModel::from(scene.model, scene.name);
+}
+
+}  // namespace kalmarm

@@ -1,0 +1,43 @@
+// A scene is what the programs work on: a robot from a file, a robot that ships with Kalmarm, or a
+// member of a family.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "algorithms/model/model.hpp"
+#include "robots/mujoco_model.hpp"
+
+namespace kalmarm {
+
+struct State {
+  VectorX<double> q, qd, tau;  // nq, nv, nv
+};
+
+struct Scene {
+  std::string name;  // with its size: "panda:9", "chain:31"
+  Model<double> model;
+  std::shared_ptr<const MujocoModel> mujoco;  // null for a family until mujoco_of() is called
+  std::vector<std::array<double, 2>> range;   // of every entry of q; quaternions are drawn apart
+  bool at_rest = false;                       // q = 0 and qd = 0 belong to the scene
+};
+
+// `what` is the path of an MJCF or URDF file, the name of a folder in robots/, or family:N. Throws
+// InputError.
+Scene load_scene(const std::string& what);
+
+// Names that load_scene knows without a path, for help texts and error messages.
+std::vector<std::string> shipped_robots();
+
+// States from a seed, the same on every machine: joint positions uniform within their limits (-pi
+// to pi and -1/2 m to 1/2 m where there are none), orientations uniform, free bodies within 1 m,
+// velocities and torques N(0,1).
+std::vector<State> random_states(const Scene& scene, int count, std::uint64_t seed);
+
+// The same mechanism in MuJoCo. Throws InputError where MuJoCo cannot hold it.
+std::shared_ptr<const MujocoModel> mujoco_of(const Scene& scene);
+
+}  // namespace kalmarm
