@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <utility>
 
@@ -151,7 +152,21 @@ class Lowering {
     for (int body = 1; body < m->nbody; ++body) add_body(body);
   }
 
+  // Throws InputError where the compiler let through what is no number or no inertia.
   Model<double> model() && {
+    for (std::size_t k = 0; k < joints_.size(); ++k) {
+      const Joint<double>& joint = joints_[k];
+      const RigidBody<double>& body = joint.body;
+      const bool finite = joint.translation.allFinite() && joint.rotation.coeffs().allFinite() &&
+                          body.com.allFinite() && body.axes.coeffs().allFinite() &&
+                          std::isfinite(body.mass) && body.moments.allFinite() &&
+                          std::isfinite(joint.ref) && std::isfinite(joint.r);
+      if (!finite)
+        throw InputError("joint '" + names_[k] + "' or its body: a number is not finite");
+      if (joint.r < 0)
+        throw InputError("joint '" + names_[k] + "' has armature " + std::to_string(joint.r) +
+                         ": must not be negative");
+    }
     return {std::move(joints_), std::move(names_), static_cast<int>(m_->nq), vec3(m_->opt.gravity)};
   }
 
@@ -231,16 +246,23 @@ class Lowering {
       joint.ref = m_->qpos0[q];
     joint.rotation = at.R;
     joint.translation = at.p;
-    joint.r = m_->dof_armature[k] + actuator_armature(m_->dof_jntid[k]);
+    joint.r = m_->dof_armature[k] + reflected_armature(m_->dof_jntid[k], name);
     joints_.push_back(joint);
     names_.push_back(name);
     return k;
   }
 
-  double actuator_armature(int joint) const {
+  // Armature of the actuators that drive a joint, as its own inertia feels it.
+  double reflected_armature(int joint, const std::string& name) const {
     double sum = 0;
-    for (int i = 0; i < actuator_count(m_); ++i)
-      if (m_->actuator_trnid[2 * i] == joint) sum += m_->actuator_armature[i];
+    for (int i = 0; i < actuator_count(m_); ++i) {
+      if (m_->actuator_trnid[2 * i] != joint || m_->actuator_armature[i] == 0) continue;
+      if (m_->jnt_type[joint] != mjJNT_HINGE && m_->jnt_type[joint] != mjJNT_SLIDE)
+        throw InputError("joint '" + name +
+                         "' has several axes and an actuator with armature: not supported");
+      const double gear = m_->actuator_gear[6 * i];
+      sum += m_->actuator_armature[i] * gear * gear;
+    }
     return sum;
   }
 
@@ -265,7 +287,9 @@ std::shared_ptr<const MujocoModel> MujocoModel::load(const std::string& path) {
   if (!spec) throw InputError(path + ": " + one_line(error));
   try {
     strip(spec.get());
-    return compile(spec.get(), path);
+    auto out = compile(spec.get(), path);
+    out->lower();  // refuses here what it cannot hold
+    return out;
   } catch (const InputError& e) {
     if (std::string(e.what()).starts_with(path)) throw;
     throw InputError(path + ": " + e.what());

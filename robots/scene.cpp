@@ -79,8 +79,12 @@ std::vector<std::string> shipped_robots() {
 Scene load_scene(const std::string& what) {
   if (std::optional<Scene> scene = load_family(what)) return *std::move(scene);
   const std::vector<std::string> shipped = shipped_robots();
-  if (std::find(shipped.begin(), shipped.end(), what) != shipped.end())
-    return from_file(robots_folder / what / (what + ".xml"), what);
+  const std::string name = what.substr(0, what.find(':'));
+  if (std::find(shipped.begin(), shipped.end(), name) != shipped.end()) {
+    Scene scene = from_file(robots_folder / name / (name + ".xml"), name);
+    if (what == name || what == scene.name) return scene;
+    throw InputError("scene '" + what + "': the robot that ships is " + scene.name);
+  }
   if (fs::is_regular_file(what)) return from_file(what, fs::path(what).stem().string());
   std::vector<std::string> known;
   for (const Family& family : families()) known.push_back(family.name + ":N");

@@ -25,8 +25,8 @@ struct Scene {
   bool at_rest = false;                       // q = 0 and qd = 0 belong to the scene
 };
 
-// `what` is the path of an MJCF or URDF file, the name of a folder in robots/, or family:N. Throws
-// InputError.
+// `what` is the path of an MJCF or URDF file, the name of a folder in robots/ (with or without its
+// size), or family:N. Throws InputError.
 Scene load_scene(const std::string& what);
 
 // Names that load_scene knows without a path, for help texts and error messages.

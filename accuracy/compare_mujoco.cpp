@@ -1,0 +1,198 @@
+// compare_mujoco: every variant against MuJoCo's mass matrix and acceleration.
+//
+// MuJoCo is a reference for M, whose entries both sides form without cancellation: bound 1e-13. For
+// a = M^-1 (tau - bias) it is one more contender with an error of its own, up to u times the
+// condition number of M, hence the bound 1e-9.
+#include <algorithm>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "algorithms/model/mass_matrix.hpp"
+#include "algorithms/registry.hpp"
+#include "robots/mujoco_solver.hpp"
+#include "robots/program.hpp"
+#include "robots/scene.hpp"
+
+namespace kalmarm {
+namespace {
+
+using nlohmann::json;
+
+constexpr double mass_bound = 1e-13, acceleration_bound = 1e-9;
+
+struct Options {
+  std::vector<std::string> scenes;
+  std::string json_file;
+  int random = 100;
+  std::uint64_t seed = 1;
+};
+
+// What MuJoCo says of a scene's states.
+struct Reference {
+  std::vector<MatrixX<double>> mass, inverse;
+  std::vector<VectorX<double>> acceleration;
+};
+
+struct Spread {
+  std::vector<double> values;
+
+  double max() const { return *std::max_element(values.begin(), values.end(), nan_last); }
+  double median() const {
+    std::vector<double> sorted = values;
+    std::sort(sorted.begin(), sorted.end(), nan_last);
+    const std::size_t n = sorted.size();
+    return n % 2 ? sorted[n / 2] : (sorted[n / 2 - 1] + sorted[n / 2]) / 2;
+  }
+  json to_json() const {
+    if (values.empty()) return {{"max", nullptr}, {"median", nullptr}};
+    return {{"max", max()}, {"median", median()}};
+  }
+
+ private:
+  static bool nan_last(double a, double b) { return a < b || (a == a && b != b); }
+};
+
+struct Row {
+  std::string variant, precision;
+  Spread acceleration, inverse;
+  int failures = 0;
+
+  bool pass() const {
+    return precision != "float64" || (failures == 0 && acceleration.max() <= acceleration_bound);
+  }
+};
+
+Reference reference(MujocoSolver& mujoco, const std::vector<State>& states, int nv,
+                    const std::string& scene) {
+  Reference out;
+  for (const State& state : states) {
+    MatrixX<double> M(nv, nv), X(nv, nv);
+    VectorX<double> a(nv);
+    mujoco.mass(state.q, M);
+    const Outcome inverse = mujoco.inverse(state.q, X);
+    const Outcome acceleration = mujoco.acceleration(state.q, state.qd, state.tau, a);
+    if (!inverse || !acceleration)
+      throw InputError(scene + ": MuJoCo cannot factor the mass matrix of state " +
+                       std::to_string(out.mass.size()));
+    out.mass.push_back(M);
+    out.inverse.push_back(X);
+    out.acceleration.push_back(a);
+  }
+  return out;
+}
+
+template <class T>
+void compare_variants(const Scene& scene, const std::vector<State>& states,
+                      const Reference& reference, const std::string& precision,
+                      std::vector<Row>& rows) {
+  const Model<T> model = scene.model.cast<T>();
+  const int nv = model.nv();
+  const T poison = std::numeric_limits<T>::quiet_NaN();
+  for (const RegisteredVariant<T>& variant : registered_variants<T>()) {
+    const std::unique_ptr<Solver<T>> solver = variant.make(model);
+    Row row{variant.name, precision, {}, {}, 0};
+    for (std::size_t i = 0; i < states.size(); ++i) {
+      const VectorX<T> q = states[i].q.cast<T>();
+      VectorX<T> a = VectorX<T>::Constant(nv, poison);
+      MatrixX<T> X = MatrixX<T>::Constant(nv, nv, poison);
+      const bool ok = static_cast<bool>(solver->acceleration(q, states[i].qd.cast<T>(),
+                                                             states[i].tau.cast<T>(), a)) &&
+                      static_cast<bool>(solver->inverse(q, X));
+      if (!ok) {
+        ++row.failures;
+        continue;
+      }
+      const VectorX<double>& a0 = reference.acceleration[i];
+      const MatrixX<double>& X0 = reference.inverse[i];
+      row.acceleration.values.push_back((a.template cast<double>() - a0).norm() / a0.norm());
+      row.inverse.values.push_back((X.template cast<double>() - X0).norm() / X0.norm());
+    }
+    rows.push_back(std::move(row));
+  }
+}
+
+// The scene's table on standard output and its JSON record.
+json compare(const std::string& what, const Options& options) {
+  const Scene scene = load_scene(what);
+  const Model<double>& model = scene.model;
+  const int nv = model.nv();
+  MujocoSolver mujoco(mujoco_of(scene));
+  const std::vector<State> states = random_states(scene, options.random, options.seed);
+  const Reference reference = kalmarm::reference(mujoco, states, nv, scene.name);
+
+  Spread mass;
+  RandomModel<double> rm(model);
+  CompositeInertia<double> composite(model);
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    MatrixX<double> M = MatrixX<double>::Constant(nv, nv, std::numeric_limits<double>::quiet_NaN());
+    set_position(model, states[i].q, rm);
+    mass_matrix(model, rm, composite, Eigen::Ref<MatrixX<double>>(M));
+    mass.values.push_back((M - reference.mass[i]).norm() / reference.mass[i].norm());
+  }
+  std::vector<Row> rows;
+  compare_variants<double>(scene, states, reference, "float64", rows);
+  compare_variants<float>(scene, states, reference, "float32", rows);
+
+  bool pass = mass.max() <= mass_bound;
+  std::printf("%s, %zu states against MuJoCo %s\n", scene.name.c_str(), states.size(),
+              mujoco_version());
+  std::printf("  M: largest relative error %.2e, bound %.0e  %s\n", mass.max(), mass_bound,
+              pass ? "ok" : "EXCEEDED");
+  std::printf("  %-26s %-9s %14s %14s %9s\n", "variant", "precision", "acceleration", "inverse",
+              "failures");
+  json variants = json::array();
+  for (const Row& row : rows) {
+    pass = pass && row.pass();
+    const bool any = !row.acceleration.values.empty();
+    std::printf("  %-26s %-9s %14.2e %14.2e %9d%s\n", row.variant.c_str(), row.precision.c_str(),
+                any ? row.acceleration.max() : std::nan(""), any ? row.inverse.max() : std::nan(""),
+                row.failures, row.pass() ? "" : "  EXCEEDED");
+    json acceleration = row.acceleration.to_json();
+    acceleration["bound"] = row.precision == "float64" ? json(acceleration_bound) : json(nullptr);
+    variants.push_back({{"variant", row.variant},
+                        {"precision", row.precision},
+                        {"acceleration", acceleration},
+                        {"inverse", row.inverse.to_json()},
+                        {"failures", row.failures}});
+  }
+  json mass_record = mass.to_json();
+  mass_record["bound"] = mass_bound;
+  return {{"scene", scene.name},
+          {"states", states.size()},
+          {"mass", mass_record},
+          {"variants", variants},
+          {"pass", pass}};
+}
+
+int run(const Options& options) {
+  json document = {{"mujoco", mujoco_version()}, {"robots", json::array()}};
+  bool pass = true;
+  for (const std::string& what : options.scenes) {
+    json record = compare(what, options);
+    pass = pass && record["pass"];
+    document["robots"].push_back(std::move(record));
+  }
+  if (!options.json_file.empty()) write_file(options.json_file, document.dump(1) + "\n");
+  return pass ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace kalmarm
+
+int main(int argc, char** argv) {
+  using namespace kalmarm;
+  CLI::App app(
+      "Every variant against MuJoCo on random states: M within 1e-13, acceleration within 1e-9 in "
+      "float64. Exit 1 beyond "
+      "that.",
+      "compare_mujoco");
+  Options options;
+  app.add_option("SCENE", options.scenes, scene_help)->required();
+  app.add_option("--random", options.random, "number of random states")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--seed", options.seed, "of the random states")->capture_default_str();
+  app.add_option("--json", options.json_file, "write the table as JSON too");
+  return run_program(app, argc, argv, [&] { return run(options); });
+}
