@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "algorithms/model/mass_matrix.hpp"
-#include "algorithms/registry.hpp"
+#include "algorithms/solver.hpp"
 #include "robots/mujoco_solver.hpp"
 #include "robots/program.hpp"
 #include "robots/scene.hpp"

@@ -4,9 +4,9 @@
 #include <optional>
 #include <set>
 
-#include "accuracy/mp_variants.hpp"
+#include "accuracy/real.hpp"
 #include "algorithms/model/mass_matrix.hpp"
-#include "algorithms/registry.hpp"
+#include "algorithms/solver.hpp"
 #include "robots/mujoco_solver.hpp"
 #include "robots/program.hpp"
 #include "robots/scene.hpp"
@@ -48,16 +48,15 @@ json to_json(const MatrixX<T>& X) {
 }
 
 template <class T>
-std::unique_ptr<Solver<T>> make_solver(const Options& options, const Scene& scene,
-                                       const Model<T>& model) {
+std::unique_ptr<Solver<T>> make_contender(const Options& options, const Scene& scene,
+                                          const Model<T>& model) {
   if (options.variant == mujoco_variant) {
     if constexpr (std::is_same_v<T, double>)
       return std::make_unique<MujocoSolver>(mujoco_of(scene));
     else
       unknown_variant(options, "has no precision " + options.precision);
   }
-  for (const auto& variant : registered_variants<T>())
-    if (variant.name == options.variant) return variant.make(model);
+  if (auto solver = make_solver<T>(options.variant, model)) return solver;
   for (const auto& variant : registered_variants<double>())
     if (variant.name == options.variant)
       unknown_variant(options, "has no precision " + options.precision);
@@ -77,7 +76,7 @@ void check(const Outcome& outcome, const Options& options, const Scene& scene, i
 template <class T>
 json evaluate(const Options& options, const Scene& scene, const std::vector<State>& states) {
   const Model<T> model = scene.model.cast<T>();
-  const std::unique_ptr<Solver<T>> solver = make_solver<T>(options, scene, model);
+  const std::unique_ptr<Solver<T>> solver = make_contender<T>(options, scene, model);
   const std::set<std::string> want(options.want.begin(), options.want.end());
   if (want.contains("factors") && !solver->has_factors())
     throw InputError("variant '" + options.variant + "' has no factors D and g");

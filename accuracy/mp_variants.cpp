@@ -1,4 +1,6 @@
-#include "accuracy/mp_variants.hpp"
+// The registry's variants in multi-precision.
+#include "accuracy/real.hpp"
+#include "algorithms/registry.hpp"
 
 namespace kalmarm {
 

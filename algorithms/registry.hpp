@@ -1,9 +1,9 @@
 // THE list of variants: benchmarks, accuracy and tests all walk it. A new variant is one line here.
+// To use variants include solver.hpp, which is light; to compile them for a scalar, this.
 #pragma once
 
-#include <functional>
+#include <concepts>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -38,16 +38,63 @@ using Variants = VariantList<Batch<EigenLLT>,           //
                              Sequential<ArrayMGS>,      //
                              Sequential<UD>>;
 
-// A variant in precision T, ready to be made for a model.
-template <class T>
-struct RegisteredVariant {
-  std::string name;
-  std::string equation;
-  std::function<std::unique_ptr<Solver<T>>(const Model<T>&)> make;
+// The contract of a variant: factor the mass matrix of a state, then use the factors.
+template <class V, class T>
+concept InverseMass = std::constructible_from < typename V::template Workspace<T>,
+const Model<T>& > &&requires(const Model<T>& model, const RandomModel<T>& rm,
+                             typename V::template Workspace<T>& ws, const VectorX<T>& tau,
+                             VectorX<T>& a, MatrixX<T>& X) {
+  { V::name() } -> std::same_as<std::string>;
+  { V::equation } -> std::convertible_to<std::string>;
+  { V::factor(model, rm, ws) } -> std::same_as<Outcome>;
+  { V::acceleration(model, rm, tau, ws, a) } -> std::same_as<void>;
+  { V::inverse(model, rm, ws, X) } -> std::same_as<void>;
 };
 
-// All variants that support T, in the list's order. Instantiated for float and double in
-// registry.cpp.
+template <class V, class T>
+requires InverseMass<V, T>
+class SolverOf final : public Solver<T> {
+ public:
+  explicit SolverOf(const Model<T>& model) : model_(model), rm_(model_), ws_(model_) {}
+
+  Outcome acceleration(const VectorX<T>& q, const VectorX<T>& qd, const VectorX<T>& tau,
+                       VectorX<T>& a) override {
+    set_position(model_, q, rm_);
+    set_velocity(model_, qd, rm_);
+    const Outcome outcome = V::factor(model_, rm_, ws_);
+    if (outcome) V::acceleration(model_, rm_, tau, ws_, a);
+    return outcome;
+  }
+
+  Outcome inverse(const VectorX<T>& q, MatrixX<T>& X) override {
+    set_position(model_, q, rm_);
+    const Outcome outcome = V::factor(model_, rm_, ws_);
+    if (outcome) V::inverse(model_, rm_, ws_, X);
+    return outcome;
+  }
+
+  bool has_factors() const override { return filters; }
+
+  Outcome factors(const VectorX<T>& q, VectorX<T>& D, MatrixX<T>& g) override {
+    set_position(model_, q, rm_);
+    const Outcome outcome = V::factor(model_, rm_, ws_);
+    if constexpr (filters) {
+      for (int k = 0; k < model_.nv(); ++k) {
+        D[k] = ws_.factors.D[k];
+        g.col(k) = ws_.factors.g[k];
+      }
+    }
+    return outcome;
+  }
+
+ private:
+  static constexpr bool filters = requires(typename V::template Workspace<T> ws) { ws.factors.D; };
+
+  Model<T> model_;
+  RandomModel<T> rm_;
+  typename V::template Workspace<T> ws_;
+};
+
 template <class T>
 std::vector<RegisteredVariant<T>> registered_variants() {
   std::vector<RegisteredVariant<T>> out;
@@ -60,8 +107,5 @@ std::vector<RegisteredVariant<T>> registered_variants() {
   });
   return out;
 }
-
-extern template std::vector<RegisteredVariant<float>> registered_variants<float>();
-extern template std::vector<RegisteredVariant<double>> registered_variants<double>();
 
 }  // namespace kalmarm

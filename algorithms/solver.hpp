@@ -2,8 +2,10 @@
 // peer (MuJoCo …) implements the same interface. The virtual call costs about a nanosecond.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "algorithms/model/random_model.hpp"
 #include "algorithms/outcome.hpp"
@@ -29,47 +31,25 @@ class Solver {
   virtual Outcome factors(const VectorX<T>& q, VectorX<T>& D, MatrixX<T>& g) = 0;
 };
 
-template <class V, class T>
-class SolverOf final : public Solver<T> {
- public:
-  explicit SolverOf(const Model<T>& model) : model_(model), rm_(model_), ws_(model_) {}
-
-  Outcome acceleration(const VectorX<T>& q, const VectorX<T>& qd, const VectorX<T>& tau,
-                       VectorX<T>& a) override {
-    set_position(model_, q, rm_);
-    set_velocity(model_, qd, rm_);
-    const Outcome outcome = V::factor(model_, rm_, ws_);
-    if (outcome) V::acceleration(model_, rm_, tau, ws_, a);
-    return outcome;
-  }
-
-  Outcome inverse(const VectorX<T>& q, MatrixX<T>& X) override {
-    set_position(model_, q, rm_);
-    const Outcome outcome = V::factor(model_, rm_, ws_);
-    if (outcome) V::inverse(model_, rm_, ws_, X);
-    return outcome;
-  }
-
-  bool has_factors() const override { return filters; }
-
-  Outcome factors(const VectorX<T>& q, VectorX<T>& D, MatrixX<T>& g) override {
-    set_position(model_, q, rm_);
-    const Outcome outcome = V::factor(model_, rm_, ws_);
-    if constexpr (filters) {
-      for (int k = 0; k < model_.nv(); ++k) {
-        D[k] = ws_.factors.D[k];
-        g.col(k) = ws_.factors.g[k];
-      }
-    }
-    return outcome;
-  }
-
- private:
-  static constexpr bool filters = requires(typename V::template Workspace<T> ws) { ws.factors.D; };
-
-  Model<T> model_;
-  RandomModel<T> rm_;
-  typename V::template Workspace<T> ws_;
+// A variant in precision T, ready to be made for a model.
+template <class T>
+struct RegisteredVariant {
+  std::string name;      // such as "Sequential<ArrayMGS>"
+  std::string equation;  // what it evaluates
+  std::function<std::unique_ptr<Solver<T>>(const Model<T>&)> make;
 };
+
+// All variants that support T, in the registry's order (registry.hpp). Compiled for float and
+// double in registry_*.cpp; another T instantiates it in one place of its own.
+template <class T>
+std::vector<RegisteredVariant<T>> registered_variants();
+
+// The variant of that name on a model; null where there is none in precision T.
+template <class T>
+std::unique_ptr<Solver<T>> make_solver(const std::string& name, const Model<T>& model) {
+  for (const RegisteredVariant<T>& variant : registered_variants<T>())
+    if (variant.name == name) return variant.make(model);
+  return nullptr;
+}
 
 }  // namespace kalmarm

@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "algorithms/model/mass_matrix.hpp"
-#include "algorithms/registry.hpp"
+#include "algorithms/solver.hpp"
 #include "benchmarks/context.hpp"
 #include "robots/mujoco_solver.hpp"
 #include "robots/program.hpp"
@@ -59,9 +59,7 @@ struct Case {
   explicit Case(const std::string& what, std::uint64_t seed) : scene(load_scene(what)) {
     const int nv = scene.model.nv();
     states = random_states(scene, std::clamp(200000 / nv, 20, 1000), seed);
-    std::unique_ptr<Solver<double>> solver;
-    for (const auto& variant : registered_variants<double>())
-      if (variant.name == reference_variant) solver = variant.make(scene.model);
+    const auto solver = make_solver<double>(reference_variant, scene.model);
     RandomModel<double> rm(scene.model);
     CompositeInertia<double> composite(scene.model);
     const int verified = nv <= 100 ? 5 : 1;

@@ -22,6 +22,7 @@
 
 #include "algorithms/model/random_model.hpp"
 #include "algorithms/outcome.hpp"
+#include "algorithms/riccati/covariance_update.hpp"
 
 namespace kalmarm {
 
@@ -31,7 +32,7 @@ struct PolarMoment {
   Vector3<T> h = Vector3<T>::Zero();
 };
 
-template <class T, class Update>
+template <class T, CovarianceUpdate<T> Update>
 struct Factors {
   std::vector<T> D;
   std::vector<Vector6<T>> g;
@@ -55,7 +56,8 @@ struct Factors {
   }
 };
 
-// The first joint, tips to base as far as `first`, whose D is lost in rounding: D <= resolution scale.
+// The first joint, tips to base as far as `first`, whose D is lost in rounding: D <= resolution
+// scale.
 template <class T, class Update>
 Outcome check_singular(const Model<T>& model, const RandomModel<T>& rm, int first,
                        const T& resolution, Factors<T, Update>& ws) {

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "algorithms/model/mass_matrix.hpp"
-#include "algorithms/registry.hpp"
+#include "algorithms/solver.hpp"
 #include "robots/mujoco_solver.hpp"
 #include "robots/scene.hpp"
 #include "robots/test/temporary_file.hpp"

@@ -3,6 +3,5 @@
 namespace kalmarm {
 
 template std::vector<RegisteredVariant<float>> registered_variants<float>();
-template std::vector<RegisteredVariant<double>> registered_variants<double>();
 
 }  // namespace kalmarm

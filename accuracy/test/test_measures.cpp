@@ -1,0 +1,150 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "accuracy/inverse_check.hpp"
+#include "accuracy/measures.hpp"
+
+namespace kalmarm {
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+MatrixX<Real> hilbert(int n) {
+  MatrixX<Real> H(n, n);
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j) H(i, j) = Real(1) / (i + j + 1);
+  return H;
+}
+
+class Measures : public testing::Test {
+  Digits digits_{100};
+};
+
+TEST_F(Measures, AccelerationErrorByHand) {
+  const VectorX<Real> a = Eigen::Vector2d(3, 4).cast<Real>();
+  const MatrixX<Real> M = Eigen::Vector2d(1, 4).cast<Real>().asDiagonal();
+  const VectorX<double> computed = Eigen::Vector2d(3, 4 + 0x1p-10);
+  const AccelerationError e = acceleration_error(computed, a, M);
+  EXPECT_DOUBLE_EQ(e.relative, 0x1p-10 / 5);
+  EXPECT_DOUBLE_EQ(e.energy, 0x1p-9 / std::sqrt(73.0));
+}
+
+TEST_F(Measures, MatrixErrorByHand) {
+  MatrixX<Real> A(2, 2);
+  A << 4, 1, 1, 9;
+  MatrixX<float> computed(2, 2);
+  computed << 4.0f, 1.25f, 1.25f, 9.0f;
+  const MatrixError e = matrix_error(computed, A);
+  EXPECT_DOUBLE_EQ(e.relative, 0.25 * std::sqrt(2.0 / 99));
+  EXPECT_DOUBLE_EQ(e.scaled, 0.25 / 6);
+}
+
+TEST_F(Measures, ErrorBelowTheRoundingOfTheResultIsSeen) {
+  VectorX<Real> a(1);
+  a[0] = 1 + Real("1e-30");
+  const MatrixX<Real> A = a;
+  EXPECT_DOUBLE_EQ(acceleration_error(VectorX<double>(VectorX<double>::Ones(1)), a, A).relative,
+                   1e-30);
+  EXPECT_DOUBLE_EQ(matrix_error(MatrixX<double>(MatrixX<double>::Ones(1, 1)), A).relative, 1e-30);
+  EXPECT_DOUBLE_EQ(matrix_error(MatrixX<double>(MatrixX<double>::Ones(1, 1)), A).scaled, 1e-30);
+}
+
+// Neither the results nor a'M a = 2e-30 fit into the twelve digits in force.
+TEST_F(Measures, DigitsAreThoseOfTheTruth) {
+  MatrixX<Real> M(2, 2);
+  M << 1, Real("1e-30") - 1, Real("1e-30") - 1, 1;
+  const VectorX<Real> a = VectorX<Real>::Ones(2);
+  const VectorX<double> computed = (1 + 0x1p-50) * VectorX<double>::Ones(2);
+  const Digits digits(12);
+  EXPECT_DOUBLE_EQ(acceleration_error(computed, a, M).energy, 0x1p-50);
+  const MatrixX<Real> A = a.head(1);
+  EXPECT_DOUBLE_EQ(matrix_error(MatrixX<double>(computed.head(1)), A).relative, 0x1p-50);
+}
+
+TEST_F(Measures, NoErrorIsZero) {
+  const MatrixX<double> A = hilbert(4).cast<double>();
+  const MatrixX<Real> exact = A.cast<Real>();
+  const VectorX<double> a = A.col(2), zero = VectorX<double>::Zero(4);
+  EXPECT_EQ(matrix_error(A, exact).relative, 0);
+  EXPECT_EQ(matrix_error(A, exact).scaled, 0);
+  EXPECT_EQ(acceleration_error(a, VectorX<Real>(a.cast<Real>()), exact).relative, 0);
+  EXPECT_EQ(acceleration_error(a, VectorX<Real>(a.cast<Real>()), exact).energy, 0);
+  EXPECT_EQ(acceleration_error(zero, VectorX<Real>(zero.cast<Real>()), exact).relative, 0);
+  EXPECT_EQ(acceleration_error(zero, VectorX<Real>(zero.cast<Real>()), exact).energy, 0);
+}
+
+TEST_F(Measures, NanAnywhereIsNanEverywhere) {
+  const MatrixX<Real> A = hilbert(3);
+  for (int i = 0; i < 3; ++i) {
+    VectorX<double> a = VectorX<double>::Ones(3);
+    a[i] = nan;
+    const AccelerationError ea = acceleration_error(a, VectorX<Real>(A.col(0)), A);
+    EXPECT_TRUE(std::isnan(ea.relative) && std::isnan(ea.energy));
+    for (int j = 0; j < 3; ++j) {
+      MatrixX<double> X = MatrixX<double>::Zero(3, 3);
+      X(i, j) = nan;
+      const MatrixError ex = matrix_error(X, A);
+      EXPECT_TRUE(std::isnan(ex.relative) && std::isnan(ex.scaled)) << i << ' ' << j;
+    }
+  }
+}
+
+// kappa of Hilbert's matrix: 476607.25 at n = 5; 2.45e28 at n = 20, beyond 1/u of double.
+TEST_F(Measures, ConditionOfHilbertMatrices) {
+  const MatrixX<Real> H5 = hilbert(5), H20 = hilbert(20);
+  EXPECT_NEAR(condition(H5, *ldl_inverse(H5)).kappa, 476607.25, 0.005);
+  EXPECT_NEAR(condition(H20, *ldl_inverse(H20)).kappa / 2.4521565858153031725e28, 1, 1e-10);
+}
+
+TEST_F(Measures, DiagonalScalingLeavesTheScaledConditionAlone) {
+  const MatrixX<Real> H = hilbert(5);
+  VectorX<Real> s(5);
+  s << 1, 1e6, 1e-9, 1e3, 1e-2;
+  const MatrixX<Real> scaled = s.asDiagonal() * H * s.asDiagonal();
+  const Condition before = condition(H, *ldl_inverse(H)),
+                  after = condition(scaled, *ldl_inverse(scaled));
+  EXPECT_GT(after.kappa, 1e20 * before.kappa);
+  EXPECT_NEAR(after.kappa_scaled / before.kappa_scaled, 1, 1e-12);
+
+  const MatrixX<Real> diagonal = s.asDiagonal();
+  const Condition c = condition(diagonal, *ldl_inverse(diagonal));
+  EXPECT_NEAR(c.kappa / 1e15, 1, 1e-12);
+  EXPECT_NEAR(c.kappa_scaled, 1, 1e-12);
+}
+
+TEST_F(Measures, LdlInverseOfHilbertIsItsIntegerInverse) {
+  const MatrixX<Real> X = *ldl_inverse(hilbert(4));
+  MatrixX<Real> expected(4, 4);
+  expected << 16, -120, 240, -140, -120, 1200, -2700, 1680, 240, -2700, 6480, -4200, -140, 1680,
+      -4200, 2800;
+  EXPECT_LT(matrix_error(X, expected).scaled, 1e-90);
+}
+
+TEST_F(Measures, LdlInverseOfAnIndefiniteMatrixIsNothing) {
+  MatrixX<Real> A = hilbert(4);
+  A(2, 2) -= 1;
+  EXPECT_FALSE(ldl_inverse(A));
+}
+
+TEST_F(Measures, ProbeShowsTheSizeOfAnError) {
+  const MatrixX<Real> H = hilbert(8);
+  MatrixX<Real> X = *ldl_inverse(H);
+  EXPECT_LT(probed_residual(H, X, 4), 1e-75);
+  const double error = 1e-30;
+  X(2, 6) += error * sqrt(X(2, 2) * X(6, 6));
+  const double shown = probed_residual(H, X, 4);
+  EXPECT_GT(shown, 0.99 * error);
+  EXPECT_LT(shown, 1.01 * error);
+}
+
+TEST_F(Measures, ProbeOfNanIsNan) {
+  const MatrixX<Real> H = hilbert(3);
+  MatrixX<Real> X = *ldl_inverse(H);
+  X(0, 1) = nan;
+  EXPECT_TRUE(std::isnan(probed_residual(H, X, 1)));
+}
+
+}  // namespace
+}  // namespace kalmarm

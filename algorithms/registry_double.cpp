@@ -1,0 +1,7 @@
+#include "algorithms/registry.hpp"
+
+namespace kalmarm {
+
+template std::vector<RegisteredVariant<double>> registered_variants<double>();
+
+}  // namespace kalmarm

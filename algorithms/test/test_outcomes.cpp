@@ -1,0 +1,145 @@
+// What a variant says of mechanisms whose mass matrix is singular, of those that only look so, and
+// of NaN.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <vector>
+
+#include "algorithms/registry.hpp"
+#include "algorithms/test/models.hpp"
+#include "algorithms/test/singular.hpp"
+
+namespace kalmarm::test {
+namespace {
+
+constexpr int seeds = 20;
+
+template <class T>
+struct Reply {
+  Outcome acceleration, inverse;
+  VectorX<T> a;
+  MatrixX<T> X;
+};
+
+template <class T>
+Reply<T> ask(Solver<T>& solver, const VectorX<double>& q, int nv) {
+  Reply<T> reply;
+  reply.a.setZero(nv);
+  reply.X.setZero(nv, nv);
+  const VectorX<T> ones = VectorX<T>::Ones(nv);
+  reply.acceleration = solver.acceleration(q.cast<T>(), ones, ones, reply.a);
+  reply.inverse = solver.inverse(q.cast<T>(), reply.X);
+  return reply;
+}
+
+std::string describe(const Outcome& o) {
+  return std::string(to_string(o.status)) + " at " + std::to_string(o.joint) + ", D/scale " +
+         std::to_string(std::log10(std::abs(o.D) / o.scale)) + " (log10)";
+}
+
+template <class T>
+class Outcomes : public testing::Test {
+ protected:
+  static void for_each(const std::vector<Mechanism>& mechanisms,
+                       const std::function<void(const Mechanism&, Solver<T>&)>& check) {
+    for (const RegisteredVariant<T>& variant : registered_variants<T>())
+      for (const Mechanism& mechanism : mechanisms) {
+        SCOPED_TRACE(variant.name + " on " + mechanism.name);
+        check(mechanism, *variant.make(mechanism.model.template cast<T>()));
+      }
+  }
+};
+
+struct PrecisionName {
+  template <class T>
+  static std::string GetName(int) {
+    return std::is_same_v<T, float> ? "float32" : "float64";
+  }
+};
+
+using Precisions = testing::Types<float, double>;
+TYPED_TEST_SUITE(Outcomes, Precisions, PrecisionName);
+
+TYPED_TEST(Outcomes, SingularMechanismIsReportedWithItsJoint) {
+  for (int seed = 0; seed < seeds; ++seed) {
+    SCOPED_TRACE(seed);
+    this->for_each(
+        singular_mechanisms(seed), [](const Mechanism& mechanism, Solver<TypeParam>& solver) {
+          const auto reply = ask(solver, mechanism.q, mechanism.model.nv());
+          for (const Outcome& outcome : {reply.acceleration, reply.inverse}) {
+            ASSERT_FALSE(outcome);
+            EXPECT_TRUE(std::ranges::count(mechanism.joints, outcome.joint)) << describe(outcome);
+            EXPECT_LE(std::abs(outcome.D), 1e-3 * outcome.scale) << describe(outcome);
+          }
+        });
+  }
+}
+
+TYPED_TEST(Outcomes, RegularMechanismIsSolved) {
+  for (int seed = 0; seed < seeds; ++seed) {
+    SCOPED_TRACE(seed);
+    this->for_each(regular_mechanisms(seed),
+                   [](const Mechanism& mechanism, Solver<TypeParam>& solver) {
+                     const auto reply = ask(solver, mechanism.q, mechanism.model.nv());
+                     EXPECT_TRUE(reply.acceleration) << describe(reply.acceleration);
+                     EXPECT_TRUE(reply.inverse) << describe(reply.inverse);
+                     EXPECT_TRUE(reply.a.allFinite() && reply.X.allFinite());
+                   });
+  }
+}
+
+TYPED_TEST(Outcomes, LongStretchedChainIsRegularForTheFilters) {
+  // kappa(M) = 2.6e11, D(k) / M(k,k) down to 1e-8; but every D is known to a few u.
+  const Mechanism mechanism{"straight_chain", straight_chain(512), VectorX<double>::Zero(512), {}};
+  this->for_each({mechanism}, [](const Mechanism& mechanism, Solver<TypeParam>& solver) {
+    if (!solver.has_factors()) return;
+    const auto reply = ask(solver, mechanism.q, mechanism.model.nv());
+    EXPECT_TRUE(reply.acceleration) << describe(reply.acceleration);
+    EXPECT_TRUE(reply.inverse) << describe(reply.inverse);
+  });
+}
+
+TEST(OutcomesInDouble, HeavyTipIsRegular) {
+  for (const RegisteredVariant<double>& variant : registered_variants<double>()) {
+    Random random(55);
+    Builder builder;
+    for (int k = 0; k < 12; ++k) {
+      Joint<double> joint = random_joint(random, k - 1);
+      if (k == 11) joint.body.mass *= 1e6, joint.body.moments *= 1e6;
+      builder.add(joint);
+    }
+    const Model<double> model = builder.build();
+    const auto reply = ask(*variant.make(model), random_state(model, 56).q, model.nv());
+    EXPECT_TRUE(reply.acceleration) << variant.name << describe(reply.acceleration);
+    EXPECT_TRUE(reply.inverse) << variant.name << describe(reply.inverse);
+  }
+}
+
+// Where M does not depend on that entry of q, its inverse may well be ok.
+TYPED_TEST(Outcomes, NaNPositionIsNeverAnsweredWithNaN) {
+  std::vector<Mechanism> mechanisms;
+  for (const Family& family : families()) {
+    const Model<double> model = family.make(57);
+    mechanisms.push_back({family.name, model, random_state(model, 58).q, {}});
+  }
+  this->for_each(mechanisms, [](const Mechanism& mechanism, Solver<TypeParam>& solver) {
+    const int nv = mechanism.model.nv();
+    const auto before = ask(solver, mechanism.q, nv);
+    for (int i = 0; i < mechanism.q.size(); ++i) {
+      VectorX<double> q = mechanism.q;
+      q[i] = std::numeric_limits<double>::quiet_NaN();
+      const auto reply = ask(solver, q, nv);
+      EXPECT_TRUE(!reply.acceleration || reply.a.allFinite()) << "q[" << i << "]";
+      EXPECT_TRUE(!reply.inverse || reply.X.allFinite()) << "q[" << i << "]";
+    }
+    const auto after = ask(solver, mechanism.q, nv);
+    EXPECT_EQ(before.a, after.a);
+    EXPECT_EQ(before.X, after.X);
+  });
+}
+
+}  // namespace
+}  // namespace kalmarm::test

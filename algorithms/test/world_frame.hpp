@@ -1,0 +1,199 @@
+// Truth by another route: world frame, vectors of classical mechanics, dense Jacobians, 50 digits.
+// All that it shares with the library is the list of joints.
+//
+//   M    = sum over bodies of m Jc'Jc + Jw' I Jw, and diag(r)
+//   bias = sum over bodies of Jc' m (ac - gravity) + Jw'(I dw + w x I w)         ac, dw at q'' = 0
+// A ball or free joint moves its body at once: there are no massless links here.
+#pragma once
+
+#include <Eigen/Cholesky>
+#include <boost/multiprecision/eigen.hpp>
+#include <boost/multiprecision/mpfr.hpp>
+#include <vector>
+
+#include "algorithms/model/model.hpp"
+
+namespace kalmarm::test {
+
+using Mp = boost::multiprecision::number<boost::multiprecision::mpfr_float_backend<50>,
+                                         boost::multiprecision::et_off>;
+
+struct WorldLink {
+  Matrix3<Mp> R = Matrix3<Mp>::Identity();                         // to world axes
+  Vector3<Mp> o = Vector3<Mp>::Zero();                             // origin
+  Vector3<Mp> w = Vector3<Mp>::Zero(), v = Vector3<Mp>::Zero();    // angular velocity; of o
+  Vector3<Mp> dw = Vector3<Mp>::Zero(), dv = Vector3<Mp>::Zero();  // their rates at q'' = 0
+  Eigen::Matrix<Mp, 3, Eigen::Dynamic> Jw, Jv;                     // w = Jw q', v = Jv q'
+};
+
+// What a body needs: centre of mass, its velocity, its acceleration at q'' = 0, inertia about it,
+// all in world axes.
+struct WorldBody {
+  Vector3<Mp> c, vc, ac;
+  Matrix3<Mp> I;
+  Eigen::Matrix<Mp, 3, Eigen::Dynamic> Jc;
+};
+
+inline Matrix3<Mp> rotate_basis(const Eigen::Quaternion<Mp>& q) {
+  Matrix3<Mp> R;
+  for (int i = 0; i < 3; ++i) {
+    Eigen::Quaternion<Mp> e(0, 0, 0, 0);
+    e.vec()[i] = 1;
+    R.col(i) = (q * e * q.conjugate()).vec() / q.squaredNorm();
+  }
+  return R;
+}
+
+class World {
+ public:
+  World(const Model<Mp>& model, const VectorX<Mp>& q, const VectorX<Mp>& qd)
+      : model_(model), qd_(qd) {
+    for (int k = 0; k < model.nv(); ++k) {
+      const Joint<Mp>& joint = model.joint(k);
+      if (joint.coordinate == Coordinate::follower) {
+        links_.push_back(links_.back());
+        continue;
+      }
+      const WorldLink parent = joint.parent < 0 ? fixed_base() : links_[joint.parent];
+      const Matrix3<Mp> E = parent.R * rotate_basis(joint.rotation);
+      const Vector3<Mp> d = parent.R * joint.translation;
+      const int i = joint.q_index;
+      switch (joint.coordinate) {
+        case Coordinate::angle:
+          links_.push_back(carried(parent, d));
+          links_.back().R =
+              E * Eigen::AngleAxis<Mp>(q[i] - joint.ref, Vector3<Mp>::UnitZ()).toRotationMatrix();
+          turn(parent.w, E.col(2), k);
+          break;
+        case Coordinate::distance:
+          links_.push_back(carried(parent, d + (q[i] - joint.ref) * E.col(2)));
+          links_.back().R = E;
+          slide(parent.w, E.col(2), k);
+          break;
+        case Coordinate::quaternion:
+          links_.push_back(carried(parent, d));
+          links_.back().R =
+              E * rotate_basis(Eigen::Quaternion<Mp>(q[i], q[i + 1], q[i + 2], q[i + 3]));
+          turn(parent.w, links_.back().R, k);
+          break;
+        case Coordinate::position:
+          links_.push_back(carried(parent, d + E * q.segment<3>(i)));
+          links_.back().R = E;
+          slide(parent.w, E, k);
+          break;
+        case Coordinate::follower:
+          break;
+      }
+    }
+    for (int k = 0; k < model.nv(); ++k) bodies_.push_back(body(k));
+  }
+
+  MatrixX<Mp> mass_matrix() const {
+    const int nv = model_.nv();
+    MatrixX<Mp> M = MatrixX<Mp>::Zero(nv, nv);
+    for (int k = 0; k < nv; ++k) {
+      M(k, k) += model_.joint(k).r;
+      if (model_.joint(k).body.massless()) continue;
+      const Eigen::Matrix<Mp, 3, Eigen::Dynamic> momentum =
+          model_.joint(k).body.mass * bodies_[k].Jc;
+      const Eigen::Matrix<Mp, 3, Eigen::Dynamic> spin = bodies_[k].I * links_[k].Jw;
+      M += bodies_[k].Jc.transpose() * momentum + links_[k].Jw.transpose() * spin;
+    }
+    return M;
+  }
+
+  VectorX<Mp> bias() const {
+    VectorX<Mp> tau = VectorX<Mp>::Zero(model_.nv());
+    for (int k = 0; k < model_.nv(); ++k) {
+      const WorldLink& link = links_[k];
+      const WorldBody& b = bodies_[k];
+      const Vector3<Mp> force = model_.joint(k).body.mass * (b.ac - model_.gravity());
+      const Vector3<Mp> moment = b.I * link.dw + link.w.cross(b.I * link.w);
+      tau += b.Jc.transpose() * force + link.Jw.transpose() * moment;
+    }
+    return tau;
+  }
+
+  // Of the bodies and the rotors.
+  Mp kinetic_energy() const {
+    Mp twice = 0;
+    for (int k = 0; k < model_.nv(); ++k) {
+      twice += model_.joint(k).body.mass * bodies_[k].vc.squaredNorm();
+      twice += links_[k].w.dot(bodies_[k].I * links_[k].w);
+      twice += model_.joint(k).r * qd_[k] * qd_[k];
+    }
+    return twice / 2;
+  }
+
+  Mp potential_energy() const {
+    Mp energy = 0;
+    for (int k = 0; k < model_.nv(); ++k)
+      energy -= model_.joint(k).body.mass * model_.gravity().dot(bodies_[k].c);
+    return energy;
+  }
+
+  // (angular about the world's origin; linear).
+  Vector6<Mp> momentum() const {
+    Vector6<Mp> sum = Vector6<Mp>::Zero();
+    for (int k = 0; k < model_.nv(); ++k) {
+      const Vector3<Mp> linear = model_.joint(k).body.mass * bodies_[k].vc;
+      sum.head<3>() += bodies_[k].c.cross(linear) + bodies_[k].I * links_[k].w;
+      sum.tail<3>() += linear;
+    }
+    return sum;
+  }
+
+ private:
+  WorldLink fixed_base() const {
+    WorldLink base;
+    base.Jw.setZero(3, model_.nv());
+    base.Jv.setZero(3, model_.nv());
+    return base;
+  }
+
+  // The parent's motion at distance d from its origin.
+  static WorldLink carried(const WorldLink& parent, const Vector3<Mp>& d) {
+    WorldLink link = parent;
+    link.o += d;
+    link.v += parent.w.cross(d);
+    link.dv += parent.dw.cross(d) + parent.w.cross(parent.w.cross(d));
+    for (int j = 0; j < link.Jv.cols(); ++j)
+      link.Jv.col(j) += Vector3<Mp>(parent.Jw.col(j)).cross(d);
+    return link;
+  }
+
+  // Turning about the columns of `axes`, which are DoF k, k + 1 …
+  template <class Axes>
+  void turn(const Vector3<Mp>& w, const Axes& axes, int k) {
+    WorldLink& link = links_.back();
+    const Vector3<Mp> own = axes * qd_.segment(k, axes.cols());
+    link.w += own;
+    link.dw += w.cross(own);
+    link.Jw.middleCols(k, axes.cols()) = axes;
+  }
+
+  // Sliding along them.
+  template <class Axes>
+  void slide(const Vector3<Mp>& w, const Axes& axes, int k) {
+    WorldLink& link = links_.back();
+    const Vector3<Mp> own = axes * qd_.segment(k, axes.cols());
+    link.v += own;
+    link.dv += 2 * w.cross(own);
+    link.Jv.middleCols(k, axes.cols()) = axes;
+  }
+
+  WorldBody body(int k) const {
+    const WorldLink& link = links_[k];
+    const RigidBody<Mp>& parameters = model_.joint(k).body;
+    const WorldLink at = carried(link, link.R * parameters.com);
+    const Matrix3<Mp> axes = link.R * rotate_basis(parameters.axes);
+    return {at.o, at.v, at.dv, axes * parameters.moments.asDiagonal() * axes.transpose(), at.Jv};
+  }
+
+  const Model<Mp>& model_;
+  const VectorX<Mp> qd_;
+  std::vector<WorldLink> links_;
+  std::vector<WorldBody> bodies_;
+};
+
+}  // namespace kalmarm::test
