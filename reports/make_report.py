@@ -1,0 +1,147 @@
+#!/usr/bin/env python3
+"""Turns a run's recorded data into one self-contained page, and into the README's figure."""
+
+import argparse
+import os
+import sys
+import tempfile
+from pathlib import Path
+
+import altair as alt
+import jinja2
+import vl_convert
+from markupsafe import Markup
+
+import figures
+import palette
+from data import Data, DataError, load, scene_name
+from sections import SECTIONS
+from sections.method import distinct
+from summary import points
+from text import task_text
+
+PAGE = Path(__file__).parent / "page"
+VEGA_LITE = ".".join(alt.SCHEMA_VERSION.lstrip("v").split(".")[:2])
+FIGURE_ROBOT = "panda"
+
+
+class Parser(argparse.ArgumentParser):
+    def error(self, message: str):
+        self.exit(2, f"{self.prog}: error: {message}\n")
+
+
+def facts(data: Data) -> list[tuple[str, str]]:
+    """When, what and where, as far as the benchmarks recorded it."""
+    days = sorted({date[:10] for date in distinct(data, "date")})
+    found = [
+        ("Date", " to ".join(dict.fromkeys([days[0], days[-1]])) if days else ""),
+        ("Git revision", ", ".join(distinct(data, "git_revision"))),
+        ("Machine", ", ".join(distinct(data, "cpu") or distinct(data, "host_name"))),
+        ("CPUs", ", ".join(distinct(data, "num_cpus"))),
+        ("Run", ", ".join(distinct(data, "mode"))),
+    ]
+    return [(name, value) for name, value in found if value]
+
+
+def page(data: Data) -> str:
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(PAGE), autoescape=True, undefined=jinja2.StrictUndefined
+    )
+    environment.policies["json.dumps_kwargs"] = {"separators": (",", ":")}
+    sections = [section for make in SECTIONS if (section := make(data))]
+    variants = {variant for section in sections for variant in section.variants}
+    return environment.get_template("page.html.jinja").render(
+        facts=facts(data),
+        sections=sections,
+        colours={figures.css_name(name): pair for name, pair in palette.colours(variants).items()},
+        css_colour=figures.css_colour,
+        shapes=palette.shapes,
+        theme=figures.THEME,
+        css=_inline("page.css"),
+        script=_inline("page.js"),
+        bundle=Markup(
+            vl_convert.javascript_bundle(vl_version=VEGA_LITE).replace("</script", "<\\/script")
+        ),
+    )
+
+
+def _inline(name: str):
+    return Markup((PAGE / name).read_text(encoding="utf-8"))
+
+
+def figure(data: Data) -> str:
+    """Error against run time of one robot as SVG, a panel for a and one for its inverse."""
+    robots = data.robots or data.scenes
+    scene = next((robot for robot in robots if scene_name(robot) == FIGURE_ROBOT), robots[0])
+    drawn = [
+        point
+        for point in points(data)
+        if point.scene == scene
+        and point.measure == "relative"
+        and point.time is not None
+        and point.states
+    ]
+    tasks = [
+        task for task in ("acceleration", "inverse") if task in {point.task for point in drawn}
+    ]
+    if not tasks:
+        raise DataError(f"{scene}: no task with errors and times to draw")
+    drawn = [point for point in drawn if point.task in tasks]
+    style = figures.Style((p.variant for p in drawn), (p.precision for p in drawn), for_file=True)
+    panels = []
+    for i, task in enumerate(tasks):
+        panel = [point for point in drawn if point.task == task]
+        chart = figures.work_precision(panel, style, scales=f"concat_{i}_")
+        panels.append(chart.properties(width=330, title=f"{scene_name(scene)}: {task_text(task)}"))
+    theme = figures.THEME | {"background": "white", "padding": 10}
+    return vl_convert.vegalite_to_svg(
+        alt.hconcat(*panels).resolve_scale(color="shared", shape="shared").to_dict(),
+        vl_version=VEGA_LITE,
+        config=theme,
+    )
+
+
+def write(path: Path, text: str) -> None:
+    """All or nothing: a run that dies leaves the old file or none."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+        try:
+            with os.fdopen(handle, "w", encoding="utf-8") as file:
+                file.write(text)
+            os.chmod(name, 0o644)
+            os.replace(name, path)
+        except BaseException:
+            os.unlink(name)
+            raise
+    except OSError as error:
+        raise DataError(f"{path}: {error.strerror}") from None
+
+
+def main() -> None:
+    parser = Parser(description=__doc__)
+    parser.add_argument("--data", type=Path, metavar="DIR", help="folder of a run's data files")
+    parser.add_argument(
+        "--files", type=Path, nargs="+", metavar="FILE", help="these data files only"
+    )
+    parser.add_argument("--out", type=Path, metavar="FILE", help="the page to write")
+    parser.add_argument(
+        "--figure", type=Path, metavar="FILE.svg", help="the README's figure to write"
+    )
+    arguments = parser.parse_args()
+    if not (arguments.data or arguments.files):
+        parser.error("neither --data nor --files is given")
+    if not (arguments.out or arguments.figure):
+        parser.error("neither --out nor --figure is given")
+    try:
+        data = load(arguments.data, arguments.files)
+        if arguments.figure:
+            write(arguments.figure, figure(data))
+        if arguments.out:
+            write(arguments.out, page(data))
+    except DataError as error:
+        parser.error(str(error))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,122 @@
+"use strict";
+
+const read = (node) => JSON.parse(node.textContent);
+const theme = read(document.getElementById("theme"));
+
+/** The parameters that legend and choices around a figure ask for. */
+function wanted(figure) {
+  const section = figure.closest("section");
+  const shared = section.querySelectorAll(".controls select");
+  const choices = [...shared, ...figure.querySelectorAll("select")];
+  const off = [...section.querySelectorAll(".legend [aria-pressed=false]")];
+  const chosen = choices.map((select) => [select.dataset.signal, select.value]);
+  return { ...Object.fromEntries(chosen), hidden: off.map((button) => button.dataset.entry) };
+}
+
+/** The rows that the chart's own filters let through. */
+function shown(rows, { hidden, ...choices }) {
+  const kept = ([name, value]) => (row) => !(name in row) || row[name] === value;
+  const filters = Object.entries(choices).map(kept);
+  return rows
+    .filter((row) => !hidden.includes(row.variant) && !hidden.includes(row.precision))
+    .filter((row) => filters.every((keeps) => keeps(row)));
+}
+
+function listNumbers(figure, rows, columns) {
+  const table = document.createElement("table");
+  const add = (parent, tag, text) => {
+    const cell = parent.appendChild(document.createElement(tag));
+    cell.textContent = text;
+    return cell;
+  };
+  const head = table.createTHead().insertRow();
+  for (const title of Object.values(columns)) add(head, "th", title).scope = "col";
+  const body = table.createTBody();
+  for (const row of rows) {
+    const line = body.insertRow();
+    for (const name of Object.keys(columns)) add(line, "td", row[name]);
+  }
+  figure.querySelector(".numbers .scroll").replaceChildren(table);
+}
+
+async function draw(figure) {
+  const spec = read(figure.querySelector(".spec"));
+  const columns = read(figure.querySelector(".columns"));
+  const rows = Object.values(spec.datasets).flat().filter((row) => "scene" in row);
+  const numbers = figure.querySelector(".numbers");
+  const parameters = new Set((spec.params ?? []).map((parameter) => parameter.name));
+  const { view } = await vegaEmbed(figure.querySelector(".chart"), spec, {
+    actions: false,
+    config: theme,
+    logLevel: 1, // errors only: an empty strip of failures is no reason to warn
+    renderer: "svg",
+    tooltip: { disableDefaultStyle: true },
+  });
+  figure.rows = rows;
+  figure.update = async () => {
+    const signals = wanted(figure);
+    for (const [name, value] of Object.entries(signals)) {
+      if (parameters.has(name)) view.signal(name, value);
+    }
+    const kept = shown(rows, signals);
+    figure.querySelector(".nothing").hidden = kept.length > 0;
+    if (numbers.open) listNumbers(figure, kept, columns);
+    await view.runAsync();
+  };
+  numbers.addEventListener("toggle", figure.update);
+  await figure.update();
+}
+
+/** The legend names what the section's figures can show now, switched off or not. */
+function trimLegend(section) {
+  const figures = [...section.querySelectorAll("figure")];
+  const rows = figures.flatMap((figure) => shown(figure.rows, { ...wanted(figure), hidden: [] }));
+  for (const button of section.querySelectorAll(".legend button")) {
+    const { entry } = button.dataset;
+    button.hidden = !rows.some((row) => row.variant === entry || row.precision === entry);
+  }
+}
+
+/** Redraws what a control acts on: its figure, or all figures of its section. */
+function updateAround(control) {
+  const scope = control.closest("figure") ?? control.closest("section");
+  const figures = scope.matches("figure") ? [scope] : scope.querySelectorAll("figure");
+  for (const figure of figures) figure.update();
+  trimLegend(control.closest("section"));
+}
+
+/** Fingers have no hover and miss small marks: a tap shows the numbers of the mark nearest to it. */
+function showNearest(chart, { clientX, clientY }) {
+  let nearest = null;
+  let least = 30; // pixels
+  for (const mark of chart.querySelectorAll(".mark-symbol path[aria-label]")) {
+    const box = mark.getBoundingClientRect();
+    const distance = Math.hypot(box.x + box.width / 2 - clientX, box.y + box.height / 2 - clientY);
+    if (distance < least) [nearest, least] = [mark, distance];
+  }
+  nearest?.dispatchEvent(new PointerEvent("pointermove", { bubbles: true, clientX, clientY }));
+}
+
+function hideNumbers() {
+  document.getElementById("vg-tooltip-element")?.classList.remove("visible");
+}
+
+Promise.all([...document.querySelectorAll("figure")].map(draw)).then(() => {
+  document.querySelectorAll("section").forEach(trimLegend);
+  for (const select of document.querySelectorAll("select")) {
+    select.addEventListener("change", () => updateAround(select));
+  }
+  for (const button of document.querySelectorAll(".legend button")) {
+    button.addEventListener("click", () => {
+      button.setAttribute("aria-pressed", button.getAttribute("aria-pressed") !== "true");
+      updateAround(button);
+    });
+  }
+  document.addEventListener("click", (event) => {
+    hideNumbers();
+    const chart = event.target.closest(".chart");
+    if (chart) showNearest(chart, event);
+  });
+  document.addEventListener("touchmove", hideNumbers, { passive: true });
+  document.body.dataset.drawn = "yes"; // what a test waits for
+});

@@ -1,0 +1,98 @@
+"""A colour for each variant, a shape for each precision.
+
+The hue says the family (`Sequential` of `Sequential<UD>`), the shade the variant within it; shades
+differ in lightness, for readers with any colour vision. A colour is a pair: light page, dark page.
+"""
+
+from zlib import crc32
+
+FAMILIES = {
+    "Batch": [
+        ("#22308a", "#6880d4"),
+        ("#0674b6", "#78c1fe"),
+        ("#0f9ab4", "#a1ecfe"),
+        ("#5740a1", "#9f90eb"),
+        ("#088cb9", "#89d8fe"),
+        ("#04488d", "#5995e1"),
+    ],
+    "Sequential": [
+        ("#a6560a", "#faa264"),
+        ("#701800", "#c8664e"),
+        ("#c38406", "#fed7a1"),
+        ("#972430", "#e57c7e"),
+        ("#c65d26", "#feba9b"),
+        ("#6a3d01", "#c9802d"),
+    ],
+    "ClosedForm": [
+        ("#248430", "#82d085"),
+        ("#034933", "#029e72"),
+        ("#29a164", "#93f8b8"),
+        ("#0a6453", "#14b99b"),
+    ],
+    "Refined": [
+        ("#8f4fa9", "#d9a0f3"),
+        ("#6b0755", "#b9649f"),
+        ("#d76797", "#ffcfe0"),
+        ("#7c2f82", "#c882cc"),
+    ],
+    "Structured": [
+        ("#73740c", "#bfc156"),
+        ("#463d01", "#98870c"),
+        ("#ac9008", "#f9dd73"),
+        ("#5d5803", "#aca434"),
+    ],
+    "MuJoCo": [("#5f6368", "#b9bec5")],
+    "CRBA": [("#1d1f22", "#f1f3f5")],
+}
+UNKNOWN_FAMILIES = [
+    [
+        ("#107f7a", "#27d4cc"),
+        ("#4b1f7e", "#9372c8"),
+        ("#6f9018", "#caed8b"),
+        ("#94234a", "#e27b95"),
+    ],
+    [
+        ("#94234a", "#e27b95"),
+        ("#6f9018", "#caed8b"),
+        ("#4b1f7e", "#9372c8"),
+        ("#107f7a", "#27d4cc"),
+    ],
+]
+SHADES = {
+    "Batch<EigenLLT>": 0,
+    "Batch<EigenLDLT>": 1,
+    "Batch<OpenBLAS>": 2,
+    "Batch<SparseLTDL>": 3,
+    "Sequential<Conventional>": 0,
+    "Sequential<ArrayMGS>": 1,
+    "Sequential<UD>": 2,
+    "ClosedForm<Conventional>": 0,
+    "MuJoCo": 0,
+    "CRBA": 0,
+}
+SHAPES = {"float64": "circle", "float32": "triangle-up", "mp": "diamond"}
+
+
+def family(variant: str) -> str:
+    return variant.split("<", 1)[0]
+
+
+def colours(variants) -> dict[str, tuple[str, str]]:
+    """Variants of SHADES look alike in all reports; others take a free shade of their family."""
+    result = {}
+    for variant in sorted(set(variants), key=lambda variant: (variant not in SHADES, variant)):
+        name = family(variant)
+        ramp = FAMILIES.get(name) or UNKNOWN_FAMILIES[crc32(name.encode()) % len(UNKNOWN_FAMILIES)]
+        first = SHADES.get(variant, crc32(variant.encode()))
+        shades = [ramp[(first + step) % len(ramp)] for step in range(len(ramp))]
+        result[variant] = next(
+            (shade for shade in shades if shade not in result.values()), shades[0]
+        )
+    return result
+
+
+def shapes(precisions) -> dict[str, str]:
+    return {
+        precision: SHAPES.get(precision, "square")
+        for precision in sorted(set(precisions), reverse=True)
+    }

@@ -1,0 +1,57 @@
+"""What a part of the page is made of. Cells are text, or `Markup` where a tag is meant."""
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+
+class Verdict(NamedTuple):
+    """A table cell that passes or fails, said in words as well as in colour."""
+
+    good: bool
+
+    def __str__(self) -> str:
+        return "✓ pass" if self.good else "✗ fail"
+
+
+@dataclass
+class Table:
+    caption: str
+    columns: list[str]
+    rows: list[list]
+    align: str  # one letter a column: l or r
+    folded: bool = False
+
+
+@dataclass
+class Choice:
+    """One of several things to show; `signal` is the charts' parameter that it sets."""
+
+    signal: str
+    label: str
+    options: list[tuple[str, str]]  # value and what the page writes for it
+    first: str
+
+
+@dataclass
+class Figure:
+    title: str
+    chart: object  # altair chart
+    columns: dict[
+        str, str
+    ]  # the fields of its rows that the list of numbers shows, and their titles
+    choices: list[Choice] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+
+@dataclass
+class Section:
+    """Choices and legend act on every figure of the section."""
+
+    title: str
+    paragraphs: list[str] = field(default_factory=list)
+    statements: list[str] = field(default_factory=list)  # a list of points
+    choices: list[Choice] = field(default_factory=list)
+    variants: list[str] = field(default_factory=list)  # legend entries, with precisions
+    precisions: list[str] = field(default_factory=list)
+    figures: list[Figure] = field(default_factory=list)
+    tables: list[Table] = field(default_factory=list)

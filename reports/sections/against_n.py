@@ -1,0 +1,126 @@
+"""Error, time and condition number against N, with fitted exponents."""
+
+from collections import defaultdict
+
+import figures
+from data import Data, Error, scene_name, scene_size
+from section import Figure, Section, Table
+from sections.views import view_choice
+from summary import FIT_FROM, Fit, Point, fit_exponent, points, summarise
+from text import error_text, task_text
+
+CONDITION = {"kappa": "κ(M)", "kappa_scaled": "scaled κ"}
+
+
+def section(data: Data) -> Section | None:
+    names = data.families
+    drawn = [point for point in points(data) if point.name in names]
+    if not drawn:
+        return None
+    views = view_choice(drawn)
+    style = figures.Style((p.variant for p in drawn), (p.precision for p in drawn))
+    result = Section(
+        "Against N",
+        [
+            "Families of mechanisms that grow. All axes are logarithmic. κ(M) is the condition "
+            "number of the mass matrix; scaled κ is that of the matrix scaled to a diagonal of "
+            "ones.",
+            "An exponent is the slope of a least-squares line through log of the median against "
+            f"log N, over N ≥ {FIT_FROM}; ± is its standard error. It is given where at least "
+            "three sizes were measured.",
+        ],
+        choices=[views],
+        variants=style.variants,
+        precisions=style.precisions,
+    )
+    first = {figures.VIEW: views.first}
+    condition = {}
+    for name in names:
+        family = [point for point in drawn if point.name == name]
+        for what, field in (("error", "median"), ("time", "time")):
+            if any(getattr(point, field) is not None for point in family):
+                chart = figures.against_size(family, style, first, what)
+                result.figures.append(Figure(f"{name}: {what}", chart, figures.TOOLTIPS))
+        model = [
+            row for row in data.errors if row.task == "model" and scene_name(row.scene) == name
+        ]
+        if model_numbers := _condition_numbers(model):
+            condition[name] = model_numbers
+            chart = figures.condition(model_numbers)
+            result.figures.append(
+                Figure(f"{name}: condition of M", chart, figures.CONDITION_TOOLTIPS)
+            )
+    for task in dict.fromkeys(value.split("/")[0] for value, _ in views.options):
+        result.tables.append(
+            _exponents(task, [point for point in drawn if point.task == task], names)
+        )
+    if condition:
+        result.tables.append(_condition_exponents(condition))
+    return result
+
+
+def _condition_numbers(rows: list[Error]) -> list[dict]:
+    series = defaultdict(list)
+    for row in rows:
+        series[row.measure, row.scene].append(row)
+    numbers = []
+    for (measure, scene), group in series.items():
+        summary = summarise(group)
+        if summary.median is not None:
+            numbers.append(
+                {
+                    "scene": scene,
+                    "n": scene_size(scene),
+                    "number": CONDITION.get(measure, measure),
+                    "value": summary.median,
+                    "median": error_text(summary.median),
+                    "largest": error_text(summary.worst),
+                    "states": summary.states,
+                    "failed": summary.failures,
+                }
+            )
+    return sorted(numbers, key=lambda row: (row["number"], row["n"]))
+
+
+def _exponents(task: str, drawn: list[Point], names: list[str]) -> Table:
+    series = defaultdict(list)
+    for point in drawn:
+        if point.measure == "relative":
+            series[point.variant, point.precision, point.name].append(point)
+    rows = []
+    for variant, precision in sorted({key[:2] for key in series}):
+        row = [variant, precision]
+        for name in names:
+            group = series[variant, precision, name]
+            row.append(_fit_text(fit_exponent((point.n, point.time) for point in group)))
+            row.append(_fit_text(fit_exponent((point.n, point.median) for point in group)))
+        rows.append(row)
+    return Table(
+        f"{task_text(task)}: exponents of the median time and of the median relative error",
+        ["Variant", "Precision"]
+        + [f"{name}: {what}" for name in names for what in ("time", "error")],
+        rows,
+        "ll" + "rr" * len(names),
+        folded=task != "acceleration",
+    )
+
+
+def _condition_exponents(numbers: dict[str, list[dict]]) -> Table:
+    labels = sorted({row["number"] for rows in numbers.values() for row in rows})
+    rows = []
+    for name, family in numbers.items():
+        fits = (
+            fit_exponent((row["n"], row["value"]) for row in family if row["number"] == label)
+            for label in labels
+        )
+        rows.append([name, *map(_fit_text, fits)])
+    return Table(
+        "Exponents of the median condition number",
+        ["Family", *labels],
+        rows,
+        "l" + "r" * len(labels),
+    )
+
+
+def _fit_text(fit: Fit | None) -> str:
+    return f"{fit.exponent:.2f} ± {fit.standard_error:.2f}".replace("-", "−") if fit else "–"

@@ -1,0 +1,56 @@
+"""Error against run time: one panel a robot, one a family with a choice of N."""
+
+from itertools import groupby
+
+import figures
+from data import Data, Time
+from section import Choice, Figure, Section
+from sections.views import view_choice
+from summary import Point, points
+from text import task_text
+
+
+def section(data: Data) -> Section | None:
+    drawn = [point for point in points(data) if point.time is not None and point.states]
+    if not drawn:
+        return None
+    views = view_choice(drawn)
+    style = figures.Style((p.variant for p in drawn), (p.precision for p in drawn))
+    panels = [list(group) for _, group in groupby(drawn, key=lambda point: point.name)]
+    panels.sort(key=lambda panel: (panel[0].name in data.families, panel[0].n, panel[0].name))
+    return Section(
+        "Error against run time",
+        [
+            "Down and to the left is better. The line is the Pareto front of the marks shown: "
+            "nothing shown is both faster and more accurate than a mark on it. A variant that "
+            "failed on some states is not on the front; a cross at the top edge gives the share "
+            "of failed states.",
+            "Select a name in the legend to switch it off, and again to bring it back. "
+            "Point at a mark, or tap it, for its numbers, or open the list below a chart.",
+        ],
+        choices=[views],
+        variants=style.variants,
+        precisions=style.precisions,
+        figures=[_panel(panel, style, views, data.times) for panel in panels],
+    )
+
+
+def _panel(panel: list[Point], style: figures.Style, views: Choice, times: list[Time]) -> Figure:
+    sizes = {point.scene: point.n for point in sorted(panel, key=lambda point: point.n)}
+    middle = list(sizes)[len(sizes) // 2]
+    scenes = Choice(figures.SCENE, "N", [(scene, str(n)) for scene, n in sizes.items()], middle)
+    several = len(sizes) > 1
+    name = panel[0].name
+    first = {figures.VIEW: views.first, figures.SCENE: scenes.first}
+    return Figure(
+        name if several else f"{name}, {panel[0].n} degrees of freedom",
+        figures.work_precision(panel, style, first),
+        figures.TOOLTIPS,
+        choices=[scenes] if several else [],
+        notes=[_refusal(time) for time in times if time.refused and time.scene in sizes],
+    )
+
+
+def _refusal(time: Time) -> str:
+    series = f"{time.scene}, {task_text(time.task)}, {time.variant}, {time.precision}"
+    return f"Not timed: {series}: {time.refused}"

@@ -1,0 +1,97 @@
+"""What the numbers do not say, and what is missing from this run."""
+
+from collections import defaultdict
+
+from data import Data
+from section import Section, Table
+from sections.method import distinct
+from summary import points
+from text import share_text, task_text
+
+NOISY = 0.05
+
+
+def section(data: Data) -> Section:
+    timed = [time for time in data.times if time.variation is not None]
+    noisy = sum(time.variation > NOISY for time in timed)
+    statements = []
+    if timed:
+        statements.append(
+            f"Times are noisy: {noisy} of {len(timed)} vary by more than {share_text(NOISY)} over "
+            "their repetitions (standard deviation over mean). The machine may have been shared."
+        )
+    statements += [
+        "Times are those of one machine, one compiler and one thread. Another machine may order "
+        "the variants differently.",
+        "The truth is a multi-precision solution for the model's parameters rounded to the "
+        "working precision. The error of that rounding, and how well the parameters are known, "
+        "are not part of any error here.",
+        "States are random and finite in number. The largest error found is not a bound.",
+        "Not measured: contacts, joint limits, damping, actuators, constraints, derivatives, "
+        "several states at once, GPUs.",
+    ]
+    for key in ("git_revision", "compiler", "flags"):
+        if len(distinct(data, key)) > 1:
+            statements.append(f"Files of this run differ in {key}: do not compare their times.")
+    return Section("Limitations", statements=statements + _missing(data), tables=_failures(data))
+
+
+def _missing(data: Data) -> list[str]:
+    kinds = {
+        "errors": {row.scene for row in data.errors},
+        "times": {time.scene for time in data.times},
+    }
+    statements = []
+    for kind, scenes in kinds.items():
+        if missing := [scene for scene in data.scenes if scene not in scenes]:
+            statements.append(f"No {kind} recorded: {', '.join(missing)}.")
+    compared = {robot["scene"] for robot in data.mujoco}
+    if missing := [scene for scene in data.robots if scene not in compared]:
+        statements.append(f"Not compared with MuJoCo: {', '.join(missing)}.")
+    return statements + _missing_variants(data)
+
+
+def _missing_variants(data: Data) -> list[str]:
+    """A variant that other scenes have for the same precision and task, and a scene does not."""
+    present = defaultdict(set)
+    for point in points(data):
+        present[point.task, point.variant, point.precision].add(point.scene)
+    scenes_of_task = defaultdict(set)
+    for (task, _, _), scenes in present.items():
+        scenes_of_task[task] |= scenes
+    statements = []
+    for (task, variant, precision), scenes in sorted(present.items()):
+        if missing := [scene for scene in data.scenes if scene in scenes_of_task[task] - scenes]:
+            statements.append(
+                f"{task_text(task)}: {variant}, {precision} is missing for {', '.join(missing)}."
+            )
+    return statements
+
+
+def _failures(data: Data) -> list[Table]:
+    rows = {
+        (
+            point.scene,
+            task_text(point.task),
+            point.variant,
+            point.precision,
+        ): f"{point.failures} of {point.states} states: {point.reasons}"
+        for point in points(data)
+        if point.failures
+    }
+    for time in data.times:
+        if time.refused:
+            key = (time.scene, task_text(time.task), time.variant, time.precision)
+            rows[key] = "; ".join(filter(None, [rows.get(key), f"not timed: {time.refused}"]))
+    if not rows:
+        return []
+    columns = ["Scene", "Task", "Variant", "Precision", "What failed"]
+    return [
+        Table(
+            f"All {len(rows)} failures",
+            columns,
+            [[*key, text] for key, text in rows.items()],
+            "lllll",
+            len(rows) > 8,
+        )
+    ]

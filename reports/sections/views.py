@@ -1,0 +1,27 @@
+"""The choice of task and measure that sections share."""
+
+from figures import VIEW, view
+from section import Choice
+from summary import Point
+from text import TASKS, measure_text, task_text
+
+
+def view_choice(points: list[Point]) -> Choice:
+    """Known tasks first, in their order; within a task the relative error first."""
+    known = list(TASKS)
+
+    def rank(pair):
+        task, measure = pair
+        return (
+            known.index(task) if task in known else len(known),
+            task,
+            measure != "relative",
+            measure,
+        )
+
+    pairs = sorted({(point.task, point.measure) for point in points}, key=rank)
+    options = [
+        (view(task, measure), f"{task_text(task)}: {measure_text(measure)}")
+        for task, measure in pairs
+    ]
+    return Choice(VIEW, "Show", options, options[0][0])

@@ -1,0 +1,109 @@
+"""Statistics of the records: medians over states, points of error and time, exponents against N."""
+
+import math
+import statistics
+from collections import defaultdict
+from typing import NamedTuple
+
+from data import Data, Error, scene_name, scene_size
+
+FIT_FROM = 15  # smaller mechanisms show overheads, not the order of growth
+
+
+class Summary(NamedTuple):
+    """Errors of one series over its states; median and worst are of those that did not fail."""
+
+    median: float | None
+    worst: float | None
+    states: int
+    failures: int
+    reasons: str
+
+
+class Point(NamedTuple):
+    """What is known of one scene, variant, precision, task and measure; None where not measured."""
+
+    scene: str
+    name: str
+    n: int
+    variant: str
+    precision: str
+    task: str
+    measure: str
+    time: float | None
+    variation: float | None
+    median: float | None
+    worst: float | None
+    states: int
+    failures: int
+    reasons: str
+
+
+class Fit(NamedTuple):
+    exponent: float
+    standard_error: float
+    count: int
+
+
+def failed(row: Error) -> bool:
+    return row.outcome != "ok" or not math.isfinite(row.value)
+
+
+def summarise(rows: list[Error]) -> Summary:
+    values = [row.value for row in rows if not failed(row)]
+    outcomes = sorted(
+        {row.outcome if row.outcome != "ok" else "not finite" for row in rows if failed(row)}
+    )
+    return Summary(
+        statistics.median(values) if values else None,
+        max(values, default=None),
+        len(rows),
+        len(rows) - len(values),
+        ", ".join(outcomes),
+    )
+
+
+def points(data: Data) -> list[Point]:
+    """One for every series of errors, with its time; for a time without errors, one a measure."""
+    series = defaultdict(list)
+    measures = defaultdict(set)
+    for row in data.errors:
+        if row.task != "model":
+            series[row.scene, row.variant, row.precision, row.task, row.measure].append(row)
+            measures[row.task].add(row.measure)
+    times = {time[:4]: time for time in data.times}
+    for key in times.keys() - {key[:4] for key in series}:
+        for measure in measures[key[3]] or {"relative"}:
+            series[*key, measure] = []
+    result = []
+    for key, rows in series.items():
+        scene = key[0]
+        time = times.get(key[:4])
+        result.append(
+            Point(
+                scene,
+                scene_name(scene),
+                scene_size(scene),
+                *key[1:],
+                time and time.nanoseconds,
+                time and time.variation,
+                *summarise(rows),
+            )
+        )
+    return sorted(result, key=lambda point: (point.name, point.n, *point[3:7]))
+
+
+def fit_exponent(pairs) -> Fit | None:
+    """Least squares of log y on log N over N >= FIT_FROM, with the slope's standard error.
+
+    None where fewer than three points remain: two points have no scatter to judge by.
+    """
+    kept = [(math.log(n), math.log(y)) for n, y in pairs if n >= FIT_FROM and y and y > 0]
+    if len({x for x, _ in kept}) < 3:
+        return None
+    x, y = zip(*kept)
+    slope, intercept = statistics.linear_regression(x, y)
+    residual = sum((b - slope * a - intercept) ** 2 for a, b in kept)
+    mean = statistics.fmean(x)
+    spread = sum((a - mean) ** 2 for a in x)
+    return Fit(slope, math.sqrt(residual / (len(kept) - 2) / spread), len(kept))

@@ -1,0 +1,139 @@
+"""What is read is what was recorded, and bad input is refused with the file and the value."""
+
+import json
+import math
+
+import pytest
+
+from data import COLUMNS, Data, DataError, load
+
+HEADER = ",".join(COLUMNS)
+ROW = "panda:7,7,Batch<EigenLLT>,float64,inverse,0,relative,1.5e-16,ok"
+ROBOT = {
+    "scene": "panda:7",
+    "states": 100,
+    "mass": {"max": 1e-15, "median": 1e-16, "bound": 1e-13},
+    "variants": [],
+    "pass": True,
+}
+
+
+@pytest.fixture
+def read(tmp_path):
+    def read(name: str, text) -> Data:
+        (tmp_path / name).write_text(text if isinstance(text, str) else json.dumps(text))
+        return load(tmp_path)
+
+    return read
+
+
+def timed(name="inverse/Batch<EigenLLT>/panda:7/float64", **row):
+    return {
+        "name": name,
+        "run_name": name,
+        "run_type": "iteration",
+        "real_time": 1.0,
+        "time_unit": "ns",
+    } | row
+
+
+def test_an_error_row_keeps_its_parts(read):
+    (row,) = read("errors-a.csv", f"{HEADER}\n{ROW}\n").errors
+    assert row == ("panda:7", "Batch<EigenLLT>", "float64", "inverse", 0, "relative", 1.5e-16, "ok")
+
+
+def test_a_failure_is_kept(read):
+    (row,) = read("errors-a.csv", f"{HEADER}\n{ROW.replace('1.5e-16,ok', 'nan,singular')}\n").errors
+    assert math.isnan(row.value) and row.outcome == "singular"
+
+
+def test_median_and_variation_come_from_the_aggregates(read):
+    rows = [timed(real_time=t) for t in (9.0, 1.0)]
+    rows += [
+        timed(run_type="aggregate", aggregate_name=name, real_time=value, repetitions=2)
+        for name, value in (("mean", 5.0), ("median", 4.0), ("cv", 0.25))
+    ]
+    (time,) = read("times-a.json", {"benchmarks": rows}).times
+    assert (time.nanoseconds, time.variation, time.repetitions) == (4.0, 0.25, 2)
+
+
+def test_without_aggregates_the_median_is_of_the_repetitions(read):
+    (time,) = read(
+        "times-a.json", {"benchmarks": [timed(real_time=t) for t in (1.0, 9.0, 2.0)]}
+    ).times
+    assert time.nanoseconds == 2.0
+
+
+def test_times_are_in_nanoseconds_whatever_their_unit(read):
+    (time,) = read("times-a.json", {"benchmarks": [timed(real_time=2.5, time_unit="us")]}).times
+    assert time.nanoseconds == 2500
+
+
+def test_settings_after_a_benchmarks_name_are_no_part_of_it(read):
+    name = "inverse/Batch<EigenLLT>/panda:7/float64/min_time:0.1/repeats:5"
+    (time,) = read("times-a.json", {"benchmarks": [timed(name)]}).times
+    assert time[:4] == ("panda:7", "Batch<EigenLLT>", "float64", "inverse")
+
+
+def test_a_refused_benchmark_has_a_reason_and_no_time(read):
+    row = timed(error_occurred=True, error_message="too far off", real_time=0.0)
+    (time,) = read("times-a.json", {"benchmarks": [row]}).times
+    assert time.nanoseconds is None and time.refused == "too far off"
+
+
+def test_a_timing_of_no_scene_is_that_of_the_benchmark_itself(read):
+    data = read("times-a.json", {"benchmarks": [timed("harness/empty/none/none"), timed()]})
+    assert (len(data.harness), data.scenes) == (1, ["panda:7"])
+
+
+def test_a_family_has_several_sizes_and_a_robot_one(read):
+    rows = [ROW, ROW.replace("panda:7", "chain:3"), ROW.replace("panda:7", "chain:15")]
+    data = read("errors-a.csv", "\n".join([HEADER, *rows]))
+    assert data.families == ["chain"]
+    assert data.robots == ["panda:7"]
+    assert data.scenes == ["chain:3", "panda:7", "chain:15"]
+
+
+def test_other_files_of_a_folder_are_left_alone(read, tmp_path):
+    (tmp_path / "evaluate-panda.json").write_text("no data")
+    assert len(read("mujoco-a.json", {"mujoco": "4", "robots": [ROBOT]}).mujoco) == 1
+
+
+def test_given_files_are_the_only_ones_read(read, tmp_path):
+    read("errors-a.csv", f"{HEADER}\n{ROW}\n")
+    (tmp_path / "errors-b.csv").write_text(f"{HEADER}\n{ROW.replace('panda', 'other')}\n")
+    assert load(None, [tmp_path / "errors-b.csv"]).scenes == ["other:7"]
+
+
+@pytest.mark.parametrize(
+    "name, text, message",
+    [
+        ("errors-a.csv", "scene,n\n", "header"),
+        (
+            "errors-a.csv",
+            f"{HEADER}\n{ROW.replace('panda:7', 'panda')}\n",
+            "errors-a.csv:2: scene 'panda'",
+        ),
+        (
+            "errors-a.csv",
+            f"{HEADER}\n{ROW}\n{ROW.replace('1.5e-16', 'x')}\n",
+            "errors-a.csv:3: .*'x'",
+        ),
+        ("errors-a.csv", f"{HEADER}\npanda:7,7\n", "errors-a.csv:2: not 9 values"),
+        ("errors-a.csv", f"{HEADER}\n{ROW}\n{ROW}\n", "panda:7/.*recorded 2 times"),
+        ("errors-a.csv", f"{HEADER}\n", "no data"),
+        ("times-a.json", "{", "times-a.json: not JSON"),
+        ("times-a.json", "[]", "not Google Benchmark"),
+        ("times-a.json", {"context": {}}, "'benchmarks' is missing"),
+        ("times-a.json", {"benchmarks": [timed("inverse/panda")]}, "'inverse/panda'"),
+        ("times-a.json", {"benchmarks": [timed(real_time=0)]}, "took 0"),
+        ("times-a.json", {"benchmarks": [timed(real_time=math.nan)]}, "took nan"),
+        ("times-a.json", {"benchmarks": [timed(time_unit="h")]}, "is in 'h'"),
+        ("mujoco-a.json", {"robots": []}, "no data"),
+        ("mujoco-a.json", {"mujoco": "4", "robots": [{"scene": "panda:7"}]}, "'mass' is missing"),
+        ("mujoco-a.json", {"mujoco": "4", "robots": [ROBOT, ROBOT]}, "recorded 2 times"),
+    ],
+)
+def test_bad_data_is_refused_by_name(read, name, text, message):
+    with pytest.raises(DataError, match=message):
+        read(name, text)

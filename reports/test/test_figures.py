@@ -1,0 +1,128 @@
+"""The charts that Vega makes of hand-made points."""
+
+import re
+
+import alt_scene
+import figures
+import palette
+import pytest
+from summary import Point
+
+STYLE = figures.Style(["A", "B"], ["float64"], for_file=True)
+
+
+def points(*times_and_errors, failures=0):
+    return [
+        Point(
+            "panda:7",
+            "panda",
+            7,
+            f"V{i}",
+            "float64",
+            "inverse",
+            "relative",
+            time,
+            0.01,
+            error,
+            error,
+            10,
+            failures,
+            "",
+        )
+        for i, (time, error) in enumerate(times_and_errors)
+    ]
+
+
+def front(drawn):
+    """The front's (time, error), in its order."""
+    style = figures.Style([point.variant for point in drawn], ["float64"], for_file=True)
+    (line, *_) = alt_scene.marks(figures.work_precision(drawn, style), "line")
+    return [
+        tuple(map(float, re.findall(r"(?:time|error): ([^;]+)", item["description"])))
+        for item in line
+    ]
+
+
+def test_the_front_leaves_out_what_another_beats():
+    drawn = points((100, 1e-6), (200, 1e-9), (150, 1e-5), (300, 1e-8), (400, 1e-12))
+    assert front(drawn) == [(100, 1e-6), (200, 1e-9), (400, 1e-12)]
+
+
+def test_of_equal_times_the_front_takes_the_smaller_error():
+    assert front(points((100, 1e-6), (100, 1e-9))) == [(100, 1e-9)]
+
+
+def test_of_equal_errors_the_front_takes_the_faster():
+    assert front(points((200, 1e-9), (100, 1e-9))) == [(100, 1e-9)]
+
+
+def test_an_exact_result_ends_the_front():
+    assert front(points((100, 1e-6), (200, 0.0), (300, 1e-9))) == [(100, 1e-6)]
+
+
+def test_a_variant_that_fails_is_not_on_the_front():
+    drawn = points((100, 1e-6)) + points((50, 1e-12), failures=1)
+    assert front(drawn) == [(100, 1e-6)]
+
+
+def test_a_failure_is_a_cross_with_its_share():
+    chart = figures.work_precision(points((100, None), failures=3), STYLE)
+    (crosses,) = [
+        items
+        for items in alt_scene.marks(chart, "symbol")
+        if items and items[0].get("shape") == "cross"
+    ]
+    assert len(crosses) == 1
+    assert "30 %" in alt_scene.texts(chart)
+
+
+def test_an_exact_result_has_a_mark_below_the_scale():
+    chart = figures.work_precision(points((100, 0.0), (200, 1e-9)), STYLE)
+    ys = [
+        item["y"]
+        for items in alt_scene.marks(chart, "symbol")
+        for item in items
+        if "description" in item
+    ]
+    assert max(ys) == figures.HEIGHT - figures.BAND / 2
+    assert min(ys) < figures.HEIGHT - figures.BAND
+
+
+@pytest.mark.parametrize("span", [1.1, 1.6, 3, 10, 1e4, 1e7])
+def test_a_time_axis_of_any_span_has_labels(span):
+    labels = alt_scene.texts(figures.work_precision(points((400, 1e-9), (400 * span, 1e-8)), STYLE))
+    assert sum(bool(re.fullmatch(r"[\d.]+ (ns|µs|ms|s)", label)) for label in labels) >= 1
+
+
+KNOWN = list(palette.SHADES)
+
+
+def test_known_variants_have_colours_of_their_own():
+    assert len(set(palette.colours(KNOWN).values())) == len(KNOWN)
+
+
+def test_a_known_variant_keeps_its_colour_beside_unknown_ones():
+    strangers = ["Sequential<Potter>", "Batch<Another>", "Refined<Sequential<UD>>", "Peer"]
+    together = palette.colours(KNOWN + strangers)
+    assert {name: together[name] for name in KNOWN} == palette.colours(KNOWN)
+    assert len(set(together.values())) == len(together)
+
+
+def contrast(one: str, other: str) -> float:
+    """The ratio of WCAG 2."""
+
+    def luminance(colour):
+        parts = [int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+        linear = [
+            part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts
+        ]
+        return sum(weight * part for weight, part in zip((0.2126, 0.7152, 0.0722), linear))
+
+    low, high = sorted([luminance(one), luminance(other)])
+    return (high + 0.05) / (low + 0.05)
+
+
+def test_every_colour_stands_out_from_its_page():
+    ramps = [*palette.FAMILIES.values(), *palette.UNKNOWN_FAMILIES]
+    for light, dark in (pair for ramp in ramps for pair in ramp):
+        assert contrast(light, "#ffffff") >= 3 and contrast(dark, "#15181d") >= 3, (light, dark)

@@ -1,0 +1,315 @@
+"""The page as a reader has it: opened in headless Chromium."""
+
+import re
+
+import make_report
+import pytest
+from data import load, scene_name
+from playwright.sync_api import expect, sync_playwright
+from summary import points
+from text import error_text, time_text
+
+CHROMIUM = "/usr/bin/chromium"
+TIME = "Error against run time"
+SIZE = "Against N"
+PHONE = {"width": 390, "height": 844}
+EIGEN = "Batch<EigenLLT>"
+
+
+@pytest.fixture(scope="session")
+def browser():
+    with sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture(scope="session")
+def written(run, tmp_path_factory):
+    file = tmp_path_factory.mktemp("page") / "index.html"
+    make_report.write(file, make_report.page(load(run)))
+    return file
+
+
+@pytest.fixture
+def visit(browser):
+    """Opens a page; fails if it complains, or asks the network for anything."""
+    contexts, complaints = [], []
+
+    def visit(file, **settings):
+        context = browser.new_context(**settings)
+        contexts.append(context)
+        page = context.new_page()
+        page.on("console", lambda message: complaints.append(f"{message.type}: {message.text}"))
+        page.on("pageerror", lambda error: complaints.append(str(error)))
+        page.on(
+            "request",
+            lambda request: (
+                complaints.append(request.url) if request.url != file.as_uri() else None
+            ),
+        )
+        page.goto(file.as_uri())
+        page.wait_for_selector("body[data-drawn]", state="attached")
+        return page
+
+    yield visit
+    for context in contexts:
+        context.close()
+    assert complaints == []
+
+
+@pytest.fixture
+def page(visit, written):
+    return visit(written)
+
+
+def section(page, title):
+    return page.locator("section").filter(
+        has=page.get_by_role("heading", level=2, name=title, exact=True)
+    )
+
+
+def figure(page, title, name):
+    return page.get_by_role("figure", name=f"{title}: {name}")
+
+
+def legend(page, title, entry):
+    return section(page, title).get_by_role("button", name=entry, exact=True)
+
+
+def marks(place, text=""):
+    """The marks of points and failures whose numbers contain the text."""
+    numbers = f'*="{text}"' if text else ""
+    return place.locator(f".mark-symbol path[aria-label{numbers}]")
+
+
+def show(page, title, task):
+    section(page, title).get_by_label("Show").select_option(task)
+
+
+def test_every_figure_is_drawn(page, run):
+    data = load(run)
+    timed = {
+        scene_name(point.scene) for point in points(data) if point.time is not None and point.states
+    }
+    figures = page.locator("figure").all()
+    assert len(figures) == len(timed) + 3 * len(data.families)
+    for drawn in figures:
+        frame, *boxes = drawn.locator(".chart svg").evaluate(
+            """(svg) => {
+                const marks = svg.querySelectorAll(".mark-symbol path[aria-label]");
+                return [svg, ...marks].map((node) => {
+                    const { x, y, width, height } = node.getBoundingClientRect();
+                    return { x: x + width / 2, y: y + height / 2, width, height };
+                });
+            }"""
+        )
+        assert frame["width"] > 250 and len(boxes) >= 8
+        for box in boxes:
+            assert min(box["width"], box["height"]) > 2
+            assert abs(box["x"] - frame["x"]) < frame["width"] / 2
+            assert abs(box["y"] - frame["y"]) < frame["height"] / 2
+
+
+def test_each_series_has_its_mark(page, run):
+    wanted = {
+        (point.variant, point.precision)
+        for point in points(load(run))
+        if (point.scene, point.task, point.measure) == ("panda:7", "acceleration", "relative")
+    }
+    panel = figure(page, TIME, "panda")
+    assert marks(panel).count() == len(wanted)
+    for variant, precision in wanted:
+        assert marks(panel, f"variant: {variant}; precision: {precision};").count() == 1
+
+
+def test_a_legend_entry_switches_off_and_on_in_its_section(page):
+    for title, entry, text in (
+        (TIME, EIGEN, f"variant: {EIGEN};"),
+        (SIZE, "float32", "precision: float32;"),
+    ):
+        place = section(page, title)
+        before, all_before = marks(place, text).count(), marks(place).count()
+        assert before > 0
+        legend(page, title, entry).click()
+        expect(legend(page, title, entry)).to_have_attribute("aria-pressed", "false")
+        expect(marks(place, text)).to_have_count(0)
+        assert marks(place).count() == all_before - before
+        legend(page, title, entry).click()
+        expect(marks(place, text)).to_have_count(before)
+        assert marks(place).count() == all_before
+
+
+def test_the_front_is_of_what_is_shown(page):
+    panel = figure(page, TIME, "panda")
+    line = panel.locator(".mark-line path").first
+    before = line.get_attribute("d")
+    legend(page, TIME, "float64").click()
+    expect(marks(panel, "float64")).to_have_count(0)
+    assert line.get_attribute("d") != before
+    legend(page, TIME, "float64").click()
+    expect(line).to_have_attribute("d", before)
+
+
+def test_the_legend_works_from_the_keyboard(page):
+    entry = legend(page, TIME, EIGEN)
+    entry.focus()
+    page.keyboard.press("Space")
+    expect(marks(section(page, TIME), f"variant: {EIGEN};")).to_have_count(0)
+
+
+def test_the_legend_names_only_what_can_be_shown(page):
+    expect(legend(page, TIME, "CRBA")).to_be_hidden()
+    show(page, TIME, "mass/relative")
+    expect(legend(page, TIME, "CRBA")).to_be_visible()
+    expect(legend(page, TIME, EIGEN)).to_be_hidden()
+
+
+def test_a_point_shows_its_numbers(page, run):
+    (point,) = [
+        point
+        for point in points(load(run))
+        if (point.scene, point.variant, point.precision) == ("panda:7", EIGEN, "float64")
+        and (point.task, point.measure) == ("acceleration", "relative")
+    ]
+    marks(figure(page, TIME, "panda"), f"variant: {EIGEN}; precision: float64").hover()
+    tooltip = page.locator("#vg-tooltip-element.visible")
+    expect(tooltip).to_be_visible()
+    shown = dict(row.inner_text().split("\t") for row in tooltip.locator("tr").all())
+    expected = {
+        "scene": "panda:7",
+        "variant": EIGEN,
+        "precision": "float64",
+        "median time": time_text(point.time),
+        "median error": error_text(point.median),
+        "largest error": error_text(point.worst),
+        "states": "20",
+        "failed": "0",
+    }
+    assert {name: shown.get(name) for name in expected} == expected
+    assert re.fullmatch(r"(< )?\d+ %", shown["variation of time"])
+
+
+def test_a_tap_near_a_point_shows_its_numbers_until_the_next_elsewhere(visit, written):
+    page = visit(written, viewport=PHONE, has_touch=True, is_mobile=True)
+    mark = marks(figure(page, TIME, "panda"), "Sequential<ArrayMGS>; precision: float64")
+    mark.scroll_into_view_if_needed()
+    box = mark.bounding_box()
+    page.touchscreen.tap(box["x"] + box["width"] + 6, box["y"] + box["height"] + 6)
+    tooltip = page.locator("#vg-tooltip-element.visible")
+    expect(tooltip).to_contain_text("Sequential<ArrayMGS>")
+    place = tooltip.bounding_box()
+    assert place["x"] >= 0 and place["x"] + place["width"] <= PHONE["width"]
+    figure(page, TIME, "panda").get_by_role("heading").tap()
+    expect(tooltip).to_have_count(0)
+
+
+def test_a_choice_changes_what_is_drawn(page):
+    panel = figure(page, TIME, "panda")
+    mark = marks(panel, EIGEN).first
+    before = mark.get_attribute("aria-label")
+    show(page, TIME, "inverse/scaled")
+    expect(mark).not_to_have_attribute("aria-label", before)
+
+
+def test_a_family_shows_the_chosen_size(page):
+    panel = figure(page, TIME, "chain")
+    panel.locator("select").select_option("chain:127")
+    expect(marks(panel, "scene: chain:127")).not_to_have_count(0)
+    assert marks(panel).count() == marks(panel, "scene: chain:127").count()
+    assert marks(panel, "indefinite").count() > 0  # the failure marks of EigenLLT in float32
+
+
+def test_the_list_of_numbers_follows_the_chart(page):
+    panel = figure(page, TIME, "panda")
+    panel.get_by_text("Numbers", exact=True).click()
+    rows = panel.locator(".numbers tbody tr")
+    expect(rows).to_have_count(marks(panel).count())
+    legend(page, TIME, EIGEN).click()
+    expect(rows).to_have_count(marks(panel).count())
+    expect(rows.filter(has_text=EIGEN)).to_have_count(0)
+
+
+def test_nothing_shown_is_said(page):
+    panel = figure(page, TIME, "panda")
+    said = panel.get_by_text("Nothing is shown")
+    expect(said).to_be_hidden()
+    for precision in ("float32", "float64"):
+        legend(page, TIME, precision).click()
+    expect(said).to_be_visible()
+
+
+def overflowing(page):
+    """What sticks out of the window, other than inside a box that scrolls."""
+    return page.evaluate(
+        """() => [...document.body.querySelectorAll("*")]
+            .filter((node) => !node.closest(".scroll, .said, svg"))
+            .filter((node) => node.getBoundingClientRect().right > innerWidth + 0.5)
+            .map((node) => node.outerHTML.slice(0, 80))"""
+    )
+
+
+def test_a_phone_needs_no_sideways_scrolling(visit, written):
+    page = visit(written, viewport=PHONE, has_touch=True, is_mobile=True)
+    page.evaluate(
+        "document.querySelectorAll('details').forEach((details) => (details.open = true))"
+    )
+    page.wait_for_function(
+        "[...document.querySelectorAll('.numbers .scroll')].every((list) => list.firstChild)"
+    )
+    assert page.evaluate("document.documentElement.scrollWidth") == 390
+    assert overflowing(page) == []
+    for chart in page.locator(".chart svg").all():
+        assert 300 < chart.bounding_box()["width"] <= 390
+
+
+def test_charts_follow_the_window(page):
+    chart = figure(page, TIME, "panda").locator(".chart svg")
+    page.set_viewport_size({"width": 1300, "height": 900})
+    wide = chart.bounding_box()["width"]
+    page.set_viewport_size(PHONE)
+    page.wait_for_timeout(300)
+    assert chart.bounding_box()["width"] < 390
+    assert overflowing(page) == []
+    assert wide > 300
+
+
+def brightness(page, selector, name):
+    """0 for black to 1 for white, of the first node found."""
+    colour = page.locator(selector).first.evaluate(f"(node) => getComputedStyle(node).{name}")
+    red, green, blue = (int(part) / 255 for part in re.findall(r"\d+", colour)[:3])
+    return 0.21 * red + 0.72 * green + 0.07 * blue
+
+
+def test_dark_mode_turns_page_and_charts_at_once(page):
+    texts = ["h2", ".chart .role-axis-label text", ".chart .role-axis-title text"]
+    mark = f'.chart path[aria-label*="{EIGEN}"]'
+    page.emulate_media(color_scheme="light")
+    assert brightness(page, "body", "backgroundColor") > 0.9
+    assert all(
+        brightness(page, text, "fill" if "chart" in text else "color") < 0.3 for text in texts
+    )
+    light = brightness(page, mark, "fill")
+    page.emulate_media(color_scheme="dark")
+    assert brightness(page, "body", "backgroundColor") < 0.15
+    assert all(
+        brightness(page, text, "fill" if "chart" in text else "color") > 0.7 for text in texts
+    )
+    assert brightness(page, mark, "fill") > light
+
+
+def test_figures_tables_and_lists_have_names(page):
+    assert page.locator("figure:not([aria-label])").count() == 0
+    assert page.locator("main table:not(:has(caption))").count() == 0
+    assert page.locator("section:not([aria-labelledby])").count() == 0
+    assert page.locator("h1").count() == 1
+
+
+@pytest.mark.parametrize("kind, figures", [("errors", 6), ("times", 3), ("mujoco", 0)])
+def test_a_part_of_the_data_makes_a_part_of_the_page(visit, run, tmp_path, kind, figures):
+    file = tmp_path / "index.html"
+    make_report.write(file, make_report.page(load(None, sorted(run.glob(f"{kind}-*")))))
+    page = visit(file)
+    assert page.locator("figure").count() == figures
+    for chart in page.locator("figure .chart").all():
+        assert marks(chart).count() > 0

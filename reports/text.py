@@ -1,0 +1,53 @@
+"""Names and numbers as the page writes them."""
+
+TASKS = {
+    "acceleration": "Acceleration a = M⁻¹(τ − bias)",
+    "inverse": "Inverse M⁻¹",
+    "mass": "Mass matrix M",
+}
+MEASURES = {
+    "relative": "relative error",
+    "energy": "relative error in the energy norm",
+    "scaled": "largest scaled entry error",
+}
+
+
+def task_text(task: str) -> str:
+    return TASKS.get(task, task)
+
+
+def measure_text(measure: str) -> str:
+    return MEASURES.get(measure, measure)
+
+
+def time_text(nanoseconds: float | None) -> str:
+    if nanoseconds is None:
+        return "–"
+    for unit, size in (("s", 1e9), ("ms", 1e6), ("µs", 1e3)):
+        if nanoseconds >= size:
+            return f"{_three_digits(nanoseconds / size)} {unit}"
+    return f"{_three_digits(nanoseconds)} ns"
+
+
+def _three_digits(value: float) -> str:
+    return f"{value:.0f}" if value >= 100 else f"{value:.1f}" if value >= 10 else f"{value:.2f}"
+
+
+def error_text(value: float | None) -> str:
+    if value is None:
+        return "–"
+    if value == 0:
+        return "0"
+    digits, exponent = f"{value:.1e}".split("e")
+    return f"{digits}e{int(exponent)}"
+
+
+def share_text(share: float | None) -> str:
+    """A share in per cent; a small one is never rounded to none, nor a large one to all."""
+    if share is None:
+        return "–"
+    if 0 < share < 0.01:
+        return "< 1 %"
+    if 0.99 < share < 1:
+        return "> 99 %"
+    return f"{100 * share:.0f} %"
