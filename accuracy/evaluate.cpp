@@ -65,12 +65,14 @@ std::unique_ptr<Solver<T>> make_contender(const Options& options, const Scene& s
 
 void check(const Outcome& outcome, const Options& options, const Scene& scene, int state) {
   if (outcome) return;
+  const std::string where = scene.name + ": state " + std::to_string(state) + ": ";
+  const std::string by = " (" + options.variant + ", " + options.precision + ")";
+  if (outcome.joint < 0) throw InputError(where + "the result is not finite" + by);
   char numbers[96];
   std::snprintf(numbers, sizeof numbers, "D = %.3g against a scale of %.3g", outcome.D,
                 outcome.scale);
-  throw InputError(scene.name + ": state " + std::to_string(state) + ": mass matrix " +
-                   to_string(outcome.status) + " at joint '" + scene.model.name(outcome.joint) +
-                   "', " + numbers + " (" + options.variant + ", " + options.precision + ")");
+  throw InputError(where + "mass matrix " + to_string(outcome.status) + " at joint '" +
+                   scene.model.name(outcome.joint) + "', " + numbers + by);
 }
 
 template <class T>

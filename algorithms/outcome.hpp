@@ -8,10 +8,11 @@ struct [[nodiscard]] Outcome {
     ok,
     singular,    // D(joint) cannot be told from zero in the working precision
     indefinite,  // D(joint) is negative or not a number: positivity was lost
+    not_finite,  // the result overflowed, or the state held a NaN
   };
 
   Status status = Status::ok;
-  int joint = -1;    // DoF at which the factorisation stopped
+  int joint = -1;    // DoF at which the factorisation stopped; -1 where it did not
   double D = 0;      // its innovation covariance, or Cholesky pivot [kg m^2 or kg]
   double scale = 0;  // the size that D was compared with, same unit
 
@@ -26,6 +27,8 @@ inline const char* to_string(Outcome::Status status) {
       return "singular";
     case Outcome::Status::indefinite:
       return "indefinite";
+    case Outcome::Status::not_finite:
+      return "not_finite";
   }
   return "?";
 }

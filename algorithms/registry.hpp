@@ -62,15 +62,17 @@ class SolverOf final : public Solver<T> {
     set_position(model_, q, rm_);
     set_velocity(model_, qd, rm_);
     const Outcome outcome = V::factor(model_, rm_, ws_);
-    if (outcome) V::acceleration(model_, rm_, tau, ws_, a);
-    return outcome;
+    if (!outcome) return outcome;
+    V::acceleration(model_, rm_, tau, ws_, a);
+    return a.allFinite() ? Outcome{} : Outcome{Outcome::Status::not_finite};
   }
 
   Outcome inverse(const VectorX<T>& q, MatrixX<T>& X) override {
     set_position(model_, q, rm_);
     const Outcome outcome = V::factor(model_, rm_, ws_);
-    if (outcome) V::inverse(model_, rm_, ws_, X);
-    return outcome;
+    if (!outcome) return outcome;
+    V::inverse(model_, rm_, ws_, X);
+    return X.allFinite() ? Outcome{} : Outcome{Outcome::Status::not_finite};
   }
 
   bool has_factors() const override { return filters; }

@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "algorithms/inverse_mass/condition.hpp"
 #include "algorithms/model/mass_matrix.hpp"
 #include "algorithms/solver.hpp"
 #include "benchmarks/context.hpp"
@@ -47,6 +48,12 @@ struct Pool {
   }
 };
 
+// Which joint failed, and how.
+std::string describe(const Scene& scene, const Outcome& outcome) {
+  const std::string status = to_string(outcome.status);
+  return outcome.joint < 0 ? status : status + " at joint " + scene.model.name(outcome.joint);
+}
+
 // A scene, its states, and what is right for the first few of them.
 struct Case {
   Scene scene;
@@ -69,18 +76,13 @@ struct Case {
       X.emplace_back(nv, nv);
       set_position(scene.model, states[i].q, rm);
       mass_matrix(scene.model, rm, composite, Eigen::Ref<MatrixX<double>>(M.back()));
-      const Outcome outcome =
-          solver->acceleration(states[i].q, states[i].qd, states[i].tau, a.back());
-      if (!outcome || !solver->inverse(states[i].q, X.back())) {
-        flaw = std::string("mass matrix ") + to_string(outcome.status) + " at joint " +
-               scene.model.name(std::max(outcome.joint, 0));
+      Outcome outcome = solver->acceleration(states[i].q, states[i].qd, states[i].tau, a.back());
+      if (outcome) outcome = solver->inverse(states[i].q, X.back());
+      if (!outcome) {
+        flaw = std::string(reference_variant) + ": " + describe(scene, outcome);
         return;
       }
-      const auto scaled = [](const MatrixX<double>& A, const VectorX<double>& d) {
-        return (d.asDiagonal() * A * d.asDiagonal()).norm();
-      };
-      const VectorX<double> d = M.back().diagonal().cwiseSqrt();
-      condition.push_back(scaled(M.back(), d.cwiseInverse()) * scaled(X.back(), d));
+      condition.push_back(scaled_condition_bound(M.back(), X.back()));
     }
   }
 
@@ -89,11 +91,6 @@ struct Case {
     return 1000.0 * scene.model.nv() * static_cast<double>(unit_roundoff<T>()) * condition[i];
   }
 };
-
-std::string describe(const Case& c, const Outcome& outcome) {
-  return std::string(to_string(outcome.status)) + " at joint " +
-         c.scene.model.name(std::max(outcome.joint, 0));
-}
 
 // "" where the error is within the bound.
 std::string judge(double error, double bound) {
@@ -109,7 +106,7 @@ std::string verify_acceleration(const Case& c, Solver<T>& solver, const Pool<T>&
   for (std::size_t i = 0; i < c.a.size(); ++i) {
     VectorX<T> a = VectorX<T>::Constant(c.scene.model.nv(), std::numeric_limits<T>::quiet_NaN());
     const Outcome outcome = solver.acceleration(pool.q[i], pool.qd[i], pool.tau[i], a);
-    if (!outcome) return describe(c, outcome);
+    if (!outcome) return describe(c.scene, outcome);
     const double error = (a.template cast<double>() - c.a[i]).norm() / c.a[i].norm();
     if (const std::string flaw = judge(error, c.bound<T>(i)); !flaw.empty()) return flaw;
   }
@@ -123,7 +120,7 @@ std::string verify_inverse(const Case& c, Solver<T>& solver, const Pool<T>& pool
   for (std::size_t i = 0; i < c.X.size(); ++i) {
     MatrixX<T> X = MatrixX<T>::Constant(nv, nv, std::numeric_limits<T>::quiet_NaN());
     const Outcome outcome = solver.inverse(pool.q[i], X);
-    if (!outcome) return describe(c, outcome);
+    if (!outcome) return describe(c.scene, outcome);
     const double error = (X.template cast<double>() - c.X[i]).norm() / c.X[i].norm();
     if (const std::string flaw = judge(error, c.bound<T>(i)); !flaw.empty()) return flaw;
   }
@@ -253,6 +250,7 @@ int run(const std::vector<std::string>& scenes, std::uint64_t seed) {
 
 int main(int argc, char** argv) {
   using namespace kalmarm;
+  choose_openblas_kernels(argv);
   benchmark::Initialize(&argc, argv, [] {
     std::printf(
         "Usage: bench_inverse SCENE... [--seed S] [flags of Google Benchmark]\n\n  SCENE: %s\n\n",

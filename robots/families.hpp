@@ -27,6 +27,6 @@ struct Family {
 
 const std::vector<Family>& families();
 
-inline constexpr int largest_family_member = 100000;
+inline constexpr int largest_family_member = 1000;  // M^-1 of every variant is stored whole
 
 }  // namespace kalmarm

@@ -54,13 +54,14 @@ Outcome MujocoSolver::acceleration(const VectorX<double>& q, const VectorX<doubl
   mj_rne(m, d, 0, rhs_.data());
   rhs_ = tau - rhs_;
   mj_solveM(m, d, a.data(), rhs_.data(), 1);
-  return outcome;
+  return a.allFinite() ? outcome : Outcome{Outcome::Status::not_finite};
 }
 
 Outcome MujocoSolver::inverse(const VectorX<double>& q, MatrixX<double>& X) {
   const Outcome outcome = factor(q);
-  if (outcome) mj_solveM(model_->get(), data_.get(), X.data(), identity_.data(), model_->get()->nv);
-  return outcome;
+  if (!outcome) return outcome;
+  mj_solveM(model_->get(), data_.get(), X.data(), identity_.data(), model_->get()->nv);
+  return X.allFinite() ? outcome : Outcome{Outcome::Status::not_finite};
 }
 
 Outcome MujocoSolver::factors(const VectorX<double>&, VectorX<double>&, MatrixX<double>&) {

@@ -60,8 +60,11 @@ class Progress {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-// Writes the whole file or nothing: under a temporary name first. Throws InputError.
+// Writes the whole file or nothing: under a temporary name first. Throws InputError, also where the
+// path is there already as something that a rename would destroy, such as a device.
 inline void write_file(const std::string& path, const std::string& text) {
+  if (std::filesystem::exists(path) && !std::filesystem::is_regular_file(path))
+    throw InputError(path + ": is not a file that can be replaced");
   const std::string temporary = path + ".part";
   std::ofstream file(temporary, std::ios::binary);
   file << text;

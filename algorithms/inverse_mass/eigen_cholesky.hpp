@@ -26,18 +26,10 @@ struct EigenLLT {
   };
 
   template <class T>
-  static Outcome factor(const Model<T>& model, const MatrixX<T>& M, Workspace<T>& ws) {
+  static Outcome factor(const Model<T>&, const MatrixX<T>& M, const VectorX<T>& e,
+                        Workspace<T>& ws) {
     ws.llt.compute(M);
-    const int nv = model.nv();
-    const bool stopped = ws.llt.info() != Eigen::Success;
-    const MatrixX<T>& G = ws.llt.matrixLLT();
-    for (int k = 0; k < nv; ++k) {
-      // Eigen does not say where it stopped, but the rows up to there are done.
-      const T D = stopped ? T(M(k, k) - G.row(k).head(k).squaredNorm()) : T(G(k, k) * G(k, k));
-      if (const Outcome outcome = check_pivot(k, D, T(M(k, k)), nv); !outcome) return outcome;
-    }
-    if (stopped) return {Outcome::Status::indefinite, nv - 1, 0, 0};
-    return {};
+    return check_cholesky(M, ws.llt.matrixLLT(), ws.llt.info() != Eigen::Success, e);
   }
 
   template <class T>
@@ -67,7 +59,8 @@ struct EigenLDLT {
   };
 
   template <class T>
-  static Outcome factor(const Model<T>& model, const MatrixX<T>& M, Workspace<T>& ws) {
+  static Outcome factor(const Model<T>& model, const MatrixX<T>& M, const VectorX<T>& e,
+                        Workspace<T>& ws) {
     ws.ldlt.compute(M);
     const int nv = model.nv();
     std::iota(ws.joint.begin(), ws.joint.end(), 0);
@@ -75,9 +68,7 @@ struct EigenLDLT {
       std::swap(ws.joint[k], ws.joint[ws.ldlt.transpositionsP().coeff(k)]);
     for (int k = 0; k < nv; ++k) {
       const int joint = ws.joint[k];
-      if (const Outcome outcome =
-              check_pivot(joint, T(ws.ldlt.vectorD()[k]), T(M(joint, joint)), nv);
-          !outcome)
+      if (const Outcome outcome = check_pivot(joint, T(ws.ldlt.vectorD()[k]), e[joint]); !outcome)
         return outcome;
     }
     return {};

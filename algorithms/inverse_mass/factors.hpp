@@ -3,34 +3,28 @@
 //   P-(k) = M(k) + sum over children c of phi(k,c) P+(c) phi'(k,c)       (3.6)
 //   D, g, P+ of k                                                        by Update: (3.6), (3.10)
 //
-// Is D(k) zero? A covariance form computes it with an absolute error of u times what was subtracted
-// to reach it, a square-root form with u^2 times that. What was subtracted, and how much of the
-// rounding of it the filter has forgotten since, is the recursion
-//   S-(k) = M(k) + sum over children c of phi(k,c) S+(c) phi'(k,c)
-//   S+(k) = (I - gH) S- (I - gH)' + P-,      scale(k) = H S- H' + r
-// and the mechanism is called singular where D(k) <= 32 u^resolution scale(k). D(k) against the
-// composite inertia M(k,k) alone would call every long chain singular: stretched out, D/M(k,k)
-// falls as N^-3 although D is known to all digits. S costs as much as a sweep, so it is worked out
-// only if some D(k) <= 32 u^resolution J(k), where
-//   J(k) = J_body + sum over children c of J(c) + 2 p'R h(c) + m(c) p'p
-//   h(k) = h_body + sum over children c of R h(c) + m(c) p               30 flops a link
-// is the polar moment of the whole outboard side about the joint's origin, or its mass for a
-// sliding joint.
+// Is D(k) zero? A covariance form knows it to u times the size of what went into it, a square-root
+// form to u^2 times that. The size of what went in, less what the filter has forgotten since, is
+//   S-(k) = M(k) + sum over children c of phi(k,c) S+(c) phi'(k,c) + E(c)
+//   S+(k) = (I - gH) S- (I - gH)' + P-                      P- is what the update subtracts from
+//   E(c)  = diagonal of |phi| |P+(c)| |phi'|                 terms of phi P+ phi' before they
+//   cancel scale(k) = H S- H' + r
+// and the mechanism is called singular where D(k) <= (32 u)^resolution scale(k). D(k) against the
+// composite inertia M(k,k) would not do: stretched out, D/M(k,k) falls as N^-3 in a chain although
+// D is known to all digits. S costs more than a sweep, so it is worked out only if some D(k) is
+// below (32 u)^resolution J(k), with the cheap J of polar_moment.hpp; 32 times that where u <
+// 1e-10, for J does not see errors that a nearly singular joint has blown up on the way. In float32
+// so wide a net would catch healthy wrists.
 #pragma once
 
 #include <vector>
 
+#include "algorithms/inverse_mass/polar_moment.hpp"
 #include "algorithms/model/random_model.hpp"
 #include "algorithms/outcome.hpp"
 #include "algorithms/riccati/covariance_update.hpp"
 
 namespace kalmarm {
-
-template <class T>
-struct PolarMoment {
-  T m = T(0), J = T(0);
-  Vector3<T> h = Vector3<T>::Zero();
-};
 
 template <class T, CovarianceUpdate<T> Update>
 struct Factors {
@@ -45,15 +39,9 @@ struct Factors {
         g(model.nv()),
         update(model),
         polar(model.nv()),
+        body_polar(body_polar_moments(model)),
         P(model.nv()),
-        S(model.nv()) {
-    for (int k = 0; k < model.nv(); ++k) {
-      const RigidBody<T>& body = model.joint(k).body;
-      body_polar.push_back({body.mass,
-                            body.mass * body.com.squaredNorm() + body.moments.sum() / T(2),
-                            body.mass * body.com});
-    }
-  }
+        S(model.nv()) {}
 };
 
 // The first joint, tips to base as far as `first`, whose D is lost in rounding: D <= resolution
@@ -77,8 +65,12 @@ Outcome check_singular(const Model<T>& model, const RandomModel<T>& rm, int firs
     const Matrix6<T> P_minus = ws.P[k];
     ws.P[k] = psi * P_minus * psi.transpose() + joint.r * ws.g[k] * ws.g[k].transpose();
     ws.S[k] = psi * ws.S[k] * psi.transpose() + P_minus;
-    ws.P[joint.parent] += rm.phi[k].congruence(ws.P[k]);
-    ws.S[joint.parent] += rm.phi[k].congruence(ws.S[k]);
+    const Transform<T>& phi = rm.phi[k];
+    const Matrix6<T> phi_abs = phi.matrix().cwiseAbs();
+    ws.P[joint.parent] += phi.congruence(ws.P[k]);
+    ws.S[joint.parent] += phi.congruence(ws.S[k]);
+    ws.S[joint.parent].diagonal() +=
+        (phi_abs * ws.P[k].cwiseAbs() * phi_abs.transpose()).diagonal();
   }
   return {};
 }
@@ -86,27 +78,27 @@ Outcome check_singular(const Model<T>& model, const RandomModel<T>& rm, int firs
 // D and g of every joint. On failure the outcome names the joint, and ws is not to be used.
 template <class T, class Update>
 Outcome factor(const Model<T>& model, const RandomModel<T>& rm, Factors<T, Update>& ws) {
-  T resolution = T(32);
-  for (int i = 0; i < Update::resolution; ++i) resolution *= unit_roundoff<T>();
+  T resolution = T(1);
+  for (int i = 0; i < Update::resolution; ++i) resolution *= T(32) * unit_roundoff<T>();
 
+  const T net = unit_roundoff<T>() < T(1e-10) ? T(32) * resolution : resolution;
   bool suspect = false;
   ws.polar = ws.body_polar;
   Update::start(model, ws.update);
   for (int k = model.nv() - 1; k >= 0; --k) {
     const Joint<T>& joint = model.joint(k);
-    const PolarMoment<T>& polar = ws.polar[k];
     ws.D[k] = Update::measure(model, k, ws.update, ws.g[k]);
-    suspect = suspect || !(ws.D[k] > resolution * ((joint.slides ? polar.m : polar.J) + joint.r));
-    if (!(ws.D[k] > T(0))) return check_singular(model, rm, k, resolution, ws);
+    suspect = suspect || !(ws.D[k] > net * ws.polar[k].size(joint));
+    if (!(ws.D[k] > T(0))) {
+      const Outcome outcome = check_singular(model, rm, k, resolution, ws);
+      if (!outcome) return outcome;
+      return {Outcome::Status::indefinite, k, static_cast<double>(ws.D[k]),
+              static_cast<double>(ws.polar[k].size(joint))};
+    }
     if (joint.parent < 0) continue;
     const Transform<T>& phi = rm.phi[k];
     Update::propagate(model, k, phi, ws.update);
-
-    PolarMoment<T>& outboard = ws.polar[joint.parent];
-    const Vector3<T> Rh = phi.R * polar.h;
-    outboard.m += polar.m;
-    outboard.h += Rh + polar.m * phi.p;
-    outboard.J += polar.J + T(2) * phi.p.dot(Rh) + polar.m * phi.p.squaredNorm();
+    ws.polar[joint.parent].add_child(ws.polar[k], phi.p);
   }
   return suspect ? check_singular(model, rm, 0, resolution, ws) : Outcome{};
 }

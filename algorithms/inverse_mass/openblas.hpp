@@ -23,19 +23,12 @@ struct OpenBLAS {
   };
 
   template <class T>
-  static Outcome factor(const Model<T>& model, const MatrixX<T>& M, Workspace<T>& ws) {
+  static Outcome factor(const Model<T>& model, const MatrixX<T>& M, const VectorX<T>& e,
+                        Workspace<T>& ws) {
     const int nv = model.nv();
     ws.G = M;
     const int info = potrf(nv, ws.G.data());
-    // LAPACK stops at pivot info - 1 and leaves it there
-    const int factored = info > 0 ? info - 1 : nv;
-    for (int k = 0; k < factored; ++k)
-      if (const Outcome outcome = check_pivot(k, T(ws.G(k, k) * ws.G(k, k)), T(M(k, k)), nv);
-          !outcome)
-        return outcome;
-    if (info > 0)
-      return check_pivot(factored, ws.G(factored, factored), T(M(factored, factored)), nv);
-    return {};
+    return check_cholesky(M, ws.G, info > 0, e);
   }
 
   template <class T>

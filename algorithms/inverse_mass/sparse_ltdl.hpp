@@ -31,13 +31,13 @@ struct SparseLTDL {
   };
 
   template <class T>
-  static Outcome factor(const Model<T>& model, const MatrixX<T>& M, Workspace<T>& ws) {
+  static Outcome factor(const Model<T>& model, const MatrixX<T>& M, const VectorX<T>& e,
+                        Workspace<T>& ws) {
     MatrixX<T>& LT = ws.LT;
     LT = M;
     for (int k = model.nv() - 1; k >= 0; --k) {
       const T D = LT(k, k);
-      if (const Outcome outcome = check_pivot(k, D, T(M(k, k)), model.nv()); !outcome)
-        return outcome;
+      if (const Outcome outcome = check_pivot(k, D, e[k]); !outcome) return outcome;
       for (int j = model.parent(k); j >= 0; j = model.parent(j)) {
         const T l = LT(j, k) / D;
         for (int i = j; i >= 0; i = model.parent(i)) LT(i, j) -= l * LT(i, k);

@@ -64,6 +64,14 @@ struct Transform {
   Matrix3<T> R;
   Vector3<T> p;
 
+  Matrix6<T> matrix() const {
+    Matrix6<T> phi = Matrix6<T>::Zero();
+    phi.template topLeftCorner<3, 3>() = R;
+    phi.template topRightCorner<3, 3>() = cross_matrix(p) * R;
+    phi.template bottomRightCorner<3, 3>() = R;
+    return phi;
+  }
+
   // phi x. 30 flops.
   Vector6<T> force_to_parent(const Vector6<T>& x) const {
     Vector6<T> y;

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cmath>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -13,7 +14,7 @@
 namespace kalmarm::test {
 
 struct Mechanism {
-  const char* name;
+  std::string name;
   Model<double> model;
   VectorX<double> q;
   std::vector<int> joints;  // that move while no mass does: the support of the null space of M
@@ -50,11 +51,11 @@ class Grown : public Builder {
   }
 
   // At random positions, or with hinges at their placement.
-  Mechanism mechanism(const char* name, std::vector<int> joints, bool at_ref = false) const {
+  Mechanism mechanism(std::string name, std::vector<int> joints, bool at_ref = false) const {
     const Model<double> model = build();
     VectorX<double> q = random_state(model, seed_ + 1).q;
     for (int k = 0; at_ref && k < model.nv(); ++k) q[model.joint(k).q_index] = model.joint(k).ref;
-    return {name, model, q, std::move(joints)};
+    return {std::move(name), model, q, std::move(joints)};
   }
 
   Random& random() { return random_; }

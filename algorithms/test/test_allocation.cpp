@@ -5,7 +5,7 @@
 
 #include <cstdlib>
 
-#include "algorithms/registry.hpp"
+#include "algorithms/solver.hpp"
 #include "algorithms/test/models.hpp"
 
 namespace {

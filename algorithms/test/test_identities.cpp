@@ -4,9 +4,15 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
-#include "algorithms/registry.hpp"
+#include "algorithms/inverse_mass/factors.hpp"
+#include "algorithms/model/mass_matrix.hpp"
+#include "algorithms/riccati/array_mgs.hpp"
+#include "algorithms/riccati/conventional.hpp"
+#include "algorithms/riccati/ud.hpp"
+#include "algorithms/solver.hpp"
 #include "algorithms/test/models.hpp"
 #include "algorithms/test/world_frame.hpp"
 
@@ -91,18 +97,21 @@ struct UpdateName {
 
 TYPED_TEST_SUITE(EveryUpdate, Updates, UpdateName);
 
-TYPED_TEST(EveryUpdate, FactorsTheMassMatrix) {  // (3.3)
+TYPED_TEST(EveryUpdate, FactorsTheMassMatrix) {  // M = (I + K) D (I + K*), (3.3)
   this->for_each_family([](const auto& filter) {
     const MatrixX<Mp> I_plus_K = filter.identity() + filter.gain_operator(false);
     expect_near(I_plus_K * filter.D.asDiagonal() * I_plus_K.transpose(), filter.M);
   });
 }
 
-TYPED_TEST(EveryUpdate, ClosedLoopInvertsTheFactor) {  // (I + K)^-1 = I - L
+TYPED_TEST(EveryUpdate, ClosedLoopFactorsTheInverse) {  // M^-1 = (I - L*) D^-1 (I - L), (3.3)
   this->for_each_family([](const auto& filter) {
     const MatrixX<Mp> I_plus_K = filter.identity() + filter.gain_operator(false);
     const MatrixX<Mp> I_minus_L = filter.identity() - filter.gain_operator(true);
+    const VectorX<Mp> D_inverse = filter.D.cwiseInverse();
     expect_near(I_plus_K * I_minus_L, filter.identity());
+    expect_near(I_minus_L.transpose() * D_inverse.asDiagonal() * I_minus_L * filter.M,
+                filter.identity());
   });
 }
 
@@ -181,8 +190,8 @@ TEST_P(Result61, IsTheInverseOfTheMassMatrix) {
   expect_near(result_6_1(filter), inverse);
 
   MatrixX<Mp> X(model.nv(), model.nv());
-  SolverOf<ClosedForm<Conventional>, Mp> solver(filter.model);
-  ASSERT_TRUE(solver.inverse(q.cast<Mp>(), X));
+  const auto solver = make_solver<Mp>("ClosedForm<Conventional>", filter.model);
+  ASSERT_TRUE(solver && solver->inverse(q.cast<Mp>(), X));
   expect_near(X, inverse);
 }
 
@@ -207,9 +216,13 @@ TEST(StraightChain, SettlesAtTheSteadyStateOfItsRiccatiEquation) {
 TEST(StraightChain, HasTheSpectrumOfABendingBeam) {
   // lambda_min -> I_cm / 4 as n^-2, lambda_max -> n^4 / 1.87510^4 as n^-1
   const int n = 64;
-  const Filter<Conventional> filter(straight_chain(n), VectorX<double>::Zero(n));
-  const VectorX<double> w =
-      Eigen::SelfAdjointEigenSolver<MatrixX<double>>(filter.M.cast<double>()).eigenvalues();
+  const Model<double> model = straight_chain(n);
+  RandomModel<double> rm(model);
+  CompositeInertia<double> composite(model);
+  MatrixX<double> M(n, n);
+  set_position(model, VectorX<double>::Zero(n), rm);
+  mass_matrix(model, rm, composite, Eigen::Ref<MatrixX<double>>(M));
+  const VectorX<double> w = Eigen::SelfAdjointEigenSolver<MatrixX<double>>(M).eigenvalues();
   EXPECT_NEAR(w[0] / (1.015 / 48), 1, 10.0 / (n * n));
   EXPECT_NEAR(w[n - 1] / std::pow(n / 1.87510, 4), 1, 2.1 / n);
 }

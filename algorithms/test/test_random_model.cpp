@@ -4,7 +4,7 @@
 
 #include "algorithms/model/inverse_dynamics.hpp"
 #include "algorithms/model/mass_matrix.hpp"
-#include "algorithms/registry.hpp"
+#include "algorithms/solver.hpp"
 #include "algorithms/test/models.hpp"
 #include "algorithms/test/world_frame.hpp"
 

@@ -15,7 +15,7 @@
 #include <string_view>
 #include <utility>
 
-#include "algorithms/registry.hpp"
+#include "algorithms/solver.hpp"
 #include "algorithms/test/models.hpp"
 #include "algorithms/test/world_frame.hpp"
 
