@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <utility>
 
 #include "robots/input_error.hpp"
@@ -59,6 +60,24 @@ void refuse_coupling_armature(mjSpec* spec) {
   }
 }
 
+// Bodies that cannot move need no inertia, and files often give them one that is none. Parents come
+// before their children.
+std::vector<const mjsBody*> strip_static_inertias(mjSpec* spec) {
+  std::vector<const mjsBody*> fixed = {mjs_findBody(spec, "world")};
+  for (mjsElement* e : elements(spec, mjOBJ_BODY)) {
+    mjsBody* body = mjs_asBody(e);
+    const bool moves = mjs_firstChild(body, mjOBJ_JOINT, 0) != nullptr;
+    const mjsBody* parent = mjs_getParent(e);
+    if (moves || std::find(fixed.begin(), fixed.end(), parent) == fixed.end()) continue;
+    fixed.push_back(body);
+    body->explicitinertial = 0;
+    body->mass = 0;
+    body->ipos[0] = body->fullinertia[0] = std::numeric_limits<double>::quiet_NaN();  // not given
+    std::fill(body->inertia, body->inertia + 3, 0.0);
+  }
+  return fixed;
+}
+
 // Leaves in the spec what M and the bias depend on.
 void strip(mjSpec* spec) {
   refuse_coupling_armature(spec);
@@ -70,12 +89,13 @@ void strip(mjSpec* spec) {
   for (const mjtObj type : {mjOBJ_TENDON, mjOBJ_SKIN, mjOBJ_CAMERA, mjOBJ_LIGHT, mjOBJ_SITE})
     for (mjsElement* e : elements(spec, type)) mjs_delete(spec, e);
 
-  const mjsBody* world = mjs_findBody(spec, "world");
+  const std::vector<const mjsBody*> fixed = strip_static_inertias(spec);
   std::vector<std::string> meshes;
   for (mjsElement* e : elements(spec, mjOBJ_GEOM)) {
     mjsGeom* geom = mjs_asGeom(e);
     const mjsBody* body = mjs_getParent(e);
-    if (body == world || !inertia_from_geoms(spec, body)) {
+    const bool is_fixed = std::find(fixed.begin(), fixed.end(), body) != fixed.end();
+    if (is_fixed || !inertia_from_geoms(spec, body)) {
       mjs_delete(spec, e);
       continue;
     }

@@ -107,8 +107,7 @@ TEST(BadFile, TendonArmatureCouplesJoints) {
 }
 
 TEST(BadScene, FamilySize) {
-  for (const char* what :
-       {"chain:0", "chain:-3", "chain:x", "chain:", "chain:3.5", "chain:1001"})
+  for (const char* what : {"chain:0", "chain:-3", "chain:x", "chain:", "chain:3.5", "chain:1001"})
     expect_refused([&] { load_scene(what); }, {what});
 }
 

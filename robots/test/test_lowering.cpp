@@ -144,6 +144,14 @@ TEST(Lowering, MissingMeshesDoNotMatterBesideExplicitInertias) {
   expect_agreement(scene_of(robot(body("<joint axis='0 1 0'/>" + geom), asset)), 1);
 }
 
+TEST(Lowering, InertiasOfBodiesThatCannotMoveDoNotMatter) {
+  const std::string bad = "<inertial pos='0 0 0' mass='1' diaginertia='1e-6 0 0'/>";
+  expect_agreement(scene_of(robot("<body>" + bad + "<geom type='mesh' mesh='shell'/><body>" + bad +
+                                      body("<joint axis='0 1 0'/>") + "</body></body>",
+                                  "<asset><mesh name='shell' file='nowhere.stl'/></asset>")),
+                   1);
+}
+
 TEST(Lowering, WhatDynamicsDoesNotAskForIsLeftOut) {
   const std::string extras =
       "<contact><exclude body1='u' body2='v'/></contact>"
