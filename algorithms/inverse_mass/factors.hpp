@@ -12,11 +12,12 @@
 // and the mechanism is called singular where D(k) <= (32 u)^resolution scale(k). D(k) against the
 // composite inertia M(k,k) would not do: stretched out, D/M(k,k) falls as N^-3 in a chain although
 // D is known to all digits. S costs more than a sweep, so it is worked out only if some D(k) is
-// below (32 u)^resolution J(k), with the cheap J of polar_moment.hpp; 32 times that where u <
-// 1e-10, for J does not see errors that a nearly singular joint has blown up on the way. In float32
-// so wide a net would catch healthy wrists.
+// below net J(k), with the cheap J of polar_moment.hpp. J does not see errors that a nearly
+// singular joint has blown up on the way, so the net is wide, sqrt((32 u)^resolution), but for
+// covariance forms in float32: there it would catch every wrist, and is (32 u)^resolution itself.
 #pragma once
 
+#include <cmath>
 #include <vector>
 
 #include "algorithms/inverse_mass/polar_moment.hpp"
@@ -78,10 +79,12 @@ Outcome check_singular(const Model<T>& model, const RandomModel<T>& rm, int firs
 // D and g of every joint. On failure the outcome names the joint, and ws is not to be used.
 template <class T, class Update>
 Outcome factor(const Model<T>& model, const RandomModel<T>& rm, Factors<T, Update>& ws) {
+  using std::sqrt;
   T resolution = T(1);
   for (int i = 0; i < Update::resolution; ++i) resolution *= T(32) * unit_roundoff<T>();
 
-  const T net = unit_roundoff<T>() < T(1e-10) ? T(32) * resolution : resolution;
+  const bool wide = Update::resolution > 1 || unit_roundoff<T>() < T(1e-10);
+  const T net = wide ? T(sqrt(resolution)) : resolution;
   bool suspect = false;
   ws.polar = ws.body_polar;
   Update::start(model, ws.update);

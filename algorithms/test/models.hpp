@@ -35,7 +35,7 @@ class Random {
   std::mt19937_64 engine_;
 };
 
-// Gyration radii of 7 to 17 cm, so that the moments satisfy the triangle inequality with room to
+// Gyration radii of 10 to 24 cm, so that the moments satisfy the triangle inequality with room to
 // spare.
 inline RigidBody<double> random_body(Random& random) {
   const double x = random.uniform(0.005, 0.03), y = random.uniform(0.005, 0.03),
@@ -234,8 +234,8 @@ inline Model<double> planar_two_link(std::uint64_t) {
   return builder.build({0, -9.81, 0});
 }
 
-// Featherstone's autoTree, unbranched: unit masses and lengths, parallel axes; stretched out at q =
-// 0.
+// Featherstone's autoTree, unbranched: unit masses and lengths, parallel axes. At q = 0 it is
+// stretched out.
 inline Model<double> straight_chain(int n) {
   Builder builder;
   for (int k = 0; k < n; ++k) {

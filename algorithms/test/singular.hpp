@@ -154,7 +154,7 @@ inline std::vector<Mechanism> singular_mechanisms(std::uint64_t seed) {
     all.push_back(m.mechanism("slide_with_massless_outboard_side", {3}));
   }
   {
-    // The tip's point mass lies on the axis of joint 3. All numbers are integers and M(3,3) = 0,
+    // The tip's point mass lies on the axis of joint 3. All lengths are integers and M(3,3) = 0,
     // but it comes out as the rounding error of a sum of terms that cancel.
     Grown m(seed);
     const auto integer = [&m] { return m.random().below(17) - 8.0; };

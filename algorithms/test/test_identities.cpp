@@ -19,7 +19,7 @@
 namespace kalmarm::test {
 namespace {
 
-const Mp rounding = 1e-42;  // times kappa, which is up to 1e5 here
+const Mp rounding = 1e-42;  // leaves room for kappa, which is up to 1e5 here
 
 void expect_near(const MatrixX<Mp>& a, const MatrixX<Mp>& b) {
   EXPECT_LE((a - b).norm(), rounding * b.norm());
@@ -199,18 +199,18 @@ INSTANTIATE_TEST_SUITE_P(Models, Result61, testing::ValuesIn(families()),
                          [](const auto& info) { return std::string(info.param.name); });
 
 TEST(StraightChain, SettlesAtTheSteadyStateOfItsRiccatiEquation) {
-  // Unit masses and lengths, com in mid-link: p = sqrt(I_cm), D = (1/2 + p)^2, g = (.., 1, .., 1 /
-  // (1/2 + p), 0), closed loop 1 - 1 / (1/2 + p).
+  // Unit masses and lengths, com in mid-link. With a = 1/2 + sqrt(I_cm):
+  // D = a^2,  g = (0, 0, 1; 0, 1/a, 0),  closed loop 1 - 1/a
   const int n = 64;
   const Filter<Conventional> filter(straight_chain(n), VectorX<double>::Zero(n));
-  const Mp reach = sqrt(filter.model.joint(0).body.moments[2]) + 0.5;
+  const Mp a = sqrt(filter.model.joint(0).body.moments[2]) + 0.5;
   Vector6<Mp> g = Vector6<Mp>::Zero();
   g[2] = 1;
-  g[4] = 1 / reach;
-  EXPECT_LE(abs(filter.D[0] - reach * reach), rounding);
+  g[4] = 1 / a;
+  EXPECT_LE(abs(filter.D[0] - a * a), rounding);
   EXPECT_LE((filter.f.g[0] - g).norm(), rounding);
   const Mp loop = filter.reach(0, 3, true)[4] / filter.reach(0, 2, true)[4];
-  EXPECT_LE(abs(loop - (1 - 1 / reach)), rounding);
+  EXPECT_LE(abs(loop - (1 - 1 / a)), rounding);
 }
 
 TEST(StraightChain, HasTheSpectrumOfABendingBeam) {

@@ -1,9 +1,9 @@
-// Every registered variant in every precision on every family of mechanisms against world-frame
-// truth.
+// Every registered variant in every precision on every family of mechanisms against truth of the
+// world frame.
 //
-// Errors are free of units:
-//   acceleration   |e|_M / (|M^-1 tau|_M + |M^-1 bias|_M),  |x|_M^2 = x'Mx: cancellation of tau and
-//   bias is not charged inverse        max |dX_ij| / sqrt(X_ii X_jj)
+// Errors are free of units, |x|_M^2 = x'Mx, and cancellation between tau and bias is not charged:
+//   acceleration   |da|_M / (|M^-1 tau|_M + |M^-1 bias|_M)
+//   inverse        max |dX_ij| / sqrt(X_ii X_jj)
 // The model and the state are rounded to the precision under test and are exact from there.
 #include <gtest/gtest.h>
 
