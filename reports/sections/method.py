@@ -1,5 +1,7 @@
 """How it was measured: what a timed call includes, the machine, the tools."""
 
+from pathlib import Path
+
 from data import Data
 from section import Section, Table
 from summary import points
@@ -41,7 +43,10 @@ def section(data: Data) -> Section | None:
 
 def distinct(data: Data, key: str) -> list[str]:
     """The values of a key over all contexts, in words, each once."""
-    return sorted({in_words(context[key]) for context in data.contexts if key in context})
+    values = {in_words(context[key]) for context in data.contexts if key in context}
+    if key == "executable":  # pages are published: the folders of who made them stay out
+        values = {Path(value).name for value in values}
+    return sorted(values)
 
 
 def in_words(value) -> str:

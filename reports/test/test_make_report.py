@@ -10,6 +10,7 @@ import pytest
 import make_report
 from conftest import REPORTS
 from data import load
+from sections.method import distinct
 
 
 def report(*arguments) -> subprocess.CompletedProcess:
@@ -155,3 +156,10 @@ def test_at_a_glance_names_the_fastest_variant(run):
 
 def test_the_page_is_of_a_size_that_loads(html):
     assert len(html.encode()) < 6_000_000
+
+
+def test_folders_of_the_executable_stay_out(run):
+    data = load(run, None)
+    data.contexts[0]["executable"] = "/home/somebody/build/bin/bench_inverse"
+    assert "bench_inverse" in distinct(data, "executable")
+    assert not any("somebody" in name for name in distinct(data, "executable"))
