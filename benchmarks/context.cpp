@@ -2,10 +2,8 @@
 
 #include <benchmark/benchmark.h>
 #include <cblas.h>
-#include <unistd.h>
 
 #include <Eigen/Core>
-#include <cstdlib>
 #include <fstream>
 #include <string>
 
@@ -28,18 +26,6 @@ std::string value_of(const std::string& path, const std::string& key) {
 }
 
 }  // namespace
-
-void choose_openblas_kernels(char** argv) {
-#ifdef __x86_64__
-  if (std::string(openblas_get_corename()) != "Prescott" || !__builtin_cpu_supports("avx2") ||
-      std::getenv("OPENBLAS_CORETYPE"))
-    return;
-  setenv("OPENBLAS_CORETYPE", "Haswell", 1);
-  execv("/proc/self/exe", argv);  // returns only where it fails: then the slow kernels it is
-#else
-  (void)argv;
-#endif
-}
 
 void add_context(const char* timed_call) {
   using benchmark::AddCustomContext;

@@ -1,11 +1,13 @@
 // What every program shares: its command line, its progress line, and how it ends.
 #pragma once
 
+#include <cblas.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -17,10 +19,25 @@ namespace kalmarm {
 inline constexpr const char* scene_help =
     "MJCF or URDF file, shipped robot (robots/), or family:N (straight, chain, tree)";
 
+// OpenBLAS 0.3.21 does not know processors from 2022 on and falls back to its SSE3 kernels
+// ("Prescott"), which are 1.8 times slower at n = 500 and crash in strsm at n = 255. Where it did
+// so on a machine with AVX2, and the user has not chosen, starts this program again with
+// OPENBLAS_CORETYPE=Haswell; the library reads it only when it is loaded. Call it first in main.
+inline void choose_openblas_kernels([[maybe_unused]] char** argv) {
+#ifdef __x86_64__
+  if (std::string(openblas_get_corename()) != "Prescott" || !__builtin_cpu_supports("avx2") ||
+      std::getenv("OPENBLAS_CORETYPE"))
+    return;
+  setenv("OPENBLAS_CORETYPE", "Haswell", 1);
+  execv("/proc/self/exe", argv);  // returns only where it fails: then the slow kernels it is
+#endif
+}
+
 // Parses the command line and runs the program: 0 or what `run` returns; 2 and one line on bad
 // input.
 template <class Run>
 int run_program(CLI::App& app, int argc, char** argv, Run&& run) {
+  choose_openblas_kernels(argv);
   try {
     app.parse(argc, argv);
     return run();
