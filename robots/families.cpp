@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <boost/random/mersenne_twister.hpp>
+#include <boost/random/uniform_int_distribution.hpp>
 #include <boost/random/uniform_on_sphere.hpp>
 #include <boost/random/uniform_real_distribution.hpp>
 #include <cmath>
@@ -16,11 +17,13 @@ using Vec3 = Vector3<double>;
 
 Model<double> assemble(std::vector<Joint<double>> joints, const Vec3& gravity) {
   std::vector<std::string> names;
+  int nq = 0;
   for (std::size_t k = 0; k < joints.size(); ++k) {
-    joints[k].q_index = static_cast<int>(k);
     names.push_back("joint" + std::to_string(k));
+    if (joints[k].coordinate == Coordinate::follower) continue;
+    joints[k].q_index = nq;
+    nq += joints[k].coordinate == Coordinate::quaternion ? 4 : 1;
   }
-  const int nq = static_cast<int>(joints.size());
   return {std::move(joints), std::move(names), nq, gravity};
 }
 
@@ -48,33 +51,43 @@ Model<double> auto_tree(int links, int branching, double skew, const Vec3& gravi
   return assemble(std::move(joints), gravity);
 }
 
+// Turns, offsets and inertias of the random families.
+class Draw {
+ public:
+  explicit Draw(std::uint64_t seed) : random_(seed) {}
+
+  Quaternion turn() {  // Rz(beta) Rx(alpha)
+    const double alpha = angle_(random_), beta = angle_(random_);
+    return Quaternion(std::cos(beta / 2), 0, 0, std::sin(beta / 2)) *
+           Quaternion(std::cos(alpha / 2), std::sin(alpha / 2), 0, 0);
+  }
+
+  // Unit mass at the middle of an offset of unit length.
+  RigidBody<double> body() {
+    const std::vector<double> offset = direction_(random_);
+    RigidBody<double> body;
+    body.mass = 1;
+    body.com = Vec3(offset[0], offset[1], offset[2]) / 2;
+    do {
+      for (double& entry : body.moments) entry = moment_(random_);
+    } while (2 * body.moments.maxCoeff() > body.moments.sum());
+    return body;
+  }
+
+  int below(int n) { return boost::random::uniform_int_distribution<int>(0, n - 1)(random_); }
+
+ private:
+  boost::random::mt19937_64 random_;
+  boost::random::uniform_real_distribution<double> angle_{-std::numbers::pi, std::numbers::pi};
+  boost::random::uniform_real_distribution<double> moment_{0.04, 0.12};
+  boost::random::uniform_on_sphere<double, std::vector<double>> direction_{3};
+};
+
 Model<double> straight(int links) { return auto_tree(links, 1, 0, Vec3::Zero()); }
 
 Model<double> tree(int links) { return auto_tree(links, 2, 1, Vec3(0, 0, -9.81)); }
 
-Model<double> chain(int links) {
-  boost::random::mt19937_64 random(1987);
-  boost::random::uniform_real_distribution<double> angle(-std::numbers::pi, std::numbers::pi),
-      moment(0.04, 0.12);
-  boost::random::uniform_on_sphere<double, std::vector<double>> direction(3);
-  std::vector<Joint<double>> joints(links);
-  for (int k = 0; k < links; ++k) {
-    Joint<double>& joint = joints[k];
-    joint.parent = k - 1;
-    if (k > 0) joint.translation = 2 * joints[k - 1].body.com;
-    const double alpha = angle(random), beta = angle(random);
-    joint.rotation = Quaternion(std::cos(beta / 2), 0, 0, std::sin(beta / 2)) *
-                     Quaternion(std::cos(alpha / 2), std::sin(alpha / 2), 0, 0);
-    const std::vector<double> offset = direction(random);
-    joint.body.mass = 1;
-    joint.body.com = Vec3(offset[0], offset[1], offset[2]) / 2;
-    Vec3& J = joint.body.moments;
-    do {
-      for (double& entry : J) entry = moment(random);
-    } while (2 * J.maxCoeff() > J.sum());
-  }
-  return assemble(std::move(joints), Vec3(0, 0, -9.81));
-}
+Model<double> chain(int links) { return random_chain(links, 1987); }
 
 }  // namespace
 
@@ -82,6 +95,60 @@ const std::vector<Family>& families() {
   static const std::vector<Family> all = {
       {"straight", true, straight}, {"chain", false, chain}, {"tree", false, tree}};
   return all;
+}
+
+Model<double> random_chain(int links, std::uint64_t seed) {
+  Draw draw(seed);
+  std::vector<Joint<double>> joints(links);
+  for (int k = 0; k < links; ++k) {
+    Joint<double>& joint = joints[k];
+    joint.parent = k - 1;
+    if (k > 0) joint.translation = 2 * joints[k - 1].body.com;
+    joint.rotation = draw.turn();
+    joint.body = draw.body();
+  }
+  return assemble(std::move(joints), Vec3(0, 0, -9.81));
+}
+
+Model<double> random_tree(int links, std::uint64_t seed) {
+  Draw draw(seed);
+  std::vector<Joint<double>> joints;
+  std::vector<Vec3> tips;  // of every link, where the next one may hang
+  const auto add = [&](Joint<double> joint, const Vec3& tip) {
+    joints.push_back(joint);
+    tips.push_back(tip);
+  };
+  for (int body = 0; static_cast<int>(joints.size()) < links; ++body) {
+    Joint<double> joint;
+    const int k = static_cast<int>(joints.size());
+    joint.parent = k == 0 ? -1 : draw.below(std::min(k, 3)) + std::max(k - 3, 0);
+    // a ball joint's massless links carry nothing else
+    while (joint.parent >= 0 && joints[joint.parent].body.massless()) ++joint.parent;
+    if (joint.parent >= 0) joint.translation = tips[joint.parent];
+    joint.rotation = draw.turn();
+    joint.body = draw.body();
+    const Vec3 tip = 2 * joint.body.com;
+    if (body % 4 == 2 && links - k >= 3) {  // a ball joint: three turns, two of massless links
+      const RigidBody<double> inertia = std::exchange(joint.body, {});
+      joint.coordinate = Coordinate::quaternion;
+      add(joint, Vec3::Zero());
+      Joint<double> follower;
+      follower.coordinate = Coordinate::follower;
+      follower.parent = k;
+      add(follower, Vec3::Zero());
+      follower.parent = k + 1;
+      follower.body = inertia;
+      add(follower, tip);
+    } else {
+      if (body % 4 == 1) {
+        joint.slides = true;
+        joint.coordinate = Coordinate::distance;
+      }
+      if (body % 3 == 0) joint.r = 0.1;
+      add(joint, tip);
+    }
+  }
+  return assemble(std::move(joints), Vec3(0, 0, -9.81));
 }
 
 }  // namespace kalmarm

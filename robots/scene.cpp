@@ -37,11 +37,8 @@ std::optional<Scene> load_family(const std::string& what) {
         links > largest_family_member)
       throw InputError("scene '" + what + "': N must be a number from 1 to " +
                        std::to_string(largest_family_member));
-    Scene scene;
-    scene.name = what;
-    scene.model = family.make(links);
+    Scene scene = generated_scene(what, family.make(links));
     scene.at_rest = family.at_rest;
-    scene.range.assign(links, {-std::numbers::pi, std::numbers::pi});
     return scene;
   }
   return std::nullopt;
@@ -74,6 +71,14 @@ std::vector<std::string> shipped_robots() {
   }
   std::sort(names.begin(), names.end());
   return names;
+}
+
+Scene generated_scene(const std::string& name, const Model<double>& model) {
+  Scene scene;
+  scene.name = name;
+  scene.model = model;
+  scene.range.assign(model.nq(), {-std::numbers::pi, std::numbers::pi});
+  return scene;
 }
 
 Scene load_scene(const std::string& what) {

@@ -29,6 +29,9 @@ struct Scene {
 // size), or family:N. Throws InputError.
 Scene load_scene(const std::string& what);
 
+// A model made by the program: positions between -pi and pi.
+Scene generated_scene(const std::string& name, const Model<double>& model);
+
 // Names that load_scene knows without a path, for help texts and error messages.
 std::vector<std::string> shipped_robots();
 
