@@ -62,11 +62,11 @@ class Draw {
            Quaternion(std::cos(alpha / 2), std::sin(alpha / 2), 0, 0);
   }
 
-  // Unit mass at the middle of an offset of unit length.
-  RigidBody<double> body() {
+  // The com is at the middle of an offset of unit length; masses are log-uniform up to `heaviest`.
+  RigidBody<double> body(double heaviest) {
     const std::vector<double> offset = direction_(random_);
     RigidBody<double> body;
-    body.mass = 1;
+    body.mass = heaviest == 1 ? 1 : std::pow(heaviest, share_(random_));
     body.com = Vec3(offset[0], offset[1], offset[2]) / 2;
     do {
       for (double& entry : body.moments) entry = moment_(random_);
@@ -80,6 +80,7 @@ class Draw {
   boost::random::mt19937_64 random_;
   boost::random::uniform_real_distribution<double> angle_{-std::numbers::pi, std::numbers::pi};
   boost::random::uniform_real_distribution<double> moment_{0.04, 0.12};
+  boost::random::uniform_real_distribution<double> share_{0, 1};
   boost::random::uniform_on_sphere<double, std::vector<double>> direction_{3};
 };
 
@@ -87,7 +88,7 @@ Model<double> straight(int links) { return auto_tree(links, 1, 0, Vec3::Zero());
 
 Model<double> tree(int links) { return auto_tree(links, 2, 1, Vec3(0, 0, -9.81)); }
 
-Model<double> chain(int links) { return random_chain(links, 1987); }
+Model<double> chain(int links) { return random_chain(links, 1987, 1); }
 
 }  // namespace
 
@@ -97,7 +98,7 @@ const std::vector<Family>& families() {
   return all;
 }
 
-Model<double> random_chain(int links, std::uint64_t seed) {
+Model<double> random_chain(int links, std::uint64_t seed, double heaviest) {
   Draw draw(seed);
   std::vector<Joint<double>> joints(links);
   for (int k = 0; k < links; ++k) {
@@ -105,12 +106,12 @@ Model<double> random_chain(int links, std::uint64_t seed) {
     joint.parent = k - 1;
     if (k > 0) joint.translation = 2 * joints[k - 1].body.com;
     joint.rotation = draw.turn();
-    joint.body = draw.body();
+    joint.body = draw.body(heaviest);
   }
   return assemble(std::move(joints), Vec3(0, 0, -9.81));
 }
 
-Model<double> random_tree(int links, std::uint64_t seed) {
+Model<double> random_tree(int links, std::uint64_t seed, double heaviest) {
   Draw draw(seed);
   std::vector<Joint<double>> joints;
   std::vector<Vec3> tips;  // of every link, where the next one may hang
@@ -126,7 +127,7 @@ Model<double> random_tree(int links, std::uint64_t seed) {
     while (joint.parent >= 0 && joints[joint.parent].body.massless()) ++joint.parent;
     if (joint.parent >= 0) joint.translation = tips[joint.parent];
     joint.rotation = draw.turn();
-    joint.body = draw.body();
+    joint.body = draw.body(heaviest);
     const Vec3 tip = 2 * joint.body.com;
     if (body % 4 == 2 && links - k >= 3) {  // a ball joint: three turns, two of massless links
       const RigidBody<double> inertia = std::exchange(joint.body, {});

@@ -30,9 +30,10 @@ const std::vector<Family>& families();
 
 // Drawn from a seed: the chain above, and a tree with all that Kalmarm adds to the paper's chains:
 // branches, slides, ball joints (every fourth body; their first two links are massless) and
-// armature of 0.1 (every third body). Every link hangs on one of the three before it.
-Model<double> random_chain(int links, std::uint64_t seed);
-Model<double> random_tree(int links, std::uint64_t seed);
+// armature of 0.1 (every third body). Every link hangs on one of the three before it. Masses are
+// log-uniform from 1 to `heaviest`.
+Model<double> random_chain(int links, std::uint64_t seed, double heaviest);
+Model<double> random_tree(int links, std::uint64_t seed, double heaviest);
 
 inline constexpr int largest_family_member = 1000;  // M^-1 of every variant is stored whole
 
