@@ -76,6 +76,7 @@ class Paper(NamedTuple):
     """The paper's equations, each checked on one scene."""
 
     scene: str
+    beyond_scene: str  # where what the paper does not say is checked
     passed: bool
     precisions: list[Precision]
     equations: list[Equation]

@@ -1,20 +1,22 @@
-"""The charts, as Altair specifications for the page and for a file."""
-
-import re
+"""The charts of errors, times and condition numbers of variants, for the page and for a file."""
 
 import altair as alt
 
-import palette
+from charts import (
+    BAND,
+    HEIGHT,
+    NUMBER,
+    TIME,
+    Style,
+    error_scale,
+    filtered,
+    frame,
+    log_axis,
+    strip,
+    view,
+)
 from summary import Point
 from text import error_text, share_text, time_text
-
-HEIGHT = 280
-BAND = 24  # height of the strips beyond the scale: failed above, error exactly zero below
-
-# Parameters of the charts that the page's legends and choices set.
-HIDDEN = "hidden"  # variants and precisions that are switched off
-VIEW = "view"  # what is drawn: task/measure
-SCENE = "scene"
 
 TOOLTIPS = {
     "scene": "scene",
@@ -28,29 +30,6 @@ TOOLTIPS = {
     "failures": "failed",
 }
 
-FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif"
-THEME = {
-    "font": FONT,
-    "background": None,
-    "view": {"stroke": None},
-    "text": {"fontSize": 11, "color": "currentColor"},
-    "axis": {
-        "labelColor": "currentColor",
-        "labelFontSize": 11,
-        "titleColor": "currentColor",
-        "titleFontSize": 12,
-        "titleFontWeight": "normal",
-        "gridColor": "currentColor",
-        "gridOpacity": 0.13,
-        "domainColor": "currentColor",
-        "domainOpacity": 0.4,
-        "tickColor": "currentColor",
-        "tickOpacity": 0.4,
-    },
-    "legend": {"labelColor": "currentColor", "labelFontSize": 11, "labelLimit": 0},
-    "title": {"color": "currentColor", "fontSize": 13, "fontWeight": "normal"},
-}
-
 CONDITION_TOOLTIPS = {
     "scene": "scene",
     "number": "number",
@@ -59,50 +38,6 @@ CONDITION_TOOLTIPS = {
     "states": "states",
     "failed": "failed",
 }
-
-# Which ticks of a log axis count, by their leading digit: fewer, the more the axis spans.
-_SPAN = "domain('{0}')[1] / domain('{0}')[0]"
-_COUNTS = (
-    "indexof({0} < 1.5 ? '123456789' : {0} < 4 ? '123457' : {0} > 1e3 ? '1' : '125',"
-    " slice(format(datum.value, 'e'), 0, 1)) >= 0"
-)
-_TIME = (
-    "datum.value < 1e3 ? format(datum.value, '~r') + ' ns'"
-    " : datum.value < 1e6 ? format(datum.value / 1e3, '~r') + ' µs'"
-    " : datum.value < 1e9 ? format(datum.value / 1e6, '~r') + ' ms'"
-    " : format(datum.value / 1e9, '~r') + ' s'"
-)
-_NUMBER = "replace(format(datum.value, '~e'), '+', '')"
-
-
-class Style:
-    """Colours named in the page's style sheet, or, for a file, as they are on a light page."""
-
-    def __init__(self, variants, precisions, for_file: bool = False):
-        pairs = palette.colours(variants)
-        shapes = palette.shapes(precisions)
-        colours = [
-            light if for_file else css_colour(variant) for variant, (light, _) in pairs.items()
-        ]
-        self.colour = alt.Scale(domain=list(pairs), range=colours)
-        self.shape = alt.Scale(domain=list(shapes), range=list(shapes.values()))
-        self.dash = alt.Scale(domain=list(shapes), range=[[1, 0], [5, 3], [1, 2], [8, 2, 1, 2]])
-        self.variants = list(pairs)
-        self.precisions = list(shapes)
-        self.page = "white" if for_file else "var(--page)"
-        self.legend = alt.Undefined if for_file else None
-
-
-def css_name(variant: str) -> str:
-    return "--variant-" + re.sub(r"[^A-Za-z0-9]+", "-", variant).strip("-").lower()
-
-
-def css_colour(variant: str) -> str:
-    return f"var({css_name(variant)})"
-
-
-def view(task: str, measure: str) -> str:
-    return f"{task}/{measure}"
 
 
 def _values(points: list[Point]) -> list[dict]:
@@ -129,53 +64,10 @@ def _values(points: list[Point]) -> list[dict]:
     ]
 
 
-def _chart(choices: dict[str, str] | None):
-    """The rows that legend and choices leave.
-
-    `choices` gives each parameter's first value; None means a picture without parameters.
-    """
-    chart = alt.Chart()
-    if choices is None:
-        return chart
-    chart = chart.add_params(alt.param(name=HIDDEN, value=[]))
-    chart = chart.transform_filter(
-        f"indexof({HIDDEN}, datum.variant) < 0 && indexof({HIDDEN}, datum.precision) < 0"
-    )
-    for name, first in choices.items():
-        chart = chart.add_params(alt.param(name=name, value=first)).transform_filter(
-            f"datum.{name} == {name}"
-        )
-    return chart
-
-
-def _frame(values: list[dict]) -> dict:
-    """What the layers of a chart share."""
-    return {"data": alt.InlineData(values=values), "height": HEIGHT, "width": "container"}
-
-
-def _log_axis(scale: str, title: str, label: str) -> alt.Axis:
-    counts = _COUNTS.format(_SPAN.format(scale))
-    opacity = alt.condition(counts, alt.value(1), alt.value(0))
-    return alt.Axis(
-        title=title,
-        labelExpr=f"{counts} ? {label} : ''",
-        labelOverlap="greedy",
-        gridOpacity=opacity,
-        tickOpacity=opacity,
-    )
-
-
 def _size_axis(values: list[dict]) -> alt.X:
     sizes = sorted({row["n"] for row in values})
     axis = alt.Axis(title="N, degrees of freedom", values=sizes, format="d", labelOverlap="greedy")
     return alt.X("n:Q", axis=axis, scale=alt.Scale(type="log", nice=False, padding=8))
-
-
-def _error_scale(values: list[dict]) -> alt.Scale:
-    """A log scale that leaves room for what it cannot show: failures above, exact results below."""
-    top = BAND if any(row["share"] for row in values) else 0
-    bottom = HEIGHT - (BAND if any(row["error"] == 0 for row in values) else 0)
-    return alt.Scale(type="log", nice=False, padding=8, range=[bottom, top])
 
 
 def _series(style: Style) -> dict:
@@ -199,7 +91,7 @@ def _bands(chart, values: list[dict], x, style: Style) -> list:
             **series_without_shape, y=alt.value(BAND / 2)
         )
         layers += [
-            *_strip(0, "failed"),
+            *strip(0, "failed"),
             failures.mark_point(shape="cross", angle=45, filled=True, size=110, opacity=1),
         ]
         if x.shorthand.startswith("time"):
@@ -209,20 +101,8 @@ def _bands(chart, values: list[dict], x, style: Style) -> list:
         exact = chart.transform_filter("datum.error === 0").encode(
             **series, y=alt.value(HEIGHT - BAND / 2)
         )
-        layers += [*_strip(HEIGHT - BAND, "0"), exact.mark_point(filled=True, size=80, opacity=1)]
+        layers += [*strip(HEIGHT - BAND, "0"), exact.mark_point(filled=True, size=80, opacity=1)]
     return layers
-
-
-def _strip(top: float, label: str) -> list:
-    one = alt.Chart(alt.InlineData(values=[{}]))
-    return [
-        one.mark_rect(color="currentColor", opacity=0.06).encode(
-            x=alt.value(0), x2=alt.value("width"), y=alt.value(top), y2=alt.value(top + BAND)
-        ),
-        one.mark_text(text=label, align="right", dx=-7).encode(
-            x=alt.value(0), y=alt.value(top + BAND / 2)
-        ),
-    ]
 
 
 def _front(chart, x, y) -> list:
@@ -253,20 +133,20 @@ def work_precision(
     values = [row for row in _values(points) if row["time"] is not None]
     x = alt.X(
         "time:Q",
-        axis=_log_axis(f"{scales}x", "median time of a call", _TIME),
+        axis=log_axis(f"{scales}x", "median time of a call", TIME),
         scale=alt.Scale(type="log", nice=False, padding=14),
     )
     y = alt.Y(
-        "error:Q", axis=_log_axis(f"{scales}y", "median error", _NUMBER), scale=_error_scale(values)
+        "error:Q", axis=log_axis(f"{scales}y", "median error", NUMBER), scale=error_scale(values)
     )
-    chart = _chart(choices)
+    chart = filtered(choices)
     drawn = chart.transform_filter("datum.error > 0")
     marks = drawn.mark_point(filled=True, size=80, opacity=1, stroke=style.page, strokeWidth=0.75)
     return alt.layer(
         *_front(chart, x, y),
         *_bands(chart, values, x, style),
         marks.encode(x=x, y=y, **_series(style)),
-        **_frame(values),
+        **frame(values),
     )
 
 
@@ -274,15 +154,15 @@ def against_size(points: list[Point], style: Style, choices: dict[str, str], wha
     """Error or time against N; `what` is the row's field."""
     values = [row for row in _values(points) if row[what] is not None or row["share"]]
     x = _size_axis(values)
-    chart = _chart(choices)
+    chart = filtered(choices)
     if what == "error":
         y = alt.Y(
-            "error:Q", axis=_log_axis("y", "median error", _NUMBER), scale=_error_scale(values)
+            "error:Q", axis=log_axis("y", "median error", NUMBER), scale=error_scale(values)
         )
         bands = _bands(chart, values, x, style)
     else:
         scale = alt.Scale(type="log", nice=False, padding=8)
-        y = alt.Y("time:Q", axis=_log_axis("y", "median time of a call", _TIME), scale=scale)
+        y = alt.Y("time:Q", axis=log_axis("y", "median time of a call", TIME), scale=scale)
         bands = []
     drawn = chart.transform_filter(f"datum.{what} > 0").encode(x=x, y=y, **_series(style))
     dash = alt.StrokeDash("precision:N", scale=style.dash, legend=None)
@@ -290,7 +170,7 @@ def against_size(points: list[Point], style: Style, choices: dict[str, str], wha
         strokeDash=dash, shape=alt.Undefined
     )
     marks = drawn.mark_point(filled=True, size=45, opacity=1, stroke=style.page, strokeWidth=0.5)
-    return alt.layer(*bands, lines, marks, **_frame(values))
+    return alt.layer(*bands, lines, marks, **frame(values))
 
 
 def condition(rows: list[dict]):
@@ -299,7 +179,7 @@ def condition(rows: list[dict]):
         x=_size_axis(rows),
         y=alt.Y(
             "value:Q",
-            axis=_log_axis("y", "condition number", _NUMBER),
+            axis=log_axis("y", "condition number", NUMBER),
             scale=alt.Scale(type="log", nice=False, padding=12),
         ),
         detail="number:N",
@@ -318,4 +198,4 @@ def condition(rows: list[dict]):
     ):  # the upper name above its line, others below
         name = chart.transform_filter(f"datum.n == {last} && datum.number == '{end['number']}'")
         layers.append(name.mark_text(align="right", dx=left, dy=down).encode(text="number:N"))
-    return alt.layer(*layers, **_frame(rows))
+    return alt.layer(*layers, **frame(rows))

@@ -12,9 +12,11 @@ import jinja2
 import vl_convert
 from markupsafe import Markup
 
+import charts
 import figures
 import palette
-from data import Data, DataError, load, scene_name
+from data import Data, DataError, scene_name
+from readers import load
 from sections import SECTIONS
 from sections.method import distinct
 from summary import points
@@ -32,13 +34,13 @@ class Parser(argparse.ArgumentParser):
 
 def facts(data: Data) -> list[tuple[str, str]]:
     """When, what and where, as far as the benchmarks recorded it."""
-    days = sorted({date[:10] for date in distinct(data, "date")})
+    days = sorted({date[:10] for date in distinct(data.all_contexts, "date")})
     found = [
         ("Date", " to ".join(dict.fromkeys([days[0], days[-1]])) if days else ""),
-        ("Git revision", ", ".join(distinct(data, "git_revision"))),
-        ("Machine", ", ".join(distinct(data, "cpu") or distinct(data, "host_name"))),
-        ("CPUs", ", ".join(distinct(data, "num_cpus"))),
-        ("Run", ", ".join(distinct(data, "mode"))),
+        ("Git revision", ", ".join(distinct(data.all_contexts, "git_revision"))),
+        ("Machine", ", ".join(distinct(data.all_contexts, "cpu") or distinct(data.all_contexts, "host_name"))),
+        ("CPUs", ", ".join(distinct(data.all_contexts, "num_cpus"))),
+        ("Run", ", ".join(distinct(data.all_contexts, "mode"))),
     ]
     return [(name, value) for name, value in found if value]
 
@@ -53,10 +55,11 @@ def page(data: Data) -> str:
     return environment.get_template("page.html.jinja").render(
         facts=facts(data),
         sections=sections,
-        colours={figures.css_name(name): pair for name, pair in palette.colours(variants).items()},
-        css_colour=figures.css_colour,
+        colours={charts.css_name(name): pair for name, pair in palette.colours(variants).items()},
+        css_colour=charts.css_colour,
+        shape=palette.shape,
         shapes=palette.shapes,
-        theme=figures.THEME,
+        theme=charts.THEME,
         css=_inline("page.css"),
         script=_inline("page.js"),
         bundle=Markup(
@@ -72,6 +75,8 @@ def _inline(name: str):
 def figure(data: Data) -> str:
     """Error against run time of one robot as SVG, a panel for a and one for its inverse."""
     robots = data.robots or data.scenes
+    if not robots:
+        raise DataError("the figure needs errors and times of a scene")
     scene = next((robot for robot in robots if scene_name(robot) == FIGURE_ROBOT), robots[0])
     drawn = [
         point
@@ -87,13 +92,13 @@ def figure(data: Data) -> str:
     if not tasks:
         raise DataError(f"{scene}: no task with errors and times to draw")
     drawn = [point for point in drawn if point.task in tasks]
-    style = figures.Style((p.variant for p in drawn), (p.precision for p in drawn), for_file=True)
+    style = charts.Style((p.variant for p in drawn), (p.precision for p in drawn), for_file=True)
     panels = []
     for i, task in enumerate(tasks):
         panel = [point for point in drawn if point.task == task]
         chart = figures.work_precision(panel, style, scales=f"concat_{i}_")
         panels.append(chart.properties(width=330, title=f"{scene_name(scene)}: {task_text(task)}"))
-    theme = figures.THEME | {"background": "white", "padding": 10}
+    theme = charts.THEME | {"background": "white", "padding": 10}
     return vl_convert.vegalite_to_svg(
         alt.hconcat(*panels).resolve_scale(color="shared", shape="shared").to_dict(),
         vl_version=VEGA_LITE,

@@ -1,4 +1,4 @@
-"""A colour for each variant, a shape for each precision.
+"""A colour for each variant, a shape for each precision and each way to simulate.
 
 The hue says the family (`Sequential` of `Sequential<UD>`), the shade the variant within it; shades
 differ in lightness, for readers with any colour vision. A colour is a pair: light page, dark page.
@@ -43,6 +43,11 @@ FAMILIES = {
     ],
     "MuJoCo": [("#5f6368", "#b9bec5")],
     "CRBA": [("#1d1f22", "#f1f3f5")],
+    "MonteCarlo": [("#22508a", "#7fb2f0")],
+    "Antithetic": [("#9a3fb5", "#e2a8f5")],
+    "QuasiMonteCarlo": [("#0b8a6f", "#35d9b5")],
+    "SigmaPoints": [("#a8123c", "#f0708f")],
+    "Recursion": [("#b35209", "#ffae66")],
 }
 UNKNOWN_FAMILIES = [
     [
@@ -69,6 +74,18 @@ SHADES = {
     "ClosedForm<Conventional>": 0,
     "MuJoCo": 0,
     "CRBA": 0,
+    "MonteCarlo": 0,
+    "Antithetic": 0,
+    "QuasiMonteCarlo": 0,
+    "SigmaPoints": 0,
+    "Recursion": 0,
+}
+METHODS = {  # ways to simulate the random model
+    "MonteCarlo": "circle",
+    "Antithetic": "triangle-up",
+    "QuasiMonteCarlo": "diamond",
+    "SigmaPoints": "square",
+    "Recursion": "triangle-down",
 }
 SHAPES = {"float64": "circle", "float32": "triangle-up", "mp": "diamond"}
 
@@ -89,6 +106,11 @@ def colours(variants) -> dict[str, tuple[str, str]]:
             (shade for shade in shades if shade not in result.values()), shades[0]
         )
     return result
+
+
+def shape(variant: str) -> str:
+    """Of a variant where precisions have no shapes."""
+    return METHODS.get(variant, "circle")
 
 
 def shapes(precisions) -> dict[str, str]:

@@ -17,8 +17,8 @@ class Verdict(NamedTuple):
 class Table:
     caption: str
     columns: list[str]
-    rows: list[list]
-    align: str  # one letter a column: l or r
+    rows: list[list]  # one cell alone is a remark on the row above
+    align: str  # one letter a column: l, r or, for a formula, f
     folded: bool = False
 
 

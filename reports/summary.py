@@ -1,13 +1,11 @@
-"""Statistics of the records: medians over states, points of error and time, exponents against N."""
+"""Statistics of the records: medians, points of error and time, bands, exponents."""
 
 import math
 import statistics
 from collections import defaultdict
 from typing import NamedTuple
 
-from data import Data, Error, scene_name, scene_size
-
-FIT_FROM = 15  # smaller mechanisms show overheads, not the order of growth
+from data import Data, Error, Sample, scene_name, scene_size
 
 
 class Summary(NamedTuple):
@@ -37,6 +35,21 @@ class Point(NamedTuple):
     states: int
     failures: int
     reasons: str
+
+
+class Band(NamedTuple):
+    """Estimates from one number of samples over their replicas; low and high are quantiles."""
+
+    scene: str
+    quantity: str
+    method: str
+    samples: int
+    replicas: int
+    median: float
+    low: float
+    high: float
+    time: float  # ns, median
+    threads: int
 
 
 class Fit(NamedTuple):
@@ -93,12 +106,37 @@ def points(data: Data) -> list[Point]:
     return sorted(result, key=lambda point: (point.name, point.n, *point[3:7]))
 
 
-def fit_exponent(pairs) -> Fit | None:
-    """Least squares of log y on log N over N >= FIT_FROM, with the slope's standard error.
+def bands(samples: list[Sample]) -> list[Band]:
+    """One for every scene, quantity, method and number of samples."""
+    series = defaultdict(list)
+    for sample in samples:
+        series[sample[:4]].append(sample)
+    return [
+        Band(
+            *key,
+            len(rows),
+            *quantiles([row.error for row in rows]),
+            1e9 * statistics.median(row.seconds for row in rows),
+            max(row.threads for row in rows),
+        )
+        for key, rows in sorted(series.items())
+    ]
+
+
+def quantiles(values: list[float]) -> tuple[float, float, float]:
+    """The median, and what 10 % and 90 % of the values lie below, interpolated between values."""
+    if len(values) == 1:
+        return (values[0],) * 3
+    tenths = statistics.quantiles(values, n=10, method="inclusive")
+    return tenths[4], tenths[0], tenths[-1]
+
+
+def fit_exponent(pairs, smallest: float = 0) -> Fit | None:
+    """Least squares of log y on log x over x >= smallest, with the slope's standard error.
 
     None where fewer than three points remain: two points have no scatter to judge by.
     """
-    kept = [(math.log(n), math.log(y)) for n, y in pairs if n >= FIT_FROM and y and y > 0]
+    kept = [(math.log(x), math.log(y)) for x, y in pairs if x >= smallest and x > 0 and y and y > 0]
     if len({x for x, _ in kept}) < 3:
         return None
     x, y = zip(*kept)

@@ -1,5 +1,7 @@
 """Names and numbers as the page writes them."""
 
+from summary import Fit
+
 TASKS = {
     "acceleration": "Acceleration a = M⁻¹(τ − bias)",
     "inverse": "Inverse M⁻¹",
@@ -10,6 +12,7 @@ MEASURES = {
     "energy": "relative error in the energy norm",
     "scaled": "largest scaled entry error",
 }
+UNITS = {"years": 3.15576e16, "days": 8.64e13, "h": 3.6e12, "s": 1e9, "ms": 1e6, "µs": 1e3}  # ns
 
 
 def task_text(task: str) -> str:
@@ -23,7 +26,7 @@ def measure_text(measure: str) -> str:
 def time_text(nanoseconds: float | None) -> str:
     if nanoseconds is None:
         return "–"
-    for unit, size in (("s", 1e9), ("ms", 1e6), ("µs", 1e3)):
+    for unit, size in UNITS.items():
         if nanoseconds >= size:
             return f"{_three_digits(nanoseconds / size)} {unit}"
     return f"{_three_digits(nanoseconds)} ns"
@@ -51,3 +54,7 @@ def share_text(share: float | None) -> str:
     if 0.99 < share < 1:
         return "> 99 %"
     return f"{100 * share:.0f} %"
+
+
+def fit_text(fit: Fit | None) -> str:
+    return f"{fit.exponent:.2f} ± {fit.standard_error:.2f}".replace("-", "−") if fit else "–"

@@ -1,12 +1,25 @@
 """The page's sections, in order: `section(data)` gives one, or None where its data is absent."""
 
-from sections import against_n, error_against_time, glance, limitations, method, mujoco
+from sections import (
+    against_n,
+    cost,
+    error_against_time,
+    glance,
+    limitations,
+    method,
+    mujoco,
+    paper,
+    simulation,
+)
 
 SECTIONS = [
     glance.section,
     error_against_time.section,
     against_n.section,
     mujoco.section,
+    paper.section,
+    cost.section,
+    simulation.section,
     method.section,
     limitations.section,
 ]

@@ -2,13 +2,15 @@
 
 from collections import defaultdict
 
+import charts
 import figures
 from data import Data, Error, scene_name, scene_size
 from section import Figure, Section, Table
 from sections.views import view_choice
-from summary import FIT_FROM, Fit, Point, fit_exponent, points, summarise
-from text import error_text, task_text
+from summary import Point, fit_exponent, points, summarise
+from text import error_text, fit_text, task_text
 
+FIT_FROM = 15  # smaller mechanisms show overheads, not the order of growth
 CONDITION = {"kappa": "κ(M)", "kappa_scaled": "scaled κ"}
 
 
@@ -18,7 +20,7 @@ def section(data: Data) -> Section | None:
     if not drawn:
         return None
     views = view_choice(drawn)
-    style = figures.Style((p.variant for p in drawn), (p.precision for p in drawn))
+    style = charts.Style((p.variant for p in drawn), (p.precision for p in drawn))
     result = Section(
         "Against N",
         [
@@ -33,7 +35,7 @@ def section(data: Data) -> Section | None:
         variants=style.variants,
         precisions=style.precisions,
     )
-    first = {figures.VIEW: views.first}
+    first = {charts.VIEW: views.first}
     condition = {}
     for name in names:
         family = [point for point in drawn if point.name == name]
@@ -92,8 +94,8 @@ def _exponents(task: str, drawn: list[Point], names: list[str]) -> Table:
         row = [variant, precision]
         for name in names:
             group = series[variant, precision, name]
-            row.append(_fit_text(fit_exponent((point.n, point.time) for point in group)))
-            row.append(_fit_text(fit_exponent((point.n, point.median) for point in group)))
+            row.append(fit_text(fit_exponent(((point.n, point.time) for point in group), FIT_FROM)))
+            row.append(fit_text(fit_exponent(((point.n, point.median) for point in group), FIT_FROM)))
         rows.append(row)
     return Table(
         f"{task_text(task)}: exponents of the median time and of the median relative error",
@@ -110,17 +112,15 @@ def _condition_exponents(numbers: dict[str, list[dict]]) -> Table:
     rows = []
     for name, family in numbers.items():
         fits = (
-            fit_exponent((row["n"], row["value"]) for row in family if row["number"] == label)
+            fit_exponent(
+                ((row["n"], row["value"]) for row in family if row["number"] == label), FIT_FROM
+            )
             for label in labels
         )
-        rows.append([name, *map(_fit_text, fits)])
+        rows.append([name, *map(fit_text, fits)])
     return Table(
         "Exponents of the median condition number",
         ["Family", *labels],
         rows,
         "l" + "r" * len(labels),
     )
-
-
-def _fit_text(fit: Fit | None) -> str:
-    return f"{fit.exponent:.2f} ± {fit.standard_error:.2f}".replace("-", "−") if fit else "–"

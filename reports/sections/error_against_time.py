@@ -2,6 +2,7 @@
 
 from itertools import groupby
 
+import charts
 import figures
 from data import Data, Time
 from section import Choice, Figure, Section
@@ -15,7 +16,7 @@ def section(data: Data) -> Section | None:
     if not drawn:
         return None
     views = view_choice(drawn)
-    style = figures.Style((p.variant for p in drawn), (p.precision for p in drawn))
+    style = charts.Style((p.variant for p in drawn), (p.precision for p in drawn))
     panels = [list(group) for _, group in groupby(drawn, key=lambda point: point.name)]
     panels.sort(key=lambda panel: (panel[0].name in data.families, panel[0].n, panel[0].name))
     return Section(
@@ -35,13 +36,13 @@ def section(data: Data) -> Section | None:
     )
 
 
-def _panel(panel: list[Point], style: figures.Style, views: Choice, times: list[Time]) -> Figure:
+def _panel(panel: list[Point], style: charts.Style, views: Choice, times: list[Time]) -> Figure:
     sizes = {point.scene: point.n for point in sorted(panel, key=lambda point: point.n)}
     middle = list(sizes)[len(sizes) // 2]
-    scenes = Choice(figures.SCENE, "N", [(scene, str(n)) for scene, n in sizes.items()], middle)
+    scenes = Choice(charts.SCENE, "N", [(scene, str(n)) for scene, n in sizes.items()], middle)
     several = len(sizes) > 1
     name = panel[0].name
-    first = {figures.VIEW: views.first, figures.SCENE: scenes.first}
+    first = {charts.VIEW: views.first, charts.SCENE: scenes.first}
     return Figure(
         name if several else f"{name}, {panel[0].n} degrees of freedom",
         figures.work_precision(panel, style, first),

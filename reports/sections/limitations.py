@@ -12,7 +12,7 @@ NOISY = 0.05
 
 
 def section(data: Data) -> Section:
-    timed = [time for time in data.times if time.variation is not None]
+    timed = [time for time in data.times + data.estimation if time.variation is not None]
     noisy = sum(time.variation > NOISY for time in timed)
     statements = []
     if timed:
@@ -27,11 +27,22 @@ def section(data: Data) -> Section:
         "working precision. The error of that rounding, and how well the parameters are known, "
         "are not part of any error here.",
         "States are random and finite in number. The largest error found is not a bound.",
-        "Not measured: contacts, joint limits, damping, actuators, constraints, derivatives, "
-        "several states at once, GPUs.",
+        "Not measured: contacts, joint limits, damping, actuators, constraints, derivatives"
+        f"{' (but for that of log det M)' if data.estimation else ''}, several states at once, GPUs.",
     ]
+    if data.papers:
+        statements.append(
+            "An equation that passes holds to rounding in one random state of the scenes shown. "
+            "That is a check, not a proof."
+        )
+    if data.samples:
+        statements.append(
+            "The random model is simulated for one state of a robot; its errors depend on the "
+            "robot and, through the random numbers, on luck. A time extrapolated over many orders "
+            "of magnitude tells its own order at best."
+        )
     for key in ("git_revision", "compiler", "flags"):
-        if len(distinct(data, key)) > 1:
+        if len(distinct(data.all_contexts, key)) > 1:
             statements.append(f"Files of this run differ in {key}: do not compare their times.")
     return Section("Limitations", statements=statements + _missing(data), tables=_failures(data))
 

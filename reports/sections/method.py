@@ -11,7 +11,11 @@ IN_WORDS = ("timed_call",)  # keys of the context that are prose, not a cell
 
 
 def section(data: Data) -> Section | None:
-    statements = [f"A timed call: {text}" for text in distinct(data, "timed_call")]
+    statements = [f"A timed call: {text}" for text in distinct(data.contexts, "timed_call")]
+    statements += [
+        f"A timed call of the paper’s recursions: {text}"
+        for text in distinct(data.estimation_contexts, "timed_call")
+    ]
     if repetitions := sorted({time.repetitions for time in data.times}):
         statements.append(f"Each time is the median of {_range(repetitions)} repetitions.")
     if states := sorted({point.states for point in points(data) if point.states}):
@@ -23,17 +27,17 @@ def section(data: Data) -> Section | None:
             f"Timing a call that does nothing takes {time_text(max(empty))} or less. "
             "Every time contains it."
         )
-    if "debug" in distinct(data, "library_build_type"):
+    if "debug" in distinct(data.all_contexts, "library_build_type"):
         statements.append(
             "The benchmark library itself was built as debug. The code under test and the timing "
             "loop were not: they are compiled here, with the flags below. The library only reads "
             "the clock before and after a loop of calls."
         )
-    keys = sorted({key for context in data.contexts for key in context if key not in IN_WORDS})
+    keys = sorted({key for context in data.all_contexts for key in context if key not in IN_WORDS})
     table = Table(
         "What the benchmark recorded about itself. Where files differ, all their values stand.",
         ["Key", "Value"],
-        [[key, _few(distinct(data, key))] for key in keys],
+        [[key, _few(distinct(data.all_contexts, key))] for key in keys],
         "ll",
     )
     if not (keys or statements):
@@ -41,9 +45,9 @@ def section(data: Data) -> Section | None:
     return Section("How it was measured", tables=[table] if keys else [], statements=statements)
 
 
-def distinct(data: Data, key: str) -> list[str]:
-    """The values of a key over all contexts, in words, each once."""
-    values = {in_words(context[key]) for context in data.contexts if key in context}
+def distinct(contexts: list[dict], key: str) -> list[str]:
+    """The values of a key over contexts, in words, each once."""
+    values = {in_words(context[key]) for context in contexts if key in context}
     if key == "executable":  # pages are published: the folders of who made them stay out
         values = {Path(value).name for value in values}
     return sorted(values)

@@ -1,6 +1,6 @@
 """The choice of task and measure that sections share."""
 
-from figures import VIEW, view
+from charts import VIEW, view
 from section import Choice
 from summary import Point
 from text import TASKS, measure_text, task_text

@@ -8,6 +8,8 @@ import random
 import sys
 from pathlib import Path
 
+import fake_estimation
+
 VARIANTS = {  # time in ns at 7 degrees of freedom, orders of growth of time and error
     "Batch<EigenLLT>": (620, 2.6, 2.0),
     "Batch<EigenLDLT>": (840, 2.7, 2.1),
@@ -206,6 +208,18 @@ def write(folder: Path) -> None:
             (folder / f"times-{name}.json").write_text(json.dumps(_times(scene, dice)))
         if scene.split(":")[0] in ROBOTS and scene != UNCOMPARED:
             (folder / f"mujoco-{name}.json").write_text(json.dumps(_mujoco(scene, dice)))
+    for scene in fake_estimation.PAPERS:
+        file = folder / f"paper-{scene.replace(':', '-')}.json"
+        file.write_text(json.dumps(fake_estimation.paper(scene)))
+    with (folder / "simulation-panda-7.csv").open("w", newline="") as file:
+        lines = csv.writer(file, lineterminator="\n")
+        lines.writerow("scene,n,quantity,method,samples,replica,error,seconds,threads".split(","))
+        lines.writerows(fake_estimation.simulation("panda:7"))
+    estimation = {
+        "context": CONTEXT | {"timed_call": "from the random model to the result named"},
+        "benchmarks": fake_estimation.estimation(),
+    }
+    (folder / "estimation-chain.json").write_text(json.dumps(estimation))
 
 
 if __name__ == "__main__":

@@ -5,7 +5,9 @@ import math
 
 import pytest
 
-from data import COLUMNS, Data, DataError, load
+import fake_estimation
+from data import Data, DataError
+from readers import COLUMNS, SAMPLE_COLUMNS, load
 
 HEADER = ",".join(COLUMNS)
 ROW = "panda:7,7,Batch<EigenLLT>,float64,inverse,0,relative,1.5e-16,ok"
@@ -16,6 +18,8 @@ ROBOT = {
     "variants": [],
     "pass": True,
 }
+SAMPLES = ",".join(SAMPLE_COLUMNS)
+SAMPLE = "panda:7,7,M,MonteCarlo,64,0,0.25,1e-4,2"
 
 
 @pytest.fixture
@@ -94,6 +98,62 @@ def test_a_family_has_several_sizes_and_a_robot_one(read):
     assert data.scenes == ["chain:3", "panda:7", "chain:15"]
 
 
+def paper(**residual):
+    """A record of one erratum, whose residual in mp is as said."""
+    document = fake_estimation.paper("chain:6")
+    document["rows"] = [row for row in document["rows"] if row["id"] == "(3.12)"]
+    document["rows"][0]["residuals"]["mp"] |= residual
+    return document
+
+
+def changed(document: dict, **row):
+    document["rows"][0] |= row
+    return document
+
+
+def test_an_equation_keeps_its_parts(read):
+    (record,) = read("paper-chain-6.json", paper(printed=None, corrected=2e-55)).papers
+    assert (record.scene, record.beyond_scene, record.passed) == ("chain:6", "tree:14", True)
+    assert record.precisions[1] == ("mp", 55, 1.2e4)
+    (equation,) = record.equations
+    assert equation[:3] == ("(3.12)", "3", "Result 3.4")
+    assert equation.corrected == "Ψ = (I − ΨgH)Φ" and "closed loop" in equation.note
+    assert equation.residuals["mp"] == (None, 2e-55, 1e-48, "misprint")
+
+
+@pytest.mark.parametrize(
+    "residual, holds",
+    [
+        ({"corrected": 1e-48}, True),
+        ({"corrected": 1.1e-48}, False),  # whatever its own verdict
+        ({"corrected": None}, False),
+        ({"verdict": "fails"}, False),
+    ],
+)
+def test_an_equation_holds_by_its_verdict_and_by_its_numbers(read, residual, holds):
+    (record,) = read("paper-a.json", paper(**residual)).papers
+    assert record.equations[0].holds == holds
+
+
+def test_a_sample_keeps_its_parts(read):
+    (sample,) = read("simulation-a.csv", f"{SAMPLES}\n{SAMPLE}\n").samples
+    assert sample == ("panda:7", "M", "MonteCarlo", 64, 0, 0.25, 1e-4, 2)
+
+
+def test_times_of_the_recursions_are_no_times_of_scenes(read):
+    document = {"context": {"cpu": "one"}, "benchmarks": [timed("covariances/a/chain:10/float64")]}
+    data = read("estimation-a.json", document)
+    (time,) = data.estimation
+    assert time[:4] == ("chain:10", "a", "float64", "covariances")
+    assert (data.times, data.scenes, data.contexts) == ([], [], [])
+    assert data.all_contexts == [{"cpu": "one"}]
+
+
+def test_scenes_of_paper_and_simulation_are_no_measured_scenes(read):
+    read("paper-a.json", paper())
+    assert read("simulation-a.csv", f"{SAMPLES}\n{SAMPLE}\n").scenes == []
+
+
 def test_other_files_of_a_folder_are_left_alone(read, tmp_path):
     (tmp_path / "evaluate-panda.json").write_text("no data")
     assert len(read("mujoco-a.json", {"mujoco": "4", "robots": [ROBOT]}).mujoco) == 1
@@ -132,8 +192,46 @@ def test_given_files_are_the_only_ones_read(read, tmp_path):
         ("mujoco-a.json", {"robots": []}, "no data"),
         ("mujoco-a.json", {"mujoco": "4", "robots": [{"scene": "panda:7"}]}, "'mass' is missing"),
         ("mujoco-a.json", {"mujoco": "4", "robots": [ROBOT, ROBOT]}, "recorded 2 times"),
+        ("paper-a.json", {"scene": "chain:6"}, "not a record of the paper: 'precisions'"),
+        ("paper-a.json", [], "paper-a.json: not a record of the paper"),
+        ("paper-a.json", paper() | {"scene": "chain"}, "scene 'chain' is not"),
+        ("paper-a.json", paper() | {"rows": []}, "no equation in any precision"),
+        ("paper-a.json", paper() | {"rows": 2 * paper()["rows"]}, r"\(3.12\) is recorded 2 times"),
+        ("paper-a.json", paper(verdict="perhaps"), r"verdict 'perhaps' of \(3.12\)"),
+        ("paper-a.json", paper(printed=-1.0), r"residual -1.0 of \(3.12\)"),
+        ("paper-a.json", paper(corrected=math.nan), r"residual nan of \(3.12\)"),
+        ("paper-a.json", paper(corrected="none"), "not a record of the paper"),
+        ("paper-a.json", paper(tolerance=0), r"tolerance 0 of \(3.12\)"),
+        ("paper-a.json", changed(paper(), corrected=""), "misprint without a corrected form"),
+        ("paper-a.json", changed(paper(), note=None), "None.*not all text"),
+        ("paper-a.json", changed(paper(), residuals={"float64": {}}), "'printed' is missing"),
+        ("simulation-a.csv", "scene,n\n", "header is not scene,n,quantity"),
+        ("simulation-a.csv", f"{SAMPLES}\n{SAMPLE},1\n", "simulation-a.csv:2: not 9 values"),
+        ("simulation-a.csv", f"{SAMPLES}\n{SAMPLE.replace(':7', '')}\n", "scene 'panda'"),
+        ("simulation-a.csv", f"{SAMPLES}\n{SAMPLE.replace('64', '6.4')}\n", ":2: .*'6.4'"),
+        ("simulation-a.csv", f"{SAMPLES}\n{SAMPLE.replace('64', '-1')}\n", "of -1 samples"),
+        ("simulation-a.csv", f"{SAMPLES}\n{SAMPLE.replace('0.25', 'nan')}\n", "error nan of 64"),
+        ("simulation-a.csv", f"{SAMPLES}\n{SAMPLE.replace('1e-4', '0')}\n", "took 0 s"),
+        ("simulation-a.csv", f"{SAMPLES}\n{SAMPLE}\n{SAMPLE}\n", "sample of panda.*2 times"),
+        ("simulation-a.csv", f"{SAMPLES}\n", "no data"),
+        ("estimation-a.json", {"context": {}}, "estimation-a.json: .*'benchmarks' is missing"),
+        ("estimation-a.json", {"benchmarks": [timed("covariances/a/7")]}, "'covariances/a/7'"),
+        ("estimation-a.json", {"benchmarks": [timed("harness/empty/none/none")]}, "no data"),
     ],
 )
 def test_bad_data_is_refused_by_name(read, name, text, message):
     with pytest.raises(DataError, match=message):
         read(name, text)
+
+
+@pytest.mark.parametrize(
+    "kind, document, what",
+    [
+        ("paper", paper(), "check of the paper of chain:6"),
+        ("estimation", {"benchmarks": [timed()]}, "time of the recursions of panda:7"),
+    ],
+)
+def test_what_two_files_record_is_refused(read, kind, document, what):
+    read(f"{kind}-a.json", document)
+    with pytest.raises(DataError, match=f"{what}.* is recorded 2 times"):
+        read(f"{kind}-b.json", document)

@@ -3,12 +3,14 @@
 import re
 
 import alt_scene
+import charts
 import figures
 import palette
 import pytest
-from summary import Point
+import sample_figures
+from summary import Band, Point
 
-STYLE = figures.Style(["A", "B"], ["float64"], for_file=True)
+STYLE = charts.Style(["A", "B"], ["float64"], for_file=True)
 
 
 def points(*times_and_errors, failures=0):
@@ -35,7 +37,7 @@ def points(*times_and_errors, failures=0):
 
 def front(drawn):
     """The front's (time, error), in its order."""
-    style = figures.Style([point.variant for point in drawn], ["float64"], for_file=True)
+    style = charts.Style([point.variant for point in drawn], ["float64"], for_file=True)
     (line, *_) = alt_scene.marks(figures.work_precision(drawn, style), "line")
     return [
         tuple(map(float, re.findall(r"(?:time|error): ([^;]+)", item["description"])))
@@ -84,8 +86,8 @@ def test_an_exact_result_has_a_mark_below_the_scale():
         for item in items
         if "description" in item
     ]
-    assert max(ys) == figures.HEIGHT - figures.BAND / 2
-    assert min(ys) < figures.HEIGHT - figures.BAND
+    assert max(ys) == charts.HEIGHT - charts.BAND / 2
+    assert min(ys) < charts.HEIGHT - charts.BAND
 
 
 @pytest.mark.parametrize("span", [1.1, 1.6, 3, 10, 1e4, 1e7])
@@ -126,3 +128,66 @@ def test_every_colour_stands_out_from_its_page():
     ramps = [*palette.FAMILIES.values(), *palette.UNKNOWN_FAMILIES]
     for light, dark in (pair for ramp in ramps for pair in ramp):
         assert contrast(light, "#ffffff") >= 3 and contrast(dark, "#15181d") >= 3, (light, dark)
+
+
+SAMPLERS = charts.Style(["MonteCarlo", "SigmaPoints", "Recursion"], [], for_file=True)
+
+
+def bands(*counts_and_errors, method="MonteCarlo"):
+    """Bands from half to twice the median, 1 µs a sample."""
+    return [
+        Band("arm:2", "M", method, count, 8, error, error / 2, error * 2, 1e3 * max(count, 1), 1)
+        for count, error in counts_and_errors
+    ]
+
+
+SAMPLED = bands((64, 0.1), (128, 0.05), (256, 0.01))
+EXACT = bands((12, 1e-16), method="SigmaPoints") + bands((0, 2e-16), method="Recursion")
+
+
+def samples(what, drawn=SAMPLED + EXACT):
+    return sample_figures.against(drawn, SAMPLERS, {charts.QUANTITY: "M"}, what)
+
+
+def test_a_sampler_is_a_line_of_medians_in_its_band():
+    chart = samples("samples")
+    (line,) = alt_scene.marks(chart, "line")
+    (area,) = alt_scene.marks(chart, "area")
+    assert len(line) == len(area) == 3
+    halving = line[1]["y"] - line[0]["y"]  # pixels between 0.1 and 0.05
+    for on_line, in_band in zip(line, area):
+        assert in_band["y"] == pytest.approx(on_line["y"] + halving)  # half the median
+        assert in_band["y2"] == pytest.approx(on_line["y"] - halving)  # twice the median
+    assert halving > 10 and line[2]["y"] > line[1]["y"]
+
+
+def test_exact_methods_stand_below_the_scale_of_samples():
+    chart = samples("samples")
+    below = charts.HEIGHT - charts.BAND / 2
+    (rule,) = [item for items in alt_scene.marks(chart, "rule") for item in items]
+    assert rule["y"] == below and "Recursion" in rule["description"]
+    points = [item for items in alt_scene.marks(chart, "symbol") for item in items]
+    assert [item["y"] for item in points if "SigmaPoints" in item["description"]] == [below]
+    assert {"exact", "Recursion"} <= alt_scene.texts(chart)
+    assert all(item["y"] < below for item in points if "MonteCarlo" in item["description"])
+
+
+def test_exact_methods_are_points_on_the_scale_of_time():
+    chart = samples("time")
+    points = [item for items in alt_scene.marks(chart, "symbol") for item in items]
+    assert len(points) == 5 and not alt_scene.marks(chart, "rule")
+    by_method = {item["description"].split("method: ")[1].split(";")[0]: item for item in points}
+    recursion, sigma = by_method["Recursion"], by_method["SigmaPoints"]
+    assert recursion["x"] < sigma["x"] and recursion["y"] < sigma["y"] < charts.HEIGHT
+
+
+def test_an_error_of_zero_has_a_mark_below_the_scale_of_time():
+    chart = samples("time", SAMPLED + bands((0, 0.0), method="Recursion"))
+    points = [item for items in alt_scene.marks(chart, "symbol") for item in items]
+    (zero,) = [item for item in points if "Recursion" in item["description"]]
+    assert zero["y"] == charts.HEIGHT - charts.BAND / 2
+    assert "0" in alt_scene.texts(chart)
+
+
+def test_methods_have_shapes_of_their_own():
+    assert len({palette.shape(method) for method in palette.METHODS}) == len(palette.METHODS)

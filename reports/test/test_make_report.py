@@ -1,5 +1,6 @@
 """The program: what it writes, and what it refuses to write."""
 
+import json
 import re
 import shutil
 import subprocess
@@ -7,9 +8,10 @@ import sys
 
 import pytest
 
+import fake_estimation
 import make_report
 from conftest import REPORTS
-from data import load
+from readers import SAMPLE_COLUMNS, load
 from sections.method import distinct
 
 
@@ -129,6 +131,13 @@ def test_a_robot_beyond_its_bound_fails(html):
     assert overview.count("✓ pass") == 7
 
 
+def test_what_was_not_measured_follows_what_was(html, run):
+    assert "derivatives (but for that of log det M)" in section(html, "Limitations")
+    plain = make_report.page(load(None, [run / "errors-panda-7.csv"]))
+    limits = section(plain, "Limitations")
+    assert "derivatives, several" in limits and "not a proof" not in limits
+
+
 def test_every_key_of_the_context_is_shown(html):
     method = section(html, "How it was measured")
     for text in (
@@ -140,6 +149,82 @@ def test_every_key_of_the_context_is_shown(html):
         "0.90 ns",
     ):
         assert text in method
+
+
+def rows_of(part: str, first: str) -> list[str]:
+    """The table rows whose first cell is this."""
+    return [row for row in part.split("<tr")[1:] if re.search(rf"<th[^>]*>{first}</th>", row)]
+
+
+def test_an_erratum_shows_both_forms_both_residuals_and_why(html):
+    errata = section(html, "The paper, checked").split("</table>")[0]
+    (row,) = rows_of(errata, r"\(3.12\)")
+    assert "Ψ = (I − gH)Φ" in row and "Ψ = (I − ΨgH)Φ" in row
+    printed, corrected = re.findall(r">(\d\.\de-?\d+)<", row)
+    assert 0.1 < float(printed) < 2 and float(corrected) < 1e-50  # of the chain, in mp
+    assert "The closed loop acts at every joint" in errata
+    (unevaluable,) = rows_of(errata, r"\(4.2\)")
+    assert ">–<" in unevaluable
+    assert not rows_of(errata, r"\(1.5\)") and errata.count('class="remark"') == 4
+
+
+def test_a_scene_where_a_corrected_equation_fails_is_told(html):
+    scenes = section(html, "The paper, checked").split("</table>")[1]
+    (good,), (bad,) = rows_of(scenes, "panda:7"), rows_of(scenes, "g1:35")
+    assert "✓ pass" in good and ">9<" in good and ">4<" in good
+    assert "✗ fail" in bad and "(5.5)" in bad and "4.0e9" in bad and "4.0e45" in bad
+
+
+def test_all_equations_are_folded_and_what_is_beyond_the_paper_is_apart(html):
+    _, _, everything, beyond = section(html, "The paper, checked").split("</table>")[:4]
+    assert "<details>" in everything and everything.count("✓ pass") == 7
+    assert beyond.count("✓ pass") == 2
+    (row,) = rows_of(beyond, "trees")
+    assert ">tree:14<" in row and not rows_of(everything, "trees")
+
+
+def test_a_record_in_float64_alone_is_shown_in_float64_alone(tmp_path):
+    record = json.dumps(fake_estimation.paper("panda:7", ["float64"]))
+    (tmp_path / "paper-panda.json").write_text(record)
+    checked = section(make_report.page(load(tmp_path)), "The paper, checked")
+    assert "float64: residual" in checked and "mp" not in checked.replace("map", "")
+    assert "those of panda:7, in float64" in checked
+
+
+def test_recursions_have_their_exponents_and_refusals(html):
+    cost = section(html, "Cost of the paper’s recursions")
+    (gradient,) = rows_of(cost, "log det gradient")
+    exponent = float(re.search(r"(\d\.\d\d) ± 0\.0\d", gradient)[1])
+    assert exponent == pytest.approx(1, abs=0.03)
+    (literal,) = rows_of(cost, "literal operators")
+    assert literal.count("refused") == 4 and ">N³<" in literal
+    assert "Refused: literal operators at N = 100, 1000, 10000, 100000: N³ in time" in cost
+    assert "covariances" not in section(html, "Against N")
+
+
+def test_rates_and_extrapolated_times_are_right(tmp_path):
+    lines = [",".join(SAMPLE_COLUMNS)]
+    for method, rate in (("MonteCarlo", -0.5), ("Another", -1)):
+        for samples in (100, 400, 1600, 6400):
+            error = 0.2 * (samples / 100) ** rate
+            lines.append(f"arm:2,2,M,{method},{samples},0,{error},{samples * 2e-6},1")
+    lines.append("arm:2,2,M,SigmaPoints,12,0,1e-16,2e-6,1")
+    (tmp_path / "simulation-arm.csv").write_text("\n".join(lines))
+    part = section(make_report.page(load(tmp_path)), "The mass matrix as a sample covariance")
+    cells = [re.findall(r">([^<]*)</t[dh]>", row) for row in rows_of(part, "arm:2")]
+    assert [row[1:] for row in cells] == [
+        # 0.025 at 6400 samples: 25000² times as many for 1e-6, at 2 µs a sample
+        ["M", "MonteCarlo", "−0.50 ± 0.00", "6400", "1", "2.5e-2", "2.00 µs", "≈ 92.6 days"],
+        ["M", "SigmaPoints", "–", "12", "1", "1.0e-16", "167 ns", "2.00 µs"],
+        # 1/320 at 6400 samples: 3125 times as many
+        ["M", "Another", "−1.00 ± 0.00", "6400", "1", "3.1e-3", "2.00 µs", "≈ 40.0 s"],
+    ]
+    assert "Antithetic pairs" not in part and "Sigma points are exact" in part
+
+
+def test_a_figure_of_the_paper_alone_is_refused(run, out):
+    svg = out.with_name("figure.svg")
+    assert_refused(report("--files", run / "paper-chain-6.json", "--figure", svg), "errors and times")
 
 
 def test_at_a_glance_names_the_fastest_variant(run):
@@ -161,5 +246,5 @@ def test_the_page_is_of_a_size_that_loads(html):
 def test_folders_of_the_executable_stay_out(run):
     data = load(run, None)
     data.contexts[0]["executable"] = "somebody/build/bin/bench_inverse"
-    assert "bench_inverse" in distinct(data, "executable")
-    assert not any("somebody" in name for name in distinct(data, "executable"))
+    assert "bench_inverse" in distinct(data.contexts, "executable")
+    assert not any("somebody" in name for name in distinct(data.contexts, "executable"))

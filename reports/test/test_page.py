@@ -4,14 +4,16 @@ import re
 
 import make_report
 import pytest
-from data import load, scene_name
+from data import scene_name
 from playwright.sync_api import expect, sync_playwright
+from readers import load
 from summary import points
 from text import error_text, time_text
 
 CHROMIUM = "/usr/bin/chromium"
 TIME = "Error against run time"
 SIZE = "Against N"
+SIMULATION = "The mass matrix as a sample covariance"
 PHONE = {"width": 390, "height": 844}
 EIGEN = "Batch<EigenLLT>"
 
@@ -93,7 +95,7 @@ def test_every_figure_is_drawn(page, run):
         scene_name(point.scene) for point in points(data) if point.time is not None and point.states
     }
     figures = page.locator("figure").all()
-    assert len(figures) == len(timed) + 3 * len(data.families)
+    assert len(figures) == len(timed) + 3 * len(data.families) + 2  # of the simulation
     for drawn in figures:
         frame, *boxes = drawn.locator(".chart svg").evaluate(
             """(svg) => {
@@ -239,6 +241,49 @@ def test_nothing_shown_is_said(page):
     expect(said).to_be_visible()
 
 
+def test_every_method_has_its_line_its_shape_and_its_place_in_the_legend(page):
+    samples = figure(page, SIMULATION, "panda:7: error against samples")
+    time = figure(page, SIMULATION, "panda:7: error against run time")
+    for method in ("MonteCarlo", "Antithetic", "QuasiMonteCarlo"):
+        assert marks(samples, f"method: {method};").count() == 9
+        assert marks(time, f"method: {method};").count() == 9
+    assert marks(samples, "method: SigmaPoints;").count() == 1
+    assert samples.locator(".mark-rule line[aria-label*='method: Recursion;']").count() == 1
+    assert marks(time, "method: Recursion; samples: 0;").count() == 1
+    glyphs = [glyph.inner_html() for glyph in section(page, SIMULATION).locator(".glyph").all()]
+    assert len(set(glyphs)) == len(glyphs) == 5
+
+
+def test_a_method_switched_off_leaves_both_charts(page):
+    place = section(page, SIMULATION)
+    legend(page, SIMULATION, "Recursion").click()
+    expect(place.locator("[aria-label*='method: Recursion;']")).to_have_count(0)
+    expect(place.locator(".chart text").filter(has_text="Recursion")).to_have_count(0)
+    legend(page, SIMULATION, "MonteCarlo").click()
+    expect(marks(place, "method: MonteCarlo;")).to_have_count(0)
+    assert marks(place, "method: Antithetic;").count() == 18
+
+
+def test_another_quantity_has_other_errors(page):
+    panel = figure(page, SIMULATION, "panda:7: error against samples")
+    mark = marks(panel, "method: MonteCarlo;").first
+    before = mark.get_attribute("aria-label")
+    count = marks(panel).count()
+    show(page, SIMULATION, "Lambda")
+    expect(mark).not_to_have_attribute("aria-label", before)
+    assert marks(panel).count() == count
+
+
+def test_an_explanation_stays_in_sight_of_a_phone(visit, written):
+    page = visit(written, viewport=PHONE, has_touch=True, is_mobile=True)
+    table = section(page, "The paper, checked").locator(".scroll").first
+    table.evaluate("(node) => (node.scrollLeft = node.scrollWidth)")
+    assert table.evaluate("(node) => node.scrollLeft") > 50
+    for remark in table.locator(".remark span").all():
+        box = remark.bounding_box()
+        assert box["x"] >= 0 and box["x"] + box["width"] <= PHONE["width"]
+
+
 def overflowing(page):
     """What sticks out of the window, other than inside a box that scrolls."""
     return page.evaluate(
@@ -305,7 +350,17 @@ def test_figures_tables_and_lists_have_names(page):
     assert page.locator("h1").count() == 1
 
 
-@pytest.mark.parametrize("kind, figures", [("errors", 6), ("times", 3), ("mujoco", 0)])
+@pytest.mark.parametrize(
+    "kind, figures",
+    [
+        ("errors", 6),
+        ("times", 3),
+        ("mujoco", 0),
+        ("paper", 0),
+        ("simulation", 2),
+        ("estimation", 0),
+    ],
+)
 def test_a_part_of_the_data_makes_a_part_of_the_page(visit, run, tmp_path, kind, figures):
     file = tmp_path / "index.html"
     make_report.write(file, make_report.page(load(None, sorted(run.glob(f"{kind}-*")))))

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from data import Data, Error, Time
-from summary import fit_exponent, points, summarise
+from data import Data, Error, Sample, Time
+from summary import bands, fit_exponent, points, quantiles, summarise
 
 
 def errors(*values, outcome="ok"):
@@ -70,9 +70,32 @@ def test_the_standard_error_is_that_of_a_straight_line():
 
 def test_small_sizes_and_values_without_a_logarithm_are_left_out():
     pairs = [(1, 1e9), (7, 1e9), (15, 15.0), (31, 31.0), (63, 63.0), (127, None), (255, 0.0)]
-    fit = fit_exponent(pairs)
+    fit = fit_exponent(pairs, 15)
     assert fit.exponent == pytest.approx(1) and fit.count == 3
 
 
 def test_two_sizes_are_no_fit():
     assert fit_exponent([(15, 1.0), (31, 2.0), (31, 2.1)]) is None
+
+
+def test_all_sizes_count_where_none_is_too_small():
+    fit = fit_exponent([(1, 1.0), (4, 0.5), (16, 0.25), (0, 1e-16)])
+    assert fit.exponent == pytest.approx(-0.5) and fit.count == 3
+
+
+def test_quantiles_lie_between_the_values():
+    assert quantiles([10.0, *map(float, range(10))]) == (5, 1, 9)
+    assert quantiles([0.0, 1.0]) == (0.5, pytest.approx(0.1), pytest.approx(0.9))
+    assert quantiles([3.0]) == (3, 3, 3)
+
+
+def test_a_band_is_over_the_replicas_of_one_number_of_samples():
+    def samples(count, scale, *errors):
+        return [
+            Sample("panda:7", "M", "MonteCarlo", count, i, error, scale * error, 2)
+            for i, error in enumerate(errors)
+        ]
+
+    first, second = bands(samples(128, 1.0, 8.0) + samples(64, 1e-9, *map(float, range(11))))
+    assert first == ("panda:7", "M", "MonteCarlo", 64, 11, 5, 1, 9, pytest.approx(5), 2)
+    assert second[3:9] == (128, 1, 8, 8, 8, 8e9)

@@ -1,0 +1,263 @@
+"""Reads what a run recorded, and refuses what is no such record."""
+
+import csv
+import json
+import math
+import re
+import statistics
+from collections import Counter, defaultdict
+from pathlib import Path
+
+from data import Data, DataError, Equation, Error, Paper, Precision, Residual, Sample, Time
+
+COLUMNS = ["scene", "n", "variant", "precision", "task", "state", "measure", "value", "outcome"]
+SAMPLE_COLUMNS = "scene,n,quantity,method,samples,replica,error,seconds,threads".split(",")
+VERDICTS = ("holds", "misprint", "fails")
+NO_SCENE = "none"
+NANOSECONDS = {"ns": 1, "us": 1e3, "ms": 1e6, "s": 1e9}
+
+
+def _scene(text: str) -> str:
+    if not re.fullmatch(r".+:\d+", text):
+        raise ValueError(f"scene '{text}' is not NAME:NV")
+    return text
+
+
+def _rows(path: Path, columns: list[str], record) -> list:
+    """What `record` makes of each row of a CSV file."""
+    with path.open(newline="", encoding="utf-8") as file:
+        reader = csv.DictReader(file)
+        if reader.fieldnames != columns:
+            raise DataError(f"{path}: header is not {','.join(columns)}")
+        records = []
+        for row in reader:
+            try:
+                if None in row or None in row.values():
+                    raise ValueError(f"not {len(columns)} values")
+                records.append(record(row))
+            except ValueError as error:
+                raise DataError(f"{path}:{reader.line_num}: {error}") from None
+        return records
+
+
+def read_errors(path: Path, data: Data) -> None:
+    data.errors += _rows(path, COLUMNS, _error)
+
+
+def _error(row: dict) -> Error:
+    return Error(
+        _scene(row["scene"]),
+        row["variant"],
+        row["precision"],
+        row["task"],
+        int(row["state"]),
+        row["measure"],
+        float(row["value"]),
+        row["outcome"],
+    )
+
+
+def read_simulation(path: Path, data: Data) -> None:
+    data.samples += _rows(path, SAMPLE_COLUMNS, _sample)
+
+
+def _sample(row: dict) -> Sample:
+    sample = Sample(
+        _scene(row["scene"]),
+        row["quantity"],
+        row["method"],
+        int(row["samples"]),
+        int(row["replica"]),
+        float(row["error"]),
+        float(row["seconds"]),
+        int(row["threads"]),
+    )
+    if not (sample.samples >= 0 and math.isfinite(sample.error) and sample.error >= 0):
+        raise ValueError(f"error {row['error']} of {row['samples']} samples")
+    if not (math.isfinite(sample.seconds) and sample.seconds > 0):
+        raise ValueError(f"took {row['seconds']} s")
+    return sample
+
+
+def read_times(path: Path, data: Data) -> None:
+    times, context = _benchmarks(path)
+    data.times += [time for time in times if time.scene != NO_SCENE]
+    data.harness += [time for time in times if time.scene == NO_SCENE]
+    data.contexts.append(context)
+
+
+def read_estimation(path: Path, data: Data) -> None:
+    times, context = _benchmarks(path)
+    data.estimation += [time for time in times if time.scene != NO_SCENE]
+    data.estimation_contexts.append(context)
+
+
+def _benchmarks(path: Path) -> tuple[list[Time], dict]:
+    document = _read_json(path)
+    runs = defaultdict(list)
+    try:
+        for row in document["benchmarks"]:
+            runs[row.get("run_name", row["name"])].append(row)
+        return [_time(name, rows) for name, rows in runs.items()], document.get("context", {})
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise DataError(f"{path}: not Google Benchmark's JSON: {_reason(error)}") from None
+
+
+def _time(name: str, rows: list[dict]) -> Time:
+    parts = name.split("/")  # a benchmark's own settings may follow the four parts
+    if len(parts) < 4:
+        raise ValueError(f"name '{name}' is not task/variant/scene/precision")
+    task, variant, scene, precision = parts[:4]
+    refused = next((row["error_message"] for row in rows if row.get("error_occurred")), "")
+    single = [row for row in rows if row.get("run_type") != "aggregate"]
+    aggregates = {row["aggregate_name"]: row for row in rows if row.get("run_type") == "aggregate"}
+    median = variation = None
+    if not refused:
+        if "median" in aggregates:
+            median = _nanoseconds(aggregates["median"])
+        else:
+            median = statistics.median(_nanoseconds(row) for row in single)
+        if "cv" in aggregates:
+            variation = float(aggregates["cv"]["real_time"])
+    repetitions = max((int(row.get("repetitions", 1)) for row in rows), default=1)
+    if scene != NO_SCENE:
+        _scene(scene)
+    return Time(scene, variant, precision, task, median, variation, repetitions, refused)
+
+
+def _nanoseconds(row: dict) -> float:
+    unit = row.get("time_unit", "ns")
+    if unit not in NANOSECONDS:
+        raise ValueError(f"'{row['name']}' is in '{unit}'")
+    time = float(row["real_time"]) * NANOSECONDS[unit]
+    if not (math.isfinite(time) and time > 0):
+        raise ValueError(f"'{row['name']}' took {row['real_time']}")
+    return time
+
+
+def read_mujoco(path: Path, data: Data) -> None:
+    document = _read_json(path)
+    try:
+        for robot in document["robots"]:
+            _scene(robot["scene"])
+            for entry in (robot["mass"], *(v["acceleration"] for v in robot["variants"])):
+                entry["max"], entry["median"], entry["bound"]
+            for variant in robot["variants"]:
+                variant["variant"], variant["precision"], variant["failures"], variant["inverse"]
+            data.mujoco.append(robot | {"mujoco": document["mujoco"], "pass": bool(robot["pass"])})
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise DataError(f"{path}: not an agreement record: {_reason(error)}") from None
+
+
+def read_paper(path: Path, data: Data) -> None:
+    document = _read_json(path)
+    try:
+        precisions = [
+            Precision(entry["precision"], int(entry["digits"]), float(entry["condition"]))
+            for entry in document["precisions"]
+        ]
+        names = [precision.name for precision in precisions]
+        equations = [_equation(row, names) for row in document["rows"]]
+        for id, count in Counter(equation.id for equation in equations).items():
+            if count > 1:
+                raise ValueError(f"{id} is recorded {count} times")
+        if not (precisions and equations):
+            raise ValueError("no equation in any precision")
+        scene = _scene(document["scene"])
+        beyond = _scene(document.get("beyond_scene", scene))
+        data.papers.append(Paper(scene, beyond, bool(document["pass"]), precisions, equations))
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise DataError(f"{path}: not a record of the paper: {_reason(error)}") from None
+
+
+def _equation(row: dict, precisions: list[str]) -> Equation:
+    texts = [row[name] for name in Equation._fields[:-1]]
+    if not all(isinstance(text, str) for text in texts):
+        raise ValueError(f"{texts} are not all text")
+    residuals = {name: _residual(row["id"], row["residuals"][name]) for name in precisions}
+    equation = Equation(*texts, residuals)
+    if not equation.corrected and any(r.verdict == "misprint" for r in residuals.values()):
+        raise ValueError(f"{equation.id} is a misprint without a corrected form")
+    return equation
+
+
+def _residual(id: str, entry: dict) -> Residual:
+    residual = Residual(*(entry[name] for name in Residual._fields))
+    if residual.verdict not in VERDICTS:
+        raise ValueError(f"verdict '{residual.verdict}' of {id}")
+    for value in (residual.printed, residual.corrected):
+        if value is not None and not (math.isfinite(value) and value >= 0):
+            raise ValueError(f"residual {value} of {id}")
+    if not (math.isfinite(residual.tolerance) and residual.tolerance > 0):
+        raise ValueError(f"tolerance {residual.tolerance} of {id}")
+    return residual
+
+
+def _read_json(path: Path):
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise DataError(f"{path}: not JSON: {error}") from None
+
+
+def _reason(error: Exception) -> str:
+    return f"{error} is missing" if isinstance(error, KeyError) else str(error)
+
+
+# A file's kind is its name up to the first dash.
+READERS = {
+    "errors": read_errors,
+    "times": read_times,
+    "mujoco": read_mujoco,
+    "paper": read_paper,
+    "simulation": read_simulation,
+    "estimation": read_estimation,
+}
+
+
+def _kind(path: Path) -> str:
+    return path.name.split("-", 1)[0]
+
+
+def load(directory: Path | None, files: list[Path] | None = None) -> Data:
+    """The records in `files`, or else in every data file of `directory`."""
+    if not files:
+        if not directory.is_dir():
+            raise DataError(f"{directory}: no such folder")
+        files = sorted(
+            path
+            for path in directory.iterdir()
+            if path.suffix in (".csv", ".json") and _kind(path) in READERS
+        )
+    data = Data()
+    for path in dict.fromkeys(files):
+        if _kind(path) not in READERS:
+            raise DataError(f"{path}: name does not start with {'-, '.join(READERS)}-")
+        try:
+            READERS[_kind(path)](path, data)
+        except (OSError, UnicodeDecodeError, csv.Error) as error:
+            raise DataError(f"{path}: {getattr(error, 'strerror', None) or error}") from None
+    if not any(_records(data)):
+        raise DataError(f"{directory or 'the files given'}: no data")
+    _refuse_repeats(data)
+    return data
+
+
+def _records(data: Data) -> tuple[list, ...]:
+    return data.errors, data.times, data.mujoco, data.papers, data.samples, data.estimation
+
+
+def _refuse_repeats(data: Data) -> None:
+    """A measurement that stands twice would count twice in every median."""
+    keys = {
+        "error": (row[:6] for row in data.errors),
+        "time": (row[:4] for row in data.times),
+        "time of the recursions": (row[:4] for row in data.estimation),
+        "agreement": ((robot["scene"],) for robot in data.mujoco),
+        "check of the paper": ((paper.scene,) for paper in data.papers),
+        "sample": (row[:5] for row in data.samples),
+    }
+    for what, recorded in keys.items():
+        for key, count in Counter(recorded).items():
+            if count > 1:
+                raise DataError(f"{what} of {'/'.join(map(str, key))} is recorded {count} times")
