@@ -1,0 +1,25 @@
+// Fields of a CSV file.
+#pragma once
+
+#include <cmath>
+#include <cstdio>
+#include <string>
+
+namespace kalmarm {
+
+// Quoted where CSV asks for it.
+inline std::string field(const std::string& text) {
+  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
+  std::string out = "\"";
+  for (const char c : text) out += c == '"' ? "\"\"" : std::string(1, c);
+  return out + '"';
+}
+
+inline std::string number(double value) {
+  if (std::isnan(value)) return "nan";  // printf writes -nan as well
+  char text[32];
+  std::snprintf(text, sizeof text, "%.17g", value);
+  return text;
+}
+
+}  // namespace kalmarm
