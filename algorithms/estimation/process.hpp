@@ -17,7 +17,7 @@
 // causal, lower triangular operators are upper triangular here.
 #pragma once
 
-#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <vector>
 
 #include "algorithms/model/random_model.hpp"
@@ -62,13 +62,13 @@ struct [[nodiscard]] Flaw {
     none,
     not_finite,
     not_symmetric,   // M(link) differs from its transpose
-    indefinite,      // M(link) is no covariance: value is its most negative pivot
+    indefinite,      // M(link) is no covariance: value is its lowest eigenvalue, scaled
     negative_noise,  // r(link) < 0
   };
 
   Kind kind = Kind::none;
   int link = -1;
-  double value = 0;  // the asymmetry, the pivot or the noise
+  double value = 0;  // the asymmetry, the eigenvalue or the noise
   double scale = 0;  // what it was compared with, same unit
 
   explicit operator bool() const { return kind != Kind::none; }
@@ -90,9 +90,9 @@ inline const char* to_string(Flaw::Kind kind) {
   return "?";
 }
 
-// The first flaw, base to tips; none if the process is sound. M(k) may be semidefinite (a massless
-// link, a point mass): pivots of LDL' down to -64 u of the largest are rounding. Moments and
-// masses have different units, so M is scaled to unit diagonal first.
+// The first flaw, base to tips; none if the process is sound. Moments and masses have different
+// units, so M(k) is scaled to unit diagonal before its eigenvalues are looked at. It may be
+// semidefinite (a massless link, a point mass): down to -64 u is rounding.
 template <class T>
 Flaw find_flaw(const Process<T>& process) {
   using std::abs;
@@ -123,9 +123,9 @@ Flaw find_flaw(const Process<T>& process) {
       scale[i] = variance == T(0) ? T(0) : T(1) / T(sqrt(variance));
     }
     const Matrix6<T> scaled = scale.asDiagonal() * M * scale.asDiagonal();
-    const Eigen::LDLT<Matrix6<T>> ldlt(scaled);
-    const T pivot = ldlt.vectorD().minCoeff();
-    if (pivot < -rounding) return {Flaw::Kind::indefinite, k, static_cast<double>(pivot), 1};
+    const Eigen::SelfAdjointEigenSolver<Matrix6<T>> solver(scaled, Eigen::EigenvaluesOnly);
+    const T smallest = solver.eigenvalues()[0];
+    if (smallest < -rounding) return {Flaw::Kind::indefinite, k, static_cast<double>(smallest), 1};
   }
   return {};
 }
