@@ -186,6 +186,8 @@ def test_an_error_of_zero_has_a_mark_below_the_scale_of_time():
     points = [item for items in alt_scene.marks(chart, "symbol") for item in items]
     (zero,) = [item for item in points if "Recursion" in item["description"]]
     assert zero["y"] == charts.HEIGHT - charts.BAND / 2
+    (area,) = alt_scene.marks(chart, "area")
+    assert max(item["y"] for item in area) < charts.HEIGHT - charts.BAND
     assert "0" in alt_scene.texts(chart)
 
 
