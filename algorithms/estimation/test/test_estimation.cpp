@@ -169,9 +169,8 @@ struct Likelihood {
 
 TEST(LogDet, GradientAndScoreAreTheDerivatives) {
   const Mp step = 1e-15;  // central differences: 1e-30 of the third derivative
-  for (const Family& family : families()) {
-    SCOPED_TRACE(family.name);
-    const Estimation<Mp> e(family.make(63), 64);
+  for (const Model<double>& model : {one_slide(63), chain(63, 4), tree(63), floating_base(63)}) {
+    const Estimation<Mp> e(model, 64);
     const LogDetGradient<Mp> gradient = log_det_gradient(e.cov), slope = score(e.cov, e.fs);
     const auto expect_slopes = [&](const Process<Mp>& up, const Process<Mp>& down, const Mp& det,
                                    const Mp& p) {
@@ -181,7 +180,7 @@ TEST(LogDet, GradientAndScoreAreTheDerivatives) {
       EXPECT_LE(abs(det - d_det), 1e-20 * (1 + abs(d_det)));
       EXPECT_LE(abs(p - d_p), 1e-20 * (1 + abs(d_p)));
     };
-    for (int k = 0; k < e.process.size(); ++k) {
+    for (int k = 0; k < e.process.size(); k += 3) {
       for (int i = 0; i < 10; ++i) {
         // M(k) is linear in its parameters: the gradient of tr(M S) with S = unit matrices is dM
         Matrix6<Mp> dM;
