@@ -137,7 +137,7 @@ def strip(top: float, label: str) -> list:
 
 
 def error_scale(values: list[dict], floor: float = 0) -> alt.Scale:
-    """A log scale that leaves room for what it cannot show: failures above, errors to floor below."""
+    """A log scale that leaves room for failures above it and for errors up to floor below it."""
     top = BAND if any(row.get("share") for row in values) else 0
     below = any(row["error"] is not None and row["error"] <= floor for row in values)
     bottom = HEIGHT - (BAND if below else 0)

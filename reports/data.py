@@ -83,7 +83,7 @@ class Paper(NamedTuple):
 
 
 class Sample(NamedTuple):
-    """The error of one estimate from random samples, or, with no samples, of the exact algorithm."""
+    """The error of one estimate from random samples; no samples: the exact algorithm."""
 
     scene: str
     quantity: str

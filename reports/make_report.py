@@ -34,13 +34,14 @@ class Parser(argparse.ArgumentParser):
 
 def facts(data: Data) -> list[tuple[str, str]]:
     """When, what and where, as far as the benchmarks recorded it."""
-    days = sorted({date[:10] for date in distinct(data.all_contexts, "date")})
+    contexts = data.all_contexts
+    days = sorted({date[:10] for date in distinct(contexts, "date")})
     found = [
         ("Date", " to ".join(dict.fromkeys([days[0], days[-1]])) if days else ""),
-        ("Git revision", ", ".join(distinct(data.all_contexts, "git_revision"))),
-        ("Machine", ", ".join(distinct(data.all_contexts, "cpu") or distinct(data.all_contexts, "host_name"))),
-        ("CPUs", ", ".join(distinct(data.all_contexts, "num_cpus"))),
-        ("Run", ", ".join(distinct(data.all_contexts, "mode"))),
+        ("Git revision", ", ".join(distinct(contexts, "git_revision"))),
+        ("Machine", ", ".join(distinct(contexts, "cpu") or distinct(contexts, "host_name"))),
+        ("CPUs", ", ".join(distinct(contexts, "num_cpus"))),
+        ("Run", ", ".join(distinct(contexts, "mode"))),
     ]
     return [(name, value) for name, value in found if value]
 

@@ -7,6 +7,8 @@ from typing import NamedTuple
 
 from data import Data, Error, Sample, scene_name, scene_size
 
+FIT_FROM = 15  # smaller mechanisms show overheads, not the order of growth
+
 
 class Summary(NamedTuple):
     """Errors of one series over its states; median and worst are of those that did not fail."""

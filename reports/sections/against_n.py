@@ -7,10 +7,9 @@ import figures
 from data import Data, Error, scene_name, scene_size
 from section import Figure, Section, Table
 from sections.views import view_choice
-from summary import Point, fit_exponent, points, summarise
+from summary import FIT_FROM, Point, fit_exponent, points, summarise
 from text import error_text, fit_text, task_text
 
-FIT_FROM = 15  # smaller mechanisms show overheads, not the order of growth
 CONDITION = {"kappa": "κ(M)", "kappa_scaled": "scaled κ"}
 
 
@@ -94,8 +93,9 @@ def _exponents(task: str, drawn: list[Point], names: list[str]) -> Table:
         row = [variant, precision]
         for name in names:
             group = series[variant, precision, name]
-            row.append(fit_text(fit_exponent(((point.n, point.time) for point in group), FIT_FROM)))
-            row.append(fit_text(fit_exponent(((point.n, point.median) for point in group), FIT_FROM)))
+            for what in ("time", "median"):
+                pairs = ((point.n, getattr(point, what)) for point in group)
+                row.append(fit_text(fit_exponent(pairs, FIT_FROM)))
         rows.append(row)
     return Table(
         f"{task_text(task)}: exponents of the median time and of the median relative error",

@@ -4,13 +4,10 @@ from collections import defaultdict
 
 from data import Data, Time, scene_size
 from section import Section, Table
-from summary import fit_exponent
+from summary import FIT_FROM, fit_exponent
 from text import fit_text, time_text
 
-ORDERS = {  # as the operation count says; a recursion's is N
-    "closed_form_inverse": "N²",
-    "literal_operators": "N³",
-}
+ORDERS = {"inverse": "N²", "operators": "N³"}  # by operation count; a recursion's is N
 
 
 def section(data: Data) -> Section | None:
@@ -25,29 +22,33 @@ def section(data: Data) -> Section | None:
             task.replace("_", " "),
             variant,
             precision,
-            *(_cell(times.get(size)) for size in sizes),
             ORDERS.get(task, "N"),
-            fit_text(fit_exponent((size, time.nanoseconds) for size, time in times.items())),
+            fit_text(
+                fit_exponent(
+                    ((size, time.nanoseconds) for size, time in times.items()), FIT_FROM
+                )
+            ),
+            *(_cell(times.get(size)) for size in sizes),
         ]
         for (task, variant, precision), times in series.items()
     ]
     return Section(
         "Cost of the paper’s recursions",
         [
-            "Median time of one call on a chain of N links. The filter, the smoother, the "
-            "covariances and the gradient of log det M are recursions and take a time in "
-            "proportion to N; the closed-form inverse has N² entries to write. The literal "
-            "operators are the paper’s block matrices, multiplied as written: N³, and there to "
-            "check the others."
+            "Median time of one call on the random chain of N links. The covariances, the filter "
+            "and the smoother, and the gradient of log det M are recursions, whose time grows in "
+            "proportion to N; Result 6.1 has N² entries to write. The literal operators are the "
+            "paper’s block matrices, multiplied as written: N³, and there to check the others."
         ],
         tables=[
             Table(
-                "Times, and the slope of a least-squares line through log of the time against "
-                "log N over all N; ± is its standard error. –: not measured.",
-                ["Task", "Variant", "Precision", *(f"N = {size}" for size in sizes)]
-                + ["Order", "Exponent"],
+                "Order: by count of operations. Exponent: the slope of a least-squares line "
+                f"through log of the time against log N, over N ≥ {FIT_FROM}; ± is its standard "
+                "error. –: not measured, since it would take too much time or memory.",
+                ["Task", "Variant", "Precision", "Order", "Exponent"]
+                + [f"N = {size}" for size in sizes],
                 rows,
-                "lll" + "r" * len(sizes) + "lr",
+                "llllr" + "r" * len(sizes),
             )
         ],
         statements=_refusals(data.estimation),
@@ -56,7 +57,7 @@ def section(data: Data) -> Section | None:
 
 def _cell(time: Time | None) -> str:
     if time and time.refused:
-        return "refused"
+        return "failed"
     return time_text(time and time.nanoseconds)
 
 
@@ -66,6 +67,6 @@ def _refusals(times: list[Time]) -> list[str]:
         if time.refused:
             scenes[time.task.replace("_", " "), time.refused].append(f"{scene_size(time.scene)}")
     return [
-        f"Refused: {task} at N = {', '.join(sizes)}: {reason}."
+        f"Not timed: {task} at N = {', '.join(sizes)}: {reason}."
         for (task, reason), sizes in scenes.items()
     ]

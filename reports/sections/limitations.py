@@ -28,7 +28,8 @@ def section(data: Data) -> Section:
         "are not part of any error here.",
         "States are random and finite in number. The largest error found is not a bound.",
         "Not measured: contacts, joint limits, damping, actuators, constraints, derivatives"
-        f"{' (but for that of log det M)' if data.estimation else ''}, several states at once, GPUs.",
+        f"{' (but for that of log det M)' if data.estimation else ''}, several states at once, "
+        "GPUs.",
     ]
     if data.papers:
         statements.append(

@@ -71,9 +71,9 @@ def _scenes(papers: list[Paper]) -> Table:
     names = list(dict.fromkeys(p.name for paper in papers for p in paper.precisions))
     failed = any(_failed(paper) for paper in papers)
     return Table(
-        "All scenes. Condition: of M scaled to a diagonal of ones. Worst: the largest corrected residual as "
-        "a share of its tolerance. A scene passes if every equation, corrected where it must be, "
-        "is true in every precision.",
+        "All scenes. Condition: of M scaled to a diagonal of ones. Worst: the largest corrected "
+        "residual as a share of its tolerance. A scene passes if every equation, corrected where "
+        "it must be, is true in every precision.",
         ["Scene", "Condition", "Equations", "Misprints"]
         + [f"Worst: {name}" for name in names]
         + ["", *(["What fails"] if failed else [])],
@@ -121,11 +121,7 @@ def _all(paper: Paper) -> Table:
         + ["Corrected form"],
         [
             [equation.id, equation.result.removeprefix("Result "), equation.statement]
-            + [
-                error_text(value)
-                for name in names
-                for value in equation.residuals[name][:3]
-            ]
+            + [error_text(value) for name in names for value in equation.residuals[name][:3]]
             + [Verdict(equation.holds)]
             for equation in equations
         ],
