@@ -30,7 +30,7 @@ def section(data: Data) -> Section | None:
             ),
             *(_cell(times.get(size)) for size in sizes),
         ]
-        for (task, variant, precision), times in series.items()
+        for (task, variant, precision), times in sorted(series.items())
     ]
     return Section(
         "Cost of the paper’s recursions",
@@ -46,7 +46,7 @@ def section(data: Data) -> Section | None:
                 f"through log of the time against log N, over N ≥ {FIT_FROM}; ± is its standard "
                 "error. –: not measured, since it would take too much time or memory.",
                 ["Task", "Variant", "Precision", "Order", "Exponent"]
-                + [f"N = {size}" for size in sizes],
+                + [f"N\u00a0=\u00a0{size}" for size in sizes],
                 rows,
                 "llllr" + "r" * len(sizes),
             )
