@@ -103,7 +103,7 @@ void section_1(const Setting<T>& s, Rows& rows) {
   for (int k = 0; k < n; ++k)
     if (const int p = s.process.parent[k]; p >= 0)
       step.template block<6, 6>(6 * p, 6 * k) = s.process.phi[k];
-  const VectorX<T> W = SigmaPoints<T>::stacked(w), X = s.op.phi * W;
+  const VectorX<T> W = stacked(w), X = s.op.phi * W;
   rows.holds({"(1.2)", "", "x⁺(k) = x⁻(k)"}, residual(VectorX<T>(W + step * X), X));
 
   std::vector<Matrix6<T>> covariance;

@@ -24,8 +24,7 @@ void section_2(const Setting<T>& s, Rows& rows) {
   const MatrixX<T> HR = op.H * op.R;
 
   rows.holds({"(2.1)", "", "E(X/T) = φb + G(T − Hφb)"},
-             worst({residual(batch.X_mean, s.force),
-                    residual(SigmaPoints<T>::stacked(s.fs.x_mean), s.force)}));
+             worst({residual(batch.X_mean, s.force), residual(stacked(s.fs.x_mean), s.force)}));
   // the error is uncorrelated with every measurement
   rows.holds({"(2.2)", "", "G = RH*(HRH*)⁻¹, R = φQφ*"},
              residual(MatrixX<T>(batch.G * s.M), MatrixX<T>(HR.transpose())));
@@ -40,7 +39,7 @@ void section_2(const Setting<T>& s, Rows& rows) {
   filter(s.process, s.cov, tau, fs);
   smooth(s.process, s.cov, fs);
   set_conditional_means(s.process, fs);
-  const VectorX<T> error = X - SigmaPoints<T>::stacked(fs.x_mean);
+  const VectorX<T> error = X - stacked(fs.x_mean);
   const MatrixX<T> I_GH = s.identity6() - batch.G * op.H;
   const VectorX<T> G_noise = batch.G * noise;
   rows.erratum({"(2.4)", "", "X − E(X/T) = (I − GH)φW", "X − E(X/T) = (I − GH)φ(W − b)",
@@ -71,8 +70,7 @@ void section_2(const Setting<T>& s, Rows& rows) {
   const VectorX<T> X_b = s.X * batch.T_centred;
   const VectorX<T> W_mean = op.b + op.Q * (op.phi.transpose() * (op.H.transpose() * X_b));
   rows.holds({"(2.7)", "", "E(W/T) = b + Qφ*H*(HRH*)⁻¹(T − Hφb)"},
-             worst({residual(W_mean, s.net_force),
-                    residual(SigmaPoints<T>::stacked(s.fs.w_mean), s.net_force)}));
+             worst({residual(W_mean, s.net_force), residual(stacked(s.fs.w_mean), s.net_force)}));
   rows.holds({"(2.8)", "", "a = M⁻¹(T − Hφb), M = HRH*"},
              worst({residual(batch.a, s.a), residual(op.M, s.M)}));
   rows.holds({"(2.9)", "", "λ = φ*H*a"}, residual(batch.lambda, s.l_minus));

@@ -71,10 +71,9 @@ void section_3(const Setting<T>& s, Rows& rows) {
   rows.section("3");
   const auto& op = s.op;
   const auto& loop = s.loop;
-  const auto stacked = [](const auto& x) { return SigmaPoints<T>::stacked(x); };
   const MatrixX<T> D = loop.D.asDiagonal(), D_inverse = loop.D.cwiseInverse().asDiagonal();
   const MatrixX<T> I_plus_K = s.identity() + loop.K, I_minus_L = s.identity() - loop.L;
-  const MatrixX<T> U_inverse = s.U.template triangularView<Eigen::UnitUpper>().solve(s.identity());
+  const MatrixX<T> U_inverse = s.udu->solve_U(s.identity());
 
   rows.holds({"(3.1)", "Result 3.3", "M = (I + K)D(I + K*)"},
              residual(MatrixX<T>(I_plus_K * D * I_plus_K.transpose()), s.M));
@@ -100,7 +99,7 @@ void section_3(const Setting<T>& s, Rows& rows) {
   const MatrixX<T> P_minus = block_diagonal<T>(known.P_minus),
                    P_plus = block_diagonal<T>(known.P_plus);
   rows.holds({"(3.6)", "", "P⁻ = φP⁺φᵀ + M, D = HP⁻Hᵀ, P⁺ = P⁻ − P⁻HᵀHP⁻/D"},
-             worst({residual(loop.P_minus, P_minus), residual(loop.D, s.D),
+             worst({residual(loop.P_minus, P_minus), residual(loop.D, s.udu->D),
                     static_cast<double>((loop.P_plus - P_plus).norm() / P_minus.norm())}));
   const MatrixX<T> PH = loop.P_minus * op.H.transpose(), Phi_PH = op.Phi * PH;
   rows.erratum(
@@ -113,7 +112,7 @@ void section_3(const Setting<T>& s, Rows& rows) {
   const MatrixX<T> K = op.H * op.Phi * loop.P_minus * op.H.transpose() * D_inverse;
   VectorX<T> HPH = (op.H * PH).diagonal() + op.r;
   rows.holds({"(3.8)", "Result 3.3", "K = HΦPH*D⁻¹, D = HPH*"},
-             worst({residual(MatrixX<T>(s.identity() + K), s.U), residual(HPH, s.D)}));
+             worst({residual(MatrixX<T>(s.identity() + K), s.udu->U), residual(HPH, s.udu->D)}));
 
   VectorX<T> d(6 * s.n());
   for (Eigen::Index i = 0; i < d.size(); ++i) d[i] = s.op.b[i] + T(1);
@@ -129,7 +128,7 @@ void section_3(const Setting<T>& s, Rows& rows) {
 
   MatrixX<T> gain = MatrixX<T>::Zero(6 * s.n(), s.n());
   for (int k = 0; k < s.n(); ++k)
-    gain.template block<6, 1>(6 * k, k) = known.P_minus[k] * s.process.H[k] / s.D[k];
+    gain.template block<6, 1>(6 * k, k) = known.P_minus[k] * s.process.H[k] / s.udu->D[k];
   rows.holds({"(3.10)", "", "g(k) = P⁻(k)Hᵀ(k)D⁻¹(k)"}, residual(loop.g, gain));
   rows.holds({"(3.11)", "", "Ψ = [ψ(k,m)], lower triangular, zero on its diagonal"},
              residual(VectorX<T>(d + loop.Psi * (loop.I_gH * d)), z_minus));

@@ -29,9 +29,8 @@ void section_4(const Setting<T>& s, Rows& rows) {
   const auto& op = s.op;
   const auto& loop = s.loop;
   const auto& fs = s.fs;
-  const auto stacked = [](const auto& x) { return SigmaPoints<T>::stacked(x); };
   const MatrixX<T> I_minus_L = s.identity() - loop.L;
-  const VectorX<T> T_centred = s.tau - s.bias, D_inverse = s.D.cwiseInverse();
+  const VectorX<T> T_centred = s.tau - s.bias, D_inverse = s.udu->D.cwiseInverse();
   const char* const bias =
       "(4.4) carries the bias b, so what is filtered is T less its mean Hφb. True as printed for "
       "b = 0.";
@@ -42,7 +41,7 @@ void section_4(const Setting<T>& s, Rows& rows) {
   rows.erratum({"(4.1)", "", "a = (I − L*)D⁻¹(I − L)T", "a = (I − L*)D⁻¹(I − L)(T − Hφb)", bias},
                residual(solve(s.tau), s.a), residual(solve(T_centred), s.a));
 
-  const VectorX<T> e_minus = s.U.template triangularView<Eigen::UnitUpper>().solve(T_centred);
+  const VectorX<T> e_minus = s.udu->solve_U(T_centred);
   rows.erratum(
       {"(4.2)", "", "e⁻ = (I − L)T", "e⁻ = (I − L)(T − Hφb)", bias},
       residual(VectorX<T>(I_minus_L * s.tau), e_minus),

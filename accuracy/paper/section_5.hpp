@@ -6,6 +6,7 @@
 #include "accuracy/paper/rows.hpp"
 #include "accuracy/paper/section_2.hpp"
 #include "accuracy/paper/setting.hpp"
+#include "algorithms/estimation/covariance_analysis.hpp"
 
 namespace kalmarm {
 
@@ -56,13 +57,16 @@ void section_5(const Setting<T>& s, Rows& rows) {
     return residual(MatrixX<T>(A + loop.Psi * A + A * Psi_t), P);
   };
   const MatrixX<T> Psi_P = loop.Psi * loop.P_plus;
+  MatrixX<T> by_recursion;
+  state_error_covariance(s.process, s.cov, by_recursion);
   rows.erratum(
       {"(5.2)", "Result 5.2", "E[(X − Z)(X − Z)*] = P + ΨP + PΨ*",
        "E[(X − Z)(X − Z)*] = P⁻ + ΨP⁺ + P⁺Ψ*",
        "Off the diagonal the error starts on the + side of a joint, after its measurement. "
        "P⁻ throughout needs another Ψ, from the − to the − side."},
       best({one_psi(loop.P_minus), one_psi(loop.P_plus)}),
-      residual(MatrixX<T>(loop.P_minus + Psi_P + Psi_P.transpose()), P));
+      worst({residual(MatrixX<T>(loop.P_minus + Psi_P + Psi_P.transpose()), P),
+             residual(by_recursion, P)}));
   VectorX<T> mean_square(1), trace(1);
   mean_square[0] = error.squaredNorm();
   trace[0] = loop.P_minus.trace();
@@ -70,7 +74,7 @@ void section_5(const Setting<T>& s, Rows& rows) {
   const MatrixX<T> D = loop.D.asDiagonal();
   rows.holds({"(5.4)", "Result 5.3", "E[(e⁻)(e⁻)*] = D"},
              worst({residual(MatrixX<T>(sigma.e_minus * sigma.e_minus.transpose()), D),
-                    residual(loop.D, s.D)}));
+                    residual(loop.D, s.udu->D)}));
 
   const MatrixX<T> l_plus = sigma.l_plus * sigma.l_plus.transpose();
   const MatrixX<T> H_Psi = op.H * loop.Psi;
@@ -79,6 +83,7 @@ void section_5(const Setting<T>& s, Rows& rows) {
     return residual(MatrixX<T>(A + A * loop.Psi + Psi_t * A), l_plus);
   };
   const MatrixX<T> L_Psi = loop.L_plus * loop.I_gH * loop.Psi;
+  co_state_covariance(s.process, s.cov, by_recursion);
   rows.erratum(
       {"(5.5)", "Result 5.4", "E(λλ*) = Ψ*H*D⁻¹HΨ = Λ + ΛΨ + Ψ*Λ",
        "E(λλ*) = Ψ*H*D⁻¹HΨ = Λ⁺ + Λ⁺(I − gH)Ψ + Ψ*(I − gH)*Λ⁺",
@@ -86,7 +91,7 @@ void section_5(const Setting<T>& s, Rows& rows) {
        "joint: its Ψ goes from the + to the + side. On a tree a third term joins the "
        "branches."},
       best({one_lambda(loop.L_plus), one_lambda(loop.L_minus)}),
-      worst({residual(middle, l_plus),
+      worst({residual(middle, l_plus), residual(by_recursion, l_plus),
              residual(MatrixX<T>(loop.L_plus + L_Psi + L_Psi.transpose() + across_branches(s)),
                       l_plus)}));
 

@@ -5,7 +5,7 @@
 //   the world    M and the bias torque by ordinary mechanics in world axes (world_frame.hpp)
 //   the motion   at the true a = M^-1 (tau - bias): accelerations and spatial forces of every link
 //                by Newton and Euler (inverse_dynamics.hpp)
-//   UDU          M = U D U', U unit upper triangular, by elimination: unique, so K and D must be it
+//   UDU          M = U D U' by elimination: unique, so K and D must be it (udu.hpp)
 //   sigma        second moments of the random process without sampling error: for W(k) = M^1/2 the
 //                columns of diag W(k), and of sqrt(r), are sent one by one through process, filter
 //                and smoother; the sum of outer products is the covariance
@@ -13,16 +13,26 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
+#include <optional>
 
 #include "accuracy/real.hpp"
+#include "accuracy/udu.hpp"
 #include "accuracy/world_frame.hpp"
 #include "algorithms/estimation/batch_estimate.hpp"
-#include "algorithms/estimation/filter_smoother.hpp"
+#include "algorithms/estimation/simulation.hpp"
 #include "algorithms/model/inverse_dynamics.hpp"
 
 namespace kalmarm {
 
-// What the sigma points become, one a column; all have mean zero.
+// The vectors of all links, link after link.
+template <class T>
+VectorX<T> stacked(const std::vector<Vector6<T>>& x) {
+  VectorX<T> out(6 * x.size());
+  for (std::size_t k = 0; k < x.size(); ++k) out.template segment<6>(6 * k) = x[k];
+  return out;
+}
+
+// What the sigma points (simulation.hpp) become, one a column; all have mean zero.
 template <class T>
 struct SigmaPoints {
   MatrixX<T> W, X, tau;        // input, state, measurement
@@ -32,60 +42,33 @@ struct SigmaPoints {
   MatrixX<T> W_mean, X_mean;   // conditional means
 
   SigmaPoints(const Process<T>& process, const Covariances<T>& cov) {
-    using std::sqrt;
-    const int n = process.size(), count = 7 * n;
+    const Simulation<T> simulation(process, cov);
+    const int n = process.size(), count = simulation.dimension;
     for (MatrixX<T>* x : {&W, &X, &Z_minus, &Z_plus, &l_plus, &l_minus, &W_mean, &X_mean})
-      *x = MatrixX<T>::Zero(6 * n, count);
-    for (MatrixX<T>* x : {&tau, &e_minus}) *x = MatrixX<T>::Zero(n, count);
-    Process<T> centred = process;
-    for (Vector6<T>& b : centred.b) b.setZero();
-    FilterSmoother<T> fs(centred);
-    for (int j = 0; j < n; ++j) {
-      for (int i = 0; i < 7; ++i) {
-        const int point = 7 * j + i;
-        if (i < 6) W.col(point).template segment<6>(6 * j) = process.W[j].col(i);
-        auto x = X.col(point);
-        x = W.col(point);
-        for (int k = n - 1; k >= 0; --k) {
-          const Vector6<T> force = x.template segment<6>(6 * k);
-          tau(k, point) = process.H[k].dot(force);  // (1.4)
-          if (const int parent = process.parent[k]; parent >= 0)
-            x.template segment<6>(6 * parent) += process.phi[k] * force;  // (1.1)
-        }
-        if (i == 6) tau(j, point) += sqrt(process.r[j]);
-        filter(centred, cov, VectorX<T>(tau.col(point)), fs);
-        smooth(centred, cov, fs);
-        set_conditional_means(centred, fs);
-        Z_minus.col(point) = stacked(fs.z_minus);
-        Z_plus.col(point) = stacked(fs.z_plus);
-        e_minus.col(point) = fs.e_minus;
-        l_plus.col(point) = stacked(fs.l_plus);
-        l_minus.col(point) = stacked(fs.l_minus);
-        W_mean.col(point) = stacked(fs.w_mean);
-        X_mean.col(point) = stacked(fs.x_mean);
-      }
+      x->resize(6 * n, count);
+    for (MatrixX<T>* x : {&tau, &e_minus}) x->resize(n, count);
+    Sample<T> sample(simulation);
+    FilterSmoother<T>& fs = sample.estimate;
+    for (int j = 0; j < count; ++j) {
+      const VectorX<T> point = VectorX<T>::Unit(count, j);
+      simulate(simulation, point, sample);
+      filter(simulation.process, cov, sample.tau, fs);
+      smooth(simulation.process, cov, fs);
+      set_conditional_means(simulation.process, fs);
+      for (int k = 0; k < n; ++k)
+        W.col(j).template segment<6>(6 * k) = process.W[k] * point.template segment<6>(6 * k);
+      X.col(j) = stacked(sample.x);
+      tau.col(j) = sample.tau;
+      Z_minus.col(j) = stacked(fs.z_minus);
+      Z_plus.col(j) = stacked(fs.z_plus);
+      e_minus.col(j) = fs.e_minus;
+      l_plus.col(j) = stacked(fs.l_plus);
+      l_minus.col(j) = stacked(fs.l_minus);
+      W_mean.col(j) = stacked(fs.w_mean);
+      X_mean.col(j) = stacked(fs.x_mean);
     }
   }
-
-  static VectorX<T> stacked(const std::vector<Vector6<T>>& x) {
-    VectorX<T> out(6 * x.size());
-    for (std::size_t k = 0; k < x.size(); ++k) out.template segment<6>(6 * k) = x[k];
-    return out;
-  }
 };
-
-// Unit upper triangular U and diagonal D with M = U diag(D) U'.
-template <class T>
-void factor_udu(MatrixX<T> M, MatrixX<T>& U, VectorX<T>& D) {
-  const Eigen::Index n = M.rows();
-  U = MatrixX<T>::Identity(n, n);
-  D.resize(n);
-  for (Eigen::Index j = n - 1; j >= 0; --j) {
-    D[j] = M(j, j);
-    U.col(j).head(j) = M.col(j).head(j) / D[j];
-    M.topLeftCorner(j, j) -= U.col(j).head(j) * D[j] * U.col(j).head(j).transpose();
-  }
-}
 
 template <class T>
 struct Setting {
@@ -107,8 +90,7 @@ struct Setting {
   VectorX<T> bias, a;           // bias torque; acceleration
   VectorX<T> force, net_force;  // of every link at a: across its joint; M a + b of it alone
   VectorX<T> l_minus;           // spatial accelerations of every link, less those at q'' = 0
-  MatrixX<T> U;                 // of M = U D U'
-  VectorX<T> D;
+  std::optional<UDU<T>> udu;    // of M
 
   // A model in T's working precision and a state. The process must be without flaw, with at most
   // largest_dense joints, and not singular.
@@ -134,15 +116,15 @@ struct Setting {
         world.M.llt().solve(MatrixX<Real>::Identity(world.M.rows(), world.M.cols()));
     X = inverse.template cast<T>();
     a = VectorX<Real>(inverse * (tau.template cast<Real>() - world.bias)).template cast<T>();
-    factor_udu<T>(M, U, D);
+    udu.emplace(M);
 
     InverseDynamics<T> rest(model), motion(model);
     VectorX<T> out(model.nv());
     inverse_dynamics(model, rm, VectorX<T>(VectorX<T>::Zero(model.nv())), rest,
                      Eigen::Ref<VectorX<T>>(out));
     inverse_dynamics(model, rm, a, motion, Eigen::Ref<VectorX<T>>(out));
-    force = SigmaPoints<T>::stacked(motion.z);
-    l_minus = SigmaPoints<T>::stacked(motion.a) - SigmaPoints<T>::stacked(rest.a);
+    force = stacked(motion.z);
+    l_minus = stacked(motion.a) - stacked(rest.a);
     net_force.resize(6 * model.nv());
     for (int k = 0; k < model.nv(); ++k)
       net_force.template segment<6>(6 * k) = model.M(k) * motion.a[k] + rm.b[k];

@@ -23,6 +23,7 @@
 #include "accuracy/simulation/reference.hpp"
 #include "accuracy/simulation/sample_covariance.hpp"
 #include "algorithms/estimation/covariance_analysis.hpp"
+#include "algorithms/estimation/operators.hpp"
 #include "algorithms/model/mass_matrix.hpp"
 #include "robots/program.hpp"
 #include "robots/scene.hpp"
@@ -32,7 +33,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int largest = 60;      // degrees of freedom: P and Lambda have 6n rows
 constexpr unsigned digits = 60;  // of the reference
 constexpr std::chrono::milliseconds shortest{10};
 
@@ -226,10 +226,10 @@ int main(int argc, char** argv) {
 
   return run_program(app, argc, argv, [&] {
     const Scene scene = load_scene(name);
-    if (const int nv = scene.model.nv(); nv > largest)
+    if (const int nv = scene.model.nv(); nv > largest_dense)
       throw InputError("scene '" + name + "' has " + std::to_string(nv) +
                        " degrees of freedom; covariances of 6n rows are sampled up to n = " +
-                       std::to_string(largest));
+                       std::to_string(largest_dense));
     write_file(out, run(scene, options));
     return 0;
   });

@@ -18,6 +18,7 @@
 #pragma once
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <vector>
 
 #include "algorithms/model/random_model.hpp"
@@ -92,7 +93,7 @@ inline const char* to_string(Flaw::Kind kind) {
 
 // The first flaw, base to tips; none if the process is sound. Moments and masses have different
 // units, so M(k) is scaled to unit diagonal before its eigenvalues are looked at. It may be
-// semidefinite (a massless link, a point mass): down to -64 u is rounding.
+// semidefinite (a massless link, a point mass): down to -64 u, in T or in double, is rounding.
 template <class T>
 Flaw find_flaw(const Process<T>& process) {
   using std::abs;
@@ -123,9 +124,12 @@ Flaw find_flaw(const Process<T>& process) {
       scale[i] = variance == T(0) ? T(0) : T(1) / T(sqrt(variance));
     }
     const Matrix6<T> scaled = scale.asDiagonal() * M * scale.asDiagonal();
-    const Eigen::SelfAdjointEigenSolver<Matrix6<T>> solver(scaled, Eigen::EigenvaluesOnly);
-    const T smallest = solver.eigenvalues()[0];
-    if (smallest < -rounding) return {Flaw::Kind::indefinite, k, static_cast<double>(smallest), 1};
+    const Matrix6<double> correlation = scaled.template cast<double>();
+    const double smallest =
+        Eigen::SelfAdjointEigenSolver<Matrix6<double>>(correlation, Eigen::EigenvaluesOnly)
+            .eigenvalues()[0];
+    if (smallest < -std::max(static_cast<double>(rounding), 64 * unit_roundoff<double>()))
+      return {Flaw::Kind::indefinite, k, smallest, 1};
   }
   return {};
 }
