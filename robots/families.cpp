@@ -115,7 +115,7 @@ Model<double> random_tree(int links, std::uint64_t seed, double heaviest) {
   Draw draw(seed);
   std::vector<Joint<double>> joints;
   std::vector<Vec3> tips;  // of every link, where the next one may hang
-  const auto add = [&](Joint<double> joint, const Vec3& tip) {
+  const auto add = [&](const Joint<double>& joint, const Vec3& tip) {
     joints.push_back(joint);
     tips.push_back(tip);
   };

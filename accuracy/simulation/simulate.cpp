@@ -41,6 +41,7 @@ const std::vector<std::pair<std::string, Quantity>> quantities{
 
 std::vector<std::string> quantity_names() {
   std::vector<std::string> names;
+  names.reserve(quantities.size());
   for (const auto& [name, quantity] : quantities) names.push_back(name);
   return names;
 }
