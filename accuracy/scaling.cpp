@@ -4,8 +4,6 @@
 // Parameters and states are rounded to a precision first, and truth is exact for what was rounded.
 // MuJoCo runs on its own parameters, from which the model's were lowered with rounding.
 // Outputs hold NaN before every call. A failure keeps its rows, with value nan and its outcome.
-#include <cmath>
-#include <cstdio>
 #include <functional>
 #include <limits>
 #include <memory>
@@ -14,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "accuracy/csv.hpp"
 #include "accuracy/measures.hpp"
 #include "accuracy/truth.hpp"
 #include "algorithms/model/mass_matrix.hpp"
@@ -30,21 +29,6 @@ constexpr int largest = 2000;
 
 template <class T>
 constexpr const char* precision_name = std::is_same_v<T, float> ? "float32" : "float64";
-
-// Quoted where CSV asks for it.
-std::string field(const std::string& text) {
-  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
-  std::string out = "\"";
-  for (const char c : text) out += c == '"' ? "\"\"" : std::string(1, c);
-  return out + '"';
-}
-
-std::string number(double value) {
-  if (std::isnan(value)) return "nan";  // printf writes -nan as well
-  char text[32];
-  std::snprintf(text, sizeof text, "%.17g", value);
-  return text;
-}
 
 class Table {
  public:

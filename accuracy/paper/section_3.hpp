@@ -104,7 +104,8 @@ void section_3(const Setting<T>& s, Rows& rows) {
   const MatrixX<T> PH = loop.P_minus * op.H.transpose(), Phi_PH = op.Phi * PH;
   rows.erratum(
       {"(3.7)", "Result 3.2", "R = P + ΦP + PΦ* + ΦPHD⁻¹HPΦ*", "R = P + ΦP + PΦ* + ΦPH*D⁻¹HPΦ*",
-       "A star is missing: PH is not conformable, PH* is. Perhaps the scan, not the print. P is P⁻."},
+       "A star is missing: PH is not conformable, PH* is. Perhaps the scan, not the print. P is "
+       "P⁻."},
       not_evaluable,
       residual(MatrixX<T>(loop.P_minus + op.Phi * loop.P_minus + loop.P_minus * op.Phi.transpose() +
                           Phi_PH * D_inverse * Phi_PH.transpose()),

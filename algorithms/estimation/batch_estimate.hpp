@@ -4,11 +4,11 @@
 //
 //   G      = R H* M^-1,  M = H R H* + diag r                                 (2.2)
 //   E(X/T) = phi b + G (T - H phi b)                                         (2.1)
-//   P      = (I - GH) R (I - GH)* + G r G*                                   (2.5), with joint
-//   noise a      = M^-1 (T - H phi b)                                              (2.8) lambda =
-//   phi* H* a                                                       (2.9) E(W/T) = b + Q phi* H*
-//   M^-1 (T - H phi b) = b + Q lambda                 (2.7), (2.10) cov W  = Q - Q phi* H* M^-1 H
-//   phi Q                                      (2.11)
+//   P      = (I - GH) R (I - GH)* + G r G*                (2.5), with joint noise
+//   a      = M^-1 (T - H phi b)                                              (2.8)
+//   lambda = phi* H* a                                                       (2.9)
+//   E(W/T) = b + Q phi* H* M^-1 (T - H phi b) = b + Q lambda          (2.7), (2.10)
+//   cov W  = Q - Q phi* H* M^-1 H phi Q                                      (2.11)
 // Without joint noise H P = 0: the estimate meets every measurement.
 #pragma once
 

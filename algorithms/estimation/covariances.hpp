@@ -4,9 +4,9 @@
 // Tips to base, with the sums over the children c of k, which stand for the body before:
 //   r-(k) = M(k) + sum of phi(k,c) r+(c) phi'(k,c),   r+(k) = r-(k)          (3.5)
 //   P-(k) = M(k) + sum of phi(k,c) P+(c) phi'(k,c)                           (3.6)
-//   D(k)  = H(k) P-(k) H'(k) + r(k)                                          (3.6), with joint
-//   noise g(k)  = P-(k) H'(k) / D(k)                                               (3.10) P+(k) =
-//   P-(k) - g(k) H(k) P-(k)                                          (3.6)
+//   D(k)  = H(k) P-(k) H'(k) + r(k)                       (3.6), with joint noise
+//   g(k)  = P-(k) H'(k) / D(k)                                               (3.10)
+//   P+(k) = P-(k) - g(k) H(k) P-(k)                                          (3.6)
 // The first r+ and P+ of a branch are zero: where (3.5) prints r-(k) = 0, r+(0) = 0 is meant.
 //
 // Base to tips, L for the paper's Lambda:

@@ -71,7 +71,8 @@ def _known(drawn: list[Band]) -> list[str]:
         "MonteCarlo": "Monte Carlo’s error falls with the root of the number of samples, "
         "rate −1/2, whatever the robot.",
         "Antithetic": "Antithetic pairs, w and −w, have the same second moment twice: they make "
-        "a mean exact, but for a covariance they cost a factor √2 at the same number of samples.",
+        "a mean exact, but for a covariance they cost a factor √2 at the same number of samples. "
+        "−w needs no new random numbers, so that in equal time the two are about even.",
         "QuasiMonteCarlo": "Quasi-Monte Carlo spreads its samples evenly; its rate may be better.",
         "SigmaPoints": "Sigma points are exact, to rounding: 6N samples, and one more a joint "
         "that has noise, have the covariance itself.",
