@@ -96,7 +96,6 @@ inline const char* to_string(Flaw::Kind kind) {
 // semidefinite (a massless link, a point mass): down to -64 u, in T or in double, is rounding.
 template <class T>
 Flaw find_flaw(const Process<T>& process) {
-  using std::abs;
   using std::isfinite;
   using std::sqrt;
   const T rounding = T(64) * unit_roundoff<T>();

@@ -115,6 +115,25 @@ TEST(Errata, OfTheBiasVanishWithoutIt) {  // at rest, without gravity, b = 0
                                    "(6.1)", "(6.2)"}));
 }
 
+TEST(Beyond, BranchesThatDoNotActOnEachOtherHold) {  // entries of M^-1 between them are zero
+  const Eigen::Quaterniond turned(0.3, -0.7, 0.2, 0.9), next_axis(1, 1, 1, 1);
+  std::vector<Joint<double>> joints;
+  for (const auto& rotation : {turned, next_axis, Eigen::Quaterniond(next_axis * next_axis)}) {
+    Joint<double> joint;
+    joint.parent = joints.empty() ? -1 : 0;
+    joint.slides = true;
+    joint.coordinate = Coordinate::distance;
+    joint.q_index = static_cast<int>(joints.size());
+    joint.rotation = rotation;
+    joint.body = {2, {0.1, 0.2, 0.3}, {1, 0, 0, 0}, {0.1, 0.2, 0.2}};
+    joints.push_back(joint);
+  }
+  const Model<double> slides(joints, {"x", "y", "z"}, 3, Vector3<double>(0, 0, -9.81));
+  const Digits digits(60);
+  for (const Row& row : Checked::in<double>(slides, 11).rows)
+    EXPECT_LE(row.residual, 1e-10) << row.equation.id;
+}
+
 TEST(Residual, IsRelativeToTheRightSide) {
   const Eigen::Vector2d a(3, 4), b(6, 8), zero(0, 0);
   EXPECT_DOUBLE_EQ(residual(a, b), 0.5);

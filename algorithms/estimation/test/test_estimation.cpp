@@ -78,6 +78,7 @@ class EveryPrecision : public testing::Test {
 };
 
 using Precisions = testing::Types<float, double, Mp>;
+using MachinePrecisions = testing::Types<float, double>;
 
 struct PrecisionName {
   template <class T>
@@ -99,7 +100,26 @@ TYPED_TEST(EveryPrecision, SmootherGivesTheAccelerationOfMechanics) {
   });
 }
 
-TYPED_TEST(EveryPrecision, RecursionAndOperatorsGiveTheSameMeans) {  // (2.1), (2.7), (2.9)
+TYPED_TEST(EveryPrecision, PaperAndLibraryHaveTheSameFactors) {  // D and g of riccati/
+  using T = TypeParam;
+  this->for_each_family([](const Estimation<T>& e) {
+    using std::abs;
+    Factors<T, Conventional> f(e.model);
+    ASSERT_TRUE(factor(e.model, e.rm, f));
+    for (int k = 0; k < e.process.size(); ++k) {
+      EXPECT_LE(abs(f.D[k] / e.cov.D[k] - T(1)), EveryPrecision<T>::bound) << k;
+      EXPECT_LE((f.g[k] - e.cov.g[k]).norm(), EveryPrecision<T>::bound * f.g[k].norm()) << k;
+    }
+  });
+}
+
+// Dense operators: in float32 and float64 here, in multi-precision by the table of the paper.
+template <class T>
+class Operator : public EveryPrecision<T> {};
+
+TYPED_TEST_SUITE(Operator, MachinePrecisions, PrecisionName);
+
+TYPED_TEST(Operator, RecursionAndOperatorsGiveTheSameMeans) {  // (2.1), (2.7), (2.9)
   using T = TypeParam;
   this->for_each_family([](const Estimation<T>& e) {
     const Operators<T> op(e.process);
@@ -110,7 +130,7 @@ TYPED_TEST(EveryPrecision, RecursionAndOperatorsGiveTheSameMeans) {  // (2.1), (
   });
 }
 
-TYPED_TEST(EveryPrecision, RecursionAndOperatorsGiveTheSameCovariances) {  // (3.4), (2.5), (2.11)
+TYPED_TEST(Operator, RecursionAndOperatorsGiveTheSameCovariances) {  // (3.4), (2.5), (2.11)
   using T = TypeParam;
   this->for_each_family([](const Estimation<T>& e) {
     const Operators<T> op(e.process);
@@ -128,7 +148,7 @@ TYPED_TEST(EveryPrecision, RecursionAndOperatorsGiveTheSameCovariances) {  // (3
   });
 }
 
-TYPED_TEST(EveryPrecision, ClosedLoopOperatorsFactorTheMassMatrix) {  // (3.1), (3.3)
+TYPED_TEST(Operator, ClosedLoopOperatorsFactorTheMassMatrix) {  // (3.1), (3.3)
   using T = TypeParam;
   this->for_each_family([](const Estimation<T>& e) {
     const Operators<T> op(e.process);
@@ -138,18 +158,6 @@ TYPED_TEST(EveryPrecision, ClosedLoopOperatorsFactorTheMassMatrix) {  // (3.1), 
     EXPECT_LE(distance<T>(I_K * loop.D.asDiagonal() * I_K.transpose(), op.M),
               EveryPrecision<T>::bound);
     EXPECT_LE(distance<T>(I_K * I_L, I), EveryPrecision<T>::bound);
-  });
-}
-
-TYPED_TEST(EveryPrecision, PaperAndLibraryHaveTheSameFactors) {  // D and g of riccati/
-  using T = TypeParam;
-  this->for_each_family([](const Estimation<T>& e) {
-    Factors<T, Conventional> f(e.model);
-    ASSERT_TRUE(factor(e.model, e.rm, f));
-    for (int k = 0; k < e.process.size(); ++k) {
-      EXPECT_LE(abs(f.D[k] / e.cov.D[k] - T(1)), EveryPrecision<T>::bound) << k;
-      EXPECT_LE((f.g[k] - e.cov.g[k]).norm(), EveryPrecision<T>::bound * f.g[k].norm()) << k;
-    }
   });
 }
 
