@@ -1,0 +1,81 @@
+#include "accuracy/stress/parts.hpp"
+
+#include <cmath>
+#include <iterator>
+
+#include "robots/families.hpp"
+#include "robots/scene.hpp"
+
+namespace kalmarm::stress {
+
+std::vector<double> decades(int first, int last, int step) {
+  std::vector<double> values;
+  for (int exponent = first; exponent <= last; exponent += step)
+    values.push_back(std::pow(10, exponent));
+  return values;
+}
+
+Sweep mass_ratios() { return {decades(0, 16, 4), decades(0, 24, 2)}; }
+
+Case at_random(const Model<double>& model, std::uint64_t seed) {
+  // ~seed: other numbers than those that made the mechanism
+  State state = random_states(generated_scene("", model), 1, ~seed)[0];
+  return {model, std::move(state.q), std::move(state.qd)};
+}
+
+Case at(const Model<double>& model, const VectorX<double>& q, std::uint64_t seed) {
+  Case out = at_random(model, seed);
+  out.q = q;
+  return out;
+}
+
+Joints joints_of(const Model<double>& model) {
+  Joints joints;
+  for (int k = 0; k < model.nv(); ++k) joints.push_back(model.joint(k));
+  return joints;
+}
+
+void make_heavy(RigidBody<double>& body, double factor) {
+  body.mass *= factor;
+  body.moments *= factor;
+}
+
+void make_long(Joints& joints, int k, double factor) {
+  joints[k].body.com *= factor;
+  joints[k].body.moments *= factor * factor;
+  for (Joint<double>& joint : joints)
+    if (joint.parent == k) joint.translation *= factor;
+}
+
+void make_large(Joints& joints, int k, double factor) {
+  make_long(joints, k, factor);
+  make_heavy(joints[k].body, factor * factor * factor);
+}
+
+std::vector<Family> on_chain(const std::vector<OnChain>& all) {
+  std::vector<Family> families;
+  for (const OnChain& one : all) {
+    const auto make = [change = one.change](double value, std::uint64_t seed) {
+      const Model<double> chain = random_chain(base_links, seed, 1);
+      return at_random(changed(chain, [&](Joints& joints) { change(joints, value); }), seed);
+    };
+    families.push_back({one.name, one.parameter, one.describes, true, one.sweep.quick,
+                        one.sweep.full, make, one.singular});
+  }
+  return families;
+}
+
+const std::vector<Family>& families() {
+  static const std::vector<Family> all = [] {
+    std::vector<Family> all;
+    for (const auto& theme :
+         {length_families, mass_families, geometry_families, singular_families, tree_families}) {
+      std::vector<Family> some = theme();
+      std::move(some.begin(), some.end(), std::back_inserter(all));
+    }
+    return all;
+  }();
+  return all;
+}
+
+}  // namespace kalmarm::stress
