@@ -105,7 +105,7 @@ TEST(StressFamilies, SweepFewValuesOrMany) {
     EXPECT_GE(one.quick.size(), 3u);
     EXPECT_LE(one.quick.size(), 6u);
     EXPECT_GT(one.full.size(), one.quick.size());
-    EXPECT_TRUE(!one.singular.empty() <= (one.quick[0] == 0 && one.full[0] == 0));
+    EXPECT_TRUE(one.singular.empty() || (one.quick[0] == 0 && one.full[0] == 0));
   }
 }
 
@@ -114,7 +114,7 @@ void expect_valid(const RigidBody<double>& body) {
   EXPECT_GE(body.moments.minCoeff(), 0);
   EXPECT_LE(2 * body.moments.maxCoeff(), body.moments.sum()) << body.moments.transpose();
   EXPECT_GT(body.axes.squaredNorm(), 0);
-  if (body.mass == 0) EXPECT_TRUE(body.massless());
+  EXPECT_TRUE(body.mass > 0 || body.massless());
 }
 
 TEST(StressFamilies, AreValidMechanisms) {
@@ -133,8 +133,8 @@ TEST(StressFamilies, AreValidMechanisms) {
         EXPECT_GE(joint.r, 0);
         EXPECT_GT(joint.rotation.squaredNorm(), 0);
         expect_valid(joint.body);
-        if (joint.coordinate == Coordinate::quaternion)
-          EXPECT_GT(c.q.segment<4>(joint.q_index).norm(), 0);
+        EXPECT_TRUE(joint.coordinate != Coordinate::quaternion ||
+                    c.q.segment<4>(joint.q_index).norm() > 0);
       }
     }
 }
@@ -272,7 +272,8 @@ TEST(StressFamilies, ComFractionHasItsClosedForms) {
     const EndOfChain end = filtered(chain);
     EXPECT_NEAR(end.D, (c + p) * (c + p), 1e-9) << c;
     EXPECT_NEAR(end.g, 1 / (c + p), 1e-9) << c;
-    if (c >= 0.5) EXPECT_NEAR(eigenvalues(chain)[0], root * root / 16, 0.02 * root * root) << c;
+    if (c < 0.5) continue;
+    EXPECT_NEAR(eigenvalues(chain)[0], root * root / 16, 0.03 * root * root / 16) << c;
   }
   const Case chain = family("non_minimum_phase").make(1, 1);
   const double p = (0.4 + std::sqrt(0.16 + 4)) / 2;
@@ -333,8 +334,8 @@ std::vector<Meaning> meanings() {
   };
   const auto lengths = [](int k, int j) {
     return [k, j](const Case& c) {
-      EXPECT_NEAR(c.model.joint(k + 1 < 12 ? k + 1 : 11).translation.norm(),
-                  k + 1 < 12 ? length(c, k) : length(c, 10), 1e-15 * length(c, k));
+      const double next = c.model.joint(j + 1).translation.norm();  // hangs on link j's end
+      EXPECT_NEAR(next, length(c, j), 1e-15 * next);
       return length(c, k) / length(c, j);
     };
   };
@@ -516,11 +517,13 @@ TEST(StressedRobots, CanBeStretchedOut) {
     if (!ends_with(one.name, "_pose")) continue;
     const Case c = one.make(0, 1);
     for (int k = 0; k < c.model.nv(); ++k) {
-      const int i = c.model.joint(k).q_index;
-      if (c.model.joint(k).coordinate == Coordinate::quaternion)
-        EXPECT_EQ(Eigen::Vector4d(c.q.segment<4>(i)), Eigen::Vector4d(1, 0, 0, 0)) << one.name;
-      else if (c.model.joint(k).coordinate == Coordinate::angle)
-        EXPECT_EQ(c.q[i], 0) << one.name;
+      const Joint<double>& joint = c.model.joint(k);
+      if (joint.coordinate == Coordinate::quaternion) {
+        const Eigen::Vector4d turn = c.q.segment<4>(joint.q_index);
+        EXPECT_EQ(turn, Eigen::Vector4d(1, 0, 0, 0)) << one.name;
+      } else if (joint.coordinate != Coordinate::follower) {
+        EXPECT_EQ(c.q[joint.q_index], 0) << one.name;
+      }
     }
   }
 }
