@@ -407,14 +407,27 @@ TEST(StressFamilies, MeanWhatTheirValueSays) {
 TEST(StressFamilies, ScaleBodiesAsAWholeUnlessTheySayOtherwise) {
   for (const char* name : {"heavy_tip", "growing", "alternating", "random_masses"}) {
     const Case c = family(name).make(1e12, 1);
-    for (int k = 0; k < 12; ++k)
+    for (int k = 0; k < 12; ++k) {
+      EXPECT_GE(gyration(c.model.joint(k).body), 0.2) << name;
       EXPECT_LE(gyration(c.model.joint(k).body), std::sqrt(0.12)) << name;
+    }
   }
   EXPECT_LE(family("heavy_point").make(1e12, 1).model.joint(7).body.moments.maxCoeff(), 0.12);
   EXPECT_EQ(family("flywheel").make(1e12, 1).model.joint(11).body.mass, 1);
   const double ratio = heaviest_to_lightest(family("random_masses").make(1e12, 1));
   EXPECT_GT(ratio, 1e6);
   EXPECT_LE(ratio, 1e12);
+}
+
+TEST(StressFamilies, TaperAllDimensionsOfALinkButInShortLinks) {
+  for (const char* name : {"taper", "inverse_taper", "light_links", "short_links"}) {
+    const Case c = family(name).make(0.01, 1);
+    for (int k = 0; k < 12; ++k) {
+      const double l = length(c, k), cube = l * l * l;
+      EXPECT_NEAR(mass(c, k), name == std::string("short_links") ? 1 : cube, 1e-14) << name;
+      EXPECT_NEAR(gyration(c.model.joint(k).body) / l, 0.27, 0.08) << name;
+    }
+  }
 }
 
 TEST(StressFamilies, StiffJointsStandForAnImplicitStep) {
