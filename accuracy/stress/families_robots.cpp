@@ -77,7 +77,7 @@ bool has_armature(const Model<double>& model) {
 void add_families(const std::string& name, std::vector<Family>& all) {
   const Robot robot = std::make_shared<const Scene>(load_scene(name));
   const std::vector<int> chain = longest_chain(robot->model);
-  const auto wrist_links = std::min<std::size_t>(3, chain.size() - 1);  // all would be a unit
+  const int wrist_links = std::min(3, static_cast<int>(chain.size()) - 1);  // all would be a unit
   const std::vector<int> tip = {chain[0]}, wrist(chain.begin(), chain.begin() + wrist_links);
   all.push_back({name + "_payload", "times the last link's mass", name + " with a heavy last link.",
                  true, decades(0, 9, 3), decades(0, 12, 1), heavy(robot, tip)});
