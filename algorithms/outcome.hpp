@@ -1,6 +1,8 @@
 // What a factorisation says of itself. Kernels return it; they never throw, floor or print.
 #pragma once
 
+#include <limits>
+
 namespace kalmarm {
 
 struct [[nodiscard]] Outcome {
@@ -12,9 +14,12 @@ struct [[nodiscard]] Outcome {
   };
 
   Status status = Status::ok;
-  int joint = -1;    // DoF at which the factorisation stopped; -1 where it did not
+  bool near_singular = false;  // ok, but D(joint) may be wrong by 1 per cent or more
+  int joint = -1;    // DoF at which the factorisation stopped, or nearly did; -1 where it did not
   double D = 0;      // its innovation covariance, or Cholesky pivot [kg m^2 or kg]
   double scale = 0;  // the size that D was compared with, same unit
+  double error = std::numeric_limits<double>::quiet_NaN();  // estimated |da| / |a|, if there is one
+  int steps = 0;                                            // of refinement that were accepted
 
   explicit operator bool() const { return status == Status::ok; }
 };

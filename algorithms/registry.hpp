@@ -3,6 +3,7 @@
 #pragma once
 
 #include <concepts>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -10,12 +11,17 @@
 #include "algorithms/inverse_mass/batch.hpp"
 #include "algorithms/inverse_mass/closed_form.hpp"
 #include "algorithms/inverse_mass/eigen_cholesky.hpp"
+#include "algorithms/inverse_mass/factored_bias.hpp"
+#include "algorithms/inverse_mass/mixed_precision.hpp"
 #include "algorithms/inverse_mass/openblas.hpp"
+#include "algorithms/inverse_mass/refined.hpp"
 #include "algorithms/inverse_mass/sequential.hpp"
 #include "algorithms/inverse_mass/sparse_ltdl.hpp"
-#include "algorithms/riccati/array_mgs.hpp"
+#include "algorithms/inverse_mass/stacked_qr.hpp"
+#include "algorithms/riccati/array.hpp"
 #include "algorithms/riccati/conventional.hpp"
 #include "algorithms/riccati/ud.hpp"
+#include "algorithms/riccati/world_frame.hpp"
 #include "algorithms/solver.hpp"
 
 namespace kalmarm {
@@ -29,14 +35,58 @@ struct VariantList {
   }
 };
 
-using Variants = VariantList<Batch<EigenLLT>,           //
-                             Batch<EigenLDLT>,          //
-                             Batch<OpenBLAS>,           //
-                             Batch<SparseLTDL>,         //
-                             Sequential<Conventional>,  //
-                             ClosedForm<Conventional>,  //
-                             Sequential<ArrayMGS>,      //
-                             Sequential<UD>>;
+// What an engineer may want to choose: timed everywhere.
+using Contenders = VariantList<Batch<EigenLLT>,              //
+                               Batch<EigenLDLT>,             //
+                               Batch<OpenBLAS>,              //
+                               Batch<SparseLTDL>,            //
+                               Sequential<Conventional>,     //
+                               ClosedForm<Conventional>,     //
+                               Sequential<ArrayMGS>,         //
+                               Sequential<ArrayGivens>,      //
+                               Sequential<UD>,               //
+                               FactoredBias<ArrayGivens>,    //
+                               Refined<Sequential<Zeroed>>,  //
+                               Refined<FactoredBias<ArrayGivens>>>;
+
+// What is known, recommended or feared elsewhere, for the accuracy laboratory: in float32 and
+// float64 alone, since nothing is to be learnt of rounding in multi-precision.
+using Exhibits = VariantList<StackedQR,                                  //
+                             Refined<Batch<EigenLLT>>,                   //
+                             Sequential<Joseph>,                         //
+                             Sequential<Zeroed>,                         //
+                             Sequential<Potter>,                         //
+                             Sequential<ArrayHouseholder>,               //
+                             Sequential<ArrayPivoted>,                   //
+                             ClosedForm<ArrayMGS>,                       //
+                             FactoredBias<ArrayMGS>,                     //
+                             FactoredBias<ArrayHouseholder>,             //
+                             Refined<Sequential<Conventional>>,          //
+                             Refined<Sequential<Joseph>>,                //
+                             Refined<Sequential<ArrayMGS>>,              //
+                             Refined<Sequential<ArrayGivens>>,           //
+                             Refined<FactoredBias<ArrayMGS>>,            //
+                             MixedPrecision<Sequential<Conventional>>,   //
+                             MixedPrecision<Sequential<ArrayMGS>>,       //
+                             MixedPrecision<FactoredBias<ArrayGivens>>,  //
+                             Sequential<WorldAxes<Conventional>>,        //
+                             Sequential<WorldAxes<Joseph>>,              //
+                             Sequential<WorldAxes<Zeroed>>,              //
+                             Sequential<WorldAxes<Potter>>,              //
+                             Sequential<WorldAxes<ArrayHouseholder>>,    //
+                             Sequential<WorldAxes<ArrayPivoted>>,        //
+                             Sequential<WorldAxes<ArrayMGS>>,            //
+                             Sequential<WorldAxes<ArrayGivens>>,         //
+                             Sequential<WorldAxes<UD>>,                  //
+                             Sequential<WorldOrigin<Conventional>>,      //
+                             Sequential<WorldOrigin<Joseph>>,            //
+                             Sequential<WorldOrigin<Zeroed>>,            //
+                             Sequential<WorldOrigin<Potter>>,            //
+                             Sequential<WorldOrigin<ArrayHouseholder>>,  //
+                             Sequential<WorldOrigin<ArrayPivoted>>,      //
+                             Sequential<WorldOrigin<ArrayMGS>>,          //
+                             Sequential<WorldOrigin<ArrayGivens>>,       //
+                             Sequential<WorldOrigin<UD>>>;
 
 // The contract of a variant: factor the mass matrix of a state, then use the factors.
 template <class V, class T>
@@ -48,6 +98,7 @@ const Model<T>& > &&requires(const Model<T>& model, const RandomModel<T>& rm,
   { V::equation } -> std::convertible_to<std::string>;
   { V::factor(model, rm, ws) } -> std::same_as<Outcome>;
   { V::acceleration(model, rm, tau, ws, a) } -> std::same_as<void>;
+  { V::solve(model, rm, tau, ws, a) } -> std::same_as<void>;
   { V::inverse(model, rm, ws, X) } -> std::same_as<void>;
 };
 
@@ -61,10 +112,14 @@ class SolverOf final : public Solver<T> {
                        VectorX<T>& a) override {
     set_position(model_, q, rm_);
     set_velocity(model_, qd, rm_);
-    const Outcome outcome = V::factor(model_, rm_, ws_);
+    Outcome outcome = V::factor(model_, rm_, ws_);
     if (!outcome) return outcome;
     V::acceleration(model_, rm_, tau, ws_, a);
-    return a.allFinite() ? Outcome{} : Outcome{Outcome::Status::not_finite};
+    if constexpr (requires { ws_.refinement; }) {
+      outcome.error = ws_.refinement.error;
+      outcome.steps = ws_.refinement.steps;
+    }
+    return check_finite(a, outcome);
   }
 
   Outcome inverse(const VectorX<T>& q, MatrixX<T>& X) override {
@@ -72,7 +127,7 @@ class SolverOf final : public Solver<T> {
     const Outcome outcome = V::factor(model_, rm_, ws_);
     if (!outcome) return outcome;
     V::inverse(model_, rm_, ws_, X);
-    return X.allFinite() ? Outcome{} : Outcome{Outcome::Status::not_finite};
+    return check_finite(X, outcome);
   }
 
   bool has_factors() const override { return filters; }
@@ -89,8 +144,20 @@ class SolverOf final : public Solver<T> {
     return outcome;
   }
 
+  Vector6<T> P_plus_times(int k, const Vector6<T>& x) const override {
+    if constexpr (filters)
+      return std::decay_t<decltype(ws_.factors)>::Update::P_plus_times(k, x, ws_.factors.update);
+    else
+      return Vector6<T>::Constant(std::numeric_limits<T>::quiet_NaN());
+  }
+
  private:
   static constexpr bool filters = requires(typename V::template Workspace<T> ws) { ws.factors.D; };
+
+  template <class Result>
+  static Outcome check_finite(const Result& result, const Outcome& outcome) {
+    return result.allFinite() ? outcome : Outcome{.status = Outcome::Status::not_finite};
+  }
 
   Model<T> model_;
   RandomModel<T> rm_;
@@ -100,13 +167,16 @@ class SolverOf final : public Solver<T> {
 template <class T>
 std::vector<RegisteredVariant<T>> registered_variants() {
   std::vector<RegisteredVariant<T>> out;
-  Variants::for_each([&]<class V>() {
+  bool contender = true;
+  const auto add = [&]<class V>() {
     if constexpr (V::template supports<T>)
-      out.push_back(
-          {V::name(), V::equation, [](const Model<T>& model) -> std::unique_ptr<Solver<T>> {
-             return std::make_unique<SolverOf<V, T>>(model);
-           }});
-  });
+      out.push_back({V::name(), V::equation, contender, [](const Model<T>& model) {
+                       return std::unique_ptr<Solver<T>>(std::make_unique<SolverOf<V, T>>(model));
+                     }});
+  };
+  Contenders::for_each(add);
+  contender = false;
+  if constexpr (std::is_floating_point_v<T>) Exhibits::for_each(add);
   return out;
 }
 

@@ -29,6 +29,9 @@ class Solver {
   // factors.
   virtual bool has_factors() const = 0;
   virtual Outcome factors(const VectorX<T>& q, VectorX<T>& D, MatrixX<T>& g) = 0;
+
+  // P+(k) x, of the state that was factored last.
+  virtual Vector6<T> P_plus_times(int k, const Vector6<T>& x) const = 0;
 };
 
 // A variant in precision T, ready to be made for a model.
@@ -36,11 +39,12 @@ template <class T>
 struct RegisteredVariant {
   std::string name;      // such as "Sequential<ArrayMGS>"
   std::string equation;  // what it evaluates
+  bool contender;        // one to choose; else an exhibit of the accuracy laboratory
   std::function<std::unique_ptr<Solver<T>>(const Model<T>&)> make;
 };
 
-// All variants that support T, in the registry's order (registry.hpp). Compiled for float and
-// double in registry_*.cpp; another T instantiates it in one place of its own.
+// All variants that support T, contenders first, in the registry's order (registry.hpp). Compiled
+// for float and double in registry_*.cpp; another T instantiates it in one place of its own.
 template <class T>
 std::vector<RegisteredVariant<T>> registered_variants();
 

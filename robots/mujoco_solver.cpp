@@ -39,7 +39,7 @@ Outcome MujocoSolver::factor(const VectorX<double>& q) {
   for (int k = 0; k < m->nv; ++k)
     if (!(d->qLDiagInv[k] > 0 && std::isfinite(d->qLDiagInv[k])) ||
         (clamped && k == d->warning[mjWARN_INERTIA].lastinfo))
-      return {Outcome::Status::indefinite, k, 1 / d->qLDiagInv[k], 0};
+      return {.status = Outcome::Status::indefinite, .joint = k, .D = 1 / d->qLDiagInv[k]};
   return {};
 }
 
@@ -54,18 +54,22 @@ Outcome MujocoSolver::acceleration(const VectorX<double>& q, const VectorX<doubl
   mj_rne(m, d, 0, rhs_.data());
   rhs_ = tau - rhs_;
   mj_solveM(m, d, a.data(), rhs_.data(), 1);
-  return a.allFinite() ? outcome : Outcome{Outcome::Status::not_finite};
+  return a.allFinite() ? outcome : Outcome{.status = Outcome::Status::not_finite};
 }
 
 Outcome MujocoSolver::inverse(const VectorX<double>& q, MatrixX<double>& X) {
   const Outcome outcome = factor(q);
   if (!outcome) return outcome;
   mj_solveM(model_->get(), data_.get(), X.data(), identity_.data(), model_->get()->nv);
-  return X.allFinite() ? outcome : Outcome{Outcome::Status::not_finite};
+  return X.allFinite() ? outcome : Outcome{.status = Outcome::Status::not_finite};
 }
 
 Outcome MujocoSolver::factors(const VectorX<double>&, VectorX<double>&, MatrixX<double>&) {
   throw InputError("MuJoCo has no innovations factors D and g");
+}
+
+Vector6<double> MujocoSolver::P_plus_times(int, const Vector6<double>&) const {
+  throw InputError("MuJoCo has no covariance P");
 }
 
 void MujocoSolver::mass(const VectorX<double>& q, MatrixX<double>& M) {

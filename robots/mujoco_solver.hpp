@@ -21,6 +21,7 @@ class MujocoSolver final : public Solver<double> {
   Outcome inverse(const VectorX<double>& q, MatrixX<double>& X) override;
   bool has_factors() const override { return false; }
   Outcome factors(const VectorX<double>& q, VectorX<double>& D, MatrixX<double>& g) override;
+  Vector6<double> P_plus_times(int k, const Vector6<double>& x) const override;
 
   // M (nv x nv), both triangles.
   void mass(const VectorX<double>& q, MatrixX<double>& M);

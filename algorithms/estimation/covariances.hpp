@@ -72,8 +72,10 @@ Outcome set_state_covariances(const Process<T>& process, Covariances<T>& cov) {
     const T scale = H.dot(cov.S[k] * H) + process.r[k];
     if (!(D > resolution * scale)) {
       const bool lost = !(D >= -resolution * scale);
-      return {lost ? Outcome::Status::indefinite : Outcome::Status::singular, k,
-              static_cast<double>(D), static_cast<double>(scale)};
+      return {.status = lost ? Outcome::Status::indefinite : Outcome::Status::singular,
+              .joint = k,
+              .D = static_cast<double>(D),
+              .scale = static_cast<double>(scale)};
     }
     cov.D[k] = D;
     cov.g[k] = P * H / D;  // (3.10)

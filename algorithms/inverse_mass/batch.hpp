@@ -29,8 +29,10 @@ namespace kalmarm {
 template <class T>
 Outcome check_pivot(int k, const T& D, const T& e) {
   if (D > e) return {};
-  return {D >= -e ? Outcome::Status::singular : Outcome::Status::indefinite, k,
-          static_cast<double>(D), static_cast<double>(T(e / unit_roundoff<T>()))};
+  return {.status = D >= -e ? Outcome::Status::singular : Outcome::Status::indefinite,
+          .joint = k,
+          .D = static_cast<double>(D),
+          .scale = static_cast<double>(T(e / unit_roundoff<T>()))};
 }
 
 // The same for all pivots of a Cholesky factor G, M = G G', in the order of the DoF. `stopped`: the
@@ -43,7 +45,7 @@ Outcome check_cholesky(const MatrixX<T>& M, const MatrixX<T>& G, bool stopped,
     const T D = stopped ? T(M(k, k) - G.row(k).head(k).squaredNorm()) : T(G(k, k) * G(k, k));
     if (const Outcome outcome = check_pivot(k, D, e[k]); !outcome) return outcome;
   }
-  if (stopped) return {Outcome::Status::indefinite, nv - 1, 0, 0};
+  if (stopped) return {.status = Outcome::Status::indefinite, .joint = nv - 1};
   return {};
 }
 
@@ -86,6 +88,14 @@ struct Batch {
     inverse_dynamics(model, rm, ws.M.col(0), ws.newton_euler, Eigen::Ref<VectorX<T>>(a));
     a = tau - a;
     Backend::solve(model, ws.backend, a);
+  }
+
+  // x = M^-1 tau, after factor. O(nv^2).
+  template <class T>
+  static void solve(const Model<T>& model, const RandomModel<T>&, const VectorX<T>& tau,
+                    Workspace<T>& ws, VectorX<T>& x) {
+    x = tau;
+    Backend::solve(model, ws.backend, x);
   }
 
   // M^-1 (nv x nv), both triangles, after factor. O(nv^3).

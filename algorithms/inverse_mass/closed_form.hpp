@@ -30,7 +30,7 @@ namespace kalmarm {
 
 template <class Update>
 struct ClosedForm {
-  static std::string name() { return std::string("ClosedForm<") + Update::name + ">"; }
+  static std::string name() { return "ClosedForm<" + Update::name() + ">"; }
   static constexpr const char* equation = "M^-1 by Result 6.1, corrected";
   template <class T>
   static constexpr bool supports = true;
@@ -79,13 +79,20 @@ struct ClosedForm {
     a.noalias() = ws.X * ws.torque;
   }
 
+  // x = M^-1 tau, after factor. O(N^2).
+  template <class T>
+  static void solve(const Model<T>& model, const RandomModel<T>& rm, const VectorX<T>& tau,
+                    Workspace<T>& ws, VectorX<T>& x) {
+    inverse(model, rm, ws, ws.X);
+    x.noalias() = ws.X * tau;
+  }
+
   // M^-1 (nv x nv), both triangles, after factor.
   template <class T>
   static void inverse(const Model<T>& model, const RandomModel<T>& rm, Workspace<T>& ws,
                       MatrixX<T>& X) {
     const Factors<T, Update>& f = ws.factors;
     co_state_covariance(model, rm, ws);
-    std::fill(ws.column.begin(), ws.column.end(), -1);
     for (int j = 0; j < model.nv(); ++j) {
       X(j, j) = T(1) / f.D[j] + f.g[j].dot(ws.L_g[j]);
 

@@ -69,8 +69,6 @@ class Model {
     for (const Joint<T>& joint : joints_) {
       assert(joint.parent < static_cast<int>(inertia_.size()));
       inertia_.emplace_back(joint.body);
-      weighted_.emplace_back(joint.body);
-      W_.push_back(weighted_.back().W());
       E_.push_back(kalmarm::rotation(joint.rotation));
     }
   }
@@ -83,9 +81,9 @@ class Model {
   const std::vector<std::string>& names() const { return names_; }
   const Vector3<T>& gravity() const { return gravity_; }  // [m/s^2]
 
-  const SpatialInertia<T>& M(int k) const { return inertia_[k]; }
-  const Matrix6<T>& W(int k) const { return W_[k]; }
-  const WeightedInertia<T>& weighted(int k) const { return weighted_[k]; }
+  const LinkInertia<T>& inertia(int k) const { return inertia_[k]; }
+  const SpatialInertia<T>& M(int k) const { return inertia_[k].M; }
+  const Matrix6<T>& W(int k) const { return inertia_[k].W; }
   const Matrix3<T>& E(int k) const { return E_[k]; }
 
   // The same robot with its parameters rounded to U.
@@ -102,9 +100,7 @@ class Model {
   std::vector<std::string> names_;
   int nq_ = 0;
   Vector3<T> gravity_ = Vector3<T>::Zero();
-  std::vector<SpatialInertia<T>> inertia_;
-  std::vector<WeightedInertia<T>> weighted_;
-  std::vector<Matrix6<T>> W_;
+  std::vector<LinkInertia<T>> inertia_;
   std::vector<Matrix3<T>> E_;
 };
 

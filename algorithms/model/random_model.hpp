@@ -24,9 +24,14 @@ template <class T>
 struct RandomModel {
   std::vector<Transform<T>> phi;
   std::vector<Vector6<T>> v, c, b;
+  VectorX<T> q;  // the position that phi is of
 
   explicit RandomModel(const Model<T>& model)
-      : phi(model.nv()), v(model.nv()), c(model.nv()), b(model.nv()) {}
+      : phi(model.nv()),
+        v(model.nv(), Vector6<T>::Zero()),
+        c(model.nv(), Vector6<T>::Zero()),
+        b(model.nv(), Vector6<T>::Zero()),
+        q(model.nq()) {}
 };
 
 // phi of every link from q (nq values; quaternions of any length but zero). One sine and cosine and
@@ -40,6 +45,7 @@ void set_position(const Model<T>& model, const Q& q, RandomModel<T>& rm) {
     out << R.col(1), R.col(2), R.col(0);
     return out;
   };
+  for (int i = 0; i < model.nq(); ++i) rm.q[i] = q[i];
   for (int k = 0; k < model.nv(); ++k) {
     const Joint<T>& joint = model.joint(k);
     const Matrix3<T>& E = model.E(k);

@@ -10,19 +10,21 @@
 //   U_ij+ = U_ij - (f_j / alpha) s_i,   s_i <- s_i + v_j U_ij                        for i < j
 // and alpha <- beta. At the end D = alpha (3.6) and g = s / D (3.10). Where alpha = 0 (no noise
 // yet: r = 0 and f_j = 0 so far), d_j+ = 0 unless f_j = 0, and column j may stay as it is: 0/0 is
-// never formed. About 1400 flops a link.
+// never formed. With r = 0 and a unit row, HP+ = 0 means U_hj+ = 0 for j > h, which is set, not
+// left to rounding. About 1400 flops a link.
 #pragma once
 
+#include <string>
 #include <vector>
 
-#include "algorithms/model/random_model.hpp"
+#include "algorithms/riccati/covariance_update.hpp"
 
 namespace kalmarm {
 
-struct UD {
-  static constexpr const char* name = "UD";
+struct UD : LinkFrames<UD> {
+  static std::string name() { return "UD"; }
   static constexpr int resolution = 2;  // as for square roots: d is a sum of squares
-  static constexpr bool exact_constraint = false;
+  static constexpr bool exact_constraint = true;
 
   template <class T>
   struct Link {
@@ -55,20 +57,16 @@ struct UD {
   };
 
   template <class T>
-  static void start(const Model<T>& model, Workspace<T>& ws) {
-    for (int k = 0; k < model.nv(); ++k) {
-      Link<T>& link = ws.links[k];
-      link.filled = 0;
-      if (model.joint(k).body.massless()) continue;
-      link.A().template topRows<6>() = model.weighted(k).V.transpose();
-      link.w().template head<6>() = model.weighted(k).w;
-      link.filled = 6;
-    }
+  static void set(int k, const LinkInertia<T>& inertia, Workspace<T>& ws) {
+    Link<T>& link = ws.links[k];
+    link.filled = inertia.massless ? 0 : 6;
+    if (inertia.massless) return;
+    link.A().template topRows<6>() = inertia.weighted.V.transpose();
+    link.w().template head<6>() = inertia.weighted.w;
   }
 
-  template <class T>
-  static T measure(const Model<T>& model, int k, Workspace<T>& ws, Vector6<T>& g) {
-    const Joint<T>& joint = model.joint(k);
+  template <class T, class Row>
+  static T update(int k, const Row& H, const T& r, Workspace<T>& ws, Vector6<T>& g) {
     Link<T>& link = ws.links[k];
     auto A = link.A();
     auto w = link.w();
@@ -89,10 +87,10 @@ struct UD {
     }
 
     // U, d of P+; s becomes P- H'
-    const Vector6<T> f = U.row(joint.axis()).transpose();
+    const Vector6<T> f = column(Matrix6<T>(U.transpose()), H);
     Vector6<T> s = Vector6<T>::Zero();
-    T alpha = joint.r;
-    for (int j = joint.axis(); j < 6; ++j) {
+    T alpha = r;
+    for (int j = 0; j < 6; ++j) {
       const T v = d[j] * f[j];
       const T beta = alpha + f[j] * v;
       const T ratio = alpha > T(0) ? f[j] / alpha : T(0);
@@ -105,19 +103,21 @@ struct UD {
       }
       alpha = beta;
     }
+    if constexpr (std::is_same_v<Row, UnitRow>)
+      if (r == T(0)) U.row(H.axis).tail(5 - H.axis).setZero();
     g = s / alpha;
     return alpha;
   }
 
   template <class T>
-  static void propagate(const Model<T>& model, int k, const Transform<T>& phi, Workspace<T>& ws) {
+  static void add(int k, int parent, const Transform<T>& phi, Workspace<T>& ws) {
     const Link<T>& link = ws.links[k];
-    Link<T>& parent = ws.links[model.parent(k)];
-    auto A = parent.A();
-    auto w = parent.w();
+    Link<T>& to = ws.links[parent];
+    auto A = to.A();
+    auto w = to.w();
     for (int i = 0; i < 6; ++i) {
-      w[parent.filled] = link.d[i];
-      A.row(parent.filled++) = phi.force_to_parent(Vector6<T>(link.U.col(i))).transpose();
+      w[to.filled] = link.d[i];
+      A.row(to.filled++) = phi.force_to_parent(Vector6<T>(link.U.col(i))).transpose();
     }
   }
 

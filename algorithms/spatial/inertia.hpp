@@ -98,4 +98,32 @@ struct WeightedInertia {
   Matrix6<T> W() const { return V * w.cwiseSqrt().asDiagonal(); }
 };
 
+// All forms of one link's inertia.
+template <class T>
+struct LinkInertia {
+  SpatialInertia<T> M;
+  WeightedInertia<T> weighted;
+  Matrix6<T> W = Matrix6<T>::Zero();
+  Matrix3<T> I_cm = Matrix3<T>::Zero();
+  bool massless = true;
+
+  LinkInertia() = default;
+  explicit LinkInertia(const RigidBody<T>& body)
+      : M(body), weighted(body), W(weighted.W()), massless(body.massless()) {
+    const auto E = weighted.V.template topLeftCorner<3, 3>();
+    I_cm = E * body.moments.asDiagonal() * E.transpose();
+  }
+
+  // Seen from another frame: phi M phi', phi W, phi V.
+  LinkInertia seen_from(const Transform<T>& phi) const {
+    LinkInertia out = *this;
+    out.M = M.to_parent(phi);
+    const Matrix6<T> X = phi.matrix();
+    out.weighted.V = X * weighted.V;
+    out.W = X * W;
+    out.I_cm = phi.R * I_cm * phi.R.transpose();
+    return out;
+  }
+};
+
 }  // namespace kalmarm

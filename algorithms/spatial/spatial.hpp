@@ -29,6 +29,31 @@ using VectorX = Eigen::Matrix<T, Eigen::Dynamic, 1>;
 template <class T>
 using MatrixX = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic>;
 
+// A measurement's row H: a unit row, as every joint's is in its link's frame, or any.
+struct UnitRow {
+  int axis;
+};
+
+// P H'.
+template <class T>
+Vector6<T> column(const Matrix6<T>& P, UnitRow H) {
+  return P.col(H.axis);
+}
+template <class T>
+Vector6<T> column(const Matrix6<T>& P, const Vector6<T>& H) {
+  return P * H;
+}
+
+// H x.
+template <class T>
+T dot(UnitRow H, const Vector6<T>& x) {
+  return x[H.axis];
+}
+template <class T>
+T dot(const Vector6<T>& H, const Vector6<T>& x) {
+  return H.dot(x);
+}
+
 // Unit roundoff u: 2^-53 for double.
 template <class T>
 T unit_roundoff() {

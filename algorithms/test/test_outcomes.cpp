@@ -43,12 +43,15 @@ std::string describe(const Outcome& o) {
 template <class T>
 class Outcomes : public testing::Test {
  protected:
-  static void for_each(const std::vector<Mechanism>& mechanisms,
-                       const std::function<void(const Mechanism&, Solver<T>&)>& check) {
+  using Check = std::function<void(const std::string& variant, const Mechanism&, Solver<T>&)>;
+
+  static void for_each(const std::vector<Mechanism>& mechanisms, bool exhibits,
+                       const Check& check) {
     for (const RegisteredVariant<T>& variant : registered_variants<T>())
       for (const Mechanism& mechanism : mechanisms) {
+        if (!variant.contender && !exhibits) continue;
         SCOPED_TRACE(variant.name + " on " + mechanism.name);
-        check(mechanism, *variant.make(mechanism.model.template cast<T>()));
+        check(variant.name, mechanism, *variant.make(mechanism.model.template cast<T>()));
       }
   }
 };
@@ -60,6 +63,15 @@ struct PrecisionName {
   }
 };
 
+// What is admitted: batch forms may miss a mechanism that is singular twice over (batch.hpp), QR
+// one whose M(k,k) is rounding itself, and the test of singularity.hpp knows the rounding of link
+// frames.
+bool misses_singularity(const std::string& variant, const std::string& mechanism) {
+  if (variant == "StackedQR") return mechanism == "point_mass_on_an_inner_axis";
+  return variant.find("Batch") != std::string::npos &&
+         mechanism == "point_mass_on_three_hinges_that_meet";
+}
+
 using Precisions = testing::Types<float, double>;
 TYPED_TEST_SUITE(Outcomes, Precisions, PrecisionName);
 
@@ -67,11 +79,11 @@ TYPED_TEST(Outcomes, SingularMechanismIsReportedWithItsJoint) {
   for (int seed = 0; seed < 20 * seeds; ++seed) {
     SCOPED_TRACE(seed);
     this->for_each(
-        singular_mechanisms(seed), [](const Mechanism& mechanism, Solver<TypeParam>& solver) {
+        singular_mechanisms(seed), seed < seeds,
+        [](const std::string& variant, const Mechanism& mechanism, Solver<TypeParam>& solver) {
+          if (variant.find("World") != std::string::npos) return;  // world_frame.hpp
           const auto reply = ask(solver, mechanism.q, mechanism.model.nv());
-          // Singular twice over: the gap in the batch forms' test that batch.hpp admits.
-          const bool gap = !solver.has_factors() &&
-                           std::string(mechanism.name) == "point_mass_on_three_hinges_that_meet";
+          const bool gap = misses_singularity(variant, mechanism.name);
           for (const Outcome& outcome : {reply.acceleration, reply.inverse}) {
             if (gap && outcome) continue;
             ASSERT_FALSE(outcome);
@@ -85,8 +97,8 @@ TYPED_TEST(Outcomes, SingularMechanismIsReportedWithItsJoint) {
 TYPED_TEST(Outcomes, RegularMechanismIsSolved) {
   for (int seed = 0; seed < seeds; ++seed) {
     SCOPED_TRACE(seed);
-    this->for_each(regular_mechanisms(seed),
-                   [](const Mechanism& mechanism, Solver<TypeParam>& solver) {
+    this->for_each(regular_mechanisms(seed), seed < 3,
+                   [](const std::string&, const Mechanism& mechanism, Solver<TypeParam>& solver) {
                      const auto reply = ask(solver, mechanism.q, mechanism.model.nv());
                      EXPECT_TRUE(reply.acceleration) << describe(reply.acceleration);
                      EXPECT_TRUE(reply.inverse) << describe(reply.inverse);
@@ -98,16 +110,19 @@ TYPED_TEST(Outcomes, RegularMechanismIsSolved) {
 TYPED_TEST(Outcomes, LongStretchedChainIsRegularForTheFilters) {
   // kappa(M) = 2.6e11, D(k) / M(k,k) down to 1e-8; but every D is known to a few u.
   const Mechanism mechanism{"straight_chain", straight_chain(512), VectorX<double>::Zero(512), {}};
-  this->for_each({mechanism}, [](const Mechanism& mechanism, Solver<TypeParam>& solver) {
-    if (!solver.has_factors()) return;
-    const auto reply = ask(solver, mechanism.q, mechanism.model.nv());
-    EXPECT_TRUE(reply.acceleration) << describe(reply.acceleration);
-    EXPECT_TRUE(reply.inverse) << describe(reply.inverse);
-  });
+  this->for_each({mechanism}, false,
+                 [](const std::string&, const Mechanism& mechanism, Solver<TypeParam>& solver) {
+                   if (!solver.has_factors()) return;
+                   const auto reply = ask(solver, mechanism.q, mechanism.model.nv());
+                   EXPECT_TRUE(reply.acceleration) << describe(reply.acceleration);
+                   EXPECT_TRUE(reply.inverse) << describe(reply.inverse);
+                 });
 }
 
 TEST(OutcomesInDouble, HeavyTipIsRegular) {
   for (const RegisteredVariant<double>& variant : registered_variants<double>()) {
+    if (variant.name.starts_with("MixedPrecision"))
+      continue;  // u of float32 times 1e6 is not small
     Random random(55);
     Builder builder;
     for (int k = 0; k < 12; ++k) {
@@ -129,20 +144,21 @@ TYPED_TEST(Outcomes, NaNPositionIsNeverAnsweredWithNaN) {
     const Model<double> model = family.make(57);
     mechanisms.push_back({family.name, model, random_state(model, 58).q, {}});
   }
-  this->for_each(mechanisms, [](const Mechanism& mechanism, Solver<TypeParam>& solver) {
-    const int nv = mechanism.model.nv();
-    const auto before = ask(solver, mechanism.q, nv);
-    for (int i = 0; i < mechanism.q.size(); ++i) {
-      VectorX<double> q = mechanism.q;
-      q[i] = std::numeric_limits<double>::quiet_NaN();
-      const auto reply = ask(solver, q, nv);
-      EXPECT_TRUE(!reply.acceleration || reply.a.allFinite()) << "q[" << i << "]";
-      EXPECT_TRUE(!reply.inverse || reply.X.allFinite()) << "q[" << i << "]";
-    }
-    const auto after = ask(solver, mechanism.q, nv);
-    EXPECT_EQ(before.a, after.a);
-    EXPECT_EQ(before.X, after.X);
-  });
+  this->for_each(mechanisms, true,
+                 [](const std::string&, const Mechanism& mechanism, Solver<TypeParam>& solver) {
+                   const int nv = mechanism.model.nv();
+                   const auto before = ask(solver, mechanism.q, nv);
+                   for (int i = 0; i < mechanism.q.size(); ++i) {
+                     VectorX<double> q = mechanism.q;
+                     q[i] = std::numeric_limits<double>::quiet_NaN();
+                     const auto reply = ask(solver, q, nv);
+                     EXPECT_TRUE(!reply.acceleration || reply.a.allFinite()) << "q[" << i << "]";
+                     EXPECT_TRUE(!reply.inverse || reply.X.allFinite()) << "q[" << i << "]";
+                   }
+                   const auto after = ask(solver, mechanism.q, nv);
+                   EXPECT_EQ(before.a, after.a);
+                   EXPECT_EQ(before.X, after.X);
+                 });
 }
 
 }  // namespace
