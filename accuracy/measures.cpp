@@ -102,8 +102,6 @@ template BackwardError backward_error(const VectorX<float>&, const VectorX<Real>
                                       const MatrixX<Real>&);
 template BackwardError backward_error(const VectorX<double>&, const VectorX<Real>&,
                                       const MatrixX<Real>&);
-template BackwardError backward_error(const VectorX<Real>&, const VectorX<Real>&,
-                                      const MatrixX<Real>&);
 template MatrixError matrix_error(const MatrixX<float>&, const MatrixX<Real>&);
 template MatrixError matrix_error(const MatrixX<double>&, const MatrixX<Real>&);
 template MatrixError matrix_error(const MatrixX<Real>&, const MatrixX<Real>&);

@@ -54,7 +54,7 @@ template <class T>
 AccelerationError acceleration_error(const VectorX<T>& computed, const VectorX<Real>& a,
                                      const MatrixX<Real>& M);
 
-// The same, looked at from the torque.
+// The same, looked at from the torque. T: float or double.
 template <class T>
 BackwardError backward_error(const VectorX<T>& computed, const VectorX<Real>& a,
                              const MatrixX<Real>& M);

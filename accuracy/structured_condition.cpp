@@ -130,6 +130,7 @@ std::vector<StructuredCondition> condition_in(const Model<T>& model, const Vecto
   }
 
   std::vector<StructuredCondition> out;
+  out.reserve(tasks.size());
   const Real scale = Real(delta) * sqrt(Real(draws));
   for (const Reference<S>& at : references)
     out.push_back({quotient(sqrt(at.sum), scale * sqrt(at.relative)),

@@ -166,11 +166,12 @@ std::optional<Truth<T>> decoded(std::string content) {
 // The content of an entry; nothing unless it is whole and has this key.
 std::optional<std::string> content_of(const fs::path& path, const Digest& key) {
   std::ifstream file(path, std::ios::binary);
-  std::array<char, magic.size()> its_magic;
+  auto its_magic = magic;
   Digest its_key, its_digest;
-  file.read(its_magic.data(), its_magic.size());
-  file.read(its_key.data(), its_key.size());
-  file.read(its_digest.data(), its_digest.size());
+  const auto read = [&](auto& bytes) { file.read(bytes.data(), sizeof bytes); };
+  read(its_magic);
+  read(its_key);
+  read(its_digest);
   if (!file || its_magic != magic || its_key != key) return {};
   std::string content(std::istreambuf_iterator<char>(file), {});
   if (digest_of(content) != its_digest) return {};
@@ -187,9 +188,10 @@ void store(const fs::path& path, const Digest& key, const std::string& content) 
   close(descriptor);
   const Digest digest = digest_of(content);
   std::ofstream file(temporary, std::ios::binary);
-  file.write(magic.data(), magic.size());
-  file.write(key.data(), key.size());
-  file.write(digest.data(), digest.size());
+  const auto write = [&](const auto& bytes) { file.write(bytes.data(), sizeof bytes); };
+  write(magic);
+  write(key);
+  write(digest);
   file << content;
   file.close();
   if (file) fs::rename(temporary, path, error);
