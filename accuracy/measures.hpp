@@ -4,9 +4,19 @@
 // Acceleration:
 //   relative   |da| / |a|                       2-norms
 //   energy     sqrt(da'M da / a'M a)            free of units
+//   componentwise   max |da_i| / |a_i|
+// and in units of what u in every parameter does to it (structured_condition.hpp)
+//   eta        error / (u kS)
+// Backward, r = M (a - computed): is it the exact answer to a slightly different M and torque Ma?
+//   normwise        |r| / (|M| |computed| + |M a|)                maximum norms
+//   componentwise   max |r|_i / (|M| |computed| + |M a|)_i        entries; Oettli and Prager
 // A = M or M^-1:
 //   relative   |dA| / |A|                       Frobenius norms
 //   scaled     max |dA_ij| / sqrt(A_ii A_jj)    free of units
+//   residual   max |M X - 1|_ij                 of X = M^-1
+// Factors:
+//   D          max |dD(k)| / D(k)
+//   g          max |dg(k)| / |g(k)|
 // Condition of M, and of S M S with S = diag(M)^-1/2, whose diagonal is 1:
 //   kappa = lambda_max(M) lambda_max(M^-1)
 // Both eigenvalues are largest ones, of accurate matrices rounded to double: kappa is right far
@@ -19,7 +29,13 @@
 namespace kalmarm {
 
 struct AccelerationError {
-  double relative, energy;
+  double relative, energy, componentwise;
+};
+struct BackwardError {
+  double normwise, componentwise;
+};
+struct FactorError {
+  double D, g;
 };
 struct MatrixError {
   double relative, scaled;
@@ -28,14 +44,39 @@ struct Condition {
   double kappa, kappa_scaled;
 };
 
+// error / size, where no error is no error of nothing too.
+inline double quotient(const Real& error, const Real& size) {
+  return error == 0 ? 0 : static_cast<double>(Real(error / size));
+}
+
 // Of a computed acceleration against the true a, with the true M. T: float, double or Real.
 template <class T>
 AccelerationError acceleration_error(const VectorX<T>& computed, const VectorX<Real>& a,
                                      const MatrixX<Real>& M);
 
+// The same, looked at from the torque. T: float or double.
+template <class T>
+BackwardError backward_error(const VectorX<T>& computed, const VectorX<Real>& a,
+                             const MatrixX<Real>& M);
+
+// In units of u kS, with u of T.
+template <class T>
+double eta(double error, double kS) {
+  return error == 0 ? 0 : error / (kS * unit_roundoff<T>());
+}
+
 // Of a computed M or M^-1 against the true one.
 template <class T>
 MatrixError matrix_error(const MatrixX<T>& computed, const MatrixX<Real>& A);
+
+// max |M X - 1| of a computed X, with the true M.
+template <class T>
+double inverse_residual(const MatrixX<T>& computed, const MatrixX<Real>& M);
+
+// Of computed D (nv) and g (6 x nv) against the true ones.
+template <class T>
+FactorError factor_error(const VectorX<T>& computed_D, const MatrixX<T>& computed_g,
+                         const VectorX<Real>& D, const MatrixX<Real>& g);
 
 // Of M, whose inverse is X.
 Condition condition(const MatrixX<Real>& M, const MatrixX<Real>& X);

@@ -14,7 +14,7 @@
 
 #include "accuracy/csv.hpp"
 #include "accuracy/measures.hpp"
-#include "accuracy/truth.hpp"
+#include "accuracy/truth_cache.hpp"
 #include "algorithms/model/mass_matrix.hpp"
 #include "algorithms/solver.hpp"
 #include "robots/mujoco_solver.hpp"
@@ -93,11 +93,11 @@ struct Contenders {
 };
 
 template <class T>
-Truth truth_of(const Scene& scene, const Model<T>& model, const VectorX<T>& q, const VectorX<T>& qd,
-               const VectorX<T>& tau, const std::string& where) {
-  Truth out;
+Truth<T> truth_of(const Scene& scene, const Model<T>& model, const VectorX<T>& q,
+                  const Task<T>& task, const std::string& where) {
+  Truth<T> out;
   try {
-    out = truth(model, q, qd, tau);
+    out = cached_truth<T>(model, q, {task});
   } catch (const std::runtime_error& e) {
     throw InputError(where + ": " + e.what());
   }
@@ -120,7 +120,7 @@ void measure(const Scene& scene, const std::vector<State>& states, Progress& pro
     table.select(scene, precision_name<T>, static_cast<int>(i));
     const VectorX<T> q = states[i].q.cast<T>(), qd = states[i].qd.cast<T>(),
                      tau = states[i].tau.cast<T>();
-    const Truth exact = truth_of(scene, model, q, qd, tau, where);
+    const Truth<T> exact = truth_of(scene, model, q, Task<T>{tau, qd}, where);
 
     if constexpr (std::is_same_v<T, double>) {
       const Condition c = condition(exact.M, exact.X);
@@ -136,7 +136,7 @@ void measure(const Scene& scene, const std::vector<State>& states, Progress& pro
       VectorX<T> a = VectorX<T>::Constant(nv, nan);
       Outcome outcome = contender.solver->acceleration(q, qd, tau, a);
       if (!outcome) a.setConstant(nan);
-      const AccelerationError ea = acceleration_error(a, exact.a, exact.M);
+      const AccelerationError ea = acceleration_error(a, exact.responses[0].a, exact.M);
       table.add(contender.name, "acceleration", outcome,
                 {{"relative", ea.relative}, {"energy", ea.energy}});
 

@@ -108,14 +108,17 @@ struct Setting {
         fs(smoothed(process, cov, tau)),
         loop(process, op, cov),
         sigma(process, cov) {
-    const WorldFrame world =
-        world_frame(model.template cast<Real>(), q.template cast<Real>(), qd.template cast<Real>());
-    M = world.M.template cast<T>();
-    bias = world.bias.template cast<T>();
+    const Model<Real> exact = model.template cast<Real>();
+    const WorldFrame world(exact, q.template cast<Real>());
+    const VectorX<Real> zero = VectorX<Real>::Zero(model.nv());
+    const VectorX<Real> exact_bias = world.torque(qd.template cast<Real>(), zero, exact.gravity());
+    const MatrixX<Real> exact_M = world.mass();
+    M = exact_M.template cast<T>();
+    bias = exact_bias.template cast<T>();
     const MatrixX<Real> inverse =
-        world.M.llt().solve(MatrixX<Real>::Identity(world.M.rows(), world.M.cols()));
+        exact_M.llt().solve(MatrixX<Real>::Identity(exact_M.rows(), exact_M.cols()));
     X = inverse.template cast<T>();
-    a = VectorX<Real>(inverse * (tau.template cast<Real>() - world.bias)).template cast<T>();
+    a = VectorX<Real>(inverse * (tau.template cast<Real>() - exact_bias)).template cast<T>();
     udu.emplace(M);
 
     InverseDynamics<T> rest(model), motion(model);

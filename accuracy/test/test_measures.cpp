@@ -29,6 +29,69 @@ TEST_F(Measures, AccelerationErrorByHand) {
   const AccelerationError e = acceleration_error(computed, a, M);
   EXPECT_DOUBLE_EQ(e.relative, 0x1p-10 / 5);
   EXPECT_DOUBLE_EQ(e.energy, 0x1p-9 / std::sqrt(73.0));
+  EXPECT_DOUBLE_EQ(e.componentwise, 0x1p-12);
+}
+
+TEST_F(Measures, ComponentwiseErrorSeesASmallEntry) {
+  const VectorX<Real> a = Eigen::Vector3d(1, 1e-9, 0).cast<Real>();
+  const MatrixX<Real> M = MatrixX<Real>::Identity(3, 3);
+  VectorX<double> computed = Eigen::Vector3d(1, 1.5e-9, 0);
+  EXPECT_NEAR(acceleration_error(computed, a, M).componentwise, 0.5, 1e-12);
+  computed[2] = 1e-300;
+  EXPECT_TRUE(std::isinf(acceleration_error(computed, a, M).componentwise));
+}
+
+// M a = (5, 4); r = M (a - computed) = (0, -e / 2) while |M| |computed| + |M a| = (10, 8 + ...).
+TEST_F(Measures, BackwardErrorByHand) {
+  MatrixX<Real> M(2, 2);
+  M << 1, 1, 1, 0.5;
+  const VectorX<Real> a = Eigen::Vector2d(3, 2).cast<Real>();
+  const double e = 0x1p-20;
+  const VectorX<double> computed = Eigen::Vector2d(3 - e, 2 + e);
+  const BackwardError b = backward_error(computed, a, M);
+  EXPECT_DOUBLE_EQ(b.normwise, e / 2 / (2 * 3 - 2 * e + 5));
+  EXPECT_DOUBLE_EQ(b.componentwise, e / 2 / (8 - e / 2));
+}
+
+// Stretched towards the nearly singular direction, a wrong answer leaves next to no residual.
+TEST_F(Measures, BackwardErrorsAreBlindToWhatMMakesSmall) {
+  MatrixX<Real> M(2, 2);
+  M << 1, 1, 1, 1 + Real("1e-12");
+  const VectorX<Real> a = VectorX<Real>::Ones(2);
+  const VectorX<double> computed = Eigen::Vector2d(2, 0);
+  EXPECT_GT(acceleration_error(computed, a, M).relative, 0.9);
+  EXPECT_LT(backward_error(computed, a, M).normwise, 1e-12);
+  EXPECT_LT(backward_error(computed, a, M).componentwise, 1e-12);
+}
+
+TEST_F(Measures, EtaCountsRoundingsOfTheParameters) {
+  EXPECT_DOUBLE_EQ(eta<double>(3 * 0x1p-53 * 8, 8), 3);
+  EXPECT_DOUBLE_EQ(eta<float>(3 * 0x1p-24 * 8, 8), 3);
+  EXPECT_EQ(eta<double>(0, 0), 0);
+}
+
+TEST_F(Measures, InverseResidualByHand) {
+  MatrixX<Real> M(2, 2);
+  M << 2, 1, 1, 1;
+  MatrixX<double> X(2, 2);
+  X << 1, -1, -1, 2 + 0x1p-10;
+  EXPECT_DOUBLE_EQ(inverse_residual(X, M), 0x1p-10);
+  X(1, 0) -= 0x1p-9;
+  EXPECT_DOUBLE_EQ(inverse_residual(X, M), 0x1p-9);
+}
+
+TEST_F(Measures, FactorErrorByHand) {
+  const VectorX<Real> D = Eigen::Vector2d(1e-6, 5).cast<Real>();
+  MatrixX<Real> g = MatrixX<Real>::Zero(6, 2);
+  g(2, 0) = 3;
+  g(5, 0) = 4;
+  g(2, 1) = 1;
+  const VectorX<float> computed_D = Eigen::Vector2f(1e-6f, 5 + 0x1p-10f);
+  MatrixX<float> computed_g = g.cast<float>();
+  computed_g(0, 0) = 0x1p-10f;
+  const FactorError e = factor_error(computed_D, computed_g, D, g);
+  EXPECT_DOUBLE_EQ(e.D, 0x1p-10 / 5);
+  EXPECT_DOUBLE_EQ(e.g, 0x1p-10 / 5);
 }
 
 TEST_F(Measures, MatrixErrorByHand) {
@@ -73,6 +136,9 @@ TEST_F(Measures, NoErrorIsZero) {
   EXPECT_EQ(acceleration_error(a, VectorX<Real>(a.cast<Real>()), exact).energy, 0);
   EXPECT_EQ(acceleration_error(zero, VectorX<Real>(zero.cast<Real>()), exact).relative, 0);
   EXPECT_EQ(acceleration_error(zero, VectorX<Real>(zero.cast<Real>()), exact).energy, 0);
+  EXPECT_EQ(acceleration_error(zero, VectorX<Real>(zero.cast<Real>()), exact).componentwise, 0);
+  EXPECT_EQ(backward_error(zero, VectorX<Real>(zero.cast<Real>()), exact).normwise, 0);
+  EXPECT_EQ(backward_error(zero, VectorX<Real>(zero.cast<Real>()), exact).componentwise, 0);
 }
 
 TEST_F(Measures, NanAnywhereIsNanEverywhere) {
@@ -82,11 +148,15 @@ TEST_F(Measures, NanAnywhereIsNanEverywhere) {
     a[i] = nan;
     const AccelerationError ea = acceleration_error(a, VectorX<Real>(A.col(0)), A);
     EXPECT_TRUE(std::isnan(ea.relative) && std::isnan(ea.energy));
+    EXPECT_TRUE(std::isnan(ea.componentwise));
+    const BackwardError b = backward_error(a, VectorX<Real>(A.col(0)), A);
+    EXPECT_TRUE(std::isnan(b.normwise) && std::isnan(b.componentwise));
     for (int j = 0; j < 3; ++j) {
       MatrixX<double> X = MatrixX<double>::Zero(3, 3);
       X(i, j) = nan;
       const MatrixError ex = matrix_error(X, A);
       EXPECT_TRUE(std::isnan(ex.relative) && std::isnan(ex.scaled)) << i << ' ' << j;
+      EXPECT_TRUE(std::isnan(inverse_residual(X, A)));
     }
   }
 }

@@ -7,6 +7,7 @@
 #include "accuracy/measures.hpp"
 #include "accuracy/real.hpp"
 #include "accuracy/truth.hpp"
+#include "accuracy/udu.hpp"
 #include "algorithms/solver.hpp"
 #include "algorithms/test/models.hpp"
 
@@ -17,11 +18,12 @@ using test::Builder;
 using test::Random;
 using test::State;
 
+// Full dynamics: one task.
 template <class T>
-Truth truth_at(const Model<double>& model, const State<double>& state,
-               const TruthLimits& limits = {}) {
+Truth<T> truth_at(const Model<double>& model, const State<double>& state,
+                  const TruthOptions& options = {}) {
   const State<T> s = state.template cast<T>();
-  return truth(model.cast<T>(), s.q, s.qd, s.tau, limits);
+  return truth<T>(model.cast<T>(), s.q, {{s.tau, s.qd}}, options);
 }
 
 Joint<double> planar_joint(int parent, double length, double mass, double com, double moment) {
@@ -40,7 +42,7 @@ void expect_two_link_closed_form() {
   builder.add(planar_joint(0, 0.7, 1.1, 0.29, 0.07));
   const Model<double> model = builder.build({0, -9.81, 0});
   const State<double> state = test::random_state(model, 3);
-  const Truth t = truth_at<T>(model, state);
+  const auto t = truth_at<T>(model, state);
   ASSERT_TRUE(t.outcome);
 
   const Digits digits(t.digits);
@@ -67,7 +69,7 @@ void expect_two_link_closed_form() {
 
   EXPECT_LT(matrix_error(t.M, M).scaled, 1e-35);
   EXPECT_LT(matrix_error(t.X, X).scaled, 1e-35);
-  EXPECT_LT(acceleration_error(t.a, a, M).relative, 1e-35);
+  EXPECT_LT(acceleration_error(t.responses[0].a, a, M).relative, 1e-35);
 }
 
 TEST(Truth, TwoLinkArmHasItsClosedFormInFloat) { expect_two_link_closed_form<float>(); }
@@ -82,7 +84,7 @@ TEST(Truth, FreeBodyFallsAndTumbles) {
   const Model<double> model = builder.build({0.25, 0.5, -9.75});
   State<double> state = test::random_state(model, 5);
   state.tau.setZero();
-  const Truth t = truth_at<double>(model, state);
+  const auto t = truth_at<double>(model, state);
   ASSERT_TRUE(t.outcome);
 
   const Digits digits(t.digits);
@@ -90,7 +92,7 @@ TEST(Truth, FreeBodyFallsAndTumbles) {
   VectorX<Real> expected(6);
   expected.head<3>() = model.gravity().cast<Real>();
   expected.tail<3>() = -w.cross(Vector3<Real>(J.cwiseProduct(w))).cwiseQuotient(J);
-  EXPECT_LT(acceleration_error(t.a, expected, t.M).relative, 1e-35);
+  EXPECT_LT(acceleration_error(t.responses[0].a, expected, t.M).relative, 1e-35);
 }
 
 // With p = sqrt(I_cm): D -> (1/2 + p)^2, and 1/D is M^-1 at the base; lambda_min(M) -> I_cm / 4;
@@ -106,7 +108,7 @@ TEST(Truth, StraightChainHasItsClosedForms) {
     const int n = row.links;
     const Model<double> model = test::straight_chain(n);
     const VectorX<double> zero = VectorX<double>::Zero(n);
-    const Truth t = truth(model, zero, zero, VectorX<double>(VectorX<double>::Ones(n)));
+    const auto t = truth<double>(model, zero, {{VectorX<double>::Ones(n), zero}});
     ASSERT_TRUE(t.outcome);
 
     const Digits digits(t.digits);
@@ -127,9 +129,9 @@ TEST_P(EveryMechanism, HasOneTruthInAllAlgorithms) {
     SCOPED_TRACE(seed);
     const Model<double> model = GetParam().make(seed);
     const State<double> state = test::random_state(model, seed);
-    const Truth dense = truth_at<double>(model, state);
+    const auto dense = truth_at<double>(model, state);
     ASSERT_TRUE(dense.outcome);
-    const Truth probed = truth_at<double>(model, state, {.dense = 0});
+    const auto probed = truth_at<double>(model, state, {.dense = 0});
     ASSERT_TRUE(probed.outcome);
     EXPECT_EQ(probed.digits, dense.digits);
 
@@ -141,25 +143,104 @@ TEST_P(EveryMechanism, HasOneTruthInAllAlgorithms) {
       SCOPED_TRACE(variant.name);
       const auto solver = variant.make(model.cast<Real>());
       ASSERT_TRUE(solver->acceleration(s.q, s.qd, s.tau, a));
-      EXPECT_LT(acceleration_error(a, dense.a, dense.M).energy, 1e-25);
+      EXPECT_LT(acceleration_error(a, dense.responses[0].a, dense.M).energy, 1e-25);
       ASSERT_TRUE(solver->inverse(s.q, X));
       EXPECT_LT(matrix_error(X, dense.X).scaled, 1e-25);
+      if (!solver->has_factors()) continue;
+      VectorX<Real> D(model.nv());
+      MatrixX<Real> g(6, model.nv());
+      ASSERT_TRUE(solver->factors(s.q, D, g));
+      const FactorError e = factor_error(D, g, dense.D, dense.g);
+      EXPECT_LT(e.D, 1e-25);
+      EXPECT_LT(e.g, 1e-25);
     }
+    EXPECT_LT(acceleration_error(UDU<Real>(dense.M).D, dense.D, dense.M).componentwise, 1e-25);
   }
 }
 
 INSTANTIATE_TEST_SUITE_P(Families, EveryMechanism, testing::ValuesIn(test::families()),
                          [](const auto& info) { return std::string(info.param.name); });
 
+double relative_error(const VectorX<Real>& a, const VectorX<Real>& b) {
+  return quotient((a - b).norm(), b.norm());
+}
+
+TEST_P(EveryMechanism, HasOneTruthForEveryTask) {
+  const Model<double> model = GetParam().make(4);
+  const int nv = model.nv();
+  Random random(5);
+  const VectorX<double> q = test::random_state(model, 4).q, zero = VectorX<double>::Zero(nv);
+  std::vector<Task<double>> tasks;
+  for (const Drive drive : {Drive::torque, Drive::acceleration, Drive::innovations})
+    for (const bool gravity : {false, true})
+      for (const VectorX<double>& qd : {zero, random.vector(nv)})
+        tasks.push_back({random.vector(nv), qd, drive, gravity});
+  const auto all = truth(model, q, tasks);
+  ASSERT_TRUE(all.outcome);
+  const auto linear = truth(model, q, tasks, {.matrices = false});
+  ASSERT_TRUE(linear.outcome);
+  EXPECT_EQ(linear.M.size() + linear.X.size() + linear.D.size() + linear.g.size(), 0);
+
+  const Digits digits(all.digits);
+  Model<double> weightless = model;
+  weightless.set_gravity(Vector3<double>::Zero());
+  const UDU<Real> factors(all.M);
+  const MatrixX<Real> root = factors.U * factors.D.cwiseSqrt().asDiagonal();  // (I + K) sqrt(D)
+  for (std::size_t i = 0; i < tasks.size(); ++i) {
+    SCOPED_TRACE(i);
+    const Task<double>& task = tasks[i];
+    const Response<double>& response = all.responses[i];
+    EXPECT_EQ(linear.responses[i].tau, response.tau);
+    EXPECT_LT(relative_error(linear.responses[i].a, response.a), 1e-25);
+
+    // the same torque, given, one task alone, gravity by the model
+    const auto one = truth<double>(task.gravity ? model : weightless, q, {{response.tau, task.qd}});
+    EXPECT_LT(relative_error(one.responses[0].a, response.a), 1e-25);
+
+    const VectorX<double> ones = VectorX<double>::Ones(nv);
+    const auto pushed = truth<double>(task.gravity ? model : weightless, q, {{ones, task.qd}});
+    const VectorX<Real> bias = ones.cast<Real>() - all.M * pushed.responses[0].a,
+                        value = task.value.cast<Real>();
+    const VectorX<Real> tau = task.drive == Drive::torque         ? value
+                              : task.drive == Drive::acceleration ? all.M * value + bias
+                                                                  : root * value + bias;
+    EXPECT_LE(acceleration_error(response.tau, tau, all.M).componentwise, 0x1p-53);
+  }
+}
+
+TEST(Truth, LongChainNeedsNoMatrices) {
+  const Model<double> model = test::chain(1, 200);
+  const auto state = test::random_state(model, 1);
+  const auto linear = truth_at<double>(model, state, {.matrices = false});
+  const auto full = truth_at<double>(model, state);
+  ASSERT_TRUE(linear.outcome && full.outcome);
+  const Digits digits(full.digits);
+  EXPECT_LT(relative_error(linear.responses[0].a, full.responses[0].a), 1e-25);
+}
+
+TEST(Truth, TorqueBeyondTheRangeThrows) {
+  const Model<double> model = test::chain(1);
+  const VectorX<float> q = test::random_state(model, 1).q.cast<float>(),
+                       huge = VectorX<float>::Constant(12, 3e38f), zero = VectorX<float>::Zero(12);
+  const std::vector<Task<float>> tasks{{huge, zero, Drive::acceleration}};
+  try {
+    (void)truth(model.cast<float>(), q, tasks);
+    FAIL() << "no exception";
+  } catch (const std::runtime_error& e) {
+    EXPECT_NE(std::string(e.what()).find("beyond the range"), std::string::npos) << e.what();
+  }
+}
+
 // More joints than the six that hold a tip by themselves: a heavy one hides the inertia of the
 // others.
-Model<double> chain_with_tip(double tip_mass, const Vector3<double>& gravity = {0, 0, -9.81}) {
+Model<double> chain_with_tip(double tip_mass, const Vector3<double>& gravity = {0, 0, -9.81},
+                             double moments = 1) {
   Random random(7);
   Builder builder;
   for (int k = 0; k < 8; ++k) {
     Joint<double> joint = test::random_joint(random, k - 1);
     if (k == 7) {
-      joint.body.moments *= tip_mass / joint.body.mass;
+      joint.body.moments *= moments * tip_mass / joint.body.mass;
       joint.body.mass = tip_mass;
     }
     builder.add(joint);
@@ -167,11 +248,16 @@ Model<double> chain_with_tip(double tip_mass, const Vector3<double>& gravity = {
   return builder.build(gravity);
 }
 
+// The digits to start with do not see moments.
+Model<double> chain_with_flywheel(double moments, const Vector3<double>& gravity = {0, 0, -9.81}) {
+  return chain_with_tip(1, gravity, moments);
+}
+
 TEST(Truth, DigitsGrowUntilBothAlgorithmsAgree) {
-  for (const double tip_mass : {1e24, 1e60})
+  for (const double moments : {1e24, 1e60})
     for (const int dense : {0, 8}) {
-      const Model<double> model = chain_with_tip(tip_mass);
-      const Truth t = truth_at<double>(model, test::random_state(model, 1), {.dense = dense});
+      const Model<double> model = chain_with_flywheel(moments);
+      const auto t = truth_at<double>(model, test::random_state(model, 1), {.dense = dense});
       ASSERT_TRUE(t.outcome);
       EXPECT_GT(t.digits, 80u);
       EXPECT_LE(t.disagreement, 1e-25);
@@ -181,13 +267,13 @@ TEST(Truth, DigitsGrowUntilBothAlgorithmsAgree) {
 // Nothing accelerates, so that the accelerations agree at once.
 TEST(Truth, DigitsGrowUntilTheInversesAgree) {
   for (const int dense : {0, 8}) {
-    const Model<double> model = chain_with_tip(1e24, Vector3<double>::Zero());
+    const Model<double> model = chain_with_flywheel(1e24, Vector3<double>::Zero());
     State<double> state = test::random_state(model, 1);
     state.qd.setZero();
     state.tau.setZero();
-    const Truth t = truth_at<double>(model, state, {.dense = dense});
+    const auto t = truth_at<double>(model, state, {.dense = dense});
     ASSERT_TRUE(t.outcome);
-    EXPECT_TRUE(t.a.isZero(0));
+    EXPECT_TRUE(t.responses[0].a.isZero(0));
     EXPECT_GT(t.digits, 80u);
   }
 }
@@ -200,7 +286,7 @@ TEST(Truth, DisagreementBeyondTheLimitThrows) {
 
 TEST(Truth, MasslessLastBodyIsSingular) {
   const Model<double> model = chain_with_tip(0);
-  const Truth t = truth_at<double>(model, test::random_state(model, 1));
+  const auto t = truth_at<double>(model, test::random_state(model, 1));
   EXPECT_EQ(t.outcome.status, Outcome::Status::singular);
   EXPECT_EQ(t.outcome.joint, 7);
   EXPECT_EQ(t.X.size(), 0);

@@ -36,6 +36,7 @@ struct PolarMoment {
 template <class T>
 std::vector<PolarMoment<T>> body_polar_moments(const Model<T>& model) {
   std::vector<PolarMoment<T>> out;
+  out.reserve(model.nv());
   for (int k = 0; k < model.nv(); ++k) out.emplace_back(model.joint(k).body);
   return out;
 }

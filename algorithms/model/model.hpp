@@ -80,6 +80,7 @@ class Model {
   const std::string& name(int k) const { return names_[k]; }
   const std::vector<std::string>& names() const { return names_; }
   const Vector3<T>& gravity() const { return gravity_; }  // [m/s^2]
+  void set_gravity(const Vector3<T>& gravity) { gravity_ = gravity; }
 
   const LinkInertia<T>& inertia(int k) const { return inertia_[k]; }
   const SpatialInertia<T>& M(int k) const { return inertia_[k].M; }
