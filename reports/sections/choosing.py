@@ -15,6 +15,7 @@ from stress import U
 
 DIGITS = (3, 6, 9, 12)
 STABLE = 100  # η
+SINGULAR = "Nearly singular, massless bodies"
 KINDS = {  # by the start of a family's name; the first that fits
     "Long arms": ("straight", "zigzag", "bent", "folded", "random_chain"),
     "Heavy outboard of light: payloads, feet": (
@@ -38,12 +39,12 @@ KINDS = {  # by the start of a family's name; the first that fits
     "Lengths and offsets of all sizes": ("short_links", "light_links", "far_com", "base_offset"),
     "Nearly parallel axes": ("skew", "axis_gap", "gimbal"),
     "Point masses and rods": ("point_masses", "rods"),
-    "Centres of mass inboard": ("non_minimum_phase",),
+    "Centres of mass inboard": ("non_minimum_phase", "com_fraction"),
     "Armature and stiff joints": ("armature", "stiff"),
     "Trees and floating bases": ("tree", "random_tree", "floating_base", "torso"),
     "Other units": ("mass_unit", "length_unit"),
     "Drawn at random": ("wild",),
-    "Nearly singular": ("singular_",),
+    SINGULAR: ("singular_", "massless_", "point_off_axis"),
 }
 OTHERS = "Robots and others"
 
@@ -62,7 +63,8 @@ def section(data: Data) -> Section | None:
     lab = data.laboratory
     kinds = defaultdict(list)
     for family in lab.families:
-        kinds[kind_of(family)].append(family)
+        kind = SINGULAR if family in lab.singular_families else kind_of(family)
+        kinds[kind].append(family)
     costs = relative_costs(data)
     rows = [
         [

@@ -8,7 +8,9 @@ import math
 import sys
 from pathlib import Path
 
-from stress import COLUMNS, U, Integration
+sys.path.insert(0, str(Path(__file__).parent.parent))
+
+from stress import COLUMNS, U, Integration  # noqa: E402
 
 KS = 10.0
 SCATTER = {1: 1.0, 2: 0.5, 3: 2.0}  # by seed: the median is the law itself
