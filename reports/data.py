@@ -1,8 +1,12 @@
-"""What a run recorded: errors, times, agreement with MuJoCo, the paper's equations, simulations."""
+"""What a run recorded: errors, times, agreement with MuJoCo, equations, simulations, stress."""
 
 from collections import Counter
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import NamedTuple
+
+from laboratory import Laboratory
+from stress import Family, Integration, Stress
 
 
 class DataError(Exception):
@@ -110,6 +114,15 @@ class Data:
     samples: list[Sample] = field(default_factory=list)
     estimation: list[Time] = field(default_factory=list)  # the paper's recursions
     estimation_contexts: list[dict] = field(default_factory=list)
+    stress: Stress = field(default_factory=Stress)
+    stress_families: list[Family] = field(default_factory=list)
+    stress_variants: dict[str, str] = field(default_factory=dict)  # name: equation
+    integrations: list[Integration] = field(default_factory=list)
+
+    @cached_property
+    def laboratory(self) -> Laboratory:
+        """Of all records of `stress`: ask only once they are read."""
+        return Laboratory(self.stress, {family.name: family for family in self.stress_families})
 
     @property
     def all_contexts(self) -> list[dict]:

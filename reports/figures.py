@@ -70,25 +70,23 @@ def _size_axis(values: list[dict]) -> alt.X:
     return alt.X("n:Q", axis=axis, scale=alt.Scale(type="log", nice=False, padding=8))
 
 
-def _series(style: Style) -> dict:
+def series(style: Style, tooltips: dict[str, str] = TOOLTIPS) -> dict:
     """The encoding that all marks of a variant and precision share."""
     return {
         "color": alt.Color("variant:N", scale=style.colour, legend=style.legend, title=None),
         "shape": alt.Shape("precision:N", scale=style.shape, legend=style.legend, title=None),
-        "tooltip": [alt.Tooltip(f"{name}:N", title=title) for name, title in TOOLTIPS.items()],
+        "tooltip": [alt.Tooltip(f"{name}:N", title=title) for name, title in tooltips.items()],
     }
 
 
-def _bands(chart, values: list[dict], x, style: Style) -> list:
+def bands(chart, values: list[dict], x, encoding: dict) -> list:
     """What the scale cannot show: crosses for failures above it, marks for errors of zero below."""
     layers = []
-    series = {"x": x, **_series(style)}
-    if any(row["share"] for row in values):
-        series_without_shape = {
-            name: channel for name, channel in series.items() if name != "shape"
-        }
+    encoding = {"x": x, **encoding}
+    if any(row.get("share") for row in values):
+        without_shape = {name: channel for name, channel in encoding.items() if name != "shape"}
         failures = chart.transform_filter("datum.share > 0").encode(
-            **series_without_shape, y=alt.value(BAND / 2)
+            **without_shape, y=alt.value(BAND / 2)
         )
         layers += [
             *strip(0, "failed"),
@@ -99,7 +97,7 @@ def _bands(chart, values: list[dict], x, style: Style) -> list:
             layers.append(shares)
     if any(row["error"] == 0 for row in values):
         exact = chart.transform_filter("datum.error === 0").encode(
-            **series, y=alt.value(HEIGHT - BAND / 2)
+            **encoding, y=alt.value(HEIGHT - BAND / 2)
         )
         layers += [*strip(HEIGHT - BAND, "0"), exact.mark_point(filled=True, size=80, opacity=1)]
     return layers
@@ -144,8 +142,8 @@ def work_precision(
     marks = drawn.mark_point(filled=True, size=80, opacity=1, stroke=style.page, strokeWidth=0.75)
     return alt.layer(
         *_front(chart, x, y),
-        *_bands(chart, values, x, style),
-        marks.encode(x=x, y=y, **_series(style)),
+        *bands(chart, values, x, series(style)),
+        marks.encode(x=x, y=y, **series(style)),
         **frame(values),
     )
 
@@ -156,21 +154,24 @@ def against_size(points: list[Point], style: Style, choices: dict[str, str], wha
     x = _size_axis(values)
     chart = filtered(choices)
     if what == "error":
-        y = alt.Y(
-            "error:Q", axis=log_axis("y", "median error", NUMBER), scale=error_scale(values)
-        )
-        bands = _bands(chart, values, x, style)
+        y = alt.Y("error:Q", axis=log_axis("y", "median error", NUMBER), scale=error_scale(values))
+        beyond = bands(chart, values, x, series(style))
     else:
         scale = alt.Scale(type="log", nice=False, padding=8)
         y = alt.Y("time:Q", axis=log_axis("y", "median time of a call", TIME), scale=scale)
-        bands = []
-    drawn = chart.transform_filter(f"datum.{what} > 0").encode(x=x, y=y, **_series(style))
+        beyond = []
+    drawn = chart.transform_filter(f"datum.{what} > 0").encode(x=x, y=y, **series(style))
+    return alt.layer(*beyond, *curves(drawn, style), **frame(values))
+
+
+def curves(drawn, style: Style) -> list:
+    """A thin line through the marks of each variant and precision."""
     dash = alt.StrokeDash("precision:N", scale=style.dash, legend=None)
     lines = drawn.mark_line(strokeWidth=1.25, opacity=0.7).encode(
         strokeDash=dash, shape=alt.Undefined
     )
     marks = drawn.mark_point(filled=True, size=45, opacity=1, stroke=style.page, strokeWidth=0.5)
-    return alt.layer(*bands, lines, marks, **frame(values))
+    return [lines, marks]
 
 
 def condition(rows: list[dict]):

@@ -22,6 +22,30 @@ FAMILIES = {
         ("#972430", "#e57c7e"),
         ("#c65d26", "#feba9b"),
         ("#6a3d01", "#c9802d"),
+        ("#e0353b", "#ff8f8a"),
+        ("#8a7a00", "#e9d94a"),
+        ("#b8006b", "#ff7cc0"),
+        ("#5a4a42", "#bfa79a"),
+    ],
+    "WorldAxes": [
+        ("#107f7a", "#27d4cc"),
+        ("#0a5a86", "#5cb8ee"),
+        ("#3f8f4f", "#86e29a"),
+    ],
+    "WorldOrigin": [
+        ("#4b1f7e", "#9372c8"),
+        ("#a33bd0", "#dd9bfb"),
+        ("#6f9018", "#caed8b"),
+    ],
+    "FactoredBias": [
+        ("#00786a", "#3fe0c8"),
+        ("#2f5d00", "#9fd05f"),
+    ],
+    "StackedQR": [("#31708f", "#9fd3ea")],
+    "MixedPrecision": [
+        ("#94234a", "#e27b95"),
+        ("#c05a8a", "#ffb3d3"),
+        ("#5b1640", "#b56a93"),
     ],
     "ClosedForm": [
         ("#248430", "#82d085"),
@@ -71,6 +95,16 @@ SHADES = {
     "Sequential<Conventional>": 0,
     "Sequential<ArrayMGS>": 1,
     "Sequential<UD>": 2,
+    "Sequential<Joseph>": 6,
+    "Sequential<ArrayGivens>": 7,
+    "Sequential<Potter>": 8,
+    "Sequential<ArrayHouseholder>": 9,
+    "Sequential<Zeroed>": 3,
+    "Sequential<WorldOrigin<Conventional>>": 0,
+    "Sequential<WorldOrigin<Joseph>>": 1,
+    "Sequential<WorldOrigin<ArrayMGS>>": 2,
+    "FactoredBias<ArrayMGS>": 0,
+    "FactoredBias<ArrayGivens>": 1,
     "ClosedForm<Conventional>": 0,
     "MuJoCo": 0,
     "CRBA": 0,
@@ -91,7 +125,9 @@ SHAPES = {"float64": "circle", "float32": "triangle-up", "mp": "diamond"}
 
 
 def family(variant: str) -> str:
-    return variant.split("<", 1)[0]
+    """The word before the first bracket; of a filter in another frame, that frame."""
+    first, *rest = variant.split("<")
+    return rest[0] if rest and rest[0].startswith("World") else first
 
 
 def colours(variants) -> dict[str, tuple[str, str]]:

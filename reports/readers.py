@@ -8,10 +8,14 @@ import statistics
 from collections import Counter, defaultdict
 from pathlib import Path
 
+import stress_readers
 from data import Data, DataError, Equation, Error, Paper, Precision, Residual, Sample, Time
+from stress import U, Family, Integration
 
 COLUMNS = ["scene", "n", "variant", "precision", "task", "state", "measure", "value", "outcome"]
 SAMPLE_COLUMNS = "scene,n,quantity,method,samples,replica,error,seconds,threads".split(",")
+INTEGRATION_COLUMNS = list(Integration._fields)
+BOOLEANS = {"1": True, "0": False, "true": True, "false": False}
 VERDICTS = ("holds", "misprint", "fails")
 NO_SCENE = "none"
 NANOSECONDS = {"ns": 1, "us": 1e3, "ms": 1e6, "s": 1e9}
@@ -77,6 +81,46 @@ def _sample(row: dict) -> Sample:
     if not (math.isfinite(sample.seconds) and sample.seconds > 0):
         raise ValueError(f"took {row['seconds']} s")
     return sample
+
+
+def read_stress(path: Path, data: Data) -> None:
+    stress_readers.read_rows(path, data.stress)
+
+
+def read_families(path: Path, data: Data) -> None:
+    document = _read_json(path)
+    try:
+        for entry in document["families"]:
+            texts = [entry[name] for name in Family._fields[:-1]]
+            if not all(isinstance(text, str) for text in texts):
+                raise ValueError(f"{texts} are not all text")
+            data.stress_families.append(Family(*texts, bool(entry["singular"])))
+        for entry in document["variants"]:
+            data.stress_variants[entry["name"]] = str(entry["equation"])
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise DataError(f"{path}: not a list of families: {_reason(error)}") from None
+
+
+def read_integration(path: Path, data: Data) -> None:
+    data.integrations += _rows(path, INTEGRATION_COLUMNS, _integration)
+
+
+def _integration(row: dict) -> Integration:
+    if row["precision"] not in U:
+        raise ValueError(f"precision '{row['precision']}' is none of {', '.join(U)}")
+    if row["finished"] not in BOOLEANS:
+        raise ValueError(f"finished is '{row['finished']}', none of {', '.join(BOOLEANS)}")
+    return Integration(
+        row["family"],
+        float(row["value"]),
+        int(row["n"]),
+        int(row["seed"]),
+        row["precision"],
+        row["variant"],
+        int(row["calls"]),
+        BOOLEANS[row["finished"]],
+        float(row["energy_drift"] or "nan"),
+    )
 
 
 def read_times(path: Path, data: Data) -> None:
@@ -212,6 +256,9 @@ READERS = {
     "paper": read_paper,
     "simulation": read_simulation,
     "estimation": read_estimation,
+    "stress": read_stress,
+    "families": read_families,
+    "integration": read_integration,
 }
 
 
@@ -243,8 +290,17 @@ def load(directory: Path | None, files: list[Path] | None = None) -> Data:
     return data
 
 
-def _records(data: Data) -> tuple[list, ...]:
-    return data.errors, data.times, data.mujoco, data.papers, data.samples, data.estimation
+def _records(data: Data) -> tuple:
+    return (
+        data.errors,
+        data.times,
+        data.mujoco,
+        data.papers,
+        data.samples,
+        data.estimation,
+        data.stress,
+        data.integrations,
+    )
 
 
 def _refuse_repeats(data: Data) -> None:
@@ -256,8 +312,12 @@ def _refuse_repeats(data: Data) -> None:
         "agreement": ((robot["scene"],) for robot in data.mujoco),
         "check of the paper": ((paper.scene,) for paper in data.papers),
         "sample": (row[:5] for row in data.samples),
+        "family": ((family.name,) for family in data.stress_families),
+        "integration": (row[:6] for row in data.integrations),
     }
     for what, recorded in keys.items():
         for key, count in Counter(recorded).items():
             if count > 1:
                 raise DataError(f"{what} of {'/'.join(map(str, key))} is recorded {count} times")
+    if repeated := data.stress.repeated():
+        raise DataError(f"result of {repeated} is recorded 2 times")

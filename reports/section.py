@@ -20,6 +20,9 @@ class Table:
     rows: list[list]  # one cell alone is a remark on the row above
     align: str  # one letter a column: l, r or, for a formula, f
     folded: bool = False
+    shown: dict[str, str] = field(default_factory=dict)  # only while the choices are these
+    first: bool = True  # whether they are so at first
+    style: str = ""  # a class of the style sheet
 
 
 @dataclass

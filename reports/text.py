@@ -6,6 +6,12 @@ TASKS = {
     "acceleration": "Acceleration a = M⁻¹(τ − bias)",
     "inverse": "Inverse M⁻¹",
     "mass": "Mass matrix M",
+    "random": "Random torques",
+    "white": "White innovations",
+    "consistent": "τ = M a",
+    "free_fall": "Free fall",
+    "dynamics": "Full dynamics",
+    "factors": "Factors D and g",
 }
 MEASURES = {
     "relative": "relative error",

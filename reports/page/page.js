@@ -77,8 +77,18 @@ function trimLegend(section) {
   }
 }
 
-/** Redraws what a control acts on: its figure, or all figures of its section. */
+/** Shows the section's tables that its choices ask for. */
+function chooseTables(section) {
+  const chosen = [...section.querySelectorAll(".controls select")];
+  for (const table of section.querySelectorAll("[data-shown]")) {
+    const wanted = JSON.parse(table.dataset.shown);
+    table.hidden = chosen.some((select) => wanted[select.dataset.signal] !== select.value);
+  }
+}
+
+/** Redraws what a control acts on: its figure, or all figures and tables of its section. */
 function updateAround(control) {
+  chooseTables(control.closest("section"));
   const scope = control.closest("figure") ?? control.closest("section");
   const figures = scope.matches("figure") ? [scope] : scope.querySelectorAll("figure");
   for (const figure of figures) figure.update();

@@ -2,7 +2,10 @@
 
 from sections import (
     against_n,
+    choosing,
+    claims,
     cost,
+    digits,
     error_against_time,
     glance,
     limitations,
@@ -10,6 +13,7 @@ from sections import (
     mujoco,
     paper,
     simulation,
+    wild,
 )
 
 SECTIONS = [
@@ -17,6 +21,10 @@ SECTIONS = [
     error_against_time.section,
     against_n.section,
     mujoco.section,
+    digits.section,
+    claims.section,
+    wild.section,
+    choosing.section,
     paper.section,
     cost.section,
     simulation.section,

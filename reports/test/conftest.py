@@ -2,7 +2,9 @@ import sys
 from pathlib import Path
 
 import pytest
+from playwright.sync_api import sync_playwright
 
+CHROMIUM = "/usr/bin/chromium"
 REPORTS = Path(__file__).parent.parent
 sys.path.insert(0, str(REPORTS))
 
@@ -15,3 +17,38 @@ def run(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("data")
     fake_run.write(folder)
     return folder
+
+
+@pytest.fixture(scope="session")
+def browser():
+    with sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture
+def visit(browser):
+    """Opens a page; fails if it complains, or asks the network for anything."""
+    contexts, complaints = [], []
+
+    def visit(file, **settings):
+        context = browser.new_context(**settings)
+        contexts.append(context)
+        page = context.new_page()
+        page.on("console", lambda message: complaints.append(f"{message.type}: {message.text}"))
+        page.on("pageerror", lambda error: complaints.append(str(error)))
+        page.on(
+            "request",
+            lambda request: (
+                complaints.append(request.url) if request.url != file.as_uri() else None
+            ),
+        )
+        page.goto(file.as_uri())
+        page.wait_for_selector("body[data-drawn]", state="attached")
+        return page
+
+    yield visit
+    for context in contexts:
+        context.close()
+    assert complaints == []

@@ -4,26 +4,17 @@ import re
 
 import make_report
 import pytest
+from browsing import PHONE, brightness, overflowing
 from data import scene_name
-from playwright.sync_api import expect, sync_playwright
+from playwright.sync_api import expect
 from readers import load
 from summary import points
 from text import error_text, time_text
 
-CHROMIUM = "/usr/bin/chromium"
 TIME = "Error against run time"
 SIZE = "Against N"
 SIMULATION = "The mass matrix as a sample covariance"
-PHONE = {"width": 390, "height": 844}
 EIGEN = "Batch<EigenLLT>"
-
-
-@pytest.fixture(scope="session")
-def browser():
-    with sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        yield chromium
-        chromium.close()
 
 
 @pytest.fixture(scope="session")
@@ -31,33 +22,6 @@ def written(run, tmp_path_factory):
     file = tmp_path_factory.mktemp("page") / "index.html"
     make_report.write(file, make_report.page(load(run)))
     return file
-
-
-@pytest.fixture
-def visit(browser):
-    """Opens a page; fails if it complains, or asks the network for anything."""
-    contexts, complaints = [], []
-
-    def visit(file, **settings):
-        context = browser.new_context(**settings)
-        contexts.append(context)
-        page = context.new_page()
-        page.on("console", lambda message: complaints.append(f"{message.type}: {message.text}"))
-        page.on("pageerror", lambda error: complaints.append(str(error)))
-        page.on(
-            "request",
-            lambda request: (
-                complaints.append(request.url) if request.url != file.as_uri() else None
-            ),
-        )
-        page.goto(file.as_uri())
-        page.wait_for_selector("body[data-drawn]", state="attached")
-        return page
-
-    yield visit
-    for context in contexts:
-        context.close()
-    assert complaints == []
 
 
 @pytest.fixture
@@ -284,16 +248,6 @@ def test_an_explanation_stays_in_sight_of_a_phone(visit, written):
         assert box["x"] >= 0 and box["x"] + box["width"] <= PHONE["width"]
 
 
-def overflowing(page):
-    """What sticks out of the window, other than inside a box that scrolls."""
-    return page.evaluate(
-        """() => [...document.body.querySelectorAll("*")]
-            .filter((node) => !node.closest(".scroll, .said, svg"))
-            .filter((node) => node.getBoundingClientRect().right > innerWidth + 0.5)
-            .map((node) => node.outerHTML.slice(0, 80))"""
-    )
-
-
 def test_a_phone_needs_no_sideways_scrolling(visit, written):
     page = visit(written, viewport=PHONE, has_touch=True, is_mobile=True)
     page.evaluate(
@@ -317,13 +271,6 @@ def test_charts_follow_the_window(page):
     assert chart.bounding_box()["width"] < 390
     assert overflowing(page) == []
     assert wide > 300
-
-
-def brightness(page, selector, name):
-    """0 for black to 1 for white, of the first node found."""
-    colour = page.locator(selector).first.evaluate(f"(node) => getComputedStyle(node).{name}")
-    red, green, blue = (int(part) / 255 for part in re.findall(r"\d+", colour)[:3])
-    return 0.21 * red + 0.72 * green + 0.07 * blue
 
 
 def test_dark_mode_turns_page_and_charts_at_once(page):

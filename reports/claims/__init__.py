@@ -1,0 +1,23 @@
+"""Ten claims about accuracy, each decided by the records of a run and nothing else.
+
+A claim's rule stands in the docstring of its function, and `Claim.verdict` says how its checks
+make the verdict.
+"""
+
+from claims.detection import residuals, silence
+from claims.dynamics import refinement, stiffness
+from claims.ratios import constraints, joseph, tiers
+from claims.structure import exponential, length, scaled_condition
+
+CLAIMS = [
+    length,
+    scaled_condition,
+    tiers,
+    joseph,
+    constraints,
+    stiffness,
+    residuals,
+    refinement,
+    silence,
+    exponential,
+]

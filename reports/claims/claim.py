@@ -1,0 +1,129 @@
+"""What a claim is made of, and the one rule by which its checks decide it."""
+
+import math
+from typing import NamedTuple
+
+from laboratory import Laboratory, Point
+from summary import Fit, fit_exponent
+from text import error_text, fit_text
+
+ABA = "Sequential<Conventional>"
+JOSEPH = "Sequential<Joseph>"
+CHOLESKY = "Batch<EigenLLT>"
+MGS = "Sequential<ArrayMGS>"
+GIVENS = "Sequential<ArrayGivens>"
+UD = "Sequential<UD>"
+ABSENT = "not in this run"
+LOST = 0.1  # an error above follows no law any more
+RISING = 100  # in units of u: an error above is more than rounding of the answer
+
+
+class Check(NamedTuple):
+    """One number that a claim predicts; `holds` is None where the run does not have it."""
+
+    what: str
+    measured: str
+    wanted: str
+    holds: bool | None
+
+
+class Plot(NamedTuple):
+    """Rows with scene, task, variant, precision, x, error (None: failed), share and seeds."""
+
+    x: str
+    y: str
+    rows: list[dict]
+    lines: bool = True
+
+
+class Claim(NamedTuple):
+    id: str
+    title: str
+    sentence: str
+    checks: list[Check]
+    plot: Plot
+
+    @property
+    def verdict(self) -> str:
+        """Refuted by one check that fails; else open while one is absent; else confirmed."""
+        held = [check.holds for check in self.checks]
+        if False in held:
+            return "refuted"
+        return "open" if None in held or not held else "confirmed"
+
+
+def absent(what: str, wanted: str) -> Check:
+    return Check(what, ABSENT, wanted, None)
+
+
+def within(what: str, value: float | None, low: float, high: float, where: str = "") -> Check:
+    """Whether a number lies between two; without a lower bound if that is minus infinity."""
+    bounds = [number_text(bound) for bound in (low, high)]
+    if math.isinf(low):
+        wanted = f"at most {bounds[1]}"
+    elif math.isinf(high):
+        wanted = f"at least {bounds[0]}"
+    else:
+        wanted = f"{bounds[0]} to {bounds[1]}"
+    if value is None:
+        return absent(what, wanted)
+    measured = number_text(value) + (f" ({where})" if where else "")
+    return Check(what, measured, wanted, low <= value <= high)
+
+
+def slope_check(what: str, fit: Fit | None, expected: float, tolerance: float) -> Check:
+    wanted = f"{expected:g} ± {tolerance:g}"
+    if fit is None:
+        return absent(what, wanted)
+    return Check(what, fit_text(fit), wanted, abs(fit.exponent - expected) <= tolerance)
+
+
+def slope(points: list[Point], low: float = 0, high: float = math.inf, smallest: float = 0):
+    """The exponent of error against value where the error lies between low and high."""
+    pairs = ((p.value, p.error) for p in points if low < p.error < high)
+    return fit_exponent(pairs, smallest)
+
+
+def rising(points: list[Point]) -> Fit | None:
+    """The exponent where the error is neither rounding of the answer nor lost."""
+    return slope(points, RISING * points[0].u, LOST) if points else None
+
+
+def number_text(value: float) -> str:
+    if math.isinf(value):
+        return "failed"
+    plain = value == 0 or 0.01 <= abs(value) < 1e4
+    return f"{value:.3g}".replace("-", "−") if plain else error_text(value)
+
+
+def rows_of(points: list[Point], **fields) -> list[dict]:
+    """Of median errors against the swept value, for the plot; other fields may replace these."""
+    return [row_of(point, **fields) for point in points]
+
+
+def row_of(point: Point, **fields) -> dict:
+    error = point.error
+    row = {
+        "scene": point.family,
+        "task": point.task,
+        "variant": point.variant,
+        "precision": point.precision,
+        "x": point.value,
+        "error": error if math.isfinite(error) else None,
+        "share": point.failures / point.seeds,
+        "seeds": point.seeds,
+        **fields,
+    }
+    return row
+
+
+def collect(lab: Laboratory, families, tasks, precisions, variants) -> list[Point]:
+    """All points of these series, in this order."""
+    return [
+        point
+        for family in families
+        for task in tasks
+        for precision in precisions
+        for variant in variants
+        for point in lab.series(family, task, precision, variant)
+    ]

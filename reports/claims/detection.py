@@ -1,0 +1,165 @@
+"""What shows an error and what does not: C7 and C9."""
+
+import math
+from collections import defaultdict
+from itertools import permutations
+
+from claims.claim import (
+    ABA,
+    CHOLESKY,
+    GIVENS,
+    JOSEPH,
+    MGS,
+    UD,
+    Check,
+    Claim,
+    Plot,
+    absent,
+    collect,
+    number_text,
+    row_of,
+    within,
+)
+from data import Data
+from laboratory import Laboratory, Point
+from stress import U, WRONG
+from text import share_text
+
+JUDGED = (CHOLESKY, ABA, JOSEPH, MGS, GIVENS, UD)
+INVERTING = (CHOLESKY, "ClosedForm<Conventional>", "ClosedForm<ArrayMGS>", *JUDGED[1:])
+APART = 1e6  # forward errors that differ so much should show in a residual
+ALIKE = 30
+SMALL = 10  # in units of u: a residual that shows nothing
+FACTOR = 3
+FLAGGED = 0.9
+
+
+def residuals(data: Data) -> Claim:
+    """C7. Float64, swept families, medians. Of every pair of methods on the same mechanisms whose
+    forward errors differ by 1e6 or more, the worse one's residual is less than 30 times that of
+    the better one: the Oettli–Prager error of a = M⁻¹τ for random torques, and |M X − I| of the
+    inverse. Over those methods the first is at most 10 u, and the second at most 10 u times the
+    scaled condition number. Open where no such pair was measured."""
+    lab = data.laboratory
+    pairs = _pairs(lab, "random", JUDGED)
+    inverse = _pairs(lab, "inverse", INVERTING)
+    checks = [
+        *_blind("Oettli–Prager", pairs, "oettli_prager", lambda p: p.u),
+        *_blind("|M X − I|", inverse, "backward", lambda p: p.u * p.kappa_scaled),
+    ]
+    judged = dict.fromkeys(point for pair in (*pairs, *inverse) for point in pair)
+    rows = [
+        row_of(point, x=point.error, error=residual, share=0)
+        for point in judged
+        if (residual := point.backward if point.task == "inverse" else point.oettli_prager) > 0
+    ]
+    return Claim(
+        "C7",
+        "Residuals lie",
+        "|M M⁻¹ − I| and the Oettli–Prager backward error are small for all methods, and hardly "
+        "differ between methods whose forward errors differ by six orders of magnitude.",
+        checks,
+        Plot("median forward error", "median residual", rows, lines=False),
+    )
+
+
+def _pairs(lab: Laboratory, task: str, variants) -> list[tuple[Point, Point]]:
+    """Worse and better of every two methods whose errors are that far apart."""
+    cases = defaultdict(list)
+    for point in collect(lab, lab.swept, [task], ["float64"], variants):
+        if math.isfinite(point.error):
+            cases[point.family, point.value].append(point)
+    return [
+        (worse, better)
+        for points in cases.values()
+        for worse, better in permutations(points, 2)
+        if worse.error >= APART * max(better.error, better.u / 100)
+    ]
+
+
+def _blind(name: str, pairs: list[tuple[Point, Point]], residual: str, scale) -> list[Check]:
+    what = f"{name}: the worse method’s / the better one’s"
+    size = f"{name}: largest, in u{'' if residual == 'oettli_prager' else ' · scaled κ'}"
+    ratios, sizes = {}, {}
+    for worse, better in pairs:
+        high, low = getattr(worse, residual), getattr(better, residual)
+        if math.isfinite(high) and math.isfinite(low):
+            ratios[worse, better] = high / max(low, worse.u / 100)
+            sizes |= {point: getattr(point, residual) / scale(point) for point in (worse, better)}
+    if not ratios:
+        return [within(what, None, -math.inf, ALIKE), within(size, None, -math.inf, SMALL)]
+    worst, largest = max(ratios, key=ratios.get), max(sizes, key=sizes.get)
+    where = f"{worst[0].family} {worst[0].value:g}, {len(ratios)} pairs"
+    return [
+        within(what, ratios[worst], -math.inf, ALIKE, where),
+        within(size, sizes[largest], -math.inf, SMALL, f"{largest.family} {largest.value:g}"),
+    ]
+
+
+def silence(data: Data) -> Claim:
+    """C9. On heavy_tip for random torques, in each precision measured: over a stretch of
+    neighbouring mass ratios of at least a decade ABA's median error is above 1 % while no seed
+    ends as singular, indefinite or not finite. And over that stretch ABA's own estimate, plain or
+    before refinement was refused, lies within a factor 3 of the error in at least 90 % of the
+    answers that have one."""
+    lab = data.laboratory
+    checks = []
+    shares = []
+    for precision in U:
+        points = lab.series("heavy_tip", "random", precision, ABA)
+        what = f"decades of silence, {precision}"
+        if not points:
+            checks.append(absent(what, "at least 1"))
+            continue
+        low, high = _stretch(points)
+        decades = math.log10(high / low) if low > 0 else 0.0
+        where = f"{number_text(low)} to {number_text(high)}" if low > 0 else ""
+        checks.append(within(what, decades, 1, math.inf, where))
+        shares += _estimates(data, precision, low, high)
+    what, wanted = f"estimates within a factor {FACTOR}", "at least 90 %"
+    if shares:
+        share = sum(shares) / len(shares)
+        measured = f"{share_text(share)} of {number_text(len(shares))}"
+        checks.append(Check(what, measured, wanted, share >= FLAGGED))
+    else:
+        checks.append(absent(what, wanted))
+    drawn = collect(lab, ["heavy_tip"], ["random"], U, (ABA, JOSEPH, CHOLESKY))
+    return Claim(
+        "C9",
+        "Wrong before it shows",
+        "There is a decade of mass ratios over which ABA is more than 1 % wrong and no D is "
+        "negative; the error estimate shows it.",
+        checks,
+        Plot("mass ratio", "median relative error", [row_of(point) for point in drawn]),
+    )
+
+
+def _stretch(points: list[Point]) -> tuple[float, float]:
+    """The longest run of neighbouring values where the answer is wrong and nothing failed."""
+    best, first = (0.0, 0.0), None
+    for point in points:
+        if WRONG < point.error < math.inf and not point.failures:
+            first = first or point.value
+            if not best[0] or point.value / first > best[1] / best[0]:
+                best = (first, point.value)
+        else:
+            first = None
+    return best
+
+
+def _estimates(data: Data, precision: str, low: float, high: float) -> list[bool]:
+    """Of each estimate over the stretch, whether it is near."""
+    rows = data.stress.where(
+        family="heavy_tip", task="random", precision=precision, variant=(ABA, f"Refined<{ABA}>")
+    )
+    rows = rows.rows(
+        rows.wrong & (rows["value"] >= low) & (rows["value"] <= high) & (rows["estimate"] >= 0)
+    )
+    return within_factor(rows).tolist()
+
+
+def within_factor(rows):
+    """Which estimates lie within the factor of the true error."""
+    return (rows["estimate"] <= FACTOR * rows["relative"]) & (
+        rows["relative"] <= FACTOR * rows["estimate"]
+    )

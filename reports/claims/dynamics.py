@@ -1,0 +1,155 @@
+"""What better factors buy: calls of an integrator and refinement, C6 and C8."""
+
+import math
+from collections import defaultdict
+from statistics import median
+
+from claims.claim import (
+    ABA,
+    CHOLESKY,
+    MGS,
+    Check,
+    Claim,
+    Plot,
+    absent,
+    collect,
+    number_text,
+    row_of,
+    within,
+)
+from data import Data
+from stress import U, Integration, Stress
+from text import share_text
+
+FACTORED = "FactoredBias<ArrayMGS>"
+GRACE = 1e8  # below, the motion itself changes with the mass ratio
+LAST = 1e14
+REFINED = "Refined<"
+STARTS = 1e-3  # a first error that refinement can start from
+LAW = 10
+ENOUGH = 0.99
+HARM = 2  # times the error before refinement
+
+
+def stiffness(data: Data) -> Claim:
+    """C6. On heavy_tip in float64: for every seed the calls of FactoredBias<ArrayMGS> at mass
+    ratios from 1e8 to 1e14 lie within 2 % of the middle of their range, and all runs finish; and
+    Cholesky, ABA and MGS with a plain bias each need more than twice its calls, or do not finish,
+    at some mass ratio up to 1e14."""
+    runs = defaultdict(lambda: defaultdict(list))
+    for run in data.integrations:
+        if (run.family, run.precision) == ("heavy_tip", "float64"):
+            runs[run.variant][run.value].append(run)
+    within_reach = {rho: runs[FACTORED][rho] for rho in runs[FACTORED] if GRACE <= rho <= LAST}
+    spread = None
+    if len(within_reach) >= 3:
+        spread = _spread([run for group in within_reach.values() for run in group])
+    checks = [within("spread of the calls of FactoredBias, ± in %", spread, 0, 2)]
+    for variant in (CHOLESKY, ABA, MGS):
+        checks.append(_blows_up(variant, runs[variant], runs[FACTORED]))
+    return Claim(
+        "C6",
+        "No formulation stiffness",
+        "With the bias carried in factored form an adaptive integrator needs the same number of "
+        "calls at every mass ratio from 1e8 to 1e14; with Cholesky, ABA or a plain bias its steps "
+        "collapse.",
+        checks,
+        Plot("mass ratio", "calls of the right-hand side", _calls(runs)),
+    )
+
+
+def _spread(runs: list[Integration]) -> float:
+    """Half the range over its middle in per cent, of the worst seed; infinite if one gave up."""
+    if not all(run.finished for run in runs):
+        return math.inf
+    seeds = defaultdict(list)
+    for run in runs:
+        seeds[run.seed].append(run.calls)
+    return max(100 * (max(c) - min(c)) / (max(c) + min(c)) for c in seeds.values())
+
+
+def _blows_up(variant: str, runs: dict, factored: dict) -> Check:
+    what, wanted = f"{variant} needs twice the calls", "at some mass ratio up to 1e14"
+    common = sorted(rho for rho in runs.keys() & factored.keys() if rho <= LAST)
+    if not common:
+        return absent(what, wanted)
+    for rho in common:
+        finished = all(run.finished for run in runs[rho])
+        calls, least = (median(run.calls for run in group) for group in (runs[rho], factored[rho]))
+        if not finished or calls > 2 * least:
+            return Check(what, f"from {number_text(rho)}", wanted, True)
+    return Check(what, "nowhere", wanted, False)
+
+
+def _calls(runs: dict) -> list[dict]:
+    rows = []
+    for variant, values in sorted(runs.items()):
+        for rho, group in sorted(values.items()):
+            finished = [run.calls for run in group if run.finished]
+            rows.append(
+                {
+                    "scene": "heavy_tip",
+                    "task": "integration",
+                    "variant": variant,
+                    "precision": "float64",
+                    "x": rho,
+                    "error": median(finished) if finished else None,
+                    "share": 1 - len(finished) / len(group),
+                    "seeds": len(group),
+                }
+            )
+    return rows
+
+
+def refinement(data: Data) -> Claim:
+    """C8. Of all answers of Refined variants with k >= 1 accepted steps from an error e0 < 1e-3,
+    at least 99 % have an error of at most 10 max(u kS, e0^(k+1)); no answer, whatever e0, is more
+    than twice as wrong as before refinement and beyond 10 u kS; and the time that Refined adds to
+    ABA is at most half of ABA's, in the median over the timed scenes in float64."""
+    stress = data.stress
+    refined = stress.rows(
+        stress.starts("variant", REFINED) & stress.ok & (stress["unrefined"] >= 0)
+    )
+    law = refined.rows(
+        (refined["steps"] >= 1) & (refined["unrefined"] < STARTS) & (refined["kS"] >= 0)
+    )
+    what = f"share within {LAW} max(u kS, e₀ᵏ⁺¹)"
+    checks = [absent(what, "at least 99 %"), absent("answers made twice as wrong", "0")]
+    if len(law):
+        bound = LAW * (law["unrefined"] ** (law["steps"] + 1)).clip(min=law.u * law["kS"])
+        share = float((law["relative"] <= bound).mean())
+        checks[0] = Check(what, share_text(share), "at least 99 %", share >= ENOUGH)
+    if len(refined):
+        beyond = refined["relative"] > LAW * refined.u * refined["kS"]
+        harmed = int((harmed_by_refinement(refined) & beyond).sum())
+        checks[1] = Check(checks[1].what, f"{harmed} of {len(refined)}", "0", harmed == 0)
+    checks.append(within("time added to ABA / ABA’s", _added_time(data), -math.inf, 0.5))
+    lab = data.laboratory
+    variants = (ABA, CHOLESKY, f"Refined<{ABA}>", f"Refined<{CHOLESKY}>", f"Refined<{MGS}>")
+    drawn = collect(lab, ["heavy_tip"], ("random", "dynamics"), U, variants)
+    return Claim(
+        "C8",
+        "The refinement law",
+        "k refinement steps with the Newton–Euler residual leave an error of "
+        "max(u kS, e₀ᵏ⁺¹) within a factor 10, whatever the factorisation, for half the time of "
+        "ABA; where they would do harm the guard refuses them.",
+        checks,
+        Plot("mass ratio", "median relative error", [row_of(point) for point in drawn]),
+    )
+
+
+def harmed_by_refinement(rows: Stress):
+    """Which answers are more wrong than before, by more than rounding can make them."""
+    return rows.ok & (rows["relative"] > HARM * rows["unrefined"])
+
+
+def _added_time(data: Data) -> float | None:
+    """As a share of ABA's own time."""
+    times = {time[:4]: time.nanoseconds for time in data.times if time.nanoseconds}
+    added = [
+        times[scene, f"Refined<{ABA}>", precision, task] / nanoseconds - 1
+        for (scene, variant, precision, task), nanoseconds in times.items()
+        if (variant, precision, task) == (ABA, "float64", "acceleration")
+        and (scene, f"Refined<{ABA}>", precision, task) in times
+    ]
+    return median(added) if added else None

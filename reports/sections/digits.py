@@ -1,0 +1,202 @@
+"""The accuracy laboratory: how many digits each variant leaves on each family."""
+
+import math
+import re
+from collections import defaultdict
+
+from data import Data
+from laboratory import Laboratory, Point
+from markupsafe import Markup, escape
+from section import Choice, Section, Table
+from stress import U
+from text import TASKS, share_text, task_text
+
+TASK, GROUP = "task", "group"
+FIRST = "dynamics, else random"
+NEAREST = ("dynamics", "random", "white")
+CONTENDERS = [
+    "Batch<EigenLLT>",
+    "Sequential<Conventional>",
+    "Sequential<Joseph>",
+    "Sequential<UD>",
+    "Sequential<ArrayMGS>",
+    "Sequential<ArrayGivens>",
+    "FactoredBias<ArrayMGS>",
+    "FactoredBias<ArrayGivens>",
+    "ClosedForm<Conventional>",
+    "ClosedForm<ArrayMGS>",
+    "Refined<Sequential<Conventional>>",
+    "Refined<Sequential<ArrayMGS>>",
+]
+MANY = 12  # with more variants a choice of some of them comes first
+GROUPS = [  # the first whose pattern a name matches
+    ("Refined and mixed precision", r"(Refined|MixedPrecision)<"),
+    ("Filters in other frames", r".*<World"),
+    ("Batch", r"Batch|StackedQR"),
+    ("Closed form", r"ClosedForm<"),
+    ("Filters", r""),
+]
+WORDS = {
+    "singular": "refused",
+    "indefinite": "not pos. def.",
+    "not_finite": "not finite",
+    "wrong": "wrong",
+    "warned": "warned",
+}
+STEPS = (1, 3, 5, 8, 11, 14)  # digits at which the colour changes
+
+
+def section(data: Data) -> Section | None:
+    lab = data.laboratory
+    if not lab.points and not lab.impossible:
+        return None
+    tasks = sorted(
+        lab.tasks,
+        key=lambda task: (task not in TASKS, list(TASKS).index(task) if task in TASKS else task),
+    )
+    if lab.tasks & set(NEAREST):
+        tasks = [FIRST, *tasks]
+    groups = grouped(lab.variants)
+    tables = [
+        table
+        for task in tasks
+        for group, variants in groups.items()
+        if (table := _digits(data, task, group, variants, (tasks[0], next(iter(groups)))))
+    ]
+    singular = _impossible(lab)
+    task = Choice(
+        TASK, "Task", [(name, task_text(name)) for name in tasks], tasks[0] if tasks else ""
+    )
+    group = Choice(GROUP, "Variants", [(name, name) for name in groups], next(iter(groups), ""))
+    return Section(
+        "The accuracy laboratory",
+        [
+            "Families of mechanisms made to be difficult, each swept over one parameter. The "
+            "truth is multi-precision for the parameters rounded to the working precision. The "
+            "task named “dynamics, else random” is the full dynamics with gravity and velocities, "
+            "or random torques at rest for a family without these, or white innovations.",
+            "Digits left: −log₁₀ of the median relative error over the seeds, at the swept value "
+            "where that is worst; above in float64, below in float32. A failure counts as an "
+            "infinite error. “Wrong”: an error above 1 % without a warning; “warned”: with one; "
+            "“refused”: called singular. * : the median is right, but a seed failed or is wrong.",
+        ],
+        choices=[choice for choice in (task, group) if choice.options],
+        tables=[*tables, *singular],
+    )
+
+
+def grouped(variants: list[str]) -> dict[str, list[str]]:
+    """Variants by kind; where there are many, a few contenders first."""
+    groups = defaultdict(list)
+    for variant in variants:
+        name = next(name for name, pattern in GROUPS if re.match(pattern, variant))
+        groups[name].append(variant)
+    chosen = [variant for variant in CONTENDERS if variant in variants]
+    if len(variants) <= MANY:
+        return {"All": variants} if variants else {}
+    ordered = {name: groups[name] for name, _ in reversed(GROUPS) if name in groups}
+    return ({"Contenders": chosen} if chosen else {}) | ordered
+
+
+def _digits(data: Data, task: str, group: str, variants: list[str], first) -> Table | None:
+    lab = data.laboratory
+    rows, present = [], set()
+    names = {family.name: family for family in data.stress_families}
+    for family in lab.families:
+        own = own_task(lab, family, task)
+        series = {
+            variant: {precision: lab.series(family, own, precision, variant) for precision in U}
+            for variant in variants
+        }
+        if not any(points for pair in series.values() for points in pair.values()):
+            continue
+        present |= {variant for variant, pair in series.items() if any(pair.values())}
+        described = names.get(family)
+        name = escape(family.replace("_", " "))
+        if described and described.parameter:
+            name = Markup("{}<br><small>{}</small>").format(name, described.parameter)
+        rows.append((name, series))
+    if not rows:
+        return None
+    columns = [variant for variant in variants if variant in present]
+    precisions = sorted(U, reverse=True)
+    return Table(
+        f"{task_text(task)}, {group}: digits left at the worst value of each family, above in "
+        f"{precisions[0]}, below in {precisions[1]}",
+        ["Family", *(variant.replace("<", "<\u200b") for variant in columns)],
+        [
+            [name, *(Markup("").join(_cell(series[v][p]) for p in precisions) for v in columns)]
+            for name, series in rows
+        ],
+        "l" * (len(columns) + 1),
+        shown={TASK: task, GROUP: group},
+        first=(task, group) == first,
+        style="digits",
+    )
+
+
+def own_task(lab: Laboratory, family: str, task: str) -> str:
+    """Of a family without full dynamics the task that is nearest to them."""
+    if task != FIRST:
+        return task
+    present = lab.tasks_of(family)
+    return next((name for name in NEAREST if name in present), NEAREST[-1])
+
+
+def worst_point(points: list[Point]) -> Point:
+    return max(points, key=lambda point: point.error)
+
+
+def digits(point: Point) -> float:
+    """Never more than the precision has, so that an exact result is no infinity."""
+    return -math.log10(max(point.error, point.u))
+
+
+def _cell(points: list[Point]) -> Markup:
+    if not points:
+        return Markup("<span>–</span>")
+    worst = worst_point(points)
+    if worst.outcome != "ok":
+        look = "w" if worst.outcome == "warned" else "d0"
+        return Markup('<span class="{}">{}</span>').format(look, WORDS[worst.outcome])
+    number = digits(worst)
+    look = sum(number >= step for step in STEPS)
+    some = "*" if any(point.failures or point.wrong for point in points) else ""
+    return Markup('<span class="d{}">{:.1f}{}</span>').format(max(look, 1), number, some)
+
+
+def _impossible(lab: Laboratory) -> list[Table]:
+    """What becomes of mechanisms that have no answer."""
+    if not lab.impossible:
+        return []
+    counts = defaultdict(lambda: [0] * 5)
+    for point in lab.impossible:
+        if point.task == "factors":
+            continue
+        answered = point.seeds - point.failures
+        parts = (point.seeds, point.singular, point.indefinite + point.not_finite, answered)
+        total = counts[point.variant, point.precision]
+        for place, count in enumerate(parts):
+            total[place] += count
+    rows = []
+    for (variant, precision), (trials, refused, otherwise, answered, _) in sorted(counts.items()):
+        shares = (share_text(count / trials) for count in (refused, otherwise, answered))
+        rows.append([variant, precision, str(trials), *shares])
+    families = sorted({point.family for point in lab.impossible})
+    return [
+        Table(
+            "Exactly singular mechanisms, which have no answer: what each variant does with them "
+            f"({', '.join(name.replace('_', ' ') for name in families)})",
+            [
+                "Variant",
+                "Precision",
+                "Trials",
+                "Refused as singular",
+                "Failed otherwise",
+                "Answered",
+            ],
+            rows,
+            "llrrrr",
+            folded=True,
+        )
+    ]

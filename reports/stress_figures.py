@@ -1,0 +1,66 @@
+"""The charts of the claims: a median against what was swept, or against another number."""
+
+import altair as alt
+import figures
+from charts import NUMBER, SCENE, Style, error_scale, filtered, frame, log_axis
+from claims.claim import Plot, number_text
+from section import Choice, Figure
+from text import share_text, task_text
+
+TASK = "task"
+TOOLTIPS = {
+    "scene": "family",
+    "task": "task",
+    "variant": "variant",
+    "precision": "precision",
+    "x_text": "x",
+    "error_text": "y",
+    "seeds": "seeds",
+    "failed": "failed",
+}
+
+
+def figure(plot: Plot, title: str, style: Style, notes: list) -> Figure | None:
+    """With a choice of task, and of family where lines of several would lie on each other."""
+    rows = [row for row in plot.rows if row["x"] > 0 and (row["error"] is not None or row["share"])]
+    if not rows:
+        return None
+    choices = []
+    for signal, label in ((SCENE, "Family"), (TASK, "Task"))[not plot.lines :]:
+        names = list(dict.fromkeys(row[signal] for row in rows))
+        if len(names) > 1:
+            options = [(name, task_text(name)) for name in names]
+            choices.append(Choice(signal, label, options, names[0]))
+    chart = _chart(plot, rows, style, {choice.signal: choice.first for choice in choices})
+    titles = TOOLTIPS | {"x_text": plot.x, "error_text": plot.y}
+    return Figure(title, chart, titles, choices, notes)
+
+
+def _chart(plot: Plot, rows: list[dict], style: Style, choices: dict[str, str]):
+    """Lines through medians with crosses for failures, or a cloud of marks."""
+    values = [
+        {name: value for name, value in row.items() if name != "share" or value}
+        | {
+            "x": _short(row["x"]),
+            "error": _short(row["error"]),
+            "x_text": number_text(row["x"]),
+            "error_text": "–" if row["error"] is None else number_text(row["error"]),
+            "failed": share_text(row["share"]),
+        }
+        for row in rows
+    ]
+    tooltips = TOOLTIPS | {"x_text": plot.x, "error_text": plot.y}
+    scale = alt.Scale(type="log", nice=False, padding=12)
+    x = alt.X("x:Q", axis=log_axis("x", plot.x, NUMBER), scale=scale)
+    y = alt.Y("error:Q", axis=log_axis("y", plot.y, NUMBER), scale=error_scale(values))
+    chart = filtered(choices)
+    encoding = figures.series(style, tooltips)
+    drawn = chart.transform_filter("datum.error > 0").encode(x=x, y=y, **encoding)
+    lines = figures.curves(drawn, style)
+    layers = [*figures.bands(chart, values, x, encoding), *lines] if plot.lines else lines[1:]
+    return alt.layer(*layers, **frame(values))
+
+
+def _short(value: float | None) -> float | None:
+    """As many digits as a mark needs, for the page's weight."""
+    return None if value is None else float(f"{value:.3g}")
