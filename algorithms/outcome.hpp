@@ -22,6 +22,9 @@ struct [[nodiscard]] Outcome {
   int steps = 0;                                            // of refinement that were accepted
 
   explicit operator bool() const { return status == Status::ok; }
+
+  // Ok, but not to be relied upon: nearly singular, or wrong by 1 per cent by its own estimate.
+  bool warns() const { return status == Status::ok && (near_singular || error > 0.01); }
 };
 
 inline const char* to_string(Outcome::Status status) {

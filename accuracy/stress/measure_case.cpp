@@ -1,0 +1,249 @@
+#include "accuracy/stress/measure_case.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <boost/random/mersenne_twister.hpp>
+#include <boost/random/normal_distribution.hpp>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <memory>
+
+#include "accuracy/csv.hpp"
+#include "accuracy/measures.hpp"
+#include "accuracy/truth_cache.hpp"
+#include "algorithms/solver.hpp"
+
+namespace kalmarm::stress {
+namespace {
+
+constexpr double none = std::numeric_limits<double>::quiet_NaN();
+constexpr int draws = 6;              // for kS
+constexpr int largest_dense = 1000;   // joints for which a variant may store nv^2 numbers
+constexpr int largest_residual = 64;  // joints for which |M X - 1| is worked out
+
+struct Record {
+  std::string task, variant;
+  Outcome outcome;
+  double kS = none, relative = none, energy = none, componentwise = none, backward = none,
+         oettli_prager = none, eta = none, unrefined = none;
+  double P_min = none, P_constraint = none, P_asymmetry = none;
+};
+
+std::string short_number(double value) {
+  if (std::isnan(value)) return "";
+  char text[24];
+  std::snprintf(text, sizeof text, "%.4g", value);
+  return text;
+}
+
+std::string warning(const Outcome& outcome) {
+  if (!outcome) return "";
+  return outcome.near_singular ? "near_singular" : outcome.warns() ? "inaccurate" : "";
+}
+
+bool wanted(const std::vector<std::string>& names, const std::string& name) {
+  return names.empty() || std::ranges::find(names, name) != names.end();
+}
+
+// Batch forms, QR and Result 6.1 hold M or its inverse.
+bool stores_matrix(const std::string& variant) {
+  return variant.find("Batch") != std::string::npos || variant == "StackedQR" ||
+         variant.starts_with("ClosedForm");
+}
+
+template <class T>
+class Measured {
+ public:
+  Measured(const Case& c, std::uint64_t seed, const Selection& selection)
+      : selection_(selection),
+        model_(c.model.cast<T>()),
+        weightless_(model_),
+        q_(c.q.cast<T>()),
+        nv_(model_.nv()),
+        matrices_(nv_ <= largest_inverse) {
+    weightless_.set_gravity(Vector3<T>::Zero());
+    make_tasks(c.qd.cast<T>(), seed);
+    std::vector<Task<T>> tasks;
+    for (const auto& [name, task] : tasks_) tasks.push_back(task);
+    truth_ = cached_truth(model_, q_, tasks, {.matrices = matrices_, .draws = draws});
+    if (truth_.outcome && matrices_) condition_ = condition(truth_.M, truth_.X);
+  }
+
+  std::vector<Record> records() {
+    std::vector<Record> out;
+    for (const RegisteredVariant<T>& variant : registered_variants<T>()) {
+      if (!wanted(selection_.variants, variant.name)) continue;
+      if (nv_ > (variant.name == "StackedQR" ? largest_inverse : largest_dense) &&
+          stores_matrix(variant.name))
+        continue;
+      add_accelerations(variant, out);
+      if (!matrices_) continue;
+      if (wanted(selection_.tasks, "inverse")) out.push_back(inverse(variant));
+      if (wanted(selection_.tasks, "factors")) add_factors(variant, out);
+    }
+    link_refined(out);
+    return out;
+  }
+
+  int nv() const { return nv_; }
+  const Condition& condition_numbers() const { return condition_; }
+
+ private:
+  void make_tasks(const VectorX<T>& qd, std::uint64_t seed) {
+    boost::random::mt19937_64 random(seed);
+    boost::random::normal_distribution<double> normal;
+    const auto draw = [&] {
+      VectorX<T> x(nv_);
+      for (T& entry : x) entry = T(normal(random));
+      return x;
+    };
+    const VectorX<T> zero = VectorX<T>::Zero(nv_);
+    const std::pair<std::string, Task<T>> all[] = {
+        {"random", {draw(), zero, Drive::torque, false}},
+        {"white", {draw(), zero, Drive::innovations, false}},
+        {"consistent", {draw(), zero, Drive::acceleration, false}},
+        {"free_fall", {zero, zero, Drive::torque, true}},
+        {"dynamics", {draw(), qd, Drive::torque, true}},
+    };
+    const bool falls = !model_.gravity().isZero(T(0));
+    for (const auto& task : all)
+      if (wanted(selection_.tasks, task.first) && (falls || task.first != "free_fall"))
+        tasks_.push_back(task);
+  }
+
+  void add_accelerations(const RegisteredVariant<T>& variant, std::vector<Record>& out) {
+    const auto heavy = variant.make(model_), weightless = variant.make(weightless_);
+    for (std::size_t i = 0; i < tasks_.size(); ++i) {
+      const auto& [name, task] = tasks_[i];
+      Record record{.task = name, .variant = variant.name};
+      VectorX<T> a = VectorX<T>::Constant(nv_, std::numeric_limits<T>::quiet_NaN());
+      Solver<T>& solver = task.gravity ? *heavy : *weightless;
+      const VectorX<T> tau = truth_.outcome ? truth_.responses[i].tau : task.value;
+      record.outcome = solver.acceleration(q_, task.qd, tau, a);
+      if (truth_.outcome && record.outcome) judge(truth_.responses[i], a, record);
+      out.push_back(std::move(record));
+    }
+  }
+
+  void judge(const Response<T>& response, const VectorX<T>& a, Record& record) const {
+    record.kS = response.kS.relative;
+    if (matrices_) {
+      const AccelerationError e = acceleration_error(a, response.a, truth_.M);
+      record.relative = e.relative;
+      record.energy = e.energy;
+      record.componentwise = e.componentwise;
+      const BackwardError b = backward_error(a, response.a, truth_.M);
+      record.backward = b.normwise;
+      record.oettli_prager = b.componentwise;
+    } else {
+      const Digits digits(truth_.digits);
+      record.relative =
+          quotient(Real((a.template cast<Real>() - response.a).norm()), Real(response.a.norm()));
+    }
+    record.eta = eta<T>(record.relative, record.kS);
+  }
+
+  Record inverse(const RegisteredVariant<T>& variant) const {
+    Record record{.task = "inverse", .variant = variant.name};
+    MatrixX<T> X = MatrixX<T>::Constant(nv_, nv_, std::numeric_limits<T>::quiet_NaN());
+    record.outcome = variant.make(model_)->inverse(q_, X);
+    if (!truth_.outcome || !record.outcome) return record;
+    const MatrixError e = matrix_error(X, truth_.X);
+    record.relative = e.relative;
+    record.componentwise = e.scaled;
+    if (nv_ <= largest_residual) record.backward = inverse_residual(X, truth_.M);
+    return record;
+  }
+
+  void add_factors(const RegisteredVariant<T>& variant, std::vector<Record>& out) const {
+    const auto solver = variant.make(model_);
+    if (!solver->has_factors()) return;
+    Record record{.task = "factors", .variant = variant.name};
+    VectorX<T> D = VectorX<T>::Constant(nv_, std::numeric_limits<T>::quiet_NaN());
+    MatrixX<T> g = MatrixX<T>::Constant(6, nv_, std::numeric_limits<T>::quiet_NaN());
+    record.outcome = solver->factors(q_, D, g);
+    if (record.outcome && truth_.outcome) {
+      const FactorError e = factor_error(D, g, truth_.D, truth_.g);
+      record.relative = e.D;
+      record.componentwise = e.g;
+    }
+    if (record.outcome) look_at_covariance(*solver, record);
+    out.push_back(std::move(record));
+  }
+
+  void look_at_covariance(const Solver<T>& solver, Record& record) const {
+    record.P_min = record.P_constraint = record.P_asymmetry = 0;
+    for (int k = 0; k < nv_; ++k) {
+      Matrix6<double> P;
+      for (int i = 0; i < 6; ++i)
+        P.col(i) = solver.P_plus_times(k, Vector6<T>(Vector6<T>::Unit(i))).template cast<double>();
+      const double size = P.norm();
+      if (!(size > 0)) continue;
+      const Eigen::SelfAdjointEigenSolver<Matrix6<double>> eigen(Matrix6<double>(P + P.transpose()),
+                                                                 Eigen::EigenvaluesOnly);
+      const double least = eigen.eigenvalues()[0] / eigen.eigenvalues()[5];
+      record.P_min = std::min(record.P_min, least);
+      record.P_asymmetry = std::max(record.P_asymmetry, (P - P.transpose()).norm() / size);
+      const Joint<T>& joint = model_.joint(k);
+      if (joint.r == T(0))
+        record.P_constraint =
+            std::max(record.P_constraint, P.row(joint.axis()).norm() / size);
+    }
+  }
+
+  // Refined<V> next to V.
+  static void link_refined(std::vector<Record>& records) {
+    std::map<std::pair<std::string, std::string>, double> error;
+    for (const Record& record : records) error[{record.variant, record.task}] = record.relative;
+    for (Record& record : records) {
+      if (!record.variant.starts_with("Refined<")) continue;
+      const std::string inner = record.variant.substr(8, record.variant.size() - 9);
+      if (const auto found = error.find({inner, record.task}); found != error.end())
+        record.unrefined = found->second;
+    }
+  }
+
+  Selection selection_;
+  Model<T> model_, weightless_;
+  VectorX<T> q_;
+  int nv_;
+  bool matrices_;
+  std::vector<std::pair<std::string, Task<T>>> tasks_;
+  Truth<T> truth_;
+  Condition condition_{none, none};
+};
+
+template <class T>
+std::string measure(const Family& family, double value, std::uint64_t seed,
+                    const std::string& precision, const Selection& selection) {
+  Measured<T> measured(family.make(value, seed), seed, selection);
+  const std::vector<Record> records = measured.records();
+  const std::string begin = field(family.name) + ',' + number(value) + ',' +
+                            std::to_string(measured.nv()) + ',' + std::to_string(seed) + ',' +
+                            precision + ',';
+  const Condition& c = measured.condition_numbers();
+  const std::string kappa = short_number(c.kappa) + ',' + short_number(c.kappa_scaled) + ',';
+  std::string out;
+  for (const Record& r : records) {
+    out += begin + r.task + ',' + kappa + short_number(r.kS) + ',' + field(r.variant) + ',' +
+           to_string(r.outcome.status) + ',' + warning(r.outcome);
+    for (const double x : {r.relative, r.energy, r.componentwise, r.backward, r.oettli_prager,
+                           r.eta, r.outcome.error, r.unrefined})
+      out += ',' + short_number(x);
+    out += ',' + (std::isnan(r.outcome.error) ? "" : std::to_string(r.outcome.steps));
+    for (const double x : {r.P_min, r.P_constraint, r.P_asymmetry}) out += ',' + short_number(x);
+    out += '\n';
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string measure_case(const Family& family, double value, std::uint64_t seed,
+                         const std::string& precision, const Selection& selection) {
+  return precision == "float32" ? measure<float>(family, value, seed, precision, selection)
+                                : measure<double>(family, value, seed, precision, selection);
+}
+
+}  // namespace kalmarm::stress

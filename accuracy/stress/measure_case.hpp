@@ -1,0 +1,45 @@
+// One mechanism, one precision: every variant against truth, on every task.
+//   random      tau ~ N(0,1), at rest, without gravity
+//   white       white innovations: each joint is driven on its own scale
+//   consistent  tau = M a with a ~ N(0,1), rounded: whatever kappa(M) costs, it costs here
+//   free_fall   gravity, at rest, tau = 0
+//   dynamics    gravity, velocities ~ N(0,1), tau ~ N(0,1)
+//   inverse     M^-1
+//   factors     D and g of the filters, and the health of P+
+// Parameters and position are rounded to the precision first and exact from there. Outputs hold NaN
+// before every call.
+//
+// A record is one line of CSV:
+//   family,value,n,seed,precision,task,kappa,kappa_scaled,kS,variant,status,warning,relative,energy,
+//   componentwise,backward,oettli_prager,eta,estimate,unrefined,steps,P_min,P_constraint,P_asymmetry
+// The measures are those of measures.hpp, to four digits. Of a matrix, componentwise is the scaled
+// error and backward |M X - 1|; of factors, relative is D's error and componentwise g's. warning:
+// near_singular, or inaccurate where the variant's own estimate says 1 per cent or more. unrefined:
+// relative of the variant inside Refined<>. P_min: least over largest eigenvalue of P+, P_constraint
+// |HP+| / |P+| where r = 0, P_asymmetry |P+ - P+'| / |P+|; the worst over all joints.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "accuracy/stress/families.hpp"
+
+namespace kalmarm::stress {
+
+inline constexpr const char* csv_header =
+    "family,value,n,seed,precision,task,kappa,kappa_scaled,kS,variant,status,warning,relative,"
+    "energy,componentwise,backward,oettli_prager,eta,estimate,unrefined,steps,P_min,P_constraint,"
+    "P_asymmetry\n";
+
+struct Selection {
+  std::vector<std::string> variants;  // empty: all
+  std::vector<std::string> tasks;     // empty: all
+};
+
+// The records of one case. `precision` is float32 or float64. Throws std::runtime_error where there
+// is no truth.
+std::string measure_case(const Family& family, double value, std::uint64_t seed,
+                         const std::string& precision, const Selection& selection);
+
+}  // namespace kalmarm::stress
