@@ -12,7 +12,7 @@
 #include "accuracy/structured_condition.hpp"
 #include "accuracy/world_frame.hpp"
 #include "algorithms/inverse_mass/sequential.hpp"
-#include "algorithms/riccati/array_mgs.hpp"
+#include "algorithms/riccati/array.hpp"
 
 namespace kalmarm {
 namespace {

@@ -20,11 +20,12 @@ namespace {
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr int draws = 6;              // for kS
 constexpr int largest_dense = 1000;   // joints for which a variant may store nv^2 numbers
+constexpr int largest_kS = 10000;     // joints for which kS is affordable: 1 GB
 constexpr int largest_residual = 64;  // joints for which |M X - 1| is worked out
 
 struct Record {
   std::string task, variant;
-  Outcome outcome;
+  Outcome outcome = {};
   double kS = none, relative = none, energy = none, componentwise = none, backward = none,
          oettli_prager = none, eta = none, unrefined = none;
   double P_min = none, P_constraint = none, P_asymmetry = none;
@@ -66,7 +67,8 @@ class Measured {
     make_tasks(c.qd.cast<T>(), seed);
     std::vector<Task<T>> tasks;
     for (const auto& [name, task] : tasks_) tasks.push_back(task);
-    truth_ = cached_truth(model_, q_, tasks, {.matrices = matrices_, .draws = draws});
+    truth_ = cached_truth(model_, q_, tasks,
+                          {.matrices = matrices_, .draws = nv_ <= largest_kS ? draws : 0});
     if (truth_.outcome && matrices_) condition_ = condition(truth_.M, truth_.X);
   }
 
@@ -141,7 +143,10 @@ class Measured {
       record.relative =
           quotient(Real((a.template cast<Real>() - response.a).norm()), Real(response.a.norm()));
     }
-    record.eta = eta<T>(record.relative, record.kS);
+    if (record.kS > 0)
+      record.eta = eta<T>(record.relative, record.kS);
+    else
+      record.kS = none;
   }
 
   Record inverse(const RegisteredVariant<T>& variant) const {
@@ -187,8 +192,7 @@ class Measured {
       record.P_asymmetry = std::max(record.P_asymmetry, (P - P.transpose()).norm() / size);
       const Joint<T>& joint = model_.joint(k);
       if (joint.r == T(0))
-        record.P_constraint =
-            std::max(record.P_constraint, P.row(joint.axis()).norm() / size);
+        record.P_constraint = std::max(record.P_constraint, P.row(joint.axis()).norm() / size);
     }
   }
 

@@ -15,8 +15,8 @@
 // The measures are those of measures.hpp, to four digits. Of a matrix, componentwise is the scaled
 // error and backward |M X - 1|; of factors, relative is D's error and componentwise g's. warning:
 // near_singular, or inaccurate where the variant's own estimate says 1 per cent or more. unrefined:
-// relative of the variant inside Refined<>. P_min: least over largest eigenvalue of P+, P_constraint
-// |HP+| / |P+| where r = 0, P_asymmetry |P+ - P+'| / |P+|; the worst over all joints.
+// relative of the variant inside Refined<>. P_min: least over largest eigenvalue of P+,
+// P_constraint |HP+| / |P+| where r = 0, P_asymmetry |P+ - P+'| / |P+|; the worst over all joints.
 #pragma once
 
 #include <cstdint>

@@ -1,0 +1,309 @@
+// stress: stiff and extreme mechanisms x variants x precision -> one CSV (measure_case.hpp).
+//
+// The work is split over processes, not threads, because multi-precision keeps its precision per
+// process. Each worker takes the next case and appends its records to a journal of its own, in
+// OUT.journal; what stands there whole is not measured again when the program is started again with
+// the same options. At the end the journals are put in order and written to OUT at once.
+#include <sys/mman.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+#include <stdexcept>
+#include <thread>
+
+#include "accuracy/csv.hpp"
+#include "accuracy/stress/measure_case.hpp"
+#include "algorithms/solver.hpp"
+#include "robots/program.hpp"
+
+namespace kalmarm::stress {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int quick_wild = 150, full_wild = 10000;  // mechanisms of the family `wild`
+
+struct Options {
+  std::vector<std::string> families, variants, precisions = {"float32", "float64"};
+  std::string out, shard = "0/1";
+  int seeds = 0, jobs = 0;
+  bool quick = false, full = false, list = false, json = false;
+};
+
+struct Job {
+  const Family* family;
+  double value;
+  std::uint64_t seed;
+  std::string precision;
+
+  std::string name() const {
+    return family->name + ' ' + number(value) + " seed " + std::to_string(seed) + ' ' + precision;
+  }
+};
+
+std::vector<Family> all_families() {
+  std::vector<Family> all = families();
+  for (Family& family : robot_families()) all.push_back(std::move(family));
+  return all;
+}
+
+std::vector<std::string> variant_names() {
+  std::vector<std::string> names;
+  for (const auto& variant : registered_variants<double>()) names.push_back(variant.name);
+  return names;
+}
+
+// Names asked for; "mass*" stands for all that begin so.
+template <class Names>
+std::vector<std::string> select(const std::vector<std::string>& asked, const Names& known,
+                                const std::string& kind) {
+  std::vector<std::string> out;
+  for (const std::string& name : asked) {
+    const bool prefix = name.ends_with('*');
+    const std::string start = prefix ? name.substr(0, name.size() - 1) : name;
+    const std::size_t before = out.size();
+    for (const std::string& candidate : known)
+      if (prefix ? candidate.starts_with(start) : candidate == name) out.push_back(candidate);
+    if (out.size() == before)
+      throw InputError(kind + " '" + name + "' is unknown; --list prints them");
+  }
+  return out;
+}
+
+// What is measured of a family unless variants are named. Other frames are of interest where
+// distances are large or masses uneven; wild mechanisms are many, and are for what may be chosen.
+Selection selection(const Family& family, const Options& options) {
+  static const std::set<std::string> framed = {"straight", "random_chain", "heavy_tip",
+                                               "far_com",  "base_offset",  "floating_base"};
+  Selection out{options.variants, {}};
+  const bool wild = family.name == "wild";
+  if (wild) out.tasks = {"white", "dynamics"};
+  if (!out.variants.empty()) return out;
+  for (const std::string& name : variant_names()) {
+    const bool world = name.find("World") != std::string::npos;
+    if (world && !framed.contains(family.name)) continue;
+    if (wild && (name.starts_with("ClosedForm") || name.starts_with("Mixed"))) continue;
+    out.variants.push_back(name);
+  }
+  return out;
+}
+
+std::vector<Job> plan(const std::vector<Family>& all, const Options& options) {
+  std::vector<std::string> known;
+  for (const Family& family : all) known.push_back(family.name);
+  const std::vector<std::string> chosen =
+      options.families.empty() ? known : select(options.families, known, "family");
+  std::vector<Job> jobs;
+  for (const Family& family : all) {
+    if (std::ranges::find(chosen, family.name) == chosen.end()) continue;
+    int seeds = options.seeds > 0 ? options.seeds : !family.random ? 1 : options.full ? 5 : 3;
+    if (family.name == "wild" && options.seeds == 0) seeds = options.full ? full_wild : quick_wild;
+    for (const double value : options.full ? family.full : family.quick)
+      for (int seed = 1; seed <= seeds; ++seed)
+        for (const std::string& precision : options.precisions)
+          jobs.push_back({&family, value, static_cast<std::uint64_t>(seed), precision});
+  }
+  return jobs;
+}
+
+// Every n-th job, from the i-th on: shards take about the same time.
+std::vector<Job> shard(const std::vector<Job>& jobs, const std::string& which) {
+  int i = 0, n = 0;
+  char rest = 0;
+  if (std::sscanf(which.c_str(), "%d/%d%c", &i, &n, &rest) != 2 || i < 0 || i >= n)
+    throw InputError("--shard " + which + " is not I/N with 0 <= I < N");
+  std::vector<Job> out;
+  for (std::size_t k = i; k < jobs.size(); k += n) out.push_back(jobs[k]);
+  return out;
+}
+
+// Records of finished jobs, kept until the run is whole. A block is the job's records and then a
+// line "#INDEX NAME"; what follows the last such line was cut off.
+class Journal {
+ public:
+  Journal(const std::string& out, const std::string& key) : folder_(out + ".journal") {
+    std::ifstream file(folder_ / "key");
+    std::ostringstream before;
+    before << file.rdbuf();
+    if (before.str() == key) return;
+    fs::remove_all(folder_);
+    std::error_code error;
+    fs::create_directories(folder_, error);
+    if (error) throw InputError(folder_.string() + ": " + error.message());
+    std::ofstream(folder_ / "key") << key;
+  }
+
+  std::map<std::size_t, std::string> read() const {
+    std::map<std::size_t, std::string> blocks;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder_)) {
+      if (entry.path().extension() != ".csv") continue;
+      std::ifstream file(entry.path());
+      std::string block;
+      for (std::string line; std::getline(file, line);) {
+        if (line.starts_with('#')) {
+          blocks[std::stoul(line.substr(1))] = std::move(block);
+          block.clear();
+        } else {
+          block += line + '\n';
+        }
+      }
+    }
+    return blocks;
+  }
+
+  std::ofstream writer() const {
+    return std::ofstream(folder_ / (std::to_string(getpid()) + ".csv"), std::ios::app);
+  }
+
+  void remove() const { fs::remove_all(folder_); }
+
+ private:
+  fs::path folder_;
+};
+
+// Shared by the processes.
+struct Counters {
+  std::atomic<std::size_t> next{0}, done{0};
+};
+
+void work(const std::vector<Job>& jobs, const std::vector<std::size_t>& todo,
+          const Options& options, const Journal& journal, Counters& counters) {
+  std::ofstream out = journal.writer();
+  for (std::size_t i; (i = counters.next++) < todo.size(); ++counters.done) {
+    const Job& job = jobs[todo[i]];
+    try {
+      out << measure_case(*job.family, job.value, job.seed, job.precision,
+                          selection(*job.family, options));
+    } catch (const std::runtime_error& e) {
+      std::fprintf(stderr, "stress: note: %s: %s\n", job.name().c_str(), e.what());
+    }
+    out << '#' << todo[i] << ' ' << job.name() << '\n' << std::flush;
+  }
+}
+
+// False where a worker died.
+bool run_workers(const std::vector<Job>& jobs, const std::vector<std::size_t>& todo,
+                 const Options& options, const Journal& journal) {
+  void* shared =
+      mmap(nullptr, sizeof(Counters), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  if (shared == MAP_FAILED) throw InputError("no shared memory");
+  auto* counters = new (shared) Counters;
+  const int workers = options.jobs > 0 ? options.jobs : std::thread::hardware_concurrency();
+  std::vector<pid_t> running;
+  std::fflush(nullptr);
+  for (int i = 0; i < std::max(1, workers); ++i) {
+    const pid_t child = fork();
+    if (child == 0) {
+      work(jobs, todo, options, journal, *counters);
+      std::fflush(nullptr);
+      _exit(0);
+    }
+    if (child > 0) running.push_back(child);
+  }
+  Progress progress(static_cast<int>(todo.size()));
+  std::size_t shown = 0;
+  bool all_well = !running.empty();
+  while (!running.empty()) {
+    int status = 0;
+    const pid_t ended = waitpid(-1, &status, WNOHANG);
+    if (ended > 0) {
+      std::erase(running, ended);
+      all_well = all_well && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+    }
+    for (; shown < std::min<std::size_t>(counters->done, todo.size()); ++shown)
+      progress.step(jobs[todo[shown]].name());
+    usleep(20000);
+  }
+  munmap(shared, sizeof(Counters));
+  return all_well;
+}
+
+std::string key_of(const std::vector<Job>& jobs, const Options& options) {
+  std::ostringstream key;
+  key << fs::last_write_time("/proc/self/exe").time_since_epoch().count() << '\n';
+  for (const std::string& variant : options.variants) key << variant << '\n';
+  for (const Job& job : jobs) key << job.name() << '\n';
+  return key.str();
+}
+
+int print_list(const std::vector<Family>& all, bool json) {
+  if (!json) {
+    for (const Family& family : all)
+      std::printf("%-28s %s: %s\n", family.name.c_str(), family.parameter.c_str(),
+                  family.describes.c_str());
+    for (const std::string& name : variant_names()) std::printf("%s\n", name.c_str());
+    return 0;
+  }
+  nlohmann::json out = {{"families", nlohmann::json::array()},
+                        {"variants", nlohmann::json::array()}};
+  for (const Family& family : all)
+    out["families"].push_back({{"name", family.name},
+                               {"parameter", family.parameter},
+                               {"describes", family.describes},
+                               {"singular", !family.singular.empty()}});
+  for (const auto& variant : registered_variants<double>())
+    out["variants"].push_back({{"name", variant.name}, {"equation", variant.equation}});
+  std::printf("%s\n", out.dump().c_str());
+  return 0;
+}
+
+int run(Options options) {
+  const std::vector<Family> all = all_families();
+  if (options.list) return print_list(all, options.json);
+  if (options.out.empty()) throw InputError("--out is required");
+  options.variants = select(options.variants, variant_names(), "variant");
+  const std::vector<Job> jobs = shard(plan(all, options), options.shard);
+
+  const Journal journal(options.out, key_of(jobs, options));
+  const auto finished = journal.read();
+  std::vector<std::size_t> todo;
+  for (std::size_t i = 0; i < jobs.size(); ++i)
+    if (!finished.contains(i)) todo.push_back(i);
+  if (!run_workers(jobs, todo, options, journal)) {
+    std::fprintf(stderr, "stress: error: a worker died; what is done is kept in %s.journal\n",
+                 options.out.c_str());
+    return 1;
+  }
+  std::string text = csv_header;
+  for (const auto& [index, block] : journal.read()) text += block;
+  write_file(options.out, text);
+  journal.remove();
+  return 0;
+}
+
+}  // namespace
+}  // namespace kalmarm::stress
+
+int main(int argc, char** argv) {
+  using namespace kalmarm;
+  CLI::App app("Every variant on stiff and extreme mechanisms against truth, as CSV", "stress");
+  stress::Options options;
+  app.add_option("--family", options.families,
+                 "families; a name that ends in * takes all that begin so");
+  app.add_option("--variant", options.variants, "variants, in the same way; default: all");
+  app.add_option("--precision", options.precisions, "float32, float64 or both")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"float32", "float64"}))
+      ->capture_default_str();
+  app.add_option("--seeds", options.seeds, "seeds 1 to N of every case")
+      ->check(CLI::Range(1, 10000000));
+  auto* quick = app.add_flag("--quick", options.quick, "few values and seeds (default)");
+  app.add_flag("--full", options.full, "all values, 10 000 wild mechanisms")->excludes(quick);
+  app.add_option("--shard", options.shard,
+                 "I/N: every N-th case from the I-th on; concatenate the files")
+      ->capture_default_str();
+  app.add_option("--jobs", options.jobs, "processes; default: one a core")
+      ->check(CLI::Range(1, 1024));
+  app.add_flag("--list", options.list, "print families and variants");
+  app.add_flag("--json", options.json, "the list as JSON");
+  app.add_option("--out", options.out, "CSV file to write");
+  return run_program(app, argc, argv, [&] { return stress::run(options); });
+}
