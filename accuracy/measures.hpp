@@ -1,9 +1,10 @@
-// How wrong is a result, and how hard was it? Differences are taken in multi-precision from the
-// computed numbers as they stand; a NaN in a result makes its errors NaN.
+// How wrong is a result, and how hard was it? Differences are taken from the computed numbers as
+// they stand, in the scalar S that truth is given in: Real, or long double, whose 64 bits are
+// enough to judge 53 and a hundred times faster. A NaN in a result makes its errors NaN.
 //
 // Acceleration:
 //   relative   |da| / |a|                       2-norms
-//   energy     sqrt(da'M da / a'M a)            free of units
+//   energy     sqrt(da'M da / a'M a)            free of units; NaN where rounding of S drowns it
 //   componentwise   max |da_i| / |a_i|
 // and in units of what u in every parameter does to it (structured_condition.hpp)
 //   eta        error / (u kS)
@@ -45,19 +46,19 @@ struct Condition {
 };
 
 // error / size, where no error is no error of nothing too.
-inline double quotient(const Real& error, const Real& size) {
-  return error == 0 ? 0 : static_cast<double>(Real(error / size));
+template <class S>
+double quotient(const S& error, const S& size) {
+  return error == S(0) ? 0 : static_cast<double>(S(error / size));
 }
 
 // Of a computed acceleration against the true a, with the true M. T: float, double or Real.
-template <class T>
-AccelerationError acceleration_error(const VectorX<T>& computed, const VectorX<Real>& a,
-                                     const MatrixX<Real>& M);
+template <class T, class S>
+AccelerationError acceleration_error(const VectorX<T>& computed, const VectorX<S>& a,
+                                     const MatrixX<S>& M);
 
 // The same, looked at from the torque. T: float or double.
-template <class T>
-BackwardError backward_error(const VectorX<T>& computed, const VectorX<Real>& a,
-                             const MatrixX<Real>& M);
+template <class T, class S>
+BackwardError backward_error(const VectorX<T>& computed, const VectorX<S>& a, const MatrixX<S>& M);
 
 // In units of u kS, with u of T.
 template <class T>
@@ -66,17 +67,17 @@ double eta(double error, double kS) {
 }
 
 // Of a computed M or M^-1 against the true one.
-template <class T>
-MatrixError matrix_error(const MatrixX<T>& computed, const MatrixX<Real>& A);
+template <class T, class S>
+MatrixError matrix_error(const MatrixX<T>& computed, const MatrixX<S>& A);
 
 // max |M X - 1| of a computed X, with the true M.
-template <class T>
-double inverse_residual(const MatrixX<T>& computed, const MatrixX<Real>& M);
+template <class T, class S>
+double inverse_residual(const MatrixX<T>& computed, const MatrixX<S>& M);
 
 // Of computed D (nv) and g (6 x nv) against the true ones.
-template <class T>
+template <class T, class S>
 FactorError factor_error(const VectorX<T>& computed_D, const MatrixX<T>& computed_g,
-                         const VectorX<Real>& D, const MatrixX<Real>& g);
+                         const VectorX<S>& D, const MatrixX<S>& g);
 
 // Of M, whose inverse is X.
 Condition condition(const MatrixX<Real>& M, const MatrixX<Real>& X);

@@ -18,10 +18,11 @@ namespace kalmarm::stress {
 namespace {
 
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
-constexpr int draws = 6;              // for kS
-constexpr int largest_dense = 1000;   // joints for which a variant may store nv^2 numbers
-constexpr int largest_kS = 10000;     // joints for which kS is affordable: 1 GB
-constexpr int largest_residual = 64;  // joints for which |M X - 1| is worked out
+constexpr int draws = 6;             // for kS
+constexpr int largest_dense = 1000;  // joints for which a variant may store nv^2 numbers
+constexpr int largest_kS = 10000;    // joints for which kS is affordable: 1 GB
+
+using Wide = long double;  // what results are judged in, from truth
 
 struct Record {
   std::string task, variant;
@@ -69,7 +70,15 @@ class Measured {
     for (const auto& [name, task] : tasks_) tasks.push_back(task);
     truth_ = cached_truth(model_, q_, tasks,
                           {.matrices = matrices_, .draws = nv_ <= largest_kS ? draws : 0});
-    if (truth_.outcome && matrices_) condition_ = condition(truth_.M, truth_.X);
+    if (!truth_.outcome) return;
+    for (const Response<T>& response : truth_.responses)
+      a_.push_back(response.a.template cast<Wide>());
+    if (!matrices_) return;
+    condition_ = condition(truth_.M, truth_.X);
+    M_ = truth_.M.template cast<Wide>();
+    X_ = truth_.X.template cast<Wide>();
+    D_ = truth_.D.template cast<Wide>();
+    g_ = truth_.g.template cast<Wide>();
   }
 
   std::vector<Record> records() {
@@ -123,25 +132,24 @@ class Measured {
       Solver<T>& solver = task.gravity ? *heavy : *weightless;
       const VectorX<T> tau = truth_.outcome ? truth_.responses[i].tau : task.value;
       record.outcome = solver.acceleration(q_, task.qd, tau, a);
-      if (truth_.outcome && record.outcome) judge(truth_.responses[i], a, record);
+      if (truth_.outcome && record.outcome) judge(i, a, record);
       out.push_back(std::move(record));
     }
   }
 
-  void judge(const Response<T>& response, const VectorX<T>& a, Record& record) const {
-    record.kS = response.kS.relative;
+  void judge(std::size_t task, const VectorX<T>& a, Record& record) const {
+    const VectorX<Wide>& exact = a_[task];
+    record.kS = truth_.responses[task].kS.relative;
     if (matrices_) {
-      const AccelerationError e = acceleration_error(a, response.a, truth_.M);
+      const AccelerationError e = acceleration_error(a, exact, M_);
       record.relative = e.relative;
       record.energy = e.energy;
       record.componentwise = e.componentwise;
-      const BackwardError b = backward_error(a, response.a, truth_.M);
+      const BackwardError b = backward_error(a, exact, M_);
       record.backward = b.normwise;
       record.oettli_prager = b.componentwise;
     } else {
-      const Digits digits(truth_.digits);
-      record.relative =
-          quotient(Real((a.template cast<Real>() - response.a).norm()), Real(response.a.norm()));
+      record.relative = quotient((a.template cast<Wide>() - exact).norm(), exact.norm());
     }
     if (record.kS > 0)
       record.eta = eta<T>(record.relative, record.kS);
@@ -154,10 +162,10 @@ class Measured {
     MatrixX<T> X = MatrixX<T>::Constant(nv_, nv_, std::numeric_limits<T>::quiet_NaN());
     record.outcome = variant.make(model_)->inverse(q_, X);
     if (!truth_.outcome || !record.outcome) return record;
-    const MatrixError e = matrix_error(X, truth_.X);
+    const MatrixError e = matrix_error(X, X_);
     record.relative = e.relative;
     record.componentwise = e.scaled;
-    if (nv_ <= largest_residual) record.backward = inverse_residual(X, truth_.M);
+    record.backward = inverse_residual(X, M_);
     return record;
   }
 
@@ -169,7 +177,7 @@ class Measured {
     MatrixX<T> g = MatrixX<T>::Constant(6, nv_, std::numeric_limits<T>::quiet_NaN());
     record.outcome = solver->factors(q_, D, g);
     if (record.outcome && truth_.outcome) {
-      const FactorError e = factor_error(D, g, truth_.D, truth_.g);
+      const FactorError e = factor_error(D, g, D_, g_);
       record.relative = e.D;
       record.componentwise = e.g;
     }
@@ -215,6 +223,9 @@ class Measured {
   bool matrices_;
   std::vector<std::pair<std::string, Task<T>>> tasks_;
   Truth<T> truth_;
+  MatrixX<Wide> M_, X_, g_;
+  VectorX<Wide> D_;
+  std::vector<VectorX<Wide>> a_;
   Condition condition_{none, none};
 };
 
