@@ -209,8 +209,9 @@ class Measured {
     std::map<std::pair<std::string, std::string>, double> error;
     for (const Record& record : records) error[{record.variant, record.task}] = record.relative;
     for (Record& record : records) {
-      if (!record.variant.starts_with("Refined<")) continue;
-      const std::string inner = record.variant.substr(8, record.variant.size() - 9);
+      const std::size_t begin = record.variant.find("Refined<");  // or WideRefined<
+      if (begin == std::string::npos) continue;
+      const std::string inner = record.variant.substr(begin + 8, record.variant.size() - begin - 9);
       if (const auto found = error.find({inner, record.task}); found != error.end())
         record.unrefined = found->second;
     }

@@ -45,6 +45,7 @@ Refinement refine(int most, const Correct& correct, RefinementWorkspace<T>& ws, 
   T d = ws.d.norm();
   if (!(d <= T(0.1) * size)) return {0, relative(d)};
   for (int step = 0; step < most; ++step) {
+    if (d <= T(4) * unit_roundoff<T>() * size) return {step, relative(d)};
     ws.before = x;
     x += ws.d;
     correct(x, ws.next);

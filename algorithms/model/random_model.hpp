@@ -24,14 +24,15 @@ template <class T>
 struct RandomModel {
   std::vector<Transform<T>> phi;
   std::vector<Vector6<T>> v, c, b;
-  VectorX<T> q;  // the position that phi is of
+  VectorX<T> q, qd;  // the state that it is of
 
   explicit RandomModel(const Model<T>& model)
       : phi(model.nv()),
         v(model.nv(), Vector6<T>::Zero()),
         c(model.nv(), Vector6<T>::Zero()),
         b(model.nv(), Vector6<T>::Zero()),
-        q(model.nq()) {}
+        q(model.nq()),
+        qd(VectorX<T>::Zero(model.nv())) {}
 };
 
 // phi of every link from q (nq values; quaternions of any length but zero). One sine and cosine and
@@ -85,6 +86,7 @@ void set_position(const Model<T>& model, const Q& q, RandomModel<T>& rm) {
 // v, c and b of every link from qd (nv values), after set_position. About 110 flops a link.
 template <class T, class V>
 void set_velocity(const Model<T>& model, const V& qd, RandomModel<T>& rm) {
+  for (int k = 0; k < model.nv(); ++k) rm.qd[k] = qd[k];
   Vector6<T> u;  // of the joint that the current DoF belongs to
   for (int k = 0; k < model.nv(); ++k) {
     const int parent = model.parent(k), axis = model.joint(k).axis();
