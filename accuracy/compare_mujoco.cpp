@@ -95,6 +95,7 @@ void compare_variants(const Scene& scene, const std::vector<State>& states,
   const int nv = model.nv();
   const T poison = std::numeric_limits<T>::quiet_NaN();
   for (const RegisteredVariant<T>& variant : registered_variants<T>()) {
+    if (!variant.contender) continue;
     const std::unique_ptr<Solver<T>> solver = variant.make(model);
     Row row{variant.name, precision, {}, {}, 0};
     for (std::size_t i = 0; i < states.size(); ++i) {

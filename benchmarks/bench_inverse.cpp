@@ -218,20 +218,22 @@ void add_mujoco(std::shared_ptr<const Case> c, std::shared_ptr<const Pool<double
 }
 
 template <class T>
-void add_variants(std::shared_ptr<const Case> c, std::shared_ptr<const Pool<T>> pool) {
+void add_variants(std::shared_ptr<const Case> c, std::shared_ptr<const Pool<T>> pool,
+                  bool exhibits) {
   const Model<T> model = c->scene.model.cast<T>();
   for (const RegisteredVariant<T>& variant : registered_variants<T>())
-    add_solver<T>(variant.name, std::shared_ptr<Solver<T>>(variant.make(model)), c, pool);
+    if (variant.contender || exhibits)
+      add_solver<T>(variant.name, std::shared_ptr<Solver<T>>(variant.make(model)), c, pool);
   add_mass<T>(c, pool);
 }
 
-int run(const std::vector<std::string>& scenes, std::uint64_t seed) {
+int run(const std::vector<std::string>& scenes, std::uint64_t seed, bool exhibits) {
   for (const std::string& what : scenes) {
     auto c = std::make_shared<const Case>(what, seed);
     auto float64 = std::make_shared<const Pool<double>>(c->states);
     auto float32 = std::make_shared<const Pool<float>>(c->states);
-    add_variants<double>(c, float64);
-    add_variants<float>(c, float32);
+    add_variants<double>(c, float64, exhibits);
+    add_variants<float>(c, float32, exhibits);
     add_mujoco(c, float64);
   }
   // What the harness itself costs a call: its loop is compiled here, whatever build of the library
@@ -253,7 +255,7 @@ int main(int argc, char** argv) {
   choose_openblas_kernels(argv);  // before Initialize takes its flags out of argv
   benchmark::Initialize(&argc, argv, [] {
     std::printf(
-        "Usage: bench_inverse SCENE... [--seed S] [flags of Google Benchmark]\n\n  SCENE: %s\n\n",
+        "Usage: bench_inverse SCENE... [--seed S] [--exhibits] [flags of Google Benchmark]\n\n  SCENE: %s\n\n",
         scene_help);
     benchmark::PrintDefaultHelp();
   });
@@ -262,5 +264,7 @@ int main(int argc, char** argv) {
   std::uint64_t seed = 1;
   app.add_option("SCENE", scenes, scene_help)->required();
   app.add_option("--seed", seed, "of the random states")->capture_default_str();
-  return run_program(app, argc, argv, [&] { return run(scenes, seed); });
+  bool exhibits = false;
+  app.add_flag("--exhibits", exhibits, "the accuracy laboratory's variants too");
+  return run_program(app, argc, argv, [&] { return run(scenes, seed, exhibits); });
 }

@@ -11,7 +11,7 @@ from data import DataError
 from stress import COLUMNS, TEXTS, U
 
 STATUSES = ("ok", "singular", "indefinite", "not_finite")
-WARNINGS = ("", "near_singular")
+WARNINGS = ("", "near_singular", "inaccurate")
 SIGNED = ("value", "P_min", "P_constraint", "P_asymmetry")
 WHOLE = ("n", "seed", "steps")
 NEEDED = ("value", "n", "seed")

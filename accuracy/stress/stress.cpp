@@ -136,7 +136,7 @@ class Journal {
     if (before.str() == key) return;
     fs::remove_all(folder_);
     std::error_code error;
-    fs::create_directories(folder_, error);
+    fs::create_directory(folder_, error);
     if (error) throw InputError(folder_.string() + ": " + error.message());
     std::ofstream(folder_ / "key") << key;
   }
@@ -234,8 +234,8 @@ std::string key_of(const std::vector<Job>& jobs, const Options& options) {
   return key.str();
 }
 
-int print_list(const std::vector<Family>& all, bool json) {
-  if (!json) {
+int print_list(const std::vector<Family>& all, const Options& options) {
+  if (!options.json) {
     for (const Family& family : all)
       std::printf("%-28s %s: %s\n", family.name.c_str(), family.parameter.c_str(),
                   family.describes.c_str());
@@ -251,13 +251,16 @@ int print_list(const std::vector<Family>& all, bool json) {
                                {"singular", !family.singular.empty()}});
   for (const auto& variant : registered_variants<double>())
     out["variants"].push_back({{"name", variant.name}, {"equation", variant.equation}});
-  std::printf("%s\n", out.dump().c_str());
+  if (options.out.empty())
+    std::printf("%s\n", out.dump().c_str());
+  else
+    write_file(options.out, out.dump() + "\n");
   return 0;
 }
 
 int run(Options options) {
   const std::vector<Family> all = all_families();
-  if (options.list) return print_list(all, options.json);
+  if (options.list) return print_list(all, options);
   if (options.out.empty()) throw InputError("--out is required");
   options.variants = select(options.variants, variant_names(), "variant");
   const std::vector<Job> jobs = shard(plan(all, options), options.shard);
@@ -303,7 +306,7 @@ int main(int argc, char** argv) {
   app.add_option("--jobs", options.jobs, "processes; default: one a core")
       ->check(CLI::Range(1, 1024));
   app.add_flag("--list", options.list, "print families and variants");
-  app.add_flag("--json", options.json, "the list as JSON");
-  app.add_option("--out", options.out, "CSV file to write");
+  app.add_flag("--json", options.json, "the list as JSON, into --out where it is given");
+  app.add_option("--out", options.out, "file to write");
   return run_program(app, argc, argv, [&] { return stress::run(options); });
 }

@@ -15,7 +15,7 @@ struct MixedPrecision {
   static constexpr const char* equation = "factored in float32, residual in float64";
   template <class T>
   static constexpr bool supports = std::is_same_v<T, double>;
-  static constexpr int most = 4;
+  static constexpr int most = 4, enough = 1;
 
   template <class T>
   struct Workspace {
@@ -59,7 +59,7 @@ struct MixedPrecision {
     a = ws.x32.template cast<T>();
     RefinementWorkspace<T>& w = ws.refinement_workspace;
     ws.refinement = refine<T>(
-        most,
+        most, enough,
         [&](const VectorX<T>& x, VectorX<T>& d) {
           inverse_dynamics(model, rm, x, w.newton_euler, Eigen::Ref<VectorX<T>>(w.residual));
           w.residual = tau - w.residual;
@@ -76,7 +76,7 @@ struct MixedPrecision {
     w.residual = tau;
     correct(ws, x);
     refine<T>(
-        most,
+        most, enough,
         [&](const VectorX<T>& y, VectorX<T>& d) {
           mass_times(model, rm, y, w.newton_euler, Eigen::Ref<VectorX<T>>(w.residual));
           w.residual = tau - w.residual;

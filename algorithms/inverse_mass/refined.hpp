@@ -36,7 +36,8 @@ struct RefinementWorkspace {
 
 // correct(x, d) writes the correction that x calls for. At most `most` steps.
 template <class T, class Correct>
-Refinement refine(int most, const Correct& correct, RefinementWorkspace<T>& ws, VectorX<T>& x) {
+Refinement refine(int most, int enough, const Correct& correct, RefinementWorkspace<T>& ws,
+                  VectorX<T>& x) {
   const T size = x.norm();
   const auto relative = [&size](const T& d) {
     return size > T(0) || d > T(0) ? static_cast<double>(T(d / size)) : 0.0;
@@ -45,7 +46,7 @@ Refinement refine(int most, const Correct& correct, RefinementWorkspace<T>& ws, 
   T d = ws.d.norm();
   if (!(d <= T(0.1) * size)) return {0, relative(d)};
   for (int step = 0; step < most; ++step) {
-    if (d <= T(4) * unit_roundoff<T>() * size) return {step, relative(d)};
+    if (d <= T(enough) * unit_roundoff<T>() * size) return {step, relative(d)};
     ws.before = x;
     x += ws.d;
     correct(x, ws.next);
@@ -79,7 +80,7 @@ struct Refined {
   static constexpr const char* equation = "guarded refinement, residual by Newton and Euler";
   template <class T>
   static constexpr bool supports = V::template supports<T>;
-  static constexpr int most = 1;
+  static constexpr int most = 1, enough = 4;
 
   template <class T>
   struct Workspace {
@@ -104,7 +105,7 @@ struct Refined {
     V::acceleration(model, rm, tau, ws.inner, a);
     RefinementWorkspace<T>& w = ws.refinement_workspace;
     ws.refinement = refine<T>(
-        most,
+        most, enough,
         [&](const VectorX<T>& x, VectorX<T>& d) {
           inverse_dynamics(model, rm, x, w.newton_euler, Eigen::Ref<VectorX<T>>(w.residual));
           w.residual = tau - w.residual;
@@ -120,7 +121,7 @@ struct Refined {
     V::solve(model, rm, tau, ws.inner, x);
     RefinementWorkspace<T>& w = ws.refinement_workspace;
     refine<T>(
-        most,
+        most, enough,
         [&](const VectorX<T>& y, VectorX<T>& d) {
           mass_times(model, rm, y, w.newton_euler, Eigen::Ref<VectorX<T>>(w.residual));
           w.residual = tau - w.residual;

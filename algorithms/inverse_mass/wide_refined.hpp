@@ -24,7 +24,7 @@ struct WideRefined {
   static constexpr const char* equation = "guarded refinement, residual in a wider precision";
   template <class T>
   static constexpr bool supports = V::template supports<T>;
-  static constexpr int most = 3;
+  static constexpr int most = 3, enough = 1;
 
   template <class T>
   struct Workspace {
@@ -62,7 +62,7 @@ struct WideRefined {
     set_velocity(ws.model, rm.qd, ws.rm);
     V::acceleration(model, rm, tau, ws.inner, a);
     ws.refinement = refine<T>(
-        most,
+        most, enough,
         [&](const VectorX<T>& x, VectorX<T>& d) {
           ws.wide_x = x.template cast<Wider<T>>();
           inverse_dynamics(ws.model, ws.rm, ws.wide_x, ws.newton_euler,
@@ -78,7 +78,7 @@ struct WideRefined {
                     Workspace<T>& ws, VectorX<T>& x) {
     V::solve(model, rm, tau, ws.inner, x);
     refine<T>(
-        most,
+        most, enough,
         [&](const VectorX<T>& y, VectorX<T>& d) {
           ws.wide_x = y.template cast<Wider<T>>();
           mass_times(ws.model, ws.rm, ws.wide_x, ws.newton_euler,

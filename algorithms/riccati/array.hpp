@@ -62,37 +62,36 @@ struct MGS {
   template <class T>
   static void reduce(Rows<T>& A, int m, int c, int h, const T& r, int skip, Reduced<T>& out) {
     using std::sqrt;
-    Row<T> sum = weighted_sum(A, m, c);
-    const T d = sum[c];
-    out.D = d + r;
-    out.lead = sum / out.D;
-    for (int i = 0; i < m; ++i) {
-      const T a = A(i, c);
-      A.row(i) -= a * out.lead;
-      if (c == h) A(i, h) = a * (r / out.D);  // a (1 - d / D) without cancellation
-    }
+    out.D = A.col(c).head(m).squaredNorm() + r;
+    const T root = sqrt(out.D);
+    const Row<T> sum = subtract(A, m, c, root);
+    out.lead = sum / root;
+    if (c == h)  // a - a (1 - r / D) without cancellation
+      for (int i = 0; i < m; ++i) A(i, h) *= r / out.D;
     if (r > T(0)) A.row(m++) = -sqrt(r) * out.lead;
 
     out.rows = 0;
     for (int j = 0; j < 6; ++j) {
       if (j == skip) continue;
-      sum = weighted_sum(A, m, j);
-      if (!(sum[j] > T(0))) continue;
-      out.A.row(out.rows++) = sum / T(sqrt(sum[j]));
-      sum /= T(sum[j]);
-      for (int i = 0; i < m; ++i) {
-        A.row(i) -= A(i, j) * sum;
-        A(i, j) = T(0);
-      }
+      const T norm = A.col(j).head(m).norm();
+      if (!(norm > T(0))) continue;
+      out.A.row(out.rows++) = subtract(A, m, j, norm);
+      A.col(j).head(m).setZero();
     }
   }
 
  private:
-  // a_j' A.
+  // With q = a_j / norm, returns q'A and takes q (q'A) from all columns but j. Where there is one
+  // row alone q is +-1, and zeros come out exact.
   template <class T>
-  static Row<T> weighted_sum(const Rows<T>& A, int m, int j) {
+  static Row<T> subtract(Rows<T>& A, int m, int j, const T& norm) {
     Row<T> sum = Row<T>::Zero();
-    for (int i = 0; i < m; ++i) sum += A(i, j) * A.row(i);
+    for (int i = 0; i < m; ++i) sum += T(A(i, j) / norm) * A.row(i);
+    for (int i = 0; i < m; ++i) {
+      const T a = A(i, j);
+      A.row(i) -= T(a / norm) * sum;
+      A(i, j) = a;
+    }
     return sum;
   }
 };

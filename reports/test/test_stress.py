@@ -74,7 +74,7 @@ def test_what_two_shards_record_is_refused(read):
         ({"relative": "nan"}, "status is ok, and relative is no number"),
         ({"status": "singular"}, "status is not ok, and relative is a number"),
         ({"status": "odd"}, "status 'odd' is none of ok, singular"),
-        ({"warning": "odd"}, "warning 'odd' is none of near_singular"),
+        ({"warning": "odd"}, "warning 'odd' is none of near_singular, inaccurate"),
         ({"precision": "float16"}, "precision 'float16' is none of float32, float64"),
         ({"family": ""}, "family is empty"),
         ({"seed": "1.5"}, "seed is no whole number"),
