@@ -21,7 +21,7 @@
 
 #include "accuracy/csv.hpp"
 #include "accuracy/stress/measure_case.hpp"
-#include "algorithms/solver.hpp"
+#include "accuracy/stress/selection.hpp"
 #include "robots/program.hpp"
 
 namespace kalmarm::stress {
@@ -49,35 +49,6 @@ struct Job {
   }
 };
 
-std::vector<Family> all_families() {
-  std::vector<Family> all = families();
-  for (Family& family : robot_families()) all.push_back(std::move(family));
-  return all;
-}
-
-std::vector<std::string> variant_names() {
-  std::vector<std::string> names;
-  for (const auto& variant : registered_variants<double>()) names.push_back(variant.name);
-  return names;
-}
-
-// Names asked for; "mass*" stands for all that begin so.
-template <class Names>
-std::vector<std::string> select(const std::vector<std::string>& asked, const Names& known,
-                                const std::string& kind) {
-  std::vector<std::string> out;
-  for (const std::string& name : asked) {
-    const bool prefix = name.ends_with('*');
-    const std::string start = prefix ? name.substr(0, name.size() - 1) : name;
-    const std::size_t before = out.size();
-    for (const std::string& candidate : known)
-      if (prefix ? candidate.starts_with(start) : candidate == name) out.push_back(candidate);
-    if (out.size() == before)
-      throw InputError(kind + " '" + name + "' is unknown; --list prints them");
-  }
-  return out;
-}
-
 // What is measured of a family unless variants are named. Other frames are of interest where
 // distances are large or masses uneven; wild mechanisms are many, and are for what may be chosen.
 Selection selection(const Family& family, const Options& options) {
@@ -97,8 +68,7 @@ Selection selection(const Family& family, const Options& options) {
 }
 
 std::vector<Job> plan(const std::vector<Family>& all, const Options& options) {
-  std::vector<std::string> known;
-  for (const Family& family : all) known.push_back(family.name);
+  const std::vector<std::string> known = names_of(all);
   const std::vector<std::string> chosen =
       options.families.empty() ? known : select(options.families, known, "family");
   std::vector<Job> jobs;
