@@ -1,10 +1,16 @@
 // evaluate: one variant on given or random states -> JSON.
+//
+// A variant that answers but warns (outcome.hpp) says so in the state: "warning", with the joint
+// and its numbers, "error_estimate" and "refinement_steps" where it has them. `--variant auto`
+// chooses (recommend.hpp); a state that it had to give to another variant names it.
 #include <cmath>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 
 #include "accuracy/real.hpp"
+#include "accuracy/recommend.hpp"
 #include "algorithms/model/mass_matrix.hpp"
 #include "algorithms/solver.hpp"
 #include "robots/mujoco_solver.hpp"
@@ -18,14 +24,16 @@ namespace {
 using nlohmann::json;
 
 struct Options {
-  std::string scene, variant, precision = "float64", states, out;
+  std::string scene, variant, precision, states, out;
   std::vector<std::string> want = {"mass", "inverse", "acceleration"};
   int random = 0, digits = 50;
+  double tolerance = 1e-6;
   std::uint64_t seed = 1;
   bool list = false;
 };
 
 constexpr const char* mujoco_variant = "MuJoCo";
+constexpr const char* automatic = "auto";
 
 template <class T>
 json to_json(const VectorX<T>& x) {
@@ -63,66 +71,228 @@ std::unique_ptr<Solver<T>> make_contender(const Options& options, const Scene& s
   unknown_variant(options, "is unknown");
 }
 
-void check(const Outcome& outcome, const Options& options, const Scene& scene, int state) {
-  if (outcome) return;
-  const std::string where = scene.name + ": state " + std::to_string(state) + ": ";
-  const std::string by = " (" + options.variant + ", " + options.precision + ")";
-  if (outcome.joint < 0) throw InputError(where + "the result is not finite" + by);
-  char numbers[96];
-  std::snprintf(numbers, sizeof numbers, "D = %.3g against a scale of %.3g", outcome.D,
-                outcome.scale);
-  throw InputError(where + "mass matrix " + to_string(outcome.status) + " at joint '" +
-                   scene.model.name(outcome.joint) + "', " + numbers + by);
+std::string place(const Scene& scene, std::size_t state) {
+  return scene.name + ": state " + std::to_string(state) + ": ";
 }
 
-template <class T>
-json evaluate(const Options& options, const Scene& scene, const std::vector<State>& states) {
-  const Model<T> model = scene.model.cast<T>();
-  const std::unique_ptr<Solver<T>> solver = make_contender<T>(options, scene, model);
-  const std::set<std::string> want(options.want.begin(), options.want.end());
-  if (want.contains("factors") && !solver->has_factors())
-    throw InputError("variant '" + options.variant + "' has no factors D and g");
+std::string at_joint(const Outcome& outcome, const Scene& scene) {
+  char text[96];
+  std::snprintf(text, sizeof text, ", D = %.3g against a scale of %.3g", outcome.D, outcome.scale);
+  return " at joint '" + scene.model.name(outcome.joint) + "'" + text;
+}
 
-  const int nv = model.nv();
-  const T poison = std::numeric_limits<T>::quiet_NaN();
-  RandomModel<T> rm(model);
-  CompositeInertia<T> composite(model);
-  json out = json::array();
-  Progress progress(static_cast<int>(states.size()));
-  for (const State& state : states) {
-    const int index = static_cast<int>(out.size());
-    progress.step("state " + std::to_string(index));
-    const VectorX<T> q = state.q.cast<T>(), qd = state.qd.cast<T>(), tau = state.tau.cast<T>();
-    json entry = {
-        {"qpos", to_json(state.q)}, {"qvel", to_json(state.qd)}, {"tau", to_json(state.tau)}};
-    if (want.contains("mass")) {
-      MatrixX<T> M = MatrixX<T>::Constant(nv, nv, poison);
-      if (auto* mujoco = dynamic_cast<MujocoSolver*>(solver.get())) {
-        if constexpr (std::is_same_v<T, double>) mujoco->mass(q, M);
-      } else {
-        set_position(model, q, rm);
-        mass_matrix(model, rm, composite, Eigen::Ref<MatrixX<T>>(M));
-      }
-      entry["mass"] = to_json(M);
+// Of an outcome that failed or warns, in words.
+std::string describe(const Outcome& outcome, const Scene& scene) {
+  if (!outcome && outcome.joint < 0) return "the result is not finite";
+  if (!outcome)
+    return std::string("mass matrix ") + to_string(outcome.status) + at_joint(outcome, scene);
+  if (outcome.near_singular) return "mass matrix nearly singular" + at_joint(outcome, scene);
+  char text[64];
+  std::snprintf(text, sizeof text, "the estimated error is %.2g", outcome.error);
+  return text;
+}
+
+// What the outcome of a state adds to its JSON.
+void add_outcome(const Outcome& outcome, const Scene& scene, json& entry) {
+  if (outcome.near_singular)
+    entry["warning"] = {{"kind", "near_singular"},
+                        {"joint", scene.model.name(outcome.joint)},
+                        {"D", outcome.D},
+                        {"scale", outcome.scale}};
+  else if (outcome.warns())
+    entry["warning"] = {{"kind", "inaccurate"}};
+  if (std::isnan(outcome.error)) return;
+  entry["error_estimate"] = outcome.error;
+  entry["refinement_steps"] = outcome.steps;
+}
+
+// Of one state. Where the outcome is a failure the entry is not whole.
+struct Answer {
+  json entry;
+  Outcome outcome;
+
+  // Keeps the first failure or warning, and the last estimate of the error. False on failure.
+  bool take(Outcome next) {
+    if (std::isnan(next.error)) {
+      next.error = outcome.error;
+      next.steps = outcome.steps;
     }
-    if (want.contains("inverse")) {
-      MatrixX<T> X = MatrixX<T>::Constant(nv, nv, poison);
-      check(solver->inverse(q, X), options, scene, index);
-      entry["inverse"] = to_json(X);
-    }
-    if (want.contains("acceleration")) {
-      VectorX<T> a = VectorX<T>::Constant(nv, poison);
-      check(solver->acceleration(q, qd, tau, a), options, scene, index);
-      entry["acceleration"] = to_json(a);
-    }
-    if (want.contains("factors")) {
-      VectorX<T> D = VectorX<T>::Constant(nv, poison);
-      MatrixX<T> g = MatrixX<T>::Constant(6, nv, poison);
-      check(solver->factors(q, D, g), options, scene, index);
-      entry["factors"] = {{"D", to_json(D)}, {"g", to_json<T>(MatrixX<T>(g.transpose()))}};
-    }
-    out.push_back(std::move(entry));
+    if (!next || !outcome.near_singular) outcome = next;
+    outcome.error = next.error;
+    outcome.steps = next.steps;
+    return bool(next);
   }
+};
+
+using Evaluator = std::function<Answer(const State&)>;
+
+template <class T>
+class Evaluation {
+ public:
+  Evaluation(const Options& options, const Scene& scene)
+      : model_(scene.model.cast<T>()),
+        solver_(make_contender<T>(options, scene, model_)),
+        want_(options.want.begin(), options.want.end()),
+        rm_(model_),
+        composite_(model_) {
+    if (wants("factors") && !solver_->has_factors())
+      throw InputError("variant '" + options.variant + "' has no factors D and g");
+  }
+
+  Answer operator()(const State& state) {
+    const VectorX<T> q = state.q.cast<T>(), qd = state.qd.cast<T>(), tau = state.tau.cast<T>();
+    Answer out;
+    out.entry = {
+        {"qpos", to_json(state.q)}, {"qvel", to_json(state.qd)}, {"tau", to_json(state.tau)}};
+    if (wants("mass")) out.entry["mass"] = to_json(mass(q));
+    if (wants("inverse")) {
+      MatrixX<T> X = poisoned(nv(), nv());
+      if (!out.take(solver_->inverse(q, X))) return out;
+      out.entry["inverse"] = to_json(X);
+    }
+    if (wants("acceleration")) {
+      VectorX<T> a = poisoned(nv(), 1);
+      if (!out.take(solver_->acceleration(q, qd, tau, a))) return out;
+      out.entry["acceleration"] = to_json(a);
+    }
+    if (wants("factors")) {
+      VectorX<T> D = poisoned(nv(), 1);
+      MatrixX<T> g = poisoned(6, nv());
+      if (!out.take(solver_->factors(q, D, g))) return out;
+      out.entry["factors"] = {{"D", to_json(D)}, {"g", to_json<T>(MatrixX<T>(g.transpose()))}};
+    }
+    return out;
+  }
+
+ private:
+  int nv() const { return model_.nv(); }
+  bool wants(const char* what) const { return want_.contains(what); }
+
+  static MatrixX<T> poisoned(int rows, int columns) {
+    return MatrixX<T>::Constant(rows, columns, std::numeric_limits<T>::quiet_NaN());
+  }
+
+  MatrixX<T> mass(const VectorX<T>& q) {
+    MatrixX<T> M = poisoned(nv(), nv());
+    if (auto* mujoco = dynamic_cast<MujocoSolver*>(solver_.get())) {
+      if constexpr (std::is_same_v<T, double>) mujoco->mass(q, M);
+    } else {
+      set_position(model_, q, rm_);
+      mass_matrix(model_, rm_, composite_, Eigen::Ref<MatrixX<T>>(M));
+    }
+    return M;
+  }
+
+  Model<T> model_;
+  std::shared_ptr<Solver<T>> solver_;  // shared: std::function wants to copy
+  std::set<std::string> want_;
+  RandomModel<T> rm_;
+  CompositeInertia<T> composite_;
+};
+
+Evaluator evaluator(const Options& options, const Scene& scene) {
+  if (options.precision == "float32") return Evaluation<float>(options, scene);
+  if (options.precision == "float64") return Evaluation<double>(options, scene);
+  return Evaluation<Real>(options, scene);
+}
+
+// States of one kind, told in one line on stderr: the first of them, and how many there are.
+class Note {
+ public:
+  void add(const std::string& text) {
+    if (count_++ == 0) first_ = text;
+  }
+
+  void tell(const char* kind, std::size_t states) const {
+    if (count_ > 0)
+      std::fprintf(stderr, "evaluate: %s: %s (%d of %zu states)\n", kind, first_.c_str(), count_,
+                   states);
+  }
+
+ private:
+  std::string first_;
+  int count_ = 0;
+};
+
+// What --variant auto uses, and what it goes on with where that fails or warns.
+struct Automatic {
+  Options chosen, recommended;
+
+  bool leaves(const Outcome& outcome) const {
+    return chosen.variant != recommended.variant && (!outcome || outcome.warns());
+  }
+};
+
+std::string describe(const Loss& loss, const Request& request) {
+  char text[128];
+  if (request.acceleration)
+    std::snprintf(text, sizeof text,
+                  "lost, in roundoffs: %.2g by cancellation, %.2g by parameters, %.2g observed",
+                  loss.cancellation, loss.parameters, loss.observed);
+  else
+    std::snprintf(text, sizeof text, "lost, in roundoffs: %.2g by cancellation, %.2g by Cholesky",
+                  loss.cancellation, loss.cholesky);
+  return text;
+}
+
+Automatic choose(const Options& options, const Scene& scene, const std::vector<State>& states) {
+  const std::set<std::string> want(options.want.begin(), options.want.end());
+  if (want.contains("factors")) throw InputError("--variant auto gives no factors");
+  if (options.precision == "mp") throw InputError("--variant auto is for float32 and float64");
+  const Request request{want.contains("acceleration"), want.contains("inverse"), options.tolerance,
+                        options.precision};
+  LossPredictor predict(scene.model, request.inverse && !request.acceleration);
+  Loss loss;
+  for (const State& state : states) loss.worsen(predict(state.q, {state.tau, state.qd}));
+  const Choice choice = recommend(loss, request);
+  std::fprintf(stderr,
+               "evaluate: auto: %s in %s, predicted error %.1g %s the tolerance %.3g (%s)\n",
+               choice.variant.c_str(), choice.precision.c_str(), choice.predicted,
+               choice.predicted <= options.tolerance ? "within" : "BEYOND", options.tolerance,
+               describe(loss, request).c_str());
+  Automatic out{options, options};
+  out.chosen.variant = choice.variant;
+  out.chosen.precision = choice.precision;
+  out.recommended.variant = recommended_variant;
+  if (options.precision.empty()) out.recommended.precision = "float64";
+  return out;
+}
+
+json evaluate(const Options& options, const std::optional<Automatic>& automatic, const Scene& scene,
+              const std::vector<State>& states) {
+  const Evaluator answer = evaluator(options, scene);
+  const Evaluator again = automatic ? evaluator(automatic->recommended, scene) : Evaluator();
+  Note warnings, changes, inaccurate;
+  json out = json::array();
+  {
+    Progress progress(static_cast<int>(states.size()));
+    for (const State& state : states) {
+      const std::string where = place(scene, out.size());
+      progress.step("state " + std::to_string(out.size()));
+      const Options* by = &options;
+      Answer a = answer(state);
+      if (automatic && automatic->leaves(a.outcome)) {
+        changes.add(where + describe(a.outcome, scene) + "; went on with " +
+                    automatic->recommended.variant);
+        by = &automatic->recommended;
+        a = again(state);
+        a.entry["variant"] = by->variant;
+        a.entry["precision"] = by->precision;
+      }
+      if (!a.outcome)
+        throw InputError(where + describe(a.outcome, scene) + " (" + by->variant + ", " +
+                         by->precision + ")");
+      if (a.outcome.warns())
+        warnings.add(where + describe(a.outcome, scene));
+      else if (automatic && a.outcome.error > options.tolerance)
+        inaccurate.add(where + describe(a.outcome, scene) + ", beyond the tolerance");
+      add_outcome(a.outcome, scene, a.entry);
+      out.push_back(std::move(a.entry));
+    }
+  }
+  changes.tell("auto", states.size());
+  warnings.tell("warning", states.size());
+  inaccurate.tell("warning", states.size());
   return out;
 }
 
@@ -149,19 +319,15 @@ int run(const Options& options) {
     states = random_states(scene, options.random > 0 ? options.random : 1, options.seed);
   }
 
-  json document = {{"robot", scene.name},
-                   {"nv", scene.model.nv()},
-                   {"dofs", scene.model.names()},
-                   {"variant", options.variant},
-                   {"precision", options.precision}};
-  if (options.precision == "float32") {
-    document["states"] = evaluate<float>(options, scene, states);
-  } else if (options.precision == "float64") {
-    document["states"] = evaluate<double>(options, scene, states);
-  } else {
-    const Digits digits(options.digits);
-    document["states"] = evaluate<Real>(options, scene, states);
-  }
+  std::optional<Automatic> choice;
+  if (options.variant == automatic) choice = choose(options, scene, states);
+  Options used = choice ? choice->chosen : options;
+  if (used.precision.empty()) used.precision = "float64";
+  const Digits digits(options.digits);
+  const json document = {
+      {"robot", scene.name},         {"nv", scene.model.nv()},
+      {"dofs", scene.model.names()}, {"variant", used.variant},
+      {"precision", used.precision}, {"states", evaluate(used, choice, scene, states)}};
   write_file(options.out, document.dump() + "\n");
   return 0;
 }
@@ -176,10 +342,14 @@ int main(int argc, char** argv) {
   Options options;
   app.add_option("SCENE", options.scene, scene_help);
   app.add_flag("--list", options.list, "print the variants, one a line");
-  app.add_option("--variant", options.variant, "e.g. 'Sequential<ArrayMGS>'");
-  app.add_option("--precision", options.precision, "float32, float64 or mp (multi-precision)")
-      ->check(CLI::IsMember({"float32", "float64", "mp"}))
+  app.add_option("--variant", options.variant,
+                 "e.g. 'Sequential<ArrayMGS>'; auto chooses for this robot and these states");
+  app.add_option("--tolerance", options.tolerance, "error that auto may leave, relative")
+      ->check(CLI::PositiveNumber)
       ->capture_default_str();
+  app.add_option("--precision", options.precision,
+                 "float32, float64 (default) or mp (multi-precision)")
+      ->check(CLI::IsMember({"float32", "float64", "mp"}));
   app.add_option("--digits", options.digits, "decimal digits of mp")
       ->check(CLI::Range(20, 10000))
       ->capture_default_str();

@@ -3,7 +3,8 @@
 //   scene,n,variant,precision,task,state,measure,value,outcome
 // Parameters and states are rounded to a precision first, and truth is exact for what was rounded.
 // MuJoCo runs on its own parameters, from which the model's were lowered with rounding.
-// Outputs hold NaN before every call. A failure keeps its rows, with value nan and its outcome.
+// Outputs hold NaN before every call. A failure keeps its rows, with value nan and its outcome. A
+// scene that is singular once rounded to float32 has no truth there: all its rows are failures.
 #include <functional>
 #include <limits>
 #include <memory>
@@ -101,10 +102,22 @@ Truth<T> truth_of(const Scene& scene, const Model<T>& model, const VectorX<T>& q
   } catch (const std::runtime_error& e) {
     throw InputError(where + ": " + e.what());
   }
-  if (!out.outcome)
+  if (!out.outcome && std::is_same_v<T, double>)
     throw InputError(where + ": singular mechanism: joint '" + scene.model.name(out.outcome.joint) +
                      "' moves no inertia, D = " + number(out.outcome.D));
   return out;
+}
+
+// The rows of a state without truth.
+template <class T>
+void add_failures(const Contenders<T>& contenders, const Outcome& outcome, Table& table) {
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const MassMatrix<T>& contender : contenders.mass)
+    table.add(contender.name, "mass", outcome, {{"relative", nan}, {"scaled", nan}});
+  for (const Contender<T>& contender : contenders.solvers) {
+    table.add(contender.name, "acceleration", outcome, {{"relative", nan}, {"energy", nan}});
+    table.add(contender.name, "inverse", outcome, {{"relative", nan}, {"scaled", nan}});
+  }
 }
 
 template <class T>
@@ -121,6 +134,10 @@ void measure(const Scene& scene, const std::vector<State>& states, Progress& pro
     const VectorX<T> q = states[i].q.cast<T>(), qd = states[i].qd.cast<T>(),
                      tau = states[i].tau.cast<T>();
     const Truth<T> exact = truth_of(scene, model, q, Task<T>{tau, qd}, where);
+    if (!exact.outcome) {
+      add_failures(contenders, exact.outcome, table);
+      continue;
+    }
 
     if constexpr (std::is_same_v<T, double>) {
       const Condition c = condition(exact.M, exact.X);
