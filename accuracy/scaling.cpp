@@ -83,7 +83,7 @@ struct Contenders {
                       mass_matrix(model, rm, ws, Eigen::Ref<MatrixX<T>>(M));
                     }});
     for (const RegisteredVariant<T>& variant : registered_variants<T>())
-      solvers.push_back({variant.name, variant.make(model)});
+      if (variant.contender) solvers.push_back({variant.name, variant.make(model)});
     if constexpr (std::is_same_v<T, double>) {
       const auto mujoco = std::make_shared<MujocoSolver>(mujoco_of(scene));
       mass.push_back(
