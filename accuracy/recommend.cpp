@@ -19,7 +19,7 @@ namespace {
 
 using Reference = FactoredBias<ArrayGivens>;
 
-constexpr double margin = 8;
+constexpr double margin = 16;
 constexpr int draws = 6;  // for kS
 constexpr double infinite = std::numeric_limits<double>::infinity();
 constexpr const char* plain_variant = "Sequential<Conventional>";

@@ -255,7 +255,8 @@ int main(int argc, char** argv) {
   choose_openblas_kernels(argv);  // before Initialize takes its flags out of argv
   benchmark::Initialize(&argc, argv, [] {
     std::printf(
-        "Usage: bench_inverse SCENE... [--seed S] [--exhibits] [flags of Google Benchmark]\n\n  SCENE: %s\n\n",
+        "Usage: bench_inverse SCENE... [--seed S] [--exhibits] [flags of Google Benchmark]\n\n  "
+        "SCENE: %s\n\n",
         scene_help);
     benchmark::PrintDefaultHelp();
   });
