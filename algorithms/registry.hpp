@@ -37,59 +37,58 @@ struct VariantList {
 };
 
 // What an engineer may want to choose: timed everywhere.
-using Contenders =
-    VariantList<Batch<EigenLLT>,              //
-                Batch<EigenLDLT>,             //
-                Batch<OpenBLAS>,              //
-                Batch<SparseLTDL>,            //
-                Sequential<Conventional>,     //
-                ClosedForm<Conventional>,     //
-                Sequential<ArrayMGS>,         //
-                Sequential<ArrayGivens>,      //
-                Sequential<UD>,               //
-                FactoredBias<ArrayGivens>,    //
-                Refined<Sequential<Zeroed>>,  //
-                Refined<FactoredBias<ArrayGivens>>, WideRefined<FactoredBias<ArrayGivens>>>;
+using Contenders = VariantList<Batch<EigenLLT>,                     //
+                               Batch<EigenLDLT>,                    //
+                               Batch<OpenBLAS>,                     //
+                               Batch<SparseLTDL>,                   //
+                               Sequential<Conventional>,            //
+                               ClosedForm<Conventional>,            //
+                               Sequential<ArrayMGS>,                //
+                               Sequential<ArrayGivens>,             //
+                               Sequential<UD>,                      //
+                               FactoredBias<ArrayGivens>,           //
+                               Refined<Sequential<Zeroed>>,         //
+                               Refined<FactoredBias<ArrayGivens>>,  //
+                               WideRefined<FactoredBias<ArrayGivens>>>;
+
 // What is known, recommended or feared elsewhere, for the accuracy laboratory: in float32 and
 // float64 alone, since nothing is to be learnt of rounding in multi-precision.
-using Exhibits =
-    VariantList<StackedQR,                 //
-                Refined<Batch<EigenLLT>>,  //
-                WideRefined<Sequential<Conventional>>, WideRefined<FactoredBias<ArrayMGS>>,
-                Sequential<Joseph>,                         //
-                Sequential<Zeroed>,                         //
-                Sequential<Potter>,                         //
-                Sequential<ArrayHouseholder>,               //
-                Sequential<ArrayPivoted>,                   //
-                ClosedForm<ArrayMGS>,                       //
-                FactoredBias<ArrayMGS>,                     //
-                FactoredBias<ArrayHouseholder>,             //
-                Refined<Sequential<Conventional>>,          //
-                Refined<Sequential<Joseph>>,                //
-                Refined<Sequential<ArrayMGS>>,              //
-                Refined<Sequential<ArrayGivens>>,           //
-                Refined<FactoredBias<ArrayMGS>>,            //
-                MixedPrecision<Sequential<Conventional>>,   //
-                MixedPrecision<Sequential<ArrayMGS>>,       //
-                MixedPrecision<FactoredBias<ArrayGivens>>,  //
-                Sequential<WorldAxes<Conventional>>,        //
-                Sequential<WorldAxes<Joseph>>,              //
-                Sequential<WorldAxes<Zeroed>>,              //
-                Sequential<WorldAxes<Potter>>,              //
-                Sequential<WorldAxes<ArrayHouseholder>>,    //
-                Sequential<WorldAxes<ArrayPivoted>>,        //
-                Sequential<WorldAxes<ArrayMGS>>,            //
-                Sequential<WorldAxes<ArrayGivens>>,         //
-                Sequential<WorldAxes<UD>>,                  //
-                Sequential<WorldOrigin<Conventional>>,      //
-                Sequential<WorldOrigin<Joseph>>,            //
-                Sequential<WorldOrigin<Zeroed>>,            //
-                Sequential<WorldOrigin<Potter>>,            //
-                Sequential<WorldOrigin<ArrayHouseholder>>,  //
-                Sequential<WorldOrigin<ArrayPivoted>>,      //
-                Sequential<WorldOrigin<ArrayMGS>>,          //
-                Sequential<WorldOrigin<ArrayGivens>>,       //
-                Sequential<WorldOrigin<UD>>>;
+using Exhibits = VariantList<StackedQR,                                  //
+                             Refined<Batch<EigenLLT>>,                   //
+                             WideRefined<Sequential<Conventional>>,      //
+                             WideRefined<FactoredBias<ArrayMGS>>,        //
+                             Sequential<Joseph>,                         //
+                             Sequential<Zeroed>,                         //
+                             Sequential<Potter>,                         //
+                             Sequential<ArrayHouseholder>,               //
+                             Sequential<ArrayPivoted>,                   //
+                             ClosedForm<ArrayMGS>,                       //
+                             FactoredBias<ArrayMGS>,                     //
+                             FactoredBias<ArrayHouseholder>,             //
+                             Refined<Sequential<Conventional>>,          //
+                             Refined<Sequential<Joseph>>,                //
+                             Refined<Sequential<ArrayMGS>>,              //
+                             Refined<Sequential<ArrayGivens>>,           //
+                             Refined<FactoredBias<ArrayMGS>>,            //
+                             MixedPrecision<Sequential<Conventional>>,   //
+                             MixedPrecision<Sequential<ArrayMGS>>,       //
+                             MixedPrecision<FactoredBias<ArrayGivens>>,  //
+                             Sequential<WorldAxes<Conventional>>,        //
+                             Sequential<WorldAxes<Joseph>>,              //
+                             Sequential<WorldAxes<Potter>>,              //
+                             Sequential<WorldAxes<ArrayHouseholder>>,    //
+                             Sequential<WorldAxes<ArrayPivoted>>,        //
+                             Sequential<WorldAxes<ArrayMGS>>,            //
+                             Sequential<WorldAxes<ArrayGivens>>,         //
+                             Sequential<WorldAxes<UD>>,                  //
+                             Sequential<WorldOrigin<Conventional>>,      //
+                             Sequential<WorldOrigin<Joseph>>,            //
+                             Sequential<WorldOrigin<Potter>>,            //
+                             Sequential<WorldOrigin<ArrayHouseholder>>,  //
+                             Sequential<WorldOrigin<ArrayPivoted>>,      //
+                             Sequential<WorldOrigin<ArrayMGS>>,          //
+                             Sequential<WorldOrigin<ArrayGivens>>,       //
+                             Sequential<WorldOrigin<UD>>>;
 
 // The contract of a variant: factor the mass matrix of a state, then use the factors.
 template <class V, class T>

@@ -95,18 +95,15 @@ struct MixedPrecision {
   }
 
  private:
-  // d = M^^-1 residual. The residual is scaled to 1, where float32 has its full range.
+  // d = M^^-1 residual, by the factors of float32.
   template <class T>
   static void correct(Workspace<T>& ws, VectorX<T>& d) {
-    const VectorX<T>& residual = ws.refinement_workspace.residual;
-    const T size = residual.cwiseAbs().maxCoeff();
-    if (size == T(0)) {
-      d.setZero();
-      return;
-    }
-    ws.rhs = (residual / size).template cast<float>();
-    V::solve(ws.model, ws.rm, ws.rhs, ws.inner, ws.x32);
-    d = size * ws.x32.template cast<T>();
+    solve_scaled(
+        ws.refinement_workspace.residual,
+        [&](const VectorX<float>& rhs, VectorX<float>& x) {
+          V::solve(ws.model, ws.rm, rhs, ws.inner, x);
+        },
+        ws.rhs, ws.x32, d);
   }
 };
 

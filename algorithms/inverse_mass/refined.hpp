@@ -61,6 +61,21 @@ Refinement refine(int most, int enough, const Correct& correct, RefinementWorksp
   return {most, relative(d)};
 }
 
+// d = M^^-1 residual by solve(rhs, x) in a narrower scalar N. The residual is scaled to 1, where N
+// has its full range.
+template <class R, class N, class D, class Solve>
+void solve_scaled(const VectorX<R>& residual, const Solve& solve, VectorX<N>& rhs, VectorX<N>& x,
+                  VectorX<D>& d) {
+  const R size = residual.cwiseAbs().maxCoeff();
+  if (size == R(0)) {
+    d.setZero();
+    return;
+  }
+  rhs = (residual / size).template cast<N>();
+  solve(rhs, x);
+  d = (size * x.template cast<R>()).template cast<D>();
+}
+
 // M^-1 (nv x nv) column by column from solve(unit, x): the mean of both triangles.
 template <class T, class Solve>
 void inverse_by_solving(const Solve& solve, VectorX<T>& unit, VectorX<T>& x, MatrixX<T>& X) {

@@ -8,10 +8,9 @@
 
 namespace kalmarm {
 
+// All but the acceleration, where the bias enters.
 template <class Update>
-struct Sequential {
-  static std::string name() { return "Sequential<" + Update::name() + ">"; }
-  static constexpr const char* equation = "M^-1 = (I - L*) D^-1 (I - L), (3.3)";
+struct FilterAndSmoother {
   template <class T>
   static constexpr bool supports = true;
 
@@ -28,16 +27,6 @@ struct Sequential {
     return kalmarm::factor(model, rm, ws.factors);
   }
 
-  // a (nv) from tau (nv), with the bias of rm, after factor. About 220 flops a link.
-  template <class T>
-  static void acceleration(const Model<T>& model, const RandomModel<T>& rm, const VectorX<T>& tau,
-                           Workspace<T>& ws, VectorX<T>& a) {
-    for (int k = 0; k < model.nv(); ++k) ws.sweeps.z[k] = rm.b[k];
-    filter(model, rm, ws.factors, tau, ws.sweeps,
-           [&](int k, Vector6<T>& z) { z += Update::P_plus_times(k, rm.c[k], ws.factors.update); });
-    smooth_with_bias(model, rm, ws.factors, ws.sweeps, a);
-  }
-
   // x = M^-1 tau, after factor.
   template <class T>
   static void solve(const Model<T>& model, const RandomModel<T>& rm, const VectorX<T>& tau,
@@ -50,6 +39,22 @@ struct Sequential {
   static void inverse(const Model<T>& model, const RandomModel<T>& rm, Workspace<T>& ws,
                       MatrixX<T>& X) {
     inverse_by_columns(model, rm, ws.factors, ws.sweeps, X);
+  }
+};
+
+template <class Update>
+struct Sequential : FilterAndSmoother<Update> {
+  static std::string name() { return "Sequential<" + Update::name() + ">"; }
+  static constexpr const char* equation = "M^-1 = (I - L*) D^-1 (I - L), (3.3)";
+
+  // a (nv) from tau (nv), with the bias of rm, after factor. About 220 flops a link.
+  template <class T, class Workspace>
+  static void acceleration(const Model<T>& model, const RandomModel<T>& rm, const VectorX<T>& tau,
+                           Workspace& ws, VectorX<T>& a) {
+    for (int k = 0; k < model.nv(); ++k) ws.sweeps.z[k] = rm.b[k];
+    filter(model, rm, ws.factors, tau, ws.sweeps,
+           [&](int k, Vector6<T>& z) { z += Update::P_plus_times(k, rm.c[k], ws.factors.update); });
+    smooth_with_bias(model, rm, ws.factors, ws.sweeps, a);
   }
 };
 

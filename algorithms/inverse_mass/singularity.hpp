@@ -24,25 +24,13 @@
 #include <type_traits>
 #include <vector>
 
+#include "algorithms/inverse_mass/gains.hpp"
 #include "algorithms/inverse_mass/polar_moment.hpp"
 #include "algorithms/model/random_model.hpp"
 #include "algorithms/outcome.hpp"
 #include "algorithms/riccati/array.hpp"
 
 namespace kalmarm {
-
-// What the filter, the smoother and Result 6.1 need, whatever the update.
-template <class T>
-struct Gains {
-  std::vector<T> D;
-  std::vector<Vector6<T>> g;
-  bool exact_constraint = false;  // HP+ = 0 to the last bit where r = 0
-
-  Gains(const Model<T>& model, bool exact)
-      : D(model.nv()), g(model.nv()), exact_constraint(exact) {}
-
-  bool exact_at(const Joint<T>& joint) const { return exact_constraint && joint.r == T(0); }
-};
 
 // S, tips to base.
 template <class T>

@@ -35,7 +35,7 @@ struct WideRefined {
     RandomModel<Wider<T>> rm;
     InverseDynamics<Wider<T>> newton_euler;
     VectorX<Wider<T>> wide_x, wide_residual;
-    VectorX<T> unit, x;
+    VectorX<T> scaled_d, unit, x;
 
     explicit Workspace(const Model<T>& narrow)
         : inner(narrow),
@@ -45,6 +45,7 @@ struct WideRefined {
           newton_euler(model),
           wide_x(narrow.nv()),
           wide_residual(narrow.nv()),
+          scaled_d(narrow.nv()),
           unit(narrow.nv()),
           x(narrow.nv()) {}
   };
@@ -98,21 +99,15 @@ struct WideRefined {
   }
 
  private:
-  // d = M^^-1 (tau - ID), scaled to 1 on the way: the residual may be below the range of T.
+  // d = M^^-1 (tau - ID).
   template <class T>
   static void correct(const Model<T>& model, const RandomModel<T>& rm, const VectorX<T>& tau,
                       Workspace<T>& ws, VectorX<T>& d) {
-    using W = Wider<T>;
-    ws.wide_residual = tau.template cast<W>() - ws.wide_residual;
-    const W size = ws.wide_residual.cwiseAbs().maxCoeff();
-    if (size == W(0)) {
-      d.setZero();
-      return;
-    }
-    VectorX<T>& residual = ws.refinement_workspace.residual;
-    residual = (ws.wide_residual / size).template cast<T>();
-    V::solve(model, rm, residual, ws.inner, d);
-    d = (size * d.template cast<W>()).template cast<T>();
+    ws.wide_residual = tau.template cast<Wider<T>>() - ws.wide_residual;
+    solve_scaled(
+        ws.wide_residual,
+        [&](const VectorX<T>& rhs, VectorX<T>& x) { V::solve(model, rm, rhs, ws.inner, x); },
+        ws.refinement_workspace.residual, ws.scaled_d, d);
   }
 };
 

@@ -75,15 +75,14 @@ struct ZeroedForm {
   static constexpr const char* name = "Zeroed";
   static constexpr bool exact_constraint = true;
 
-  template <class Row, class T>
-  static void subtract(const Row& H, const Vector6<T>& U, const Vector6<T>& g, const T& r,
+  // In other frames than the link's no row of P is zero, and this would be Conventional.
+  template <class T>
+  static void subtract(UnitRow H, const Vector6<T>& U, const Vector6<T>& g, const T& r,
                        Matrix6<T>& P) {
     P.noalias() -= g * U.transpose();
-    if constexpr (std::is_same_v<Row, UnitRow>) {
-      if (r > T(0)) return;
-      P.row(H.axis).setZero();
-      P.col(H.axis).setZero();
-    }
+    if (r > T(0)) return;
+    P.row(H.axis).setZero();
+    P.col(H.axis).setZero();
   }
 };
 

@@ -76,8 +76,6 @@ constexpr Bound bounds[] = {
     {"Sequential<WorldOrigin<*", "massless_links", {2200, Per::u}, {2300, Per::u}},
     {"Sequential<WorldOrigin<Conventional>>", "*", {800, Per::u}, {9100, Per::u}},
     {"Sequential<WorldOrigin<Conventional>>", "massless_links", {1.1e5, Per::u}, {1.4e5, Per::u}},
-    {"Sequential<WorldOrigin<Zeroed>>", "*", {800, Per::u}, {9100, Per::u}},
-    {"Sequential<WorldOrigin<Zeroed>>", "massless_links", {1.1e5, Per::u}, {1.4e5, Per::u}},
     {"Sequential<WorldOrigin<Joseph>>", "*", {1.7e4, Per::u}, {1.3e5, Per::u}},
     {"Sequential<WorldOrigin<Joseph>>", "massless_links", {1.3e5, Per::u}, {1.7e5, Per::u}},
 };
