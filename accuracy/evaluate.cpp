@@ -104,6 +104,7 @@ void add_outcome(const Outcome& outcome, const Scene& scene, json& entry) {
   if (std::isnan(outcome.error)) return;
   entry["error_estimate"] = outcome.error;
   entry["refinement_steps"] = outcome.steps;
+  entry["widened"] = outcome.widened;
 }
 
 // Of one state. Where the outcome is a failure the entry is not whole.
@@ -116,10 +117,12 @@ struct Answer {
     if (std::isnan(next.error)) {
       next.error = outcome.error;
       next.steps = outcome.steps;
+      next.widened = outcome.widened;
     }
     if (!next || !outcome.near_singular) outcome = next;
     outcome.error = next.error;
     outcome.steps = next.steps;
+    outcome.widened = next.widened;
     return bool(next);
   }
 };

@@ -15,11 +15,13 @@ struct [[nodiscard]] Outcome {
 
   Status status = Status::ok;
   bool near_singular = false;  // ok, but D(joint) may be wrong by 1 per cent or more
+  bool suspect = false;        // ok, but some D(joint) was so small that it had to be looked into
   int joint = -1;    // DoF at which the factorisation stopped, or nearly did; -1 where it did not
   double D = 0;      // its innovation covariance, or Cholesky pivot [kg m^2 or kg]
   double scale = 0;  // the size that D was compared with, same unit
   double error = std::numeric_limits<double>::quiet_NaN();  // estimated |da| / |a|, if there is one
   int steps = 0;                                            // of refinement that were accepted
+  bool widened = false;  // refined by factors of a wider precision, since its own did not help
 
   explicit operator bool() const { return status == Status::ok; }
 

@@ -120,6 +120,7 @@ class SolverOf final : public Solver<T> {
     if constexpr (requires { ws_.refinement; }) {
       outcome.error = ws_.refinement.error;
       outcome.steps = ws_.refinement.steps;
+      outcome.widened = ws_.refinement.widened;
     }
     return check_finite(a, outcome);
   }

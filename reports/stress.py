@@ -7,8 +7,8 @@ import numpy as np
 TEXTS = ("family", "precision", "task", "variant", "status", "warning")
 COLUMNS = (
     "family,value,n,seed,precision,task,kappa,kappa_scaled,kS,variant,status,warning,relative,"
-    "energy,componentwise,backward,oettli_prager,eta,estimate,unrefined,steps,P_min,"
-    "P_constraint,P_asymmetry"
+    "energy,componentwise,backward,oettli_prager,eta,estimate,unrefined,steps,widened,"
+    "P_min,P_constraint,P_asymmetry"
 ).split(",")
 KEY = ("family", "value", "n", "seed", "precision", "task", "variant")
 U = {"float32": 2.0**-24, "float64": 2.0**-53}  # unit roundoff

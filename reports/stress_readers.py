@@ -13,7 +13,7 @@ from stress import COLUMNS, TEXTS, U
 STATUSES = ("ok", "singular", "indefinite", "not_finite")
 WARNINGS = ("", "near_singular", "inaccurate")
 SIGNED = ("value", "P_min", "P_constraint", "P_asymmetry")
-WHOLE = ("n", "seed", "steps")
+WHOLE = ("n", "seed", "steps", "widened")
 NEEDED = ("value", "n", "seed")
 BLOCK = 20_000  # rows at a time
 

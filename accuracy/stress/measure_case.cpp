@@ -247,7 +247,9 @@ std::string measure(const Family& family, double value, std::uint64_t seed,
     for (const double x : {r.relative, r.energy, r.componentwise, r.backward, r.oettli_prager,
                            r.eta, r.outcome.error, r.unrefined})
       out += ',' + short_number(x);
-    out += ',' + (std::isnan(r.outcome.error) ? "" : std::to_string(r.outcome.steps));
+    out += std::isnan(r.outcome.error)
+               ? ",,"
+               : ',' + std::to_string(r.outcome.steps) + (r.outcome.widened ? ",1" : ",0");
     for (const double x : {r.P_min, r.P_constraint, r.P_asymmetry}) out += ',' + short_number(x);
     out += '\n';
   }

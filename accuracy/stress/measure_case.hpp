@@ -11,12 +11,14 @@
 //
 // A record is one line of CSV:
 //   family,value,n,seed,precision,task,kappa,kappa_scaled,kS,variant,status,warning,relative,energy,
-//   componentwise,backward,oettli_prager,eta,estimate,unrefined,steps,P_min,P_constraint,P_asymmetry
+//   componentwise,backward,oettli_prager,eta,estimate,unrefined,steps,widened,P_min,P_constraint,
+//   P_asymmetry
 // The measures are those of measures.hpp, to four digits. Of a matrix, componentwise is the scaled
 // error and backward |M X - 1|; of factors, relative is D's error and componentwise g's. warning:
 // near_singular, or inaccurate where the variant's own estimate says 1 per cent or more. unrefined:
-// relative of the variant inside Refined<>. P_min: least over largest eigenvalue of P+,
-// P_constraint |HP+| / |P+| where r = 0, P_asymmetry |P+ - P+'| / |P+|; the worst over all joints.
+// relative of the variant inside Refined<>. steps and widened: as in Outcome. P_min: least over
+// largest eigenvalue of P+, P_constraint |HP+| / |P+| where r = 0, P_asymmetry |P+ - P+'| / |P+|;
+// the worst over all joints.
 #pragma once
 
 #include <cstdint>
@@ -29,8 +31,8 @@ namespace kalmarm::stress {
 
 inline constexpr const char* csv_header =
     "family,value,n,seed,precision,task,kappa,kappa_scaled,kS,variant,status,warning,relative,"
-    "energy,componentwise,backward,oettli_prager,eta,estimate,unrefined,steps,P_min,P_constraint,"
-    "P_asymmetry\n";
+    "energy,componentwise,backward,oettli_prager,eta,estimate,unrefined,steps,widened,P_min,"
+    "P_constraint,P_asymmetry\n";
 
 struct Selection {
   std::vector<std::string> variants;  // empty: all

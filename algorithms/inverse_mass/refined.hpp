@@ -18,7 +18,8 @@ namespace kalmarm {
 
 struct Refinement {
   int steps = 0;
-  double error = 0;  // |d| / |x|
+  double error = 0;      // |d| / |x|
+  bool widened = false;  // by factors of a wider precision (wide_refined.hpp)
 };
 
 template <class T>

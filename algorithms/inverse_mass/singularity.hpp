@@ -133,7 +133,10 @@ class SingularityTest {
       nearest.see(k, D, scale);
       if (model.parent(k) >= 0) scale_.propagate(model, rm.phi[k], k, gains.g[k]);
     }
-    return singular ? nearest.warning() : singular;
+    if (!singular) return singular;
+    Outcome out = nearest.warning();
+    out.suspect = true;
+    return out;
   }
 
  private:

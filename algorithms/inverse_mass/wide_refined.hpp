@@ -5,8 +5,14 @@
 // With factors that are right to a digit, x becomes right to the last bits, whatever kS is, and
 // |d| / |x| is its error, not an estimate of its size: two random numbers of one size are within a
 // factor 3 of each other in 60 per cent of all cases only.
+//
+// M^^-1 r has no such digit where T cannot hold r: r is small next to what its rounding moves, and
+// above kappa ~ 1/u that of a joint torque is enough. So where |d| does not come down to the last
+// bits, M is factored in the wider precision too, and x starts again from there. That costs
+// time in the few states that need it, and is said (outcome.widened).
 #pragma once
 
+#include <optional>
 #include <string>
 #include <type_traits>
 
@@ -25,6 +31,7 @@ struct WideRefined {
   template <class T>
   static constexpr bool supports = V::template supports<T>;
   static constexpr int most = 3, enough = 1;
+  static constexpr int settled = 4;  // |d| <= settled u |x|: right to the last bits
 
   template <class T>
   struct Workspace {
@@ -34,8 +41,11 @@ struct WideRefined {
     Model<Wider<T>> model;
     RandomModel<Wider<T>> rm;
     InverseDynamics<Wider<T>> newton_euler;
-    VectorX<Wider<T>> wide_x, wide_residual;
-    VectorX<T> scaled_d, unit, x;
+    VectorX<Wider<T>> wide_tau, wide_x, wide_residual, wide_rhs, wide_d;
+    typename V::template Workspace<Wider<T>> wide_inner;
+    bool suspect = false;
+    std::optional<Outcome> widened;  // of the factorisation that wide_inner holds
+    VectorX<T> rhs, scaled_d, unit, x;
 
     explicit Workspace(const Model<T>& narrow)
         : inner(narrow),
@@ -43,8 +53,13 @@ struct WideRefined {
           model(narrow.template cast<Wider<T>>()),
           rm(model),
           newton_euler(model),
+          wide_tau(narrow.nv()),
           wide_x(narrow.nv()),
           wide_residual(narrow.nv()),
+          wide_rhs(narrow.nv()),
+          wide_d(narrow.nv()),
+          wide_inner(model),
+          rhs(narrow.nv()),
           scaled_d(narrow.nv()),
           unit(narrow.nv()),
           x(narrow.nv()) {}
@@ -53,7 +68,10 @@ struct WideRefined {
   template <class T>
   static Outcome factor(const Model<T>& model, const RandomModel<T>& rm, Workspace<T>& ws) {
     set_position(ws.model, rm.q, ws.rm);
-    return V::factor(model, rm, ws.inner);
+    ws.widened.reset();
+    const Outcome outcome = V::factor(model, rm, ws.inner);
+    ws.suspect = outcome.suspect;
+    return outcome;
   }
 
   // a (nv) from tau (nv), with the bias of rm, after factor.
@@ -61,32 +79,30 @@ struct WideRefined {
   static void acceleration(const Model<T>& model, const RandomModel<T>& rm, const VectorX<T>& tau,
                            Workspace<T>& ws, VectorX<T>& a) {
     set_velocity(ws.model, rm.qd, ws.rm);
+    ws.wide_tau = tau.template cast<Wider<T>>();
     V::acceleration(model, rm, tau, ws.inner, a);
-    ws.refinement = refine<T>(
-        most, enough,
-        [&](const VectorX<T>& x, VectorX<T>& d) {
-          ws.wide_x = x.template cast<Wider<T>>();
+    ws.refinement = refine_to_last_bits(
+        model, rm, ws,
+        [&] {
           inverse_dynamics(ws.model, ws.rm, ws.wide_x, ws.newton_euler,
                            Eigen::Ref<VectorX<Wider<T>>>(ws.wide_residual));
-          correct(model, rm, tau, ws, d);
         },
-        ws.refinement_workspace, a);
+        [&] { V::acceleration(ws.model, ws.rm, ws.wide_tau, ws.wide_inner, ws.wide_x); }, a);
   }
 
   // x = M^-1 tau, after factor.
   template <class T>
   static void solve(const Model<T>& model, const RandomModel<T>& rm, const VectorX<T>& tau,
                     Workspace<T>& ws, VectorX<T>& x) {
+    ws.wide_tau = tau.template cast<Wider<T>>();
     V::solve(model, rm, tau, ws.inner, x);
-    refine<T>(
-        most, enough,
-        [&](const VectorX<T>& y, VectorX<T>& d) {
-          ws.wide_x = y.template cast<Wider<T>>();
+    refine_to_last_bits(
+        model, rm, ws,
+        [&] {
           mass_times(ws.model, ws.rm, ws.wide_x, ws.newton_euler,
                      Eigen::Ref<VectorX<Wider<T>>>(ws.wide_residual));
-          correct(model, rm, tau, ws, d);
         },
-        ws.refinement_workspace, x);
+        [&] { V::solve(ws.model, ws.rm, ws.wide_tau, ws.wide_inner, ws.wide_x); }, x);
   }
 
   // M^-1 (nv x nv), both triangles, after factor: every column refined.
@@ -99,15 +115,45 @@ struct WideRefined {
   }
 
  private:
-  // d = M^^-1 (tau - ID).
-  template <class T>
-  static void correct(const Model<T>& model, const RandomModel<T>& rm, const VectorX<T>& tau,
-                      Workspace<T>& ws, VectorX<T>& d) {
-    ws.wide_residual = tau.template cast<Wider<T>>() - ws.wide_residual;
-    solve_scaled(
-        ws.wide_residual,
-        [&](const VectorX<T>& rhs, VectorX<T>& x) { V::solve(model, rm, rhs, ws.inner, x); },
-        ws.refinement_workspace.residual, ws.scaled_d, d);
+  // torques() writes the torques of wide_x into wide_residual; start() answers in wide_x by the
+  // factors of the wider precision.
+  template <class T, class Torques, class Start>
+  static Refinement refine_to_last_bits(const Model<T>& model, const RandomModel<T>& rm,
+                                        Workspace<T>& ws, const Torques& torques,
+                                        const Start& start, VectorX<T>& x) {
+    const auto set_residual = [&](const VectorX<T>& y) {
+      ws.wide_x = y.template cast<Wider<T>>();
+      torques();
+      ws.wide_residual = ws.wide_tau - ws.wide_residual;
+    };
+    const auto solve_narrow = [&](const VectorX<T>& rhs, VectorX<T>& d) {
+      V::solve(model, rm, rhs, ws.inner, d);
+    };
+    const Refinement narrow = refine<T>(
+        most, enough,
+        [&](const VectorX<T>& y, VectorX<T>& d) {
+          set_residual(y);
+          solve_scaled(ws.wide_residual, solve_narrow, ws.rhs, ws.scaled_d, d);
+        },
+        ws.refinement_workspace, x);
+    if (!ws.suspect && narrow.error <= settled * unit_roundoff<T>()) return narrow;
+
+    if (!ws.widened) ws.widened = V::factor(ws.model, ws.rm, ws.wide_inner);
+    if (!*ws.widened) return narrow;
+    start();
+    x = ws.wide_x.template cast<T>();
+    const auto solve_wide = [&](const VectorX<Wider<T>>& rhs, VectorX<Wider<T>>& d) {
+      V::solve(ws.model, ws.rm, rhs, ws.wide_inner, d);
+    };
+    Refinement wide = refine<T>(
+        most, enough,
+        [&](const VectorX<T>& y, VectorX<T>& d) {
+          set_residual(y);
+          solve_scaled(ws.wide_residual, solve_wide, ws.wide_rhs, ws.wide_d, d);
+        },
+        ws.refinement_workspace, x);
+    wide.widened = true;
+    return wide;
   }
 };
 
