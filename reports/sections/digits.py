@@ -4,6 +4,7 @@ import math
 import re
 from collections import defaultdict
 
+import numpy as np
 from data import Data
 from laboratory import Laboratory, Point
 from markupsafe import Markup, escape
@@ -81,7 +82,7 @@ def section(data: Data) -> Section | None:
             "“refused”: called singular. * : the median is right, but a seed failed or is wrong.",
         ],
         choices=[choice for choice in (task, group) if choice.options],
-        tables=[*tables, *singular],
+        tables=[*tables, *singular, *_health(data)],
     )
 
 
@@ -163,6 +164,43 @@ def _cell(points: list[Point]) -> Markup:
     look = sum(number >= step for step in STEPS)
     some = "*" if any(point.failures or point.wrong for point in points) else ""
     return Markup('<span class="d{}">{:.1f}{}</span>').format(max(look, 1), number, some)
+
+
+def _health(data: Data) -> list[Table]:
+    """What is left of a covariance that ought to be symmetric, positive and zero along its axis."""
+    stress = data.stress
+    factors = stress.rows(stress.ok & ~np.isnan(stress["P_min"])).where(task="factors")
+    rows = []
+    for variant in factors.present("variant"):
+        for precision in factors.present("precision"):
+            own = factors.where(variant=variant, precision=precision)
+            if not len(own):
+                continue
+            lost = own["P_min"] < -own.u
+            rows.append(
+                [
+                    variant,
+                    precision,
+                    str(len(own)),
+                    share_text(float(lost.mean())),
+                    f"{min(own['P_min'].min(), 0.0):.1e}",
+                    f"{np.nanmax(own['P_constraint']):.1e}",
+                    f"{own['P_asymmetry'].max():.1e}",
+                ]
+            )
+    if not rows:
+        return []
+    return [
+        Table(
+            "Health of P⁺, the worst joint of every mechanism: share of mechanisms with a "
+            "negative eigenvalue beyond u; then the worst of all mechanisms: least over largest "
+            "eigenvalue, |H P⁺| / |P⁺| where there is no joint noise, asymmetry",
+            ["Variant", "Precision", "Mechanisms", "Lost", "λ min / λ max", "|H P⁺|", "Asymmetry"],
+            rows,
+            "llrrrrr",
+            folded=True,
+        )
+    ]
 
 
 def _impossible(lab: Laboratory) -> list[Table]:

@@ -6,37 +6,41 @@ import numpy as np
 from claims.detection import FACTOR, within_factor
 from claims.dynamics import HARM, LAW, harmed_by_refinement
 from data import Data
-from section import Section, Table
+from section import Choice, Section, Table
 from stress import U, WILD, Stress
 from text import share_text, task_text
 
 QUANTILES = (0.5, 0.9, 0.99, 1)
 LISTED = 20  # seeds named a series
+TASK = "wild_task"
 TASKS = ("white", "random", "dynamics")  # white innovations are fair to all scales
 
 
 def section(data: Data) -> Section | None:
     wild = data.stress.where(family=WILD)
-    task = next((task for task in TASKS if len(wild.where(task=task))), None)
-    if not task:
+    tasks = [task for task in TASKS if len(wild.where(task=task))]
+    if not tasks:
         return None
-    series = _series(wild.where(task=task))
-    trials = max(len(rows) for rows in series.values())
-    silent = _silent(wild)
+    series = {task: _series(wild.where(task=task)) for task in tasks}
+    trials = max(len(rows) for rows in series[tasks[0]].values())
     return Section(
         "Wild mechanisms",
         [
             f"Up to {trials} mechanisms a variant, drawn at random: trees with masses, lengths and "
-            f"gyrations over many orders of magnitude. Task: {task_text(task)}. η is the error "
+            "gyrations over many orders of magnitude. η is the error "
             "over u kS, the error that rounding the parameters alone makes: a method that is "
             "stable in the structured sense has η of a few. A quantile counts failures as "
             "infinite.",
             "Silent: more than 1 % wrong, without a failure or a warning. Harmed: more than "
             f"{HARM} times as wrong as before refinement; in brackets, those of them with η above "
             f"{LAW}. Estimates: those within a factor {FACTOR} of the true error, of the answers "
-            "that have an estimate.",
+            "that have an estimate. Widened: refined by factors of the next wider precision.",
         ],
-        tables=[_quantiles(series), *silent],
+        choices=[Choice(TASK, "Task", [(name, task_text(name)) for name in tasks], tasks[0])],
+        tables=[
+            *(_quantiles(task, series[task], task == tasks[0]) for task in tasks),
+            *_silent(wild),
+        ],
     )
 
 
@@ -49,9 +53,9 @@ def _series(rows: Stress) -> dict[tuple[str, str], Stress]:
     }
 
 
-def _quantiles(series: dict[tuple[str, str], Stress]) -> Table:
+def _quantiles(task: str, series: dict[tuple[str, str], Stress], first: bool) -> Table:
     return Table(
-        "η at the median, at 90 % and 99 % of the mechanisms, and the largest",
+        f"{task_text(task)}: η at the median, at 90 % and 99 % of the mechanisms, and the largest",
         [
             "Variant",
             "Precision",
@@ -64,6 +68,7 @@ def _quantiles(series: dict[tuple[str, str], Stress]) -> Table:
             "Silent",
             "Harmed",
             "Estimates",
+            "Widened",
         ],
         [
             [
@@ -75,10 +80,13 @@ def _quantiles(series: dict[tuple[str, str], Stress]) -> Table:
                 str(int(rows.silent.sum())),
                 _harmed(rows),
                 _estimated(rows),
+                _widened(rows),
             ]
             for (variant, precision), rows in series.items()
         ],
-        "llrrrrrrrrr",
+        "llrrrrrrrrrr",
+        shown={TASK: task},
+        first=first,
     )
 
 
@@ -110,6 +118,11 @@ def _harmed(rows: Stress) -> str:
 def _estimated(rows: Stress) -> str:
     own = rows.rows(rows.ok & (rows["estimate"] >= 0))
     return share_text(float(within_factor(own).mean())) if len(own) else "–"
+
+
+def _widened(rows: Stress) -> str:
+    widened = rows["widened"][rows.ok & ~np.isnan(rows["widened"])]
+    return share_text(float(widened.mean())) if len(widened) else "–"
 
 
 def _silent(wild: Stress) -> list[Table]:

@@ -147,7 +147,7 @@ def record(family, x, seed, precision, task, variant) -> dict:
     if variant.startswith("Refined<"):
         inner = variant.removeprefix("Refined<")[:-1]
         before = law(family, x, precision, task, inner) * scatter
-        row |= {"unrefined": min(before, 1.0), "steps": int(before < 0.1)}
+        row |= {"unrefined": min(before, 1.0), "steps": int(before < 0.1), "widened": 0}
     return row
 
 

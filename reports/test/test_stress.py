@@ -65,6 +65,15 @@ def test_what_two_shards_record_is_refused(read):
         read(line(), name="stress-1.csv")
 
 
+def test_tasks_of_wild_mechanisms_are_a_choice(read):
+    data = read(
+        line(family="wild", value=0, task="dynamics"), line(family="wild", value=0, task="white")
+    )
+    section = wild.section(data)
+    assert [value for value, _ in section.choices[0].options] == ["white", "dynamics"]
+    assert [table.first for table in section.tables] == [True, False]
+
+
 @pytest.mark.parametrize(
     "changed, message",
     [
@@ -238,12 +247,12 @@ def test_silent_failures_are_counted_exactly_and_named(read):
 
 
 def test_harm_and_estimates_are_counted(read):
-    worse = {"relative": 3e-14, "unrefined": 1e-14, "eta": 27, "estimate": 1e-14}
-    little = {"relative": 3e-16, "unrefined": 1e-16, "eta": 0.3, "estimate": 9.1e-16}
+    worse = {"relative": 3e-14, "unrefined": 1e-14, "eta": 27, "estimate": 1e-14, "widened": 0}
+    little = {"relative": 3e-16, "unrefined": 1e-16, "eta": 0.3, "estimate": 9.1e-16, "widened": 1}
     better = {"relative": 1e-15, "unrefined": 1e-9, "estimate": 2e-15}
     data = wild_rows(read, seed1=worse, seed2=little, seed3=better)
     (row,) = wild.section(data).tables[0].rows
-    assert row[-2:] == ["2 (1)", "67 %"]
+    assert row[-3:] == ["2 (1)", "67 %", "50 %"]
 
 
 @pytest.fixture(scope="module")
@@ -289,3 +298,14 @@ def test_singular_mechanisms_are_refused_or_answered(confirmed):
     rows = {(row[0], row[1]): row[2:] for row in table.rows}
     assert rows[MGS, "float64"] == ["3", "100 %", "0 %", "0 %"]
     assert rows["Batch<EigenLLT>", "float64"] == ["3", "0 %", "0 %", "100 %"]
+
+
+def test_the_health_of_covariances_is_the_worst_of_all_mechanisms(read):
+    health = {"task": "factors", "P_constraint": 0, "P_asymmetry": 0}
+    data = read(
+        line(**health | {"P_min": -1e-17}),  # rounding
+        line(seed=2, **health | {"P_min": -3e-5, "P_constraint": 2e-9}),
+        line(seed=3, **health | {"P_min": 0, "P_asymmetry": 4e-16}),
+    )
+    (table,) = [t for t in digits.section(data).tables if t.caption.startswith("Health")]
+    assert table.rows == [[MGS, "float64", "3", "33 %", "-3.0e-05", "2.0e-09", "4.0e-16"]]
