@@ -30,6 +30,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int quick_wild = 150, full_wild = 10000;  // mechanisms of the family `wild`
+constexpr double many_links = 1000;  // beyond, one seed is enough: its truth takes minutes
 
 struct Options {
   std::vector<std::string> families, variants, precisions = {"float32", "float64"};
@@ -67,6 +68,13 @@ Selection selection(const Family& family, const Options& options) {
   return out;
 }
 
+int seeds(const Family& family, double value, const Options& options) {
+  if (options.seeds > 0) return options.seeds;
+  if (family.name == "wild") return options.full ? full_wild : quick_wild;
+  if (!family.random || (family.parameter == "N" && value > many_links)) return 1;
+  return options.full ? 5 : 3;
+}
+
 std::vector<Job> plan(const std::vector<Family>& all, const Options& options) {
   const std::vector<std::string> known = names_of(all);
   const std::vector<std::string> chosen =
@@ -74,10 +82,8 @@ std::vector<Job> plan(const std::vector<Family>& all, const Options& options) {
   std::vector<Job> jobs;
   for (const Family& family : all) {
     if (std::ranges::find(chosen, family.name) == chosen.end()) continue;
-    int seeds = options.seeds > 0 ? options.seeds : !family.random ? 1 : options.full ? 5 : 3;
-    if (family.name == "wild" && options.seeds == 0) seeds = options.full ? full_wild : quick_wild;
     for (const double value : options.full ? family.full : family.quick)
-      for (int seed = 1; seed <= seeds; ++seed)
+      for (int seed = 1; seed <= seeds(family, value, options); ++seed)
         for (const std::string& precision : options.precisions)
           jobs.push_back({&family, value, static_cast<std::uint64_t>(seed), precision});
   }
