@@ -1,0 +1,498 @@
+// Forward dynamics by the structured form of the conventional filter and smoother (sweeps.hpp), for
+// one state or, with T a Pack, one state in every lane.
+//
+// Accelerations are those of the material point at the link's origin, v' + w x v of the spatial
+// form: the linear velocity then drops out. With W = w~w~ of the link, base to tips:
+//   w(k) = R'w(parent) + H' q'                            its angular velocity
+//   c(k) = (R'w x H' q';  R'W(parent) p + d W e_z)        at a hinge; W as it is before and after
+//   c(k) = (0;            R'W(parent) p + d W e_z + 2 w x e_z q')         at a slide
+//   b(k) = (w x I w;  W h)                                h = m c: bias of the link alone
+// tips to base, with P of articulated.hpp:
+//   e = tau - H z-,  e+ = e / D                                            (4.2), (4.6)
+//   z+ = z- + g e + P+ c,  H z+ = tau where r = 0                          (4.5)
+//   z-(parent) += phi z+                                                   (4.4)
+// base to tips:
+//   l+ = phi' l-(parent) + c,  a = e+ - g' l+,  l- = l+ + H' a             (4.10), (4.9), (4.11)
+// Where r = 0, H l- = e+ - sum over j != h of g_j l+_j. About 430 flops a hinge that is an heir,
+// and its sine and cosine.
+#pragma once
+
+#include <vector>
+
+#include "algorithms/spatial/sincos.hpp"
+#include "algorithms/structured/articulated.hpp"
+
+namespace kalmarm {
+
+template <class T>
+struct StructuredWorkspace {
+  // What the sweeps leave for each other.
+  struct Link {
+    T wx, wy, wz;
+    T d;  // of a slide
+    T e;  // e+
+    Sixfold<T> c, g;
+  };
+  struct Matrix {
+    Rotation<T> R;
+    T p[3];
+  };
+  // Of a link with several children: what they have summed up to, and l-.
+  struct Branch {
+    bool begun;
+    Articulated<T> P;
+    Sixfold<T> z, l;
+  };
+
+  std::vector<Link> links;
+  std::vector<T> angle, sin, cos;
+  std::vector<Matrix> matrices;
+  std::vector<Branch> branches;
+  T margin;  // least D / size of the last call
+  T check;   // zero where every acceleration was finite, else NaN
+
+  template <class S>
+  explicit StructuredWorkspace(const StructuredModel<S>& model)
+      : links(model.nv()),
+        angle((model.angles() + padding<T> - 1) / padding<T> * padding<T>, T(S(0))),
+        sin(angle),
+        cos(angle),
+        matrices(model.matrices()),
+        branches(model.slots()) {}
+};
+
+namespace detail {
+
+// phi x of an heir or any child on a screw.
+template <class T, class S, class C, class D>
+void force_to_parent(const StructuredLink<S>& link, const Direction<C>& joint, const D& d,
+                     Sixfold<T>& z) {
+  z.x = z.x - d * z.v;
+  z.y = z.y + d * z.u;
+  turn(joint, z.x, z.y, z.x, z.y);
+  turn(joint, z.u, z.v, z.u, z.v);
+  turn(link.alpha, z.y, z.z, z.y, z.z);
+  turn(link.alpha, z.v, z.w, z.v, z.w);
+  if (link.turned) {
+    turn(link.theta, z.x, z.y, z.x, z.y);
+    turn(link.theta, z.u, z.v, z.u, z.v);
+  }
+  z.y = z.y - link.p[0] * z.w;
+  z.z = z.z + link.p[0] * z.v;
+  if (link.p[1] != S(0)) {
+    z.z = z.z - link.p[1] * z.u;
+    z.x = z.x + link.p[1] * z.w;
+  }
+  if (link.p[2] != S(0)) {
+    z.x = z.x - link.p[2] * z.v;
+    z.y = z.y + link.p[2] * z.u;
+  }
+}
+
+// phi' l.
+template <class T, class S, class C, class D>
+void motion_from_parent(const StructuredLink<S>& link, const Direction<C>& joint, const D& d,
+                        Sixfold<T>& l) {
+  l.v = l.v + link.p[0] * l.z;
+  l.w = l.w - link.p[0] * l.y;
+  if (link.p[1] != S(0)) {
+    l.w = l.w + link.p[1] * l.x;
+    l.u = l.u - link.p[1] * l.z;
+  }
+  if (link.p[2] != S(0)) {
+    l.u = l.u + link.p[2] * l.y;
+    l.v = l.v - link.p[2] * l.x;
+  }
+  if (link.turned) {
+    turn_back(link.theta, l.x, l.y);
+    turn_back(link.theta, l.u, l.v);
+  }
+  turn_back(link.alpha, l.y, l.z);
+  turn_back(link.alpha, l.v, l.w);
+  turn_back(joint, l.x, l.y);
+  turn_back(joint, l.u, l.v);
+  l.u = l.u + d * l.y;
+  l.v = l.v - d * l.x;
+}
+
+// phi P+ phi'.
+template <class T, class R, class L, class S, class C, class D>
+Articulated<T> to_parent(const StructuredLink<S>& link, const Turn<C>& joint, const D& d,
+                         Articulated<T, R, L>& P_plus) {
+  translate_z(d, P_plus);
+  rotate_z(joint, P_plus);
+  Articulated<T> P = rotate_x(link.alpha, P_plus);
+  if (link.turned) rotate_z(link.theta, P);
+  translate_x(link.p[0], P);
+  if (link.p[1] != S(0)) translate_y(link.p[1], P);
+  if (link.p[2] != S(0)) translate_z(link.p[2], P);
+  return P;
+}
+
+template <class T>
+void force_to_parent(const typename StructuredWorkspace<T>::Matrix& phi, Sixfold<T>& z) {
+  const auto& R = phi.R.R;
+  const auto& p = phi.p;
+  const Sixfold<T> in = z;
+  z.x = R[0][0] * in.x + R[0][1] * in.y + R[0][2] * in.z;
+  z.y = R[1][0] * in.x + R[1][1] * in.y + R[1][2] * in.z;
+  z.z = R[2][0] * in.x + R[2][1] * in.y + R[2][2] * in.z;
+  z.u = R[0][0] * in.u + R[0][1] * in.v + R[0][2] * in.w;
+  z.v = R[1][0] * in.u + R[1][1] * in.v + R[1][2] * in.w;
+  z.w = R[2][0] * in.u + R[2][1] * in.v + R[2][2] * in.w;
+  z.x += p[1] * z.w - p[2] * z.v;
+  z.y += p[2] * z.u - p[0] * z.w;
+  z.z += p[0] * z.v - p[1] * z.u;
+}
+
+// R'x.
+template <class T>
+void turn_back(const Rotation<T>& by, T& x, T& y, T& z) {
+  const auto& R = by.R;
+  const T new_x = R[0][0] * x + R[1][0] * y + R[2][0] * z;
+  const T new_y = R[0][1] * x + R[1][1] * y + R[2][1] * z;
+  z = R[0][2] * x + R[1][2] * y + R[2][2] * z;
+  x = new_x;
+  y = new_y;
+}
+
+template <class T>
+void motion_from_parent(const typename StructuredWorkspace<T>::Matrix& phi, Sixfold<T>& l) {
+  const auto& p = phi.p;
+  l.u -= p[1] * l.z - p[2] * l.y;
+  l.v -= p[2] * l.x - p[0] * l.z;
+  l.w -= p[0] * l.y - p[1] * l.x;
+  turn_back(phi.R, l.x, l.y, l.z);
+  turn_back(phi.R, l.u, l.v, l.w);
+}
+
+// R = E R(q) C or E C, p = p or p + E q, as model.hpp says.
+template <class T, class S>
+void set_matrix(const StructuredLink<S>& link, const T* q,
+                typename StructuredWorkspace<T>::Matrix& phi) {
+  T X[3][3];
+  for (int i = 0; i < 3; ++i) phi.p[i] = T(link.p[i]);
+  if (link.coordinate == Coordinate::position) {
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) {
+        X[i][j] = T(link.E(i, j));
+        phi.p[i] += X[i][j] * q[j];
+      }
+  } else {
+    const T s = T(S(2)) / (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    const T x = s * q[1], y = s * q[2], z = s * q[3], one = T(S(1));
+    const T Q[3][3] = {{one - (y * q[2] + z * q[3]), x * q[2] - z * q[0], x * q[3] + y * q[0]},
+                       {x * q[2] + z * q[0], one - (x * q[1] + z * q[3]), y * q[3] - x * q[0]},
+                       {x * q[3] - y * q[0], y * q[3] + x * q[0], one - (x * q[1] + y * q[2])}};
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j)
+        X[i][j] = T(link.E(i, 0)) * Q[0][j] + T(link.E(i, 1)) * Q[1][j] + T(link.E(i, 2)) * Q[2][j];
+  }
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) phi.R.R[i][j] = X[i][(j + 1) % 3];
+}
+
+// w and c of every link.
+template <class T, class S>
+void set_velocity(const StructuredModel<S>& model, const T* q, const T* qd,
+                  StructuredWorkspace<T>& ws) {
+  using Kind = typename StructuredLink<S>::Kind;
+  const T zero = T(S(0)), two = T(S(2));
+  T ux = zero, uy = zero, uz = zero;  // w before the joint, for all DoF of a ball joint
+  for (int k = 0; k < model.nv(); ++k) {
+    const StructuredLink<S>& link = model.link(k);
+    auto& at = ws.links[k];
+    T wx = zero, wy = zero, wz = zero;  // of the parent, in the link's axes at last
+    at.c = {zero, zero, zero, zero, zero, zero};
+    if (link.slides && link.kind == Kind::screws) at.d = q[link.q_index] + T(link.offset);
+    if (link.parent >= 0) {
+      const auto& parent = ws.links[link.parent];
+      wx = parent.wx;
+      wy = parent.wy;
+      wz = parent.wz;
+    }
+    switch (link.kind) {
+      case Kind::screws: {
+        if (link.parent < 0) break;
+        // W(parent) p
+        const T xx = wx * wx, yy = wy * wy, zz = wz * wz, xy = wx * wy, xz = wx * wz;
+        Sixfold<T>& c = at.c;
+        c.u = -link.p[0] * (yy + zz);
+        c.v = link.p[0] * xy;
+        c.w = link.p[0] * xz;
+        if (link.p[1] != S(0)) {
+          c.u = c.u + link.p[1] * xy;
+          c.v = c.v - link.p[1] * (xx + zz);
+          c.w = c.w + link.p[1] * (wy * wz);
+        }
+        if (link.p[2] != S(0)) {
+          c.u = c.u + link.p[2] * xz;
+          c.v = c.v + link.p[2] * (wy * wz);
+          c.w = c.w - link.p[2] * (xx + yy);
+        }
+        const auto back = [&](T& x, T& y, T& z) {
+          if (link.turned) turn_back(link.theta, x, y);
+          turn_back(link.alpha, y, z);
+          if (link.slides)
+            turn_back(link.turn, x, y);
+          else
+            turn_back(Direction<T>{ws.cos[link.varying], ws.sin[link.varying]}, x, y);
+        };
+        back(wx, wy, wz);
+        back(c.u, c.v, c.w);
+        const T d = link.slides ? at.d : T(link.d);
+        const T dz = d * wz;
+        c.u += dz * wx;
+        c.v += dz * wy;
+        c.w -= d * (wx * wx + wy * wy);
+        break;
+      }
+      case Kind::matrix: {
+        auto& phi = ws.matrices[link.varying];
+        set_matrix(link, q + link.q_index, phi);
+        if (link.parent < 0) break;
+        const T wp = wx * phi.p[0] + wy * phi.p[1] + wz * phi.p[2];
+        const T ww = wx * wx + wy * wy + wz * wz;
+        at.c.u = wx * wp - phi.p[0] * ww;
+        at.c.v = wy * wp - phi.p[1] * ww;
+        at.c.w = wz * wp - phi.p[2] * ww;
+        turn_back(phi.R, at.c.u, at.c.v, at.c.w);
+        turn_back(phi.R, wx, wy, wz);
+        break;
+      }
+      case Kind::cyclic: {
+        const T first = wx, first_u = ux;
+        wx = wy;
+        wy = wz;
+        wz = first;
+        ux = uy;
+        uy = uz;
+        uz = first_u;
+        break;
+      }
+    }
+    if (link.kind != Kind::cyclic) {
+      ux = wx;
+      uy = wy;
+      uz = wz;
+    }
+    if (link.slides) {
+      const T twice = two * qd[k];
+      at.c.u += twice * uy;
+      at.c.v -= twice * ux;
+    } else {
+      at.c.x = qd[k] * uy;
+      at.c.y = -(qd[k] * ux);
+      wz += qd[k];
+    }
+    at.wx = wx;
+    at.wy = wy;
+    at.wz = wz;
+  }
+}
+
+// b of a link alone is added to z, or written where z is new. 45 flops.
+template <bool add, class T, class S>
+void bias(const StructuredLink<S>& link, const T& wx, const T& wy, const T& wz, Sixfold<T>& z) {
+  const T Lx = link.Ixx * wx + link.Ixy * wy + link.Ixz * wz;
+  const T Ly = link.Ixy * wx + link.Iyy * wy + link.Iyz * wz;
+  const T Lz = link.Ixz * wx + link.Iyz * wy + link.Izz * wz;
+  const T wh = link.h[0] * wx + link.h[1] * wy + link.h[2] * wz;
+  const T ww = wx * wx + wy * wy + wz * wz;
+  const Sixfold<T> b = {wy * Lz - wz * Ly,        wz * Lx - wx * Lz,
+                        wx * Ly - wy * Lx,        wx * wh - link.h[0] * ww,
+                        wy * wh - link.h[1] * ww, wz * wh - link.h[2] * ww};
+  if constexpr (add)
+    kalmarm::add(z, b);
+  else
+    z = b;
+}
+
+// One link of the inward sweep: P- and z- become P+ and z+ and go to the parent's frame.
+template <class T, class S>
+class Inward {
+ public:
+  Inward(const StructuredModel<S>& model, const T* tau, StructuredWorkspace<T>& ws)
+      : model_(model), tau_(tau), ws_(ws) {}
+
+  void run() {
+    ws_.margin = T(S(1));
+    for (auto& branch : ws_.branches) branch.begun = false;
+    bool carried = false;  // P and z come from link k + 1
+    for (int k = model_.nv() - 1; k >= 0; --k) {
+      const StructuredLink<S>& link = model_.link(k);
+      gather(link, k, carried);
+      const bool noise = link.r != S(0);
+      if (link.slides) {
+        if (noise)
+          cross<true, true>(link, k);
+        else
+          cross<true, false>(link, k);
+      } else {
+        if (noise)
+          cross<false, true>(link, k);
+        else
+          cross<false, false>(link, k);
+      }
+      carried = link.hangs_on_previous;
+      if (link.parent >= 0 && !carried) {
+        auto& branch = ws_.branches[model_.link(link.parent).slot];
+        if (branch.begun) {
+          add(branch.P, P_);
+          add(branch.z, z_);
+        } else {
+          branch.P = P_;
+          branch.z = z_;
+          branch.begun = true;
+        }
+      }
+    }
+  }
+
+ private:
+  // P- and z- of link k.
+  void gather(const StructuredLink<S>& link, int k, bool carried) {
+    const auto& at = ws_.links[k];
+    if (!carried) {
+      set_body(link, P_);
+      bias<false>(link, at.wx, at.wy, at.wz, z_);
+    } else if (!link.massless) {
+      add_body(link, P_);
+      bias<true>(link, at.wx, at.wy, at.wz, z_);
+    }
+    if (link.slot >= 0) {
+      add(P_, ws_.branches[link.slot].P);
+      add(z_, ws_.branches[link.slot].z);
+    }
+  }
+
+  template <bool slides, bool noise>
+  void cross(const StructuredLink<S>& link, int k) {
+    using Kind = typename StructuredLink<S>::Kind;
+    auto& at = ws_.links[k];
+    T D, inverse_D;
+    auto P_plus = [&] {
+      if constexpr (slides)
+        return measure_slide<noise>(P_, link.r, D, inverse_D, at.g);
+      else
+        return measure_turn<noise>(P_, link.r, D, inverse_D, at.g);
+    }();
+    using std::min;
+    ws_.margin = min(ws_.margin, T(D * link.inverse_size));
+    const T e = tau_[k] - (slides ? z_.w : z_.z);
+    at.e = e * inverse_D;
+    if (link.parent < 0) return;
+    const Sixfold<T>& g = at.g;
+    z_.x += g.x * e;
+    z_.y += g.y * e;
+    z_.u += g.u * e;
+    z_.v += g.v * e;
+    if (noise || slides) z_.z += g.z * e;
+    if (noise || !slides) z_.w += g.w * e;
+    add_times(P_plus, at.c, slides, z_);
+    if (!noise) (slides ? z_.w : z_.z) = tau_[k];
+
+    switch (link.kind) {
+      case Kind::screws:
+        if constexpr (slides) {
+          P_ = to_parent(link, link.turn, at.d, P_plus);
+          force_to_parent(link, link.turn, at.d, z_);
+        } else {
+          const Turn<T> joint(ws_.cos[link.varying], ws_.sin[link.varying]);
+          P_ = to_parent(link, joint, link.d, P_plus);
+          force_to_parent(link, joint, link.d, z_);
+        }
+        break;
+      case Kind::matrix: {
+        const auto& phi = ws_.matrices[link.varying];
+        P_ = P_plus.full();
+        rotate(phi.R, P_);
+        translate_x(phi.p[0], P_);
+        translate_y(phi.p[1], P_);
+        translate_z(phi.p[2], P_);
+        force_to_parent(phi, z_);
+        break;
+      }
+      case Kind::cyclic:
+        P_ = cycle(P_plus.full());
+        z_ = {z_.z, z_.x, z_.y, z_.w, z_.u, z_.v};
+        break;
+    }
+  }
+
+  const StructuredModel<S>& model_;
+  const T* tau_;
+  StructuredWorkspace<T>& ws_;
+  Articulated<T> P_;
+  Sixfold<T> z_;
+};
+
+template <class T, class S>
+void smooth(const StructuredModel<S>& model, StructuredWorkspace<T>& ws, T* a) {
+  using Kind = typename StructuredLink<S>::Kind;
+  const T zero = T(S(0));
+  Sixfold<T> l;
+  ws.check = zero;
+  for (int k = 0; k < model.nv(); ++k) {
+    const StructuredLink<S>& link = model.link(k);
+    const auto& at = ws.links[k];
+    const auto& c = at.c;
+    if (link.parent < 0)
+      l = {zero, zero, zero, T(link.a0[0]), T(link.a0[1]), T(link.a0[2])};
+    else if (!link.hangs_on_previous)
+      l = ws.branches[model.link(link.parent).slot].l;
+    switch (link.kind) {
+      case Kind::screws:
+        if (link.slides)
+          motion_from_parent(link, link.turn, at.d, l);
+        else
+          motion_from_parent(link, Direction<T>{ws.cos[link.varying], ws.sin[link.varying]}, link.d,
+                             l);
+        break;
+      case Kind::matrix:
+        motion_from_parent(ws.matrices[link.varying], l);
+        break;
+      case Kind::cyclic:
+        l = {l.y, l.z, l.x, l.v, l.w, l.u};
+        break;
+    }
+    l.u += c.u;
+    l.v += c.v;
+    l.w += c.w;
+    if (!link.slides) {
+      l.x += c.x;
+      l.y += c.y;
+    }
+    const auto& g = at.g;
+    const bool exact = link.r == S(0);
+    if (link.slides) {
+      const T rest = at.e - g.x * l.x - g.y * l.y - g.z * l.z - g.u * l.u - g.v * l.v;
+      a[k] = exact ? rest - l.w : rest - g.w * l.w;
+      l.w = exact ? rest : l.w + a[k];
+    } else {
+      const T rest = at.e - g.x * l.x - g.y * l.y - g.u * l.u - g.v * l.v - g.w * l.w;
+      a[k] = exact ? rest - l.z : rest - g.z * l.z;
+      l.z = exact ? rest : l.z + a[k];
+    }
+    ws.check += a[k] * zero;
+    if (link.slot >= 0) ws.branches[link.slot].l = l;
+  }
+}
+
+}  // namespace detail
+
+// a (nv) from q (nq), qd (nv) and tau (nv), all numbers in T; ws.margin and ws.check say whether it
+// can be believed.
+template <class T, class S>
+void structured_acceleration(const StructuredModel<S>& model, const T* q, const T* qd, const T* tau,
+                             StructuredWorkspace<T>& ws, T* a) {
+  for (int k = 0; k < model.nv(); ++k)
+    if (const StructuredLink<S>& link = model.link(k); link.coordinate == Coordinate::angle)
+      ws.angle[link.varying] = q[link.q_index] + T(link.offset);
+  sin_cos(ws.angle, ws.sin, ws.cos);
+  detail::set_velocity(model, q, qd, ws);
+  detail::Inward<T, S>(model, tau, ws).run();
+  detail::smooth(model, ws, a);
+}
+
+}  // namespace kalmarm
