@@ -63,7 +63,7 @@ struct Sixfold {
 };
 
 template <class T>
-void add(Sixfold<T>& a, const Sixfold<T>& b) {
+[[gnu::always_inline]] inline void add(Sixfold<T>& a, const Sixfold<T>& b) {
   a.x += b.x;
   a.y += b.y;
   a.z += b.z;
@@ -94,7 +94,7 @@ struct Articulated {
 
 // M(k).
 template <class T, class S>
-void set_body(const StructuredLink<S>& link, Articulated<T>& P) {
+[[gnu::always_inline]] inline void set_body(const StructuredLink<S>& link, Articulated<T>& P) {
   const T zero = T(0), m = T(link.m), hx = T(link.h[0]), hy = T(link.h[1]), hz = T(link.h[2]);
   P = {T(link.Ixx), T(link.Ixy), T(link.Iyy), T(link.Ixz), T(link.Iyz), T(link.Izz), zero,
        -hz,         hz,          zero,        hy,          -hx,         -hy,         hx,
@@ -102,7 +102,7 @@ void set_body(const StructuredLink<S>& link, Articulated<T>& P) {
 }
 
 template <class T, class S>
-void add_body(const StructuredLink<S>& link, Articulated<T>& P) {
+[[gnu::always_inline]] inline void add_body(const StructuredLink<S>& link, Articulated<T>& P) {
   const T m = T(link.m), hx = T(link.h[0]), hy = T(link.h[1]), hz = T(link.h[2]);
   P.Axx += T(link.Ixx);
   P.Axy += T(link.Ixy);
@@ -122,7 +122,7 @@ void add_body(const StructuredLink<S>& link, Articulated<T>& P) {
 }
 
 template <class T>
-void add(Articulated<T>& P, const Articulated<T>& Q) {
+[[gnu::always_inline]] inline void add(Articulated<T>& P, const Articulated<T>& Q) {
   P.Axx += Q.Axx;
   P.Axy += Q.Axy;
   P.Ayy += Q.Ayy;
@@ -148,7 +148,8 @@ void add(Articulated<T>& P, const Articulated<T>& Q) {
 
 // A hinge: D is returned, g written; g.z is 1 and left alone where there is no noise.
 template <bool noise, class T, class S>
-auto measure_turn(const Articulated<T>& P, const S& r, T& D, T& inverse_D, Sixfold<T>& g) {
+[[gnu::always_inline]] inline auto measure_turn(const Articulated<T>& P, const S& r, T& D,
+                                                T& inverse_D, Sixfold<T>& g) {
   D = P.Azz;
   if constexpr (noise) D += T(r);
   inverse_D = T(1) / D;
@@ -187,7 +188,8 @@ auto measure_turn(const Articulated<T>& P, const S& r, T& D, T& inverse_D, Sixfo
 
 // A slide; g.w is 1 and left alone where there is no noise.
 template <bool noise, class T, class S>
-auto measure_slide(const Articulated<T>& P, const S& r, T& D, T& inverse_D, Sixfold<T>& g) {
+[[gnu::always_inline]] inline auto measure_slide(const Articulated<T>& P, const S& r, T& D,
+                                                 T& inverse_D, Sixfold<T>& g) {
   D = P.Czz;
   if constexpr (noise) D += T(r);
   inverse_D = T(1) / D;
@@ -226,23 +228,24 @@ auto measure_slide(const Articulated<T>& P, const S& r, T& D, T& inverse_D, Sixf
 
 // (x, y) turned by (c, s), and back.
 template <class T, class X, class Y, class C>
-void turn(const Direction<C>& by, const X& x, const Y& y, T& out_x, T& out_y) {
+[[gnu::always_inline]] inline void turn(const Direction<C>& by, const X& x, const Y& y, T& out_x,
+                                        T& out_y) {
   const T new_x = by.c * x - by.s * y;
   out_y = by.s * x + by.c * y;
   out_x = new_x;
 }
 template <class T, class C>
-void turn_back(const Direction<C>& by, T& x, T& y) {
+[[gnu::always_inline]] inline void turn_back(const Direction<C>& by, T& x, T& y) {
   const T new_x = by.c * x + by.s * y;
   y = by.c * y - by.s * x;
   x = new_x;
 }
 template <class C>
-void turn(const Direction<C>&, Zero, Zero, Zero&, Zero&) {}
+[[gnu::always_inline]] inline void turn(const Direction<C>&, Zero, Zero, Zero&, Zero&) {}
 
 // Rz P Rz'. 43 flops with a row of zeros.
 template <class T, class R, class L, class C>
-void rotate_z(const Turn<C>& by, Articulated<T, R, L>& P) {
+[[gnu::always_inline]] inline void rotate_z(const Turn<C>& by, Articulated<T, R, L>& P) {
   const auto turn_tensor = [&](T& xx, T& xy, T& yx, T& yy) {
     const T h = xx - yy, u = xy + yx;
     const T delta = by.ss * h + by.cs * u, epsilon = by.cs * h - by.ss * u;
@@ -269,7 +272,8 @@ void rotate_z(const Turn<C>& by, Articulated<T, R, L>& P) {
 
 // Rx P Rx', which fills the row of zeros. 43 flops from one.
 template <class T, class R, class L, class C>
-Articulated<T> rotate_x(const Turn<C>& by, const Articulated<T, R, L>& P) {
+[[gnu::always_inline]] inline Articulated<T> rotate_x(const Turn<C>& by,
+                                                      const Articulated<T, R, L>& P) {
   Articulated<T> out;
   out.Axx = P.Axx;
   out.Bxx = P.Bxx;
@@ -307,7 +311,7 @@ Articulated<T> rotate_x(const Turn<C>& by, const Articulated<T, R, L>& P) {
 
 // T(0,0,d). 21 flops with row z of zeros.
 template <class T, class R, class L, class D>
-void translate_z(const D& d, Articulated<T, R, L>& P) {
+[[gnu::always_inline]] inline void translate_z(const D& d, Articulated<T, R, L>& P) {
   const T Bxy = P.Bxy, Byx = P.Byx, Byy = P.Byy;
   P.Bxx = P.Bxx - d * P.Cxy;
   P.Bxy = P.Bxy - d * P.Cyy;
@@ -324,7 +328,7 @@ void translate_z(const D& d, Articulated<T, R, L>& P) {
 
 // T(a,0,0). 25 flops.
 template <class T, class D>
-void translate_x(const D& a, Articulated<T>& P) {
+[[gnu::always_inline]] inline void translate_x(const D& a, Articulated<T>& P) {
   const T Byz = P.Byz, Bzy = P.Bzy, Bzz = P.Bzz;
   P.Byx = P.Byx - a * P.Cxz;
   P.Byy = P.Byy - a * P.Cyz;
@@ -341,7 +345,7 @@ void translate_x(const D& a, Articulated<T>& P) {
 
 // T(0,b,0). 25 flops.
 template <class T, class D>
-void translate_y(const D& b, Articulated<T>& P) {
+[[gnu::always_inline]] inline void translate_y(const D& b, Articulated<T>& P) {
   const T Bzx = P.Bzx, Bxz = P.Bxz, Bxx = P.Bxx;
   P.Bzx = P.Bzx - b * P.Cxx;
   P.Bzy = P.Bzy - b * P.Cxy;
@@ -391,7 +395,8 @@ Articulated<T> cycle(const Articulated<T>& P) {
 
 // P+ c. A hinge's c has no z, a slide's no moment.
 template <class T, class R, class L>
-void add_times(const Articulated<T, R, L>& P, const Sixfold<T>& c, bool slides, Sixfold<T>& z) {
+[[gnu::always_inline]] inline void add_times(const Articulated<T, R, L>& P, const Sixfold<T>& c,
+                                             bool slides, Sixfold<T>& z) {
   z.x = z.x + P.Bxx * c.u + P.Bxy * c.v + P.Bxz * c.w;
   z.y = z.y + P.Byx * c.u + P.Byy * c.v + P.Byz * c.w;
   z.z = z.z + (P.Bzx * c.u + P.Bzy * c.v + P.Bzz * c.w);

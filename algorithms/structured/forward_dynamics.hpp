@@ -65,8 +65,9 @@ namespace detail {
 
 // phi x of an heir or any child on a screw.
 template <class T, class S, class C, class D>
-void force_to_parent(const StructuredLink<S>& link, const Direction<C>& joint, const D& d,
-                     Sixfold<T>& z) {
+[[gnu::always_inline]] inline void force_to_parent(const StructuredLink<S>& link,
+                                                   const Direction<C>& joint, const D& d,
+                                                   Sixfold<T>& z) {
   z.x = z.x - d * z.v;
   z.y = z.y + d * z.u;
   turn(joint, z.x, z.y, z.x, z.y);
@@ -91,8 +92,9 @@ void force_to_parent(const StructuredLink<S>& link, const Direction<C>& joint, c
 
 // phi' l.
 template <class T, class S, class C, class D>
-void motion_from_parent(const StructuredLink<S>& link, const Direction<C>& joint, const D& d,
-                        Sixfold<T>& l) {
+[[gnu::always_inline]] inline void motion_from_parent(const StructuredLink<S>& link,
+                                                      const Direction<C>& joint, const D& d,
+                                                      Sixfold<T>& l) {
   l.v = l.v + link.p[0] * l.z;
   l.w = l.w - link.p[0] * l.y;
   if (link.p[1] != S(0)) {
@@ -117,8 +119,9 @@ void motion_from_parent(const StructuredLink<S>& link, const Direction<C>& joint
 
 // phi P+ phi'.
 template <class T, class R, class L, class S, class C, class D>
-Articulated<T> to_parent(const StructuredLink<S>& link, const Turn<C>& joint, const D& d,
-                         Articulated<T, R, L>& P_plus) {
+[[gnu::always_inline]] inline Articulated<T> to_parent(const StructuredLink<S>& link,
+                                                       const Turn<C>& joint, const D& d,
+                                                       Articulated<T, R, L>& P_plus) {
   translate_z(d, P_plus);
   rotate_z(joint, P_plus);
   Articulated<T> P = rotate_x(link.alpha, P_plus);
@@ -130,7 +133,8 @@ Articulated<T> to_parent(const StructuredLink<S>& link, const Turn<C>& joint, co
 }
 
 template <class T>
-void force_to_parent(const typename StructuredWorkspace<T>::Matrix& phi, Sixfold<T>& z) {
+[[gnu::always_inline]] inline void force_to_parent(
+    const typename StructuredWorkspace<T>::Matrix& phi, Sixfold<T>& z) {
   const auto& R = phi.R.R;
   const auto& p = phi.p;
   const Sixfold<T> in = z;
@@ -145,9 +149,20 @@ void force_to_parent(const typename StructuredWorkspace<T>::Matrix& phi, Sixfold
   z.z += p[0] * z.v - p[1] * z.u;
 }
 
+// phi P+ phi' and phi z+.
+template <class T>
+[[gnu::noinline]] void to_parent(const typename StructuredWorkspace<T>::Matrix& phi,
+                                 Articulated<T>& P, Sixfold<T>& z) {
+  rotate(phi.R, P);
+  translate_x(phi.p[0], P);
+  translate_y(phi.p[1], P);
+  translate_z(phi.p[2], P);
+  force_to_parent(phi, z);
+}
+
 // R'x.
 template <class T>
-void turn_back(const Rotation<T>& by, T& x, T& y, T& z) {
+[[gnu::always_inline]] inline void turn_back(const Rotation<T>& by, T& x, T& y, T& z) {
   const auto& R = by.R;
   const T new_x = R[0][0] * x + R[1][0] * y + R[2][0] * z;
   const T new_y = R[0][1] * x + R[1][1] * y + R[2][1] * z;
@@ -157,7 +172,8 @@ void turn_back(const Rotation<T>& by, T& x, T& y, T& z) {
 }
 
 template <class T>
-void motion_from_parent(const typename StructuredWorkspace<T>::Matrix& phi, Sixfold<T>& l) {
+[[gnu::always_inline]] inline void motion_from_parent(
+    const typename StructuredWorkspace<T>::Matrix& phi, Sixfold<T>& l) {
   const auto& p = phi.p;
   l.u -= p[1] * l.z - p[2] * l.y;
   l.v -= p[2] * l.x - p[0] * l.z;
@@ -293,7 +309,8 @@ void set_velocity(const StructuredModel<S>& model, const T* q, const T* qd,
 
 // b of a link alone is added to z, or written where z is new. 45 flops.
 template <bool add, class T, class S>
-void bias(const StructuredLink<S>& link, const T& wx, const T& wy, const T& wz, Sixfold<T>& z) {
+[[gnu::always_inline]] inline void bias(const StructuredLink<S>& link, const T& wx, const T& wy,
+                                        const T& wz, Sixfold<T>& z) {
   const T Lx = link.Ixx * wx + link.Ixy * wy + link.Ixz * wz;
   const T Ly = link.Ixy * wx + link.Iyy * wy + link.Iyz * wz;
   const T Lz = link.Ixz * wx + link.Iyz * wy + link.Izz * wz;
@@ -308,125 +325,107 @@ void bias(const StructuredLink<S>& link, const T& wx, const T& wy, const T& wz, 
     z = b;
 }
 
-// One link of the inward sweep: P- and z- become P+ and z+ and go to the parent's frame.
-template <class T, class S>
-class Inward {
- public:
-  Inward(const StructuredModel<S>& model, const T* tau, StructuredWorkspace<T>& ws)
-      : model_(model), tau_(tau), ws_(ws) {}
+// Across the joint of link k: D, g and e+ are kept, P- and z- become P+ and z+ in the parent's
+// frame.
+template <bool slides, bool noise, class T, class S>
+[[gnu::always_inline]] inline void cross(const StructuredLink<S>& link, const T& tau,
+                                         StructuredWorkspace<T>& ws,
+                                         typename StructuredWorkspace<T>::Link& at,
+                                         Articulated<T>& P, Sixfold<T>& z) {
+  using Kind = typename StructuredLink<S>::Kind;
+  using std::min;
+  T D, inverse_D;
+  Sixfold<T> g;
+  auto P_plus = [&] {
+    if constexpr (slides)
+      return measure_slide<noise>(P, link.r, D, inverse_D, g);
+    else
+      return measure_turn<noise>(P, link.r, D, inverse_D, g);
+  }();
+  at.g = g;
+  ws.margin = min(ws.margin, T(D * link.inverse_size));
+  const T e = tau - (slides ? z.w : z.z);
+  at.e = e * inverse_D;
+  if (link.parent < 0) return;
+  z.x += g.x * e;
+  z.y += g.y * e;
+  z.u += g.u * e;
+  z.v += g.v * e;
+  if (noise || slides) z.z += g.z * e;
+  if (noise || !slides) z.w += g.w * e;
+  add_times(P_plus, at.c, slides, z);
+  if (!noise) (slides ? z.w : z.z) = tau;
 
-  void run() {
-    ws_.margin = T(S(1));
-    for (auto& branch : ws_.branches) branch.begun = false;
-    bool carried = false;  // P and z come from link k + 1
-    for (int k = model_.nv() - 1; k >= 0; --k) {
-      const StructuredLink<S>& link = model_.link(k);
-      gather(link, k, carried);
-      const bool noise = link.r != S(0);
-      if (link.slides) {
-        if (noise)
-          cross<true, true>(link, k);
-        else
-          cross<true, false>(link, k);
-      } else {
-        if (noise)
-          cross<false, true>(link, k);
-        else
-          cross<false, false>(link, k);
-      }
-      carried = link.hangs_on_previous;
-      if (link.parent >= 0 && !carried) {
-        auto& branch = ws_.branches[model_.link(link.parent).slot];
-        if (branch.begun) {
-          add(branch.P, P_);
-          add(branch.z, z_);
-        } else {
-          branch.P = P_;
-          branch.z = z_;
-          branch.begun = true;
-        }
-      }
+  if (link.kind == Kind::screws) {
+    if constexpr (slides) {
+      P = to_parent(link, link.turn, at.d, P_plus);
+      force_to_parent(link, link.turn, at.d, z);
+    } else {
+      const Turn<T> joint(ws.cos[link.varying], ws.sin[link.varying]);
+      P = to_parent(link, joint, link.d, P_plus);
+      force_to_parent(link, joint, link.d, z);
     }
+  } else if (link.kind == Kind::cyclic) {
+    P = cycle(P_plus.full());
+    z = {z.z, z.x, z.y, z.w, z.u, z.v};
+  } else {
+    Articulated<T> rotated = P_plus.full();  // P and z stay in registers
+    Sixfold<T> moved = z;
+    to_parent(ws.matrices[link.varying], rotated, moved);
+    P = rotated;
+    z = moved;
   }
+}
 
- private:
-  // P- and z- of link k.
-  void gather(const StructuredLink<S>& link, int k, bool carried) {
-    const auto& at = ws_.links[k];
+// D, g, e+ of every link.
+template <class T, class S>
+void filter(const StructuredModel<S>& model, const T* tau, StructuredWorkspace<T>& ws) {
+  ws.margin = T(S(1));
+  for (auto& branch : ws.branches) branch.begun = false;
+  Articulated<T> P;
+  Sixfold<T> z;
+  bool carried = false;  // P and z come from link k + 1
+  for (int k = model.nv() - 1; k >= 0; --k) {
+    const StructuredLink<S>& link = model.link(k);
+    auto& at = ws.links[k];
     if (!carried) {
-      set_body(link, P_);
-      bias<false>(link, at.wx, at.wy, at.wz, z_);
+      set_body(link, P);
+      bias<false>(link, at.wx, at.wy, at.wz, z);
     } else if (!link.massless) {
-      add_body(link, P_);
-      bias<true>(link, at.wx, at.wy, at.wz, z_);
+      add_body(link, P);
+      bias<true>(link, at.wx, at.wy, at.wz, z);
     }
     if (link.slot >= 0) {
-      add(P_, ws_.branches[link.slot].P);
-      add(z_, ws_.branches[link.slot].z);
+      add(P, ws.branches[link.slot].P);
+      add(z, ws.branches[link.slot].z);
     }
-  }
-
-  template <bool slides, bool noise>
-  void cross(const StructuredLink<S>& link, int k) {
-    using Kind = typename StructuredLink<S>::Kind;
-    auto& at = ws_.links[k];
-    T D, inverse_D;
-    auto P_plus = [&] {
-      if constexpr (slides)
-        return measure_slide<noise>(P_, link.r, D, inverse_D, at.g);
+    const bool noise = link.r != S(0);
+    if (link.slides) {
+      if (noise)
+        cross<true, true>(link, tau[k], ws, at, P, z);
       else
-        return measure_turn<noise>(P_, link.r, D, inverse_D, at.g);
-    }();
-    using std::min;
-    ws_.margin = min(ws_.margin, T(D * link.inverse_size));
-    const T e = tau_[k] - (slides ? z_.w : z_.z);
-    at.e = e * inverse_D;
-    if (link.parent < 0) return;
-    const Sixfold<T>& g = at.g;
-    z_.x += g.x * e;
-    z_.y += g.y * e;
-    z_.u += g.u * e;
-    z_.v += g.v * e;
-    if (noise || slides) z_.z += g.z * e;
-    if (noise || !slides) z_.w += g.w * e;
-    add_times(P_plus, at.c, slides, z_);
-    if (!noise) (slides ? z_.w : z_.z) = tau_[k];
-
-    switch (link.kind) {
-      case Kind::screws:
-        if constexpr (slides) {
-          P_ = to_parent(link, link.turn, at.d, P_plus);
-          force_to_parent(link, link.turn, at.d, z_);
-        } else {
-          const Turn<T> joint(ws_.cos[link.varying], ws_.sin[link.varying]);
-          P_ = to_parent(link, joint, link.d, P_plus);
-          force_to_parent(link, joint, link.d, z_);
-        }
-        break;
-      case Kind::matrix: {
-        const auto& phi = ws_.matrices[link.varying];
-        P_ = P_plus.full();
-        rotate(phi.R, P_);
-        translate_x(phi.p[0], P_);
-        translate_y(phi.p[1], P_);
-        translate_z(phi.p[2], P_);
-        force_to_parent(phi, z_);
-        break;
-      }
-      case Kind::cyclic:
-        P_ = cycle(P_plus.full());
-        z_ = {z_.z, z_.x, z_.y, z_.w, z_.u, z_.v};
-        break;
+        cross<true, false>(link, tau[k], ws, at, P, z);
+    } else {
+      if (noise)
+        cross<false, true>(link, tau[k], ws, at, P, z);
+      else
+        cross<false, false>(link, tau[k], ws, at, P, z);
+    }
+    carried = link.hangs_on_previous;
+    if (link.parent < 0 || carried) continue;
+    auto& branch = ws.branches[model.link(link.parent).slot];
+    if (branch.begun) {
+      add(branch.P, P);
+      add(branch.z, z);
+    } else {
+      branch.P = P;
+      branch.z = z;
+      branch.begun = true;
     }
   }
+}
 
-  const StructuredModel<S>& model_;
-  const T* tau_;
-  StructuredWorkspace<T>& ws_;
-  Articulated<T> P_;
-  Sixfold<T> z_;
-};
-
+// l and a of every link.
 template <class T, class S>
 void smooth(const StructuredModel<S>& model, StructuredWorkspace<T>& ws, T* a) {
   using Kind = typename StructuredLink<S>::Kind;
@@ -491,7 +490,7 @@ void structured_acceleration(const StructuredModel<S>& model, const T* q, const 
       ws.angle[link.varying] = q[link.q_index] + T(link.offset);
   sin_cos(ws.angle, ws.sin, ws.cos);
   detail::set_velocity(model, q, qd, ws);
-  detail::Inward<T, S>(model, tau, ws).run();
+  detail::filter(model, tau, ws);
   detail::smooth(model, ws, a);
 }
 
