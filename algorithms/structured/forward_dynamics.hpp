@@ -208,84 +208,110 @@ void set_matrix(const StructuredLink<S>& link, const T* q,
     for (int j = 0; j < 3; ++j) phi.R.R[i][j] = X[i][(j + 1) % 3];
 }
 
+// W x = w (w'x) - x w'w.
+template <class T, class S>
+[[gnu::always_inline]] inline void centripetal(const StructuredLink<S>& link, const T& wx,
+                                               const T& wy, const T& wz, Sixfold<T>& c) {
+  const T xx = wx * wx, yy = wy * wy, zz = wz * wz, xy = wx * wy, xz = wx * wz;
+  c.u = -link.p[0] * (yy + zz);
+  c.v = link.p[0] * xy;
+  c.w = link.p[0] * xz;
+  if (link.p[1] != S(0)) {
+    c.u = c.u + link.p[1] * xy;
+    c.v = c.v - link.p[1] * (xx + zz);
+    c.w = c.w + link.p[1] * (wy * wz);
+  }
+  if (link.p[2] != S(0)) {
+    c.u = c.u + link.p[2] * xz;
+    c.v = c.v + link.p[2] * (wy * wz);
+    c.w = c.w - link.p[2] * (xx + yy);
+  }
+}
+
+// w and c of a link on a screw, the joint's own motion apart, from w of the parent.
+template <class T, class S, class C, class D>
+[[gnu::always_inline]] inline void cross_outward(const StructuredLink<S>& link,
+                                                 const Direction<C>& joint, const D& d, T& wx,
+                                                 T& wy, T& wz, Sixfold<T>& c) {
+  centripetal(link, wx, wy, wz, c);
+  if (link.turned) {
+    turn_back(link.theta, wx, wy);
+    turn_back(link.theta, c.u, c.v);
+  }
+  turn_back(link.alpha, wy, wz);
+  turn_back(link.alpha, c.v, c.w);
+  turn_back(joint, wx, wy);
+  turn_back(joint, c.u, c.v);
+  const T dz = d * wz;
+  c.u += dz * wx;
+  c.v += dz * wy;
+  c.w = c.w - d * (wx * wx + wy * wy);
+}
+
+// The same across a matrix.
+template <class T>
+void cross_outward(const typename StructuredWorkspace<T>::Matrix& phi, T& wx, T& wy, T& wz,
+                   Sixfold<T>& c) {
+  const T wp = wx * phi.p[0] + wy * phi.p[1] + wz * phi.p[2];
+  const T ww = wx * wx + wy * wy + wz * wz;
+  c.u = wx * wp - phi.p[0] * ww;
+  c.v = wy * wp - phi.p[1] * ww;
+  c.w = wz * wp - phi.p[2] * ww;
+  turn_back(phi.R, c.u, c.v, c.w);
+  turn_back(phi.R, wx, wy, wz);
+}
+
 // w and c of every link.
 template <class T, class S>
 void set_velocity(const StructuredModel<S>& model, const T* q, const T* qd,
                   StructuredWorkspace<T>& ws) {
   using Kind = typename StructuredLink<S>::Kind;
   const T zero = T(S(0)), two = T(S(2));
+  T wx = zero, wy = zero, wz = zero;
   T ux = zero, uy = zero, uz = zero;  // w before the joint, for all DoF of a ball joint
   for (int k = 0; k < model.nv(); ++k) {
     const StructuredLink<S>& link = model.link(k);
     auto& at = ws.links[k];
-    T wx = zero, wy = zero, wz = zero;  // of the parent, in the link's axes at last
-    at.c = {zero, zero, zero, zero, zero, zero};
-    if (link.slides && link.kind == Kind::screws) at.d = q[link.q_index] + T(link.offset);
-    if (link.parent >= 0) {
-      const auto& parent = ws.links[link.parent];
-      wx = parent.wx;
-      wy = parent.wy;
-      wz = parent.wz;
+    Sixfold<T> c = {zero, zero, zero, zero, zero, zero};
+    if (!link.hangs_on_previous) {
+      wx = wy = wz = zero;
+      if (link.parent >= 0) {
+        const auto& parent = ws.links[link.parent];
+        wx = parent.wx;
+        wy = parent.wy;
+        wz = parent.wz;
+      }
     }
-    switch (link.kind) {
-      case Kind::screws: {
-        if (link.parent < 0) break;
-        // W(parent) p
-        const T xx = wx * wx, yy = wy * wy, zz = wz * wz, xy = wx * wy, xz = wx * wz;
-        Sixfold<T>& c = at.c;
-        c.u = -link.p[0] * (yy + zz);
-        c.v = link.p[0] * xy;
-        c.w = link.p[0] * xz;
-        if (link.p[1] != S(0)) {
-          c.u = c.u + link.p[1] * xy;
-          c.v = c.v - link.p[1] * (xx + zz);
-          c.w = c.w + link.p[1] * (wy * wz);
-        }
-        if (link.p[2] != S(0)) {
-          c.u = c.u + link.p[2] * xz;
-          c.v = c.v + link.p[2] * (wy * wz);
-          c.w = c.w - link.p[2] * (xx + yy);
-        }
-        const auto back = [&](T& x, T& y, T& z) {
-          if (link.turned) turn_back(link.theta, x, y);
-          turn_back(link.alpha, y, z);
-          if (link.slides)
-            turn_back(link.turn, x, y);
-          else
-            turn_back(Direction<T>{ws.cos[link.varying], ws.sin[link.varying]}, x, y);
-        };
-        back(wx, wy, wz);
-        back(c.u, c.v, c.w);
-        const T d = link.slides ? at.d : T(link.d);
-        const T dz = d * wz;
-        c.u += dz * wx;
-        c.v += dz * wy;
-        c.w -= d * (wx * wx + wy * wy);
-        break;
+    if (link.kind == Kind::screws) {
+      if (link.slides) {
+        at.d = q[link.q_index] + T(link.offset);
+        if (link.parent >= 0) cross_outward(link, link.turn, at.d, wx, wy, wz, c);
+      } else if (link.parent >= 0) {
+        cross_outward(link, Direction<T>{ws.cos[link.varying], ws.sin[link.varying]}, link.d, wx,
+                      wy, wz, c);
       }
-      case Kind::matrix: {
-        auto& phi = ws.matrices[link.varying];
-        set_matrix(link, q + link.q_index, phi);
-        if (link.parent < 0) break;
-        const T wp = wx * phi.p[0] + wy * phi.p[1] + wz * phi.p[2];
-        const T ww = wx * wx + wy * wy + wz * wz;
-        at.c.u = wx * wp - phi.p[0] * ww;
-        at.c.v = wy * wp - phi.p[1] * ww;
-        at.c.w = wz * wp - phi.p[2] * ww;
-        turn_back(phi.R, at.c.u, at.c.v, at.c.w);
-        turn_back(phi.R, wx, wy, wz);
-        break;
+    } else if (link.kind == Kind::matrix) {
+      auto& phi = ws.matrices[link.varying];
+      set_matrix(link, q + link.q_index, phi);
+      if (link.parent >= 0) {
+        T x = wx, y = wy, z = wz;  // w and c stay in registers
+        Sixfold<T> turned;
+        cross_outward(phi, x, y, z, turned);
+        wx = x;
+        wy = y;
+        wz = z;
+        c.u = turned.u;
+        c.v = turned.v;
+        c.w = turned.w;
       }
-      case Kind::cyclic: {
-        const T first = wx, first_u = ux;
-        wx = wy;
-        wy = wz;
-        wz = first;
-        ux = uy;
-        uy = uz;
-        uz = first_u;
-        break;
-      }
+    } else {
+      const T first = wx, first_u = ux;
+      wx = wy;
+      wy = wz;
+      wz = first;
+      ux = uy;
+      uy = uz;
+      uz = first_u;
     }
     if (link.kind != Kind::cyclic) {
       ux = wx;
@@ -294,16 +320,17 @@ void set_velocity(const StructuredModel<S>& model, const T* q, const T* qd,
     }
     if (link.slides) {
       const T twice = two * qd[k];
-      at.c.u += twice * uy;
-      at.c.v -= twice * ux;
+      c.u += twice * uy;
+      c.v -= twice * ux;
     } else {
-      at.c.x = qd[k] * uy;
-      at.c.y = -(qd[k] * ux);
+      c.x = qd[k] * uy;
+      c.y = -(qd[k] * ux);
       wz += qd[k];
     }
     at.wx = wx;
     at.wy = wy;
     at.wz = wz;
+    at.c = c;
   }
 }
 
@@ -465,11 +492,11 @@ void smooth(const StructuredModel<S>& model, StructuredWorkspace<T>& ws, T* a) {
     const auto& g = at.g;
     const bool exact = link.r == S(0);
     if (link.slides) {
-      const T rest = at.e - g.x * l.x - g.y * l.y - g.z * l.z - g.u * l.u - g.v * l.v;
+      const T rest = ((at.e - g.x * l.x - g.y * l.y) - g.z * l.z) - (g.u * l.u + g.v * l.v);
       a[k] = exact ? rest - l.w : rest - g.w * l.w;
       l.w = exact ? rest : l.w + a[k];
     } else {
-      const T rest = at.e - g.x * l.x - g.y * l.y - g.u * l.u - g.v * l.v - g.w * l.w;
+      const T rest = ((at.e - g.x * l.x - g.y * l.y) - g.w * l.w) - (g.u * l.u + g.v * l.v);
       a[k] = exact ? rest - l.z : rest - g.z * l.z;
       l.z = exact ? rest : l.z + a[k];
     }
