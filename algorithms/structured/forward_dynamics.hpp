@@ -19,10 +19,17 @@
 
 #include <vector>
 
+#include "algorithms/inverse_mass/singularity.hpp"
 #include "algorithms/spatial/sincos.hpp"
 #include "algorithms/structured/articulated.hpp"
 
 namespace kalmarm {
+
+// Sizes of the terms that A and C are summed from.
+template <class T>
+struct Size {
+  T moment, force;
+};
 
 template <class T>
 struct StructuredWorkspace {
@@ -42,13 +49,14 @@ struct StructuredWorkspace {
     bool begun;
     Articulated<T> P;
     Sixfold<T> z, l;
+    Size<T> size;
   };
 
   std::vector<Link> links;
   std::vector<T> angle, sin, cos;
   std::vector<Matrix> matrices;
   std::vector<Branch> branches;
-  T margin;  // least D / size of the last call
+  T margin;  // least D - net x size of the last call
   T check;   // zero where every acceleration was finite, else NaN
 
   template <class S>
@@ -358,7 +366,7 @@ template <bool slides, bool noise, class T, class S>
 [[gnu::always_inline]] inline void cross(const StructuredLink<S>& link, const T& tau,
                                          StructuredWorkspace<T>& ws,
                                          typename StructuredWorkspace<T>::Link& at,
-                                         Articulated<T>& P, Sixfold<T>& z) {
+                                         Articulated<T>& P, Sixfold<T>& z, Size<T>& size) {
   using Kind = typename StructuredLink<S>::Kind;
   using std::min;
   T D, inverse_D;
@@ -370,7 +378,8 @@ template <bool slides, bool noise, class T, class S>
       return measure_turn<noise>(P, link.r, D, inverse_D, g);
   }();
   at.g = g;
-  ws.margin = min(ws.margin, T(D * link.inverse_size));
+  const T net = T(SingularityTest<S, 1>::net());
+  ws.margin = min(ws.margin, T(D - net * (slides ? size.force : size.moment)));
   const T e = tau - (slides ? z.w : z.z);
   at.e = e * inverse_D;
   if (link.parent < 0) return;
@@ -382,12 +391,18 @@ template <bool slides, bool noise, class T, class S>
   if (noise || !slides) z.w += g.w * e;
   add_times(P_plus, at.c, slides, z);
   if (!noise) (slides ? z.w : z.z) = tau;
+  size.moment = P_plus.Axx + P_plus.Ayy + P_plus.Azz;
+  size.force = P_plus.Cxx + P_plus.Cyy + P_plus.Czz;
 
+  const T two = T(S(2));
   if (link.kind == Kind::screws) {
     if constexpr (slides) {
+      const T reach = link.reach + two * two * at.d * at.d;
+      size.moment = two * size.moment + reach * size.force;
       P = to_parent(link, link.turn, at.d, P_plus);
       force_to_parent(link, link.turn, at.d, z);
     } else {
+      size.moment = two * size.moment + link.reach * size.force;
       const Turn<T> joint(ws.cos[link.varying], ws.sin[link.varying]);
       P = to_parent(link, joint, link.d, P_plus);
       force_to_parent(link, joint, link.d, z);
@@ -398,7 +413,10 @@ template <bool slides, bool noise, class T, class S>
   } else {
     Articulated<T> rotated = P_plus.full();  // P and z stay in registers
     Sixfold<T> moved = z;
-    to_parent(ws.matrices[link.varying], rotated, moved);
+    const auto& phi = ws.matrices[link.varying];
+    to_parent(phi, rotated, moved);
+    const T pp = phi.p[0] * phi.p[0] + phi.p[1] * phi.p[1] + phi.p[2] * phi.p[2];
+    size.moment = two * (size.moment + pp * size.force);
     P = rotated;
     z = moved;
   }
@@ -411,32 +429,39 @@ void filter(const StructuredModel<S>& model, const T* tau, StructuredWorkspace<T
   for (auto& branch : ws.branches) branch.begun = false;
   Articulated<T> P;
   Sixfold<T> z;
+  Size<T> size;
   bool carried = false;  // P and z come from link k + 1
   for (int k = model.nv() - 1; k >= 0; --k) {
     const StructuredLink<S>& link = model.link(k);
     auto& at = ws.links[k];
+    const S trace_I = link.Ixx + link.Iyy + link.Izz + link.r, trace_m = S(3) * link.m + link.r;
     if (!carried) {
       set_body(link, P);
+      size = {T(trace_I), T(trace_m)};
       bias<false>(link, at.wx, at.wy, at.wz, z);
     } else if (!link.massless) {
       add_body(link, P);
+      size.moment += trace_I;
+      size.force += trace_m;
       bias<true>(link, at.wx, at.wy, at.wz, z);
     }
     if (link.slot >= 0) {
       add(P, ws.branches[link.slot].P);
       add(z, ws.branches[link.slot].z);
+      size.moment += ws.branches[link.slot].size.moment;
+      size.force += ws.branches[link.slot].size.force;
     }
     const bool noise = link.r != S(0);
     if (link.slides) {
       if (noise)
-        cross<true, true>(link, tau[k], ws, at, P, z);
+        cross<true, true>(link, tau[k], ws, at, P, z, size);
       else
-        cross<true, false>(link, tau[k], ws, at, P, z);
+        cross<true, false>(link, tau[k], ws, at, P, z, size);
     } else {
       if (noise)
-        cross<false, true>(link, tau[k], ws, at, P, z);
+        cross<false, true>(link, tau[k], ws, at, P, z, size);
       else
-        cross<false, false>(link, tau[k], ws, at, P, z);
+        cross<false, false>(link, tau[k], ws, at, P, z, size);
     }
     carried = link.hangs_on_previous;
     if (link.parent < 0 || carried) continue;
@@ -444,9 +469,12 @@ void filter(const StructuredModel<S>& model, const T* tau, StructuredWorkspace<T
     if (branch.begun) {
       add(branch.P, P);
       add(branch.z, z);
+      branch.size.moment += size.moment;
+      branch.size.force += size.force;
     } else {
       branch.P = P;
       branch.z = z;
+      branch.size = size;
       branch.begun = true;
     }
   }

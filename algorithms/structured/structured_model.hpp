@@ -20,7 +20,6 @@
 #include <cmath>
 #include <vector>
 
-#include "algorithms/inverse_mass/polar_moment.hpp"
 #include "algorithms/model/model.hpp"
 
 namespace kalmarm {
@@ -59,7 +58,7 @@ struct StructuredLink {
   S r = S(0), m = S(0);                   // joint noise, mass
   Vector3<S> h = Vector3<S>::Zero();      // m c
   S Ixx = S(0), Ixy = S(0), Ixz = S(0), Iyy = S(0), Iyz = S(0), Izz = S(0);  // about the origin
-  S inverse_size = S(0);  // of what D is summed from (polar_moment.hpp), slides at their ref
+  S reach = S(0);  // 2 |origin from the parent's|^2; of a slide 4 |p|^2, without its d
 };
 
 template <class S>
@@ -170,7 +169,6 @@ class StructuredModel {
       }
     }
     for (int k = 0; k < model.nv(); ++k) set_link(model, frames[k], k);
-    set_sizes(model);
   }
 
   template <class W>
@@ -207,6 +205,9 @@ class StructuredModel {
       link.offset = S(angle - joint.ref);
       link.d = S(d);
     }
+    const Vector3<W> along(W(0), -d * frame.sin_alpha, d * frame.cos_alpha);
+    link.reach = S(joint.slides ? W(4) * frame.p.squaredNorm()
+                                : W(2) * (frame.p + about_z(frame.theta) * along).squaredNorm());
     if (joint.coordinate == Coordinate::angle) link.varying = angles_++;
     if (link.kind == Kind::matrix) link.varying = matrices_++;
 
@@ -225,16 +226,6 @@ class StructuredModel {
     link.Iyy = S(I(1, 1));
     link.Iyz = S(I(1, 2));
     link.Izz = S(I(2, 2));
-  }
-
-  template <class W>
-  void set_sizes(const Model<W>& model) {
-    std::vector<PolarMoment<W>> polar = body_polar_moments(model);
-    for (int k = model.nv() - 1; k >= 0; --k) {
-      const Joint<W>& joint = model.joint(k);
-      links_[k].inverse_size = S(W(1) / polar[k].size(joint));
-      if (joint.parent >= 0) polar[joint.parent].add_child(polar[k], joint.translation);
-    }
   }
 
   int nq_, angles_ = 0, matrices_ = 0, slots_ = 0;
