@@ -22,11 +22,6 @@ namespace kalmarm {
 
 // A number that is known to be zero: terms with it vanish when they are compiled.
 struct Zero {
-  template <class T>
-  operator T() const {
-    return T(0);
-  }
-
   friend Zero operator+(Zero, Zero) { return {}; }
   friend Zero operator-(Zero, Zero) { return {}; }
   friend Zero operator*(Zero, Zero) { return {}; }
@@ -87,8 +82,15 @@ struct Articulated {
   L Cxz, Cyz, Czz;
 
   Articulated<T> full() const {
-    return {Axx, Axy, Ayy, Axz, Ayz, Azz, Bxx, Bxy, Byx, Byy, Bxz,
-            Byz, Bzx, Bzy, Bzz, Cxx, Cxy, Cyy, Cxz, Cyz, Czz};
+    const auto number = [](const auto& x) {
+      if constexpr (std::is_same_v<std::decay_t<decltype(x)>, Zero>)
+        return T(0);
+      else
+        return x;
+    };
+    return {Axx,         Axy, Ayy, number(Axz), number(Ayz), number(Azz), Bxx,
+            Bxy,         Byx, Byy, number(Bxz), number(Byz), number(Bzx), number(Bzy),
+            number(Bzz), Cxx, Cxy, Cyy,         number(Cxz), number(Cyz), number(Czz)};
   }
 };
 

@@ -383,6 +383,8 @@ template <bool slides, bool noise, class T, class S>
   const T e = tau - (slides ? z.w : z.z);
   at.e = e * inverse_D;
   if (link.parent < 0) return;
+  size.moment = P.Axx + P.Ayy + P.Azz;
+  size.force = P.Cxx + P.Cyy + P.Czz;
   z.x += g.x * e;
   z.y += g.y * e;
   z.u += g.u * e;
@@ -391,8 +393,6 @@ template <bool slides, bool noise, class T, class S>
   if (noise || !slides) z.w += g.w * e;
   add_times(P_plus, at.c, slides, z);
   if (!noise) (slides ? z.w : z.z) = tau;
-  size.moment = P_plus.Axx + P_plus.Ayy + P_plus.Azz;
-  size.force = P_plus.Cxx + P_plus.Cyy + P_plus.Czz;
 
   const T two = T(S(2));
   if (link.kind == Kind::screws) {
