@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "algorithms/inverse_mass/sequential.hpp"
+#include "algorithms/spatial/count.hpp"
 #include "algorithms/structured/dynamics.hpp"
 #include "algorithms/test/models.hpp"
 #include "algorithms/test/singular.hpp"
@@ -159,30 +160,6 @@ TEST(StructuredDynamics, EquationsHoldInMultiPrecision) {
     EXPECT_LE(Truth(model, state).error(a), 1e-40) << family.name;
   }
 }
-
-// Counts what it is asked to do. Sines and cosines are not counted.
-struct Count {
-  static inline int flops = 0;
-  double value;
-
-  Count() = default;
-  Count(double x) : value(x) {}
-  friend Count operator+(Count a, Count b) { return counted(a.value + b.value); }
-  friend Count operator-(Count a, Count b) { return counted(a.value - b.value); }
-  friend Count operator*(Count a, Count b) { return counted(a.value * b.value); }
-  friend Count operator/(Count a, Count b) { return counted(a.value / b.value); }
-  friend Count operator-(Count a) { return -a.value; }
-  friend Count& operator+=(Count& a, Count b) { return a = a + b; }
-  friend Count& operator-=(Count& a, Count b) { return a = a - b; }
-  friend Count min(Count a, Count b) { return std::min(a.value, b.value); }
-  friend Count sin(Count a) { return std::sin(a.value); }
-  friend Count cos(Count a) { return std::cos(a.value); }
-
-  static Count counted(double x) {
-    ++flops;
-    return x;
-  }
-};
 
 double flops_per_joint(const Model<double>& model) {
   const State<double> state = random_state(model, 3);
