@@ -65,7 +65,7 @@ namespace detail {
 
 // Lanes 0 of a and b, lanes 1 of a and b …: of the lower halves, or of the upper.
 template <class P, int first, int... i>
-P interleave(P a, P b, std::integer_sequence<int, i...>) {
+P interleave(const P& a, const P& b, std::integer_sequence<int, i...>) {
   constexpr int n = sizeof...(i);
   return P::of(__builtin_shufflevector(a.v, b.v, (first + i / 2 + (i % 2) * n)...));
 }

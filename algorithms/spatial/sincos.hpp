@@ -44,7 +44,7 @@ struct SinCosConstants<float> {
 };
 
 template <class P, class S, int terms>
-P polynomial(const S (&coefficients)[terms], P x) {
+P polynomial(const S (&coefficients)[terms], const P& x) {
   P out = coefficients[0];
   for (int i = 1; i < terms; ++i) out = out * x + P(coefficients[i]);
   return out;
@@ -53,7 +53,7 @@ P polynomial(const S (&coefficients)[terms], P x) {
 }  // namespace detail
 
 template <class S, int n>
-void sin_cos(Pack<S, n> x, Pack<S, n>& sin_x, Pack<S, n>& cos_x) {
+void sin_cos(const Pack<S, n>& x, Pack<S, n>& sin_x, Pack<S, n>& cos_x) {
   using P = Pack<S, n>;
   using K = detail::SinCosConstants<S>;
   constexpr S two_over_pi = S(0.63661977236758134308);
