@@ -73,7 +73,8 @@ namespace detail {
 
 // phi x of an heir or any child on a screw.
 template <class T, class S, class C, class D>
-[[gnu::always_inline]] inline void force_to_parent(const StructuredLink<S>& link,
+[[gnu::always_inline]] inline void force_to_parent(const StructuredModel<S>& model,
+                                                   const StructuredLink<S>& link,
                                                    const Direction<C>& joint, const D& d,
                                                    Sixfold<T>& z) {
   z.x = z.x - d * z.v;
@@ -83,8 +84,8 @@ template <class T, class S, class C, class D>
   turn(link.alpha, z.y, z.z, z.y, z.z);
   turn(link.alpha, z.v, z.w, z.v, z.w);
   if (link.turned) {
-    turn(link.theta, z.x, z.y, z.x, z.y);
-    turn(link.theta, z.u, z.v, z.u, z.v);
+    turn(model.uncommon(link).theta, z.x, z.y, z.x, z.y);
+    turn(model.uncommon(link).theta, z.u, z.v, z.u, z.v);
   }
   z.y = z.y - link.p[0] * z.w;
   z.z = z.z + link.p[0] * z.v;
@@ -100,7 +101,8 @@ template <class T, class S, class C, class D>
 
 // phi' l.
 template <class T, class S, class C, class D>
-[[gnu::always_inline]] inline void motion_from_parent(const StructuredLink<S>& link,
+[[gnu::always_inline]] inline void motion_from_parent(const StructuredModel<S>& model,
+                                                      const StructuredLink<S>& link,
                                                       const Direction<C>& joint, const D& d,
                                                       Sixfold<T>& l) {
   l.v = l.v + link.p[0] * l.z;
@@ -114,8 +116,8 @@ template <class T, class S, class C, class D>
     l.v = l.v - link.p[2] * l.x;
   }
   if (link.turned) {
-    turn_back(link.theta, l.x, l.y);
-    turn_back(link.theta, l.u, l.v);
+    turn_back(model.uncommon(link).theta, l.x, l.y);
+    turn_back(model.uncommon(link).theta, l.u, l.v);
   }
   turn_back(link.alpha, l.y, l.z);
   turn_back(link.alpha, l.v, l.w);
@@ -127,13 +129,14 @@ template <class T, class S, class C, class D>
 
 // phi P+ phi'.
 template <class T, class R, class L, class S, class C, class D>
-[[gnu::always_inline]] inline Articulated<T> to_parent(const StructuredLink<S>& link,
+[[gnu::always_inline]] inline Articulated<T> to_parent(const StructuredModel<S>& model,
+                                                       const StructuredLink<S>& link,
                                                        const Turn<C>& joint, const D& d,
                                                        Articulated<T, R, L>& P_plus) {
   translate_z(d, P_plus);
   rotate_z(joint, P_plus);
   Articulated<T> P = rotate_x(link.alpha, P_plus);
-  if (link.turned) rotate_z(link.theta, P);
+  if (link.turned) rotate_z(model.uncommon(link).theta, P);
   translate_x(link.p[0], P);
   if (link.p[1] != S(0)) translate_y(link.p[1], P);
   if (link.p[2] != S(0)) translate_z(link.p[2], P);
@@ -192,14 +195,14 @@ template <class T>
 
 // R = E R(q) C or E C, p = p or p + E q, as model.hpp says.
 template <class T, class S>
-void set_matrix(const StructuredLink<S>& link, const T* q,
+void set_matrix(const StructuredLink<S>& link, const Matrix3<S>& E, const T* q,
                 typename StructuredWorkspace<T>::Matrix& phi) {
   T X[3][3];
   for (int i = 0; i < 3; ++i) phi.p[i] = T(link.p[i]);
   if (link.coordinate == Coordinate::position) {
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) {
-        X[i][j] = T(link.E(i, j));
+        X[i][j] = T(E(i, j));
         phi.p[i] += X[i][j] * q[j];
       }
   } else {
@@ -210,7 +213,7 @@ void set_matrix(const StructuredLink<S>& link, const T* q,
                        {x * q[3] - y * q[0], y * q[3] + x * q[0], one - (x * q[1] + y * q[2])}};
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j)
-        X[i][j] = T(link.E(i, 0)) * Q[0][j] + T(link.E(i, 1)) * Q[1][j] + T(link.E(i, 2)) * Q[2][j];
+        X[i][j] = T(E(i, 0)) * Q[0][j] + T(E(i, 1)) * Q[1][j] + T(E(i, 2)) * Q[2][j];
   }
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) phi.R.R[i][j] = X[i][(j + 1) % 3];
@@ -238,13 +241,14 @@ template <class T, class S>
 
 // w and c of a link on a screw, the joint's own motion apart, from w of the parent.
 template <class T, class S, class C, class D>
-[[gnu::always_inline]] inline void cross_outward(const StructuredLink<S>& link,
+[[gnu::always_inline]] inline void cross_outward(const StructuredModel<S>& model,
+                                                 const StructuredLink<S>& link,
                                                  const Direction<C>& joint, const D& d, T& wx,
                                                  T& wy, T& wz, Sixfold<T>& c) {
   centripetal(link, wx, wy, wz, c);
   if (link.turned) {
-    turn_back(link.theta, wx, wy);
-    turn_back(link.theta, c.u, c.v);
+    turn_back(model.uncommon(link).theta, wx, wy);
+    turn_back(model.uncommon(link).theta, c.u, c.v);
   }
   turn_back(link.alpha, wy, wz);
   turn_back(link.alpha, c.v, c.w);
@@ -293,14 +297,15 @@ void set_velocity(const StructuredModel<S>& model, const T* q, const T* qd,
     if (link.kind == Kind::screws) {
       if (link.slides) {
         at.d = q[link.q_index] + T(link.offset);
-        if (link.parent >= 0) cross_outward(link, link.turn, at.d, wx, wy, wz, c);
+        if (link.parent >= 0)
+          cross_outward(model, link, model.uncommon(link).turn, at.d, wx, wy, wz, c);
       } else if (link.parent >= 0) {
-        cross_outward(link, Direction<T>{ws.cos[link.varying], ws.sin[link.varying]}, link.d, wx,
-                      wy, wz, c);
+        cross_outward(model, link, Direction<T>{ws.cos[link.varying], ws.sin[link.varying]}, link.d,
+                      wx, wy, wz, c);
       }
     } else if (link.kind == Kind::matrix) {
       auto& phi = ws.matrices[link.varying];
-      set_matrix(link, q + link.q_index, phi);
+      set_matrix(link, model.uncommon(link).E, q + link.q_index, phi);
       if (link.parent >= 0) {
         T x = wx, y = wy, z = wz;  // w and c stay in registers
         Sixfold<T> turned;
@@ -363,7 +368,8 @@ template <bool add, class T, class S>
 // Across the joint of link k: D, g and e+ are kept, P- and z- become P+ and z+ in the parent's
 // frame.
 template <bool slides, bool noise, class T, class S>
-[[gnu::always_inline]] inline void cross(const StructuredLink<S>& link, const T& tau,
+[[gnu::always_inline]] inline void cross(const StructuredModel<S>& model,
+                                         const StructuredLink<S>& link, const T& tau,
                                          StructuredWorkspace<T>& ws,
                                          typename StructuredWorkspace<T>::Link& at,
                                          Articulated<T>& P, Sixfold<T>& z, Size<T>& size) {
@@ -399,13 +405,13 @@ template <bool slides, bool noise, class T, class S>
     if constexpr (slides) {
       const T reach = link.reach + two * two * at.d * at.d;
       size.moment = two * size.moment + reach * size.force;
-      P = to_parent(link, link.turn, at.d, P_plus);
-      force_to_parent(link, link.turn, at.d, z);
+      P = to_parent(model, link, model.uncommon(link).turn, at.d, P_plus);
+      force_to_parent(model, link, model.uncommon(link).turn, at.d, z);
     } else {
       size.moment = two * size.moment + link.reach * size.force;
       const Turn<T> joint(ws.cos[link.varying], ws.sin[link.varying]);
-      P = to_parent(link, joint, link.d, P_plus);
-      force_to_parent(link, joint, link.d, z);
+      P = to_parent(model, link, joint, link.d, P_plus);
+      force_to_parent(model, link, joint, link.d, z);
     }
   } else if (link.kind == Kind::cyclic) {
     P = cycle(P_plus.full());
@@ -454,14 +460,14 @@ void filter(const StructuredModel<S>& model, const T* tau, StructuredWorkspace<T
     const bool noise = link.r != S(0);
     if (link.slides) {
       if (noise)
-        cross<true, true>(link, tau[k], ws, at, P, z, size);
+        cross<true, true>(model, link, tau[k], ws, at, P, z, size);
       else
-        cross<true, false>(link, tau[k], ws, at, P, z, size);
+        cross<true, false>(model, link, tau[k], ws, at, P, z, size);
     } else {
       if (noise)
-        cross<false, true>(link, tau[k], ws, at, P, z, size);
+        cross<false, true>(model, link, tau[k], ws, at, P, z, size);
       else
-        cross<false, false>(link, tau[k], ws, at, P, z, size);
+        cross<false, false>(model, link, tau[k], ws, at, P, z, size);
     }
     carried = link.hangs_on_previous;
     if (link.parent < 0 || carried) continue;
@@ -492,16 +498,21 @@ void smooth(const StructuredModel<S>& model, StructuredWorkspace<T>& ws, T* a) {
     const auto& at = ws.links[k];
     const auto& c = at.c;
     if (link.parent < 0)
-      l = {zero, zero, zero, T(link.a0[0]), T(link.a0[1]), T(link.a0[2])};
+      l = {zero,
+           zero,
+           zero,
+           T(model.uncommon(link).a0[0]),
+           T(model.uncommon(link).a0[1]),
+           T(model.uncommon(link).a0[2])};
     else if (!link.hangs_on_previous)
       l = ws.branches[model.link(link.parent).slot].l;
     switch (link.kind) {
       case Kind::screws:
         if (link.slides)
-          motion_from_parent(link, link.turn, at.d, l);
+          motion_from_parent(model, link, model.uncommon(link).turn, at.d, l);
         else
-          motion_from_parent(link, Direction<T>{ws.cos[link.varying], ws.sin[link.varying]}, link.d,
-                             l);
+          motion_from_parent(model, link, Direction<T>{ws.cos[link.varying], ws.sin[link.varying]},
+                             link.d, l);
         break;
       case Kind::matrix:
         motion_from_parent(ws.matrices[link.varying], l);

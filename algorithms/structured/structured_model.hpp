@@ -38,6 +38,14 @@ struct Turn : Direction<T> {
   Turn(const T& c, const T& s) : Direction<T>{c, s}, ss(s * s), cs(c * s) {}
 };
 
+// What few links need, kept apart so that long chains stay in the cache.
+template <class S>
+struct UncommonPlacement {
+  Turn<S> turn{S(1), S(0)}, theta{S(1), S(0)};  // turn: Rz(angle) of a slide
+  Matrix3<S> E = Matrix3<S>::Identity();        // matrix: the placement's rotation
+  Vector3<S> a0 = Vector3<S>::Zero();           // child of the base: its acceleration, -gravity
+};
+
 template <class S>
 struct StructuredLink {
   enum class Kind { screws, matrix, cyclic };
@@ -48,15 +56,14 @@ struct StructuredLink {
   int slot = -1;    // in the workspace, for links with a child other than k + 1; else -1
   int q_index = 0;  // of the joint's first coordinate
   Coordinate coordinate = Coordinate::angle;
-  int varying = -1;  // of the joint's angle in the list of angles, or of its matrix
+  int varying = -1;   // of the joint's angle in the list of angles, or of its matrix
+  int uncommon = -1;  // of its UncommonPlacement
 
   S offset = S(0), d = S(0);
-  Turn<S> turn{S(1), S(0)}, alpha{S(1), S(0)}, theta{S(1), S(0)};  // turn: Rz(angle) of a slide
+  Turn<S> alpha{S(1), S(0)};
   Vector3<S> p = Vector3<S>::Zero();
-  Matrix3<S> E = Matrix3<S>::Identity();  // matrix: the placement's rotation
-  Vector3<S> a0 = Vector3<S>::Zero();     // child of the base: its acceleration, -gravity
-  S r = S(0), m = S(0);                   // joint noise, mass
-  Vector3<S> h = Vector3<S>::Zero();      // m c
+  S r = S(0), m = S(0);                                                      // joint noise, mass
+  Vector3<S> h = Vector3<S>::Zero();                                         // m c
   S Ixx = S(0), Ixy = S(0), Ixz = S(0), Iyy = S(0), Iyz = S(0), Izz = S(0);  // about the origin
   S reach = S(0);  // 2 |origin from the parent's|^2; of a slide 4 |p|^2, without its d
 };
@@ -78,6 +85,9 @@ class StructuredModel {
   int matrices() const { return matrices_; }  // of ball joints, and of positions of free joints
   int slots() const { return slots_; }
   const StructuredLink<S>& link(int k) const { return links_[k]; }
+  const UncommonPlacement<S>& uncommon(const StructuredLink<S>& link) const {
+    return uncommon_[link.uncommon];
+  }
 
  private:
   // Where link k's frame goes from that of Model: Rz(gamma) T(0,0,shift); and its placement there.
@@ -186,20 +196,14 @@ class StructuredModel {
     link.hangs_on_previous = joint.parent >= 0 && joint.parent == k - 1;
     if (joint.parent >= 0 && !link.hangs_on_previous && links_[joint.parent].slot < 0)
       links_[joint.parent].slot = slots_++;
-    if (joint.parent < 0)
-      link.a0 = (-(model.E(k).transpose() * model.gravity())).template cast<S>();
-
     link.kind = has_matrix(joint.coordinate)               ? Kind::matrix
                 : joint.coordinate == Coordinate::follower ? Kind::cyclic
                                                            : Kind::screws;
-    link.E = frame.E.template cast<S>();
     link.p = frame.p.template cast<S>();
-    link.theta = Turn<S>(S(cos(frame.theta)), S(sin(frame.theta)));
     link.turned = frame.theta != W(0);
     link.alpha = Turn<S>(S(frame.cos_alpha), S(frame.sin_alpha));
     const W angle = frame.angle + frame.gamma, d = frame.d + frame.shift;
     if (joint.slides) {
-      link.turn = Turn<S>(S(cos(angle)), S(sin(angle)));
       link.offset = S(d - joint.ref);
     } else {
       link.offset = S(angle - joint.ref);
@@ -208,6 +212,13 @@ class StructuredModel {
     const Vector3<W> along(W(0), -d * frame.sin_alpha, d * frame.cos_alpha);
     link.reach = S(joint.slides ? W(4) * frame.p.squaredNorm()
                                 : W(2) * (frame.p + about_z(frame.theta) * along).squaredNorm());
+    if (joint.slides || link.turned || link.kind == Kind::matrix || joint.parent < 0) {
+      link.uncommon = static_cast<int>(uncommon_.size());
+      uncommon_.push_back({Turn<S>(S(cos(angle)), S(sin(angle))),
+                           Turn<S>(S(cos(frame.theta)), S(sin(frame.theta))),
+                           frame.E.template cast<S>(),
+                           (-(model.E(k).transpose() * model.gravity())).template cast<S>()});
+    }
     if (joint.coordinate == Coordinate::angle) link.varying = angles_++;
     if (link.kind == Kind::matrix) link.varying = matrices_++;
 
@@ -230,6 +241,7 @@ class StructuredModel {
 
   int nq_, angles_ = 0, matrices_ = 0, slots_ = 0;
   std::vector<StructuredLink<S>> links_;
+  std::vector<UncommonPlacement<S>> uncommon_;
 };
 
 }  // namespace kalmarm
