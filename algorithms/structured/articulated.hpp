@@ -96,22 +96,22 @@ struct Articulated {
 
 // M(k).
 template <class T, class S>
-[[gnu::always_inline]] inline void set_body(const StructuredLink<S>& link, Articulated<T>& P) {
-  const T zero = T(0), m = T(link.m), hx = T(link.h[0]), hy = T(link.h[1]), hz = T(link.h[2]);
-  P = {T(link.Ixx), T(link.Ixy), T(link.Iyy), T(link.Ixz), T(link.Iyz), T(link.Izz), zero,
+[[gnu::always_inline]] inline void set_body(const StructuredBody<S>& body, Articulated<T>& P) {
+  const T zero = T(0), m = T(body.m), hx = T(body.h[0]), hy = T(body.h[1]), hz = T(body.h[2]);
+  P = {T(body.Ixx), T(body.Ixy), T(body.Iyy), T(body.Ixz), T(body.Iyz), T(body.Izz), zero,
        -hz,         hz,          zero,        hy,          -hx,         -hy,         hx,
        zero,        m,           zero,        m,           zero,        zero,        m};
 }
 
 template <class T, class S>
-[[gnu::always_inline]] inline void add_body(const StructuredLink<S>& link, Articulated<T>& P) {
-  const T m = T(link.m), hx = T(link.h[0]), hy = T(link.h[1]), hz = T(link.h[2]);
-  P.Axx += T(link.Ixx);
-  P.Axy += T(link.Ixy);
-  P.Ayy += T(link.Iyy);
-  P.Axz += T(link.Ixz);
-  P.Ayz += T(link.Iyz);
-  P.Azz += T(link.Izz);
+[[gnu::always_inline]] inline void add_body(const StructuredBody<S>& body, Articulated<T>& P) {
+  const T m = T(body.m), hx = T(body.h[0]), hy = T(body.h[1]), hz = T(body.h[2]);
+  P.Axx += T(body.Ixx);
+  P.Axy += T(body.Ixy);
+  P.Ayy += T(body.Iyy);
+  P.Axz += T(body.Ixz);
+  P.Ayz += T(body.Iyz);
+  P.Azz += T(body.Izz);
   P.Bxy -= hz;
   P.Byx += hz;
   P.Bxz += hy;

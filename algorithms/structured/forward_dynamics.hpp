@@ -349,16 +349,16 @@ void set_velocity(const StructuredModel<S>& model, const T* q, const T* qd,
 
 // b of a link alone is added to z, or written where z is new. 45 flops.
 template <bool add, class T, class S>
-[[gnu::always_inline]] inline void bias(const StructuredLink<S>& link, const T& wx, const T& wy,
+[[gnu::always_inline]] inline void bias(const StructuredBody<S>& body, const T& wx, const T& wy,
                                         const T& wz, Sixfold<T>& z) {
-  const T Lx = link.Ixx * wx + link.Ixy * wy + link.Ixz * wz;
-  const T Ly = link.Ixy * wx + link.Iyy * wy + link.Iyz * wz;
-  const T Lz = link.Ixz * wx + link.Iyz * wy + link.Izz * wz;
-  const T wh = link.h[0] * wx + link.h[1] * wy + link.h[2] * wz;
+  const T Lx = body.Ixx * wx + body.Ixy * wy + body.Ixz * wz;
+  const T Ly = body.Ixy * wx + body.Iyy * wy + body.Iyz * wz;
+  const T Lz = body.Ixz * wx + body.Iyz * wy + body.Izz * wz;
+  const T wh = body.h[0] * wx + body.h[1] * wy + body.h[2] * wz;
   const T ww = wx * wx + wy * wy + wz * wz;
   const Sixfold<T> b = {wy * Lz - wz * Ly,        wz * Lx - wx * Lz,
-                        wx * Ly - wy * Lx,        wx * wh - link.h[0] * ww,
-                        wy * wh - link.h[1] * ww, wz * wh - link.h[2] * ww};
+                        wx * Ly - wy * Lx,        wx * wh - body.h[0] * ww,
+                        wy * wh - body.h[1] * ww, wz * wh - body.h[2] * ww};
   if constexpr (add)
     kalmarm::add(z, b);
   else
@@ -369,7 +369,8 @@ template <bool add, class T, class S>
 // frame.
 template <bool slides, bool noise, class T, class S>
 [[gnu::always_inline]] inline void cross(const StructuredModel<S>& model,
-                                         const StructuredLink<S>& link, const T& tau,
+                                         const StructuredLink<S>& link,
+                                         const StructuredBody<S>& body, const T& tau,
                                          StructuredWorkspace<T>& ws,
                                          typename StructuredWorkspace<T>::Link& at,
                                          Articulated<T>& P, Sixfold<T>& z, Size<T>& size) {
@@ -379,9 +380,9 @@ template <bool slides, bool noise, class T, class S>
   Sixfold<T> g;
   auto P_plus = [&] {
     if constexpr (slides)
-      return measure_slide<noise>(P, link.r, D, inverse_D, g);
+      return measure_slide<noise>(P, body.r, D, inverse_D, g);
     else
-      return measure_turn<noise>(P, link.r, D, inverse_D, g);
+      return measure_turn<noise>(P, body.r, D, inverse_D, g);
   }();
   at.g = g;
   const T net = T(SingularityTest<S, 1>::net());
@@ -403,12 +404,12 @@ template <bool slides, bool noise, class T, class S>
   const T two = T(S(2));
   if (link.kind == Kind::screws) {
     if constexpr (slides) {
-      const T reach = link.reach + two * two * at.d * at.d;
+      const T reach = body.reach + two * two * at.d * at.d;
       size.moment = two * size.moment + reach * size.force;
       P = to_parent(model, link, model.uncommon(link).turn, at.d, P_plus);
       force_to_parent(model, link, model.uncommon(link).turn, at.d, z);
     } else {
-      size.moment = two * size.moment + link.reach * size.force;
+      size.moment = two * size.moment + body.reach * size.force;
       const Turn<T> joint(ws.cos[link.varying], ws.sin[link.varying]);
       P = to_parent(model, link, joint, link.d, P_plus);
       force_to_parent(model, link, joint, link.d, z);
@@ -439,17 +440,18 @@ void filter(const StructuredModel<S>& model, const T* tau, StructuredWorkspace<T
   bool carried = false;  // P and z come from link k + 1
   for (int k = model.nv() - 1; k >= 0; --k) {
     const StructuredLink<S>& link = model.link(k);
+    const StructuredBody<S>& body = model.body(k);
     auto& at = ws.links[k];
-    const S trace_I = link.Ixx + link.Iyy + link.Izz + link.r, trace_m = S(3) * link.m + link.r;
+    const S trace_I = body.Ixx + body.Iyy + body.Izz + body.r, trace_m = S(3) * body.m + body.r;
     if (!carried) {
-      set_body(link, P);
+      set_body(body, P);
       size = {T(trace_I), T(trace_m)};
-      bias<false>(link, at.wx, at.wy, at.wz, z);
+      bias<false>(body, at.wx, at.wy, at.wz, z);
     } else if (!link.massless) {
-      add_body(link, P);
+      add_body(body, P);
       size.moment += trace_I;
       size.force += trace_m;
-      bias<true>(link, at.wx, at.wy, at.wz, z);
+      bias<true>(body, at.wx, at.wy, at.wz, z);
     }
     if (link.slot >= 0) {
       add(P, ws.branches[link.slot].P);
@@ -457,17 +459,16 @@ void filter(const StructuredModel<S>& model, const T* tau, StructuredWorkspace<T
       size.moment += ws.branches[link.slot].size.moment;
       size.force += ws.branches[link.slot].size.force;
     }
-    const bool noise = link.r != S(0);
     if (link.slides) {
-      if (noise)
-        cross<true, true>(model, link, tau[k], ws, at, P, z, size);
+      if (link.noise)
+        cross<true, true>(model, link, body, tau[k], ws, at, P, z, size);
       else
-        cross<true, false>(model, link, tau[k], ws, at, P, z, size);
+        cross<true, false>(model, link, body, tau[k], ws, at, P, z, size);
     } else {
-      if (noise)
-        cross<false, true>(model, link, tau[k], ws, at, P, z, size);
+      if (link.noise)
+        cross<false, true>(model, link, body, tau[k], ws, at, P, z, size);
       else
-        cross<false, false>(model, link, tau[k], ws, at, P, z, size);
+        cross<false, false>(model, link, body, tau[k], ws, at, P, z, size);
     }
     carried = link.hangs_on_previous;
     if (link.parent < 0 || carried) continue;
@@ -529,7 +530,7 @@ void smooth(const StructuredModel<S>& model, StructuredWorkspace<T>& ws, T* a) {
       l.y += c.y;
     }
     const auto& g = at.g;
-    const bool exact = link.r == S(0);
+    const bool exact = !link.noise;
     if (link.slides) {
       const T rest = ((at.e - g.x * l.x - g.y * l.y) - g.z * l.z) - (g.u * l.u + g.v * l.v);
       a[k] = exact ? rest - l.w : rest - g.w * l.w;

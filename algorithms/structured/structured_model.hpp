@@ -46,13 +46,22 @@ struct UncommonPlacement {
   Vector3<S> a0 = Vector3<S>::Zero();           // child of the base: its acceleration, -gravity
 };
 
+// What only the inward sweep needs.
+template <class S>
+struct StructuredBody {
+  S r = S(0), m = S(0);                                                      // joint noise, mass
+  Vector3<S> h = Vector3<S>::Zero();                                         // m c
+  S Ixx = S(0), Ixy = S(0), Ixz = S(0), Iyy = S(0), Iyz = S(0), Izz = S(0);  // about the origin
+  S reach = S(0);  // 2 |origin from the parent's|^2; of a slide 4 |p|^2, without its d
+};
+
 template <class S>
 struct StructuredLink {
   enum class Kind { screws, matrix, cyclic };
 
   Kind kind = Kind::screws;
   int parent = -1;
-  bool slides = false, massless = false, hangs_on_previous = false, turned = false;
+  bool slides = false, noise = false, massless = false, hangs_on_previous = false, turned = false;
   int slot = -1;    // in the workspace, for links with a child other than k + 1; else -1
   int q_index = 0;  // of the joint's first coordinate
   Coordinate coordinate = Coordinate::angle;
@@ -62,17 +71,14 @@ struct StructuredLink {
   S offset = S(0), d = S(0);
   Turn<S> alpha{S(1), S(0)};
   Vector3<S> p = Vector3<S>::Zero();
-  S r = S(0), m = S(0);                                                      // joint noise, mass
-  Vector3<S> h = Vector3<S>::Zero();                                         // m c
-  S Ixx = S(0), Ixy = S(0), Ixz = S(0), Iyy = S(0), Iyz = S(0), Izz = S(0);  // about the origin
-  S reach = S(0);  // 2 |origin from the parent's|^2; of a slide 4 |p|^2, without its d
 };
 
 template <class S>
 class StructuredModel {
  public:
   template <class Given>
-  explicit StructuredModel(const Model<Given>& model) : nq_(model.nq()), links_(model.nv()) {
+  explicit StructuredModel(const Model<Given>& model)
+      : nq_(model.nq()), links_(model.nv()), bodies_(model.nv()) {
     using Wide =
         std::conditional_t<std::is_same_v<Given, float>, double,
                            std::conditional_t<std::is_same_v<Given, double>, long double, Given>>;
@@ -85,6 +91,7 @@ class StructuredModel {
   int matrices() const { return matrices_; }  // of ball joints, and of positions of free joints
   int slots() const { return slots_; }
   const StructuredLink<S>& link(int k) const { return links_[k]; }
+  const StructuredBody<S>& body(int k) const { return bodies_[k]; }
   const UncommonPlacement<S>& uncommon(const StructuredLink<S>& link) const {
     return uncommon_[link.uncommon];
   }
@@ -188,11 +195,13 @@ class StructuredModel {
     using Kind = typename StructuredLink<S>::Kind;
     const Joint<W>& joint = model.joint(k);
     StructuredLink<S>& link = links_[k];
+    StructuredBody<S>& body = bodies_[k];
     link.parent = joint.parent;
     link.slides = joint.slides;
     link.coordinate = joint.coordinate;
     link.q_index = joint.q_index;
-    link.r = S(joint.r);
+    body.r = S(joint.r);
+    link.noise = body.r != S(0);
     link.hangs_on_previous = joint.parent >= 0 && joint.parent == k - 1;
     if (joint.parent >= 0 && !link.hangs_on_previous && links_[joint.parent].slot < 0)
       links_[joint.parent].slot = slots_++;
@@ -210,7 +219,7 @@ class StructuredModel {
       link.d = S(d);
     }
     const Vector3<W> along(W(0), -d * frame.sin_alpha, d * frame.cos_alpha);
-    link.reach = S(joint.slides ? W(4) * frame.p.squaredNorm()
+    body.reach = S(joint.slides ? W(4) * frame.p.squaredNorm()
                                 : W(2) * (frame.p + about_z(frame.theta) * along).squaredNorm());
     if (joint.slides || link.turned || link.kind == Kind::matrix || joint.parent < 0) {
       link.uncommon = static_cast<int>(uncommon_.size());
@@ -229,18 +238,19 @@ class StructuredModel {
     const Matrix3<W> I =
         back * inertia.I_cm * back.transpose() - cross_matrix(h) * cross_matrix(com);
     link.massless = inertia.massless;
-    link.m = S(joint.body.mass);
-    link.h = h.template cast<S>();
-    link.Ixx = S(I(0, 0));
-    link.Ixy = S(I(0, 1));
-    link.Ixz = S(I(0, 2));
-    link.Iyy = S(I(1, 1));
-    link.Iyz = S(I(1, 2));
-    link.Izz = S(I(2, 2));
+    body.m = S(joint.body.mass);
+    body.h = h.template cast<S>();
+    body.Ixx = S(I(0, 0));
+    body.Ixy = S(I(0, 1));
+    body.Ixz = S(I(0, 2));
+    body.Iyy = S(I(1, 1));
+    body.Iyz = S(I(1, 2));
+    body.Izz = S(I(2, 2));
   }
 
   int nq_, angles_ = 0, matrices_ = 0, slots_ = 0;
   std::vector<StructuredLink<S>> links_;
+  std::vector<StructuredBody<S>> bodies_;
   std::vector<UncommonPlacement<S>> uncommon_;
 };
 
