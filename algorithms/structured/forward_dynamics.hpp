@@ -195,8 +195,8 @@ template <class T>
 
 // R = E R(q) C or E C, p = p or p + E q, as model.hpp says.
 template <class T, class S>
-void set_matrix(const StructuredLink<S>& link, const Matrix3<S>& E, const T* q,
-                typename StructuredWorkspace<T>::Matrix& phi) {
+[[gnu::noinline]] void set_matrix(const StructuredLink<S>& link, const Matrix3<S>& E, const T* q,
+                                  typename StructuredWorkspace<T>::Matrix& phi) {
   T X[3][3];
   for (int i = 0; i < 3; ++i) phi.p[i] = T(link.p[i]);
   if (link.coordinate == Coordinate::position) {
@@ -262,8 +262,8 @@ template <class T, class S, class C, class D>
 
 // The same across a matrix.
 template <class T>
-void cross_outward(const typename StructuredWorkspace<T>::Matrix& phi, T& wx, T& wy, T& wz,
-                   Sixfold<T>& c) {
+[[gnu::noinline]] void cross_outward(const typename StructuredWorkspace<T>::Matrix& phi, T& wx,
+                                     T& wy, T& wz, Sixfold<T>& c) {
   const T wp = wx * phi.p[0] + wy * phi.p[1] + wz * phi.p[2];
   const T ww = wx * wx + wy * wy + wz * wz;
   c.u = wx * wp - phi.p[0] * ww;
