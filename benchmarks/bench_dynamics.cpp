@@ -211,6 +211,7 @@ int run(const std::vector<std::string>& scenes, std::uint64_t seed) {
 
 int main(int argc, char** argv) {
   using namespace kalmarm;
+  choose_openblas_kernels(argv);  // before Initialize takes its flags out of argv
   benchmark::Initialize(&argc, argv, [] {
     std::printf(
         "Usage: bench_dynamics SCENE... [--seed S] [flags of Google Benchmark]\n\n  SCENE: %s\n\n",
