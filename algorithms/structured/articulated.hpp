@@ -367,7 +367,7 @@ struct Rotation {
   T R[3][3];
 };
 
-// R P R' of any rotation. About 240 flops.
+// R P R' of any rotation. 270 flops.
 template <class T>
 void rotate(const Rotation<T>& by, Articulated<T>& P) {
   const auto conjugate = [&](const T(&X)[3][3], T(&out)[3][3]) {
