@@ -114,6 +114,13 @@ class SingularityTest {
 
   bool suspect() const { return suspect_; }
 
+  // D(k) below net J(k) is looked into.
+  static T net() {
+    using std::sqrt;
+    const bool wide = order > 1 || unit_roundoff<T>() < T(1e-10);
+    return wide ? T(sqrt(resolution())) : T(T(8) * resolution());
+  }
+
   // The first joint, tips to base as far as `first`, whose D is lost in rounding. Otherwise ok,
   // with a warning where one is nearly lost.
   Outcome look(const Model<T>& model, const RandomModel<T>& rm, int first, const Gains<T>& gains) {
@@ -180,12 +187,6 @@ class SingularityTest {
     T out = T(1);
     for (int i = 0; i < order; ++i) out *= T(32) * unit_roundoff<T>();
     return out;
-  }
-
-  static T net() {
-    using std::sqrt;
-    const bool wide = order > 1 || unit_roundoff<T>() < T(1e-10);
-    return wide ? T(sqrt(resolution())) : T(T(8) * resolution());
   }
 
   std::vector<PolarMoment<T>> polar_, body_polar_;  // of the outboard side, of the link alone

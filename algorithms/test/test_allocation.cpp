@@ -4,8 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <limits>
+#include <vector>
 
 #include "algorithms/solver.hpp"
+#include "algorithms/structured/dynamics.hpp"
 #include "algorithms/test/models.hpp"
 
 namespace {
@@ -110,6 +113,31 @@ TYPED_TEST(Allocation, SolversAllocateOnlyBeforeTheirSecondCall) {
       EXPECT_EQ(allocations_of(invert), 0) << "inverse";
       EXPECT_TRUE(solved && inverted);
     }
+}
+
+TYPED_TEST(Allocation, StructuredDynamicsAllocatesOnlyWhenItIsMade) {
+  using T = TypeParam;
+  constexpr int count = 19;
+  const Model<double> parameters = floating_base(61);
+  const Model<T> model = parameters.template cast<T>();
+  const State<T> state = random_state(parameters, 62).template cast<T>();
+  const int nq = model.nq(), nv = model.nv();
+  VectorX<T> q = state.q.replicate(count, 1), qd = state.qd.replicate(count, 1);
+  VectorX<T> tau = state.tau.replicate(count, 1), a(nv), rows(count * nv);
+  q[3 * nq] = std::numeric_limits<T>::quiet_NaN();  // judged in full
+  std::vector<Outcome> outcomes(count);
+  StructuredDynamics<T> one(model);
+  StructuredBatch<T> batch(model);
+  Outcome solved;
+  int failed = 0;
+  EXPECT_EQ(allocations_of([&] { solved = one.acceleration(state.q, state.qd, state.tau, a); }), 0);
+  EXPECT_EQ(allocations_of([&] {
+              failed = batch.acceleration(count, q.data(), qd.data(), tau.data(), rows.data(),
+                                          outcomes.data());
+            }),
+            0);
+  EXPECT_TRUE(solved);
+  EXPECT_EQ(failed, 1);
 }
 
 }  // namespace

@@ -1,0 +1,90 @@
+// n numbers that are worked on at once: a scalar type for kernels that branch on the model alone.
+// 8 double or 16 float are a register of AVX-512; where registers are narrower, the compiler uses
+// several.
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+#include <type_traits>
+#include <utility>
+
+namespace kalmarm {
+
+template <class S, int n>
+struct Pack {
+  using Bits = std::conditional_t<sizeof(S) == 4, std::int32_t, std::int64_t>;
+  typedef S Vector __attribute__((vector_size(n * sizeof(S))));
+  typedef Bits Mask __attribute__((vector_size(n * sizeof(S))));
+
+  Vector v;
+
+  Pack() = default;
+  Pack(S x) : v(x - Vector{}) {}  // in every lane; x - 0 is x, and -0 is kept
+
+  static Pack of(Vector x) {
+    Pack out;
+    out.v = x;
+    return out;
+  }
+  static Pack load(const S* from) {
+    Pack out;
+    std::memcpy(&out.v, from, sizeof out.v);
+    return out;
+  }
+  void store(S* to) const { std::memcpy(to, &v, sizeof v); }
+
+  S operator[](int lane) const { return v[lane]; }
+
+  friend Pack operator+(Pack a, Pack b) { return of(a.v + b.v); }
+  friend Pack operator-(Pack a, Pack b) { return of(a.v - b.v); }
+  friend Pack operator*(Pack a, Pack b) { return of(a.v * b.v); }
+  friend Pack operator/(Pack a, Pack b) { return of(a.v / b.v); }
+  friend Pack operator-(Pack a) { return of(-a.v); }
+  friend Pack& operator+=(Pack& a, Pack b) { return a = a + b; }
+  friend Pack& operator-=(Pack& a, Pack b) { return a = a - b; }
+
+  friend Pack min(Pack a, Pack b) { return of(a.v < b.v ? a.v : b.v); }
+};
+
+template <class T>
+struct Lanes {
+  using Scalar = T;
+  static constexpr int count = 1;
+};
+template <class S, int n>
+struct Lanes<Pack<S, n>> {
+  using Scalar = S;
+  static constexpr int count = n;
+};
+
+// Lanes of the widest register there is today: 64 bytes.
+template <class S>
+using WidePack = Pack<S, 64 / static_cast<int>(sizeof(S))>;
+
+namespace detail {
+
+// Lanes 0 of a and b, lanes 1 of a and b …: of the lower halves, or of the upper.
+template <class P, int first, int... i>
+P interleave(const P& a, const P& b, std::integer_sequence<int, i...>) {
+  constexpr int n = sizeof...(i);
+  return P::of(__builtin_shufflevector(a.v, b.v, (first + i / 2 + (i % 2) * n)...));
+}
+
+}  // namespace detail
+
+// rows[i][j] <-> rows[j][i] of n packs. log2(n) rounds, each of which moves row i + n/2 behind i.
+template <class S, int n>
+void transpose(Pack<S, n>* rows) {
+  using P = Pack<S, n>;
+  constexpr auto lanes = std::make_integer_sequence<int, n>();
+  for (int round = 1; round < n; round *= 2) {
+    P out[n];
+    for (int i = 0; i < n / 2; ++i) {
+      out[2 * i] = detail::interleave<P, 0>(rows[i], rows[i + n / 2], lanes);
+      out[2 * i + 1] = detail::interleave<P, n / 2>(rows[i], rows[i + n / 2], lanes);
+    }
+    for (int i = 0; i < n; ++i) rows[i] = out[i];
+  }
+}
+
+}  // namespace kalmarm

@@ -1,0 +1,115 @@
+// The fast path behind an Outcome: forward dynamics of one state, or of many states of one robot.
+//
+// The sweeps leave two numbers for every lane: how far D(k) stays above the net, at the joint that
+// comes nearest, and whether all accelerations are finite. Only a suspect pays for more: it is
+// judged as Sequential<Conventional> judges it.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "algorithms/inverse_mass/factors.hpp"
+#include "algorithms/riccati/conventional.hpp"
+#include "algorithms/spatial/lanes.hpp"
+#include "algorithms/structured/forward_dynamics.hpp"
+
+namespace kalmarm {
+
+namespace detail {
+
+template <class S>
+class Judge {
+ public:
+  explicit Judge(const Model<S>& model) : model_(model), rm_(model_), factors_(model_) {}
+
+  static bool suspects(const S& margin, const S& check) {
+    return !(margin > S(0)) || check != S(0);
+  }
+
+  [[gnu::noinline]] Outcome judge(const S* q, const S& check) {
+    set_position(model_, q, rm_);
+    Outcome out = factor(model_, rm_, factors_);
+    if (out && check != S(0)) out = Outcome{.status = Outcome::Status::not_finite};
+    return out;
+  }
+
+ private:
+  Model<S> model_;
+  RandomModel<S> rm_;
+  Factors<S, Conventional> factors_;
+};
+
+}  // namespace detail
+
+template <class S>
+class StructuredDynamics {
+ public:
+  explicit StructuredDynamics(const Model<S>& model)
+      : model_(model), workspace_(model_), judge_(model) {}
+
+  // a (nv) from q (nq), qd and tau (nv). On failure a is not to be used.
+  Outcome acceleration(const VectorX<S>& q, const VectorX<S>& qd, const VectorX<S>& tau,
+                       VectorX<S>& a) {
+    structured_acceleration(model_, q.data(), qd.data(), tau.data(), workspace_, a.data());
+    const S margin = workspace_.margin, check = workspace_.check;
+    return judge_.suspects(margin, check) ? judge_.judge(q.data(), check) : Outcome{};
+  }
+
+ private:
+  StructuredModel<S> model_;
+  StructuredWorkspace<S> workspace_;
+  detail::Judge<S> judge_;
+};
+
+// One thread's: several on parts of the same arrays do not disturb each other.
+template <class S, int lanes = padding<S>>
+class StructuredBatch {
+ public:
+  using P = Pack<S, lanes>;
+
+  explicit StructuredBatch(const Model<S>& model)
+      : model_(model),
+        workspace_(model_),
+        judge_(model),
+        q_(model.nq()),
+        qd_(model.nv()),
+        tau_(model.nv()),
+        a_(model.nv()) {}
+
+  // a (count x nv) from q (count x nq), qd and tau (count x nv), all row-major: one state a row,
+  // and `count` outcomes. Returns how many failed, whose rows are not to be used.
+  int acceleration(int count, const S* q, const S* qd, const S* tau, S* a, Outcome* outcomes) {
+    const int nq = model_.nq(), nv = model_.nv();
+    int failed = 0;
+    std::fill_n(outcomes, count, Outcome{});
+    for (int first = 0; first < count; first += lanes) {
+      const int left = count - first, states = std::min(lanes, left);
+      to_lanes(q, nq, states, left, q_);
+      to_lanes(qd, nv, states, left, qd_);
+      to_lanes(tau, nv, states, left, tau_);
+      structured_acceleration(model_, q_.data(), qd_.data(), tau_.data(), workspace_, a_.data());
+      from_lanes(a_, nv, states, a);
+      for (int i = 0; i < states; ++i) {
+        const S margin = workspace_.margin[i], check = workspace_.check[i];
+        if (!judge_.suspects(margin, check)) continue;
+        outcomes[i] = judge_.judge(q + i * nq, check);
+        failed += !outcomes[i];
+      }
+      q += states * nq;
+      qd += states * nv;
+      tau += states * nv;
+      a += states * nv;
+      outcomes += states;
+    }
+    return failed;
+  }
+
+ private:
+  StructuredModel<S> model_;
+  StructuredWorkspace<P> workspace_;
+  detail::Judge<S> judge_;
+  std::vector<P> q_, qd_, tau_, a_;
+};
+
+}  // namespace kalmarm

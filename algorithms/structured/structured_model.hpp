@@ -1,0 +1,257 @@
+// A model lowered once for the fast path: frames moved along and about the joint axes, which stay
+// z, so that most numbers of phi(parent,k) become 0 or 1.
+//
+//   phi(parent,k) = T(p) Rz(theta) Rx(alpha) Rz(angle) Tz(d)       T: translation, R: rotation
+// angle = q + offset at a hinge, d = q + offset at a slide; all else is constant. A link's frame
+// may be turned about its axis and moved along it; this is spent on one child, the heir, so that
+// there
+//   theta = 0 and p = (a, 0, 0)    modified Denavit-Hartenberg: the origin is the foot of the
+//   common
+//                                  perpendicular of the link's axis and its heir's
+// Where the axes are so near to parallel that the foot is farther away than twice the distance of
+// the origins, the origin stays where it is and p = (a, b, 0). Other children keep theta and any p.
+// The fixed base has a frame for each of its children: p = 0, theta = alpha = 0.
+// Ball and free joints keep their frames: a matrix that depends on q, then two followers, whose phi
+// is a cyclic permutation (model.hpp).
+//
+// Everything is worked out in the next wider precision and rounded once.
+#pragma once
+
+#include <cmath>
+#include <vector>
+
+#include "algorithms/model/model.hpp"
+
+namespace kalmarm {
+
+// A turn about a coordinate axis: cos and sin, which vectors need.
+template <class T>
+struct Direction {
+  T c, s;
+};
+
+// The same, with sin^2 and sin cos for tensors.
+template <class T>
+struct Turn : Direction<T> {
+  T ss, cs;
+
+  Turn(const T& c, const T& s) : Direction<T>{c, s}, ss(s * s), cs(c * s) {}
+};
+
+// What few links need, kept apart so that long chains stay in the cache.
+template <class S>
+struct UncommonPlacement {
+  Turn<S> turn{S(1), S(0)}, theta{S(1), S(0)};  // turn: Rz(angle) of a slide
+  Matrix3<S> E = Matrix3<S>::Identity();        // matrix: the placement's rotation
+  Vector3<S> a0 = Vector3<S>::Zero();           // child of the base: its acceleration, -gravity
+};
+
+// What only the inward sweep needs.
+template <class S>
+struct StructuredBody {
+  S r = S(0), m = S(0);                                                      // joint noise, mass
+  Vector3<S> h = Vector3<S>::Zero();                                         // m c
+  S Ixx = S(0), Ixy = S(0), Ixz = S(0), Iyy = S(0), Iyz = S(0), Izz = S(0);  // about the origin
+  S reach = S(0);  // 2 |origin from the parent's|^2; of a slide 4 |p|^2, without its d
+};
+
+template <class S>
+struct StructuredLink {
+  enum class Kind { screws, matrix, cyclic };
+
+  Kind kind = Kind::screws;
+  int parent = -1;
+  bool slides = false, noise = false, massless = false, hangs_on_previous = false, turned = false;
+  int slot = -1;    // in the workspace, for links with a child other than k + 1; else -1
+  int q_index = 0;  // of the joint's first coordinate
+  Coordinate coordinate = Coordinate::angle;
+  int varying = -1;   // of the joint's angle in the list of angles, or of its matrix
+  int uncommon = -1;  // of its UncommonPlacement
+
+  S offset = S(0), d = S(0);
+  Turn<S> alpha{S(1), S(0)};
+  Vector3<S> p = Vector3<S>::Zero();
+};
+
+template <class S>
+class StructuredModel {
+ public:
+  template <class Given>
+  explicit StructuredModel(const Model<Given>& model)
+      : nq_(model.nq()), links_(model.nv()), bodies_(model.nv()) {
+    using Wide =
+        std::conditional_t<std::is_same_v<Given, float>, double,
+                           std::conditional_t<std::is_same_v<Given, double>, long double, Given>>;
+    lower(model.template cast<Wide>());
+  }
+
+  int nv() const { return static_cast<int>(links_.size()); }
+  int nq() const { return nq_; }
+  int angles() const { return angles_; }      // of hinges
+  int matrices() const { return matrices_; }  // of ball joints, and of positions of free joints
+  int slots() const { return slots_; }
+  const StructuredLink<S>& link(int k) const { return links_[k]; }
+  const StructuredBody<S>& body(int k) const { return bodies_[k]; }
+  const UncommonPlacement<S>& uncommon(const StructuredLink<S>& link) const {
+    return uncommon_[link.uncommon];
+  }
+
+ private:
+  // Where link k's frame goes from that of Model: Rz(gamma) T(0,0,shift); and its placement there.
+  template <class W>
+  struct Frame {
+    W gamma = W(0), shift = W(0);
+    W theta = W(0), cos_alpha = W(1), sin_alpha = W(0), angle = W(0), d = W(0);
+    Vector3<W> p = Vector3<W>::Zero();
+    Matrix3<W> E = Matrix3<W>::Identity();
+
+    // phi(parent,k) at q = ref, in the parent's new frame.
+    void place(const Matrix3<W>& rotation, const Vector3<W>& translation) {
+      using std::atan2;
+      using std::sqrt;
+      E = rotation;
+      p = translation;
+      cos_alpha = E(2, 2);
+      sin_alpha = sqrt(E(0, 2) * E(0, 2) + E(1, 2) * E(1, 2));
+      if (sin_alpha != W(0)) theta = atan2(E(0, 2), -E(1, 2));
+      const Matrix3<W> rest = about_z(W(-theta)) * E;  // Rx(alpha) Rz(angle)
+      angle = atan2(-rest(0, 1), rest(0, 0));
+    }
+  };
+
+  template <class W>
+  static Matrix3<W> about_z(const W& angle) {
+    using std::cos;
+    using std::sin;
+    const W c = cos(angle), s = sin(angle);
+    Matrix3<W> R;
+    R << c, -s, W(0), s, c, W(0), W(0), W(0), W(1);
+    return R;
+  }
+
+  static bool has_matrix(const Coordinate& coordinate) {
+    return coordinate == Coordinate::quaternion || coordinate == Coordinate::position;
+  }
+  static bool on_a_screw(const Coordinate& coordinate) {
+    return coordinate == Coordinate::angle || coordinate == Coordinate::distance;
+  }
+
+  // Link k is its parent's heir: the parent's frame is turned and moved so that theta = 0 and p has
+  // no z, and no y where the foot of the common perpendicular is near.
+  template <class W>
+  static void inherit(Frame<W>& parent, Frame<W>& frame, const Matrix3<W>& E, const Vector3<W>& d) {
+    using std::abs;
+    using std::atan2;
+    using std::sqrt;
+    frame.place(E, d);
+    const W sin_alpha = frame.sin_alpha, cos_alpha = frame.cos_alpha;
+    const bool parallel = sin_alpha == W(0);
+    const bool meet = d[0] == W(0) && d[1] == W(0);
+    parent.gamma = parallel && !meet ? W(atan2(d[1], d[0])) : frame.theta;
+    frame = Frame<W>{frame.gamma, frame.shift};
+    frame.place(about_z(W(-parent.gamma)) * E, about_z(W(-parent.gamma)) * d);
+    frame.theta = W(0);
+
+    // p = (a, b, 0) + d (0, -sin alpha, cos alpha) + (0, 0, shift)
+    W y = frame.p[1], z = frame.p[2];
+    if (parallel) y = W(0);
+    const W farthest = W(2) * sqrt(d.squaredNorm());
+    frame.d = z / cos_alpha;
+    if (!parallel) {
+      const W foot = -y / sin_alpha, shift = z - foot * cos_alpha;
+      if (abs(foot) <= farthest && abs(shift) <= farthest) {
+        frame.d = foot;
+        parent.shift = shift;
+        y = -sin_alpha * foot;
+      }
+    }
+    frame.p << frame.p[0], parallel ? W(0) : W(y + sin_alpha * frame.d), W(0);
+  }
+
+  template <class W>
+  void lower(const Model<W>& model) {
+    std::vector<Frame<W>> frames(model.nv());
+    for (int k = 0; k < model.nv(); ++k) {
+      const Joint<W>& joint = model.joint(k);
+      Frame<W>& frame = frames[k];
+      if (joint.parent < 0 || joint.coordinate == Coordinate::follower) continue;
+      Frame<W>& parent = frames[joint.parent];
+      if (joint.parent == k - 1 && on_a_screw(joint.coordinate) &&
+          on_a_screw(model.joint(k - 1).coordinate)) {
+        inherit(parent, frame, model.E(k), joint.translation);
+      } else {
+        const Matrix3<W> back = about_z(W(-parent.gamma));
+        const Vector3<W> d = joint.translation - parent.shift * Vector3<W>::UnitZ();
+        frame.place(back * model.E(k), back * d);
+      }
+    }
+    for (int k = 0; k < model.nv(); ++k) set_link(model, frames[k], k);
+  }
+
+  template <class W>
+  void set_link(const Model<W>& model, const Frame<W>& frame, int k) {
+    using std::cos;
+    using std::sin;
+    using Kind = typename StructuredLink<S>::Kind;
+    const Joint<W>& joint = model.joint(k);
+    StructuredLink<S>& link = links_[k];
+    StructuredBody<S>& body = bodies_[k];
+    link.parent = joint.parent;
+    link.slides = joint.slides;
+    link.coordinate = joint.coordinate;
+    link.q_index = joint.q_index;
+    body.r = S(joint.r);
+    link.noise = body.r != S(0);
+    link.hangs_on_previous = joint.parent >= 0 && joint.parent == k - 1;
+    if (joint.parent >= 0 && !link.hangs_on_previous && links_[joint.parent].slot < 0)
+      links_[joint.parent].slot = slots_++;
+    link.kind = has_matrix(joint.coordinate)               ? Kind::matrix
+                : joint.coordinate == Coordinate::follower ? Kind::cyclic
+                                                           : Kind::screws;
+    link.p = frame.p.template cast<S>();
+    link.turned = frame.theta != W(0);
+    link.alpha = Turn<S>(S(frame.cos_alpha), S(frame.sin_alpha));
+    const W angle = frame.angle + frame.gamma, d = frame.d + frame.shift;
+    if (joint.slides) {
+      link.offset = S(d - joint.ref);
+    } else {
+      link.offset = S(angle - joint.ref);
+      link.d = S(d);
+    }
+    const Vector3<W> along(W(0), -d * frame.sin_alpha, d * frame.cos_alpha);
+    body.reach = S(joint.slides ? W(4) * frame.p.squaredNorm()
+                                : W(2) * (frame.p + about_z(frame.theta) * along).squaredNorm());
+    if (joint.slides || link.turned || link.kind == Kind::matrix || joint.parent < 0) {
+      link.uncommon = static_cast<int>(uncommon_.size());
+      uncommon_.push_back({Turn<S>(S(cos(angle)), S(sin(angle))),
+                           Turn<S>(S(cos(frame.theta)), S(sin(frame.theta))),
+                           frame.E.template cast<S>(),
+                           (-(model.E(k).transpose() * model.gravity())).template cast<S>()});
+    }
+    if (joint.coordinate == Coordinate::angle) link.varying = angles_++;
+    if (link.kind == Kind::matrix) link.varying = matrices_++;
+
+    const LinkInertia<W>& inertia = model.inertia(k);
+    const Matrix3<W> back = about_z(W(-frame.gamma));
+    const Vector3<W> com = back * (joint.body.com - frame.shift * Vector3<W>::UnitZ());
+    const Vector3<W> h = joint.body.mass * com;
+    const Matrix3<W> I =
+        back * inertia.I_cm * back.transpose() - cross_matrix(h) * cross_matrix(com);
+    link.massless = inertia.massless;
+    body.m = S(joint.body.mass);
+    body.h = h.template cast<S>();
+    body.Ixx = S(I(0, 0));
+    body.Ixy = S(I(0, 1));
+    body.Ixz = S(I(0, 2));
+    body.Iyy = S(I(1, 1));
+    body.Iyz = S(I(1, 2));
+    body.Izz = S(I(2, 2));
+  }
+
+  int nq_, angles_ = 0, matrices_ = 0, slots_ = 0;
+  std::vector<StructuredLink<S>> links_;
+  std::vector<StructuredBody<S>> bodies_;
+  std::vector<UncommonPlacement<S>> uncommon_;
+};
+
+}  // namespace kalmarm

@@ -1,0 +1,223 @@
+// phi(parent,k) of the fast path at work: on forces, motions, velocities and P, for a placement by
+// screws (structured_model.hpp) and for one by a matrix that depends on the state.
+//
+//   x+ -> phi x+:  moment + p x force;   l -> phi' l:  v - p x w;   P+ -> phi P+ phi'
+//   w -> R'w, and the acceleration that turning brings to the link's origin,
+//   c = R'W p + d W e_z,  W x = w (w'x) - x w'w       W of the parent, then in the link's axes
+#pragma once
+
+#include "algorithms/structured/articulated.hpp"
+
+namespace kalmarm {
+
+template <class T>
+struct MatrixPlacement {
+  Rotation<T> R;
+  T p[3];
+};
+
+namespace detail {
+
+// phi x of an heir or any child on a screw.
+template <class T, class S, class C, class D>
+[[gnu::always_inline]] inline void force_to_parent(const StructuredModel<S>& model,
+                                                   const StructuredLink<S>& link,
+                                                   const Direction<C>& joint, const D& d,
+                                                   Sixfold<T>& z) {
+  z.x = z.x - d * z.v;
+  z.y = z.y + d * z.u;
+  turn(joint, z.x, z.y, z.x, z.y);
+  turn(joint, z.u, z.v, z.u, z.v);
+  turn(link.alpha, z.y, z.z, z.y, z.z);
+  turn(link.alpha, z.v, z.w, z.v, z.w);
+  if (link.turned) {
+    turn(model.uncommon(link).theta, z.x, z.y, z.x, z.y);
+    turn(model.uncommon(link).theta, z.u, z.v, z.u, z.v);
+  }
+  z.y = z.y - link.p[0] * z.w;
+  z.z = z.z + link.p[0] * z.v;
+  if (link.p[1] != S(0)) {
+    z.z = z.z - link.p[1] * z.u;
+    z.x = z.x + link.p[1] * z.w;
+  }
+  if (link.p[2] != S(0)) {
+    z.x = z.x - link.p[2] * z.v;
+    z.y = z.y + link.p[2] * z.u;
+  }
+}
+
+// phi' l.
+template <class T, class S, class C, class D>
+[[gnu::always_inline]] inline void motion_from_parent(const StructuredModel<S>& model,
+                                                      const StructuredLink<S>& link,
+                                                      const Direction<C>& joint, const D& d,
+                                                      Sixfold<T>& l) {
+  l.v = l.v + link.p[0] * l.z;
+  l.w = l.w - link.p[0] * l.y;
+  if (link.p[1] != S(0)) {
+    l.w = l.w + link.p[1] * l.x;
+    l.u = l.u - link.p[1] * l.z;
+  }
+  if (link.p[2] != S(0)) {
+    l.u = l.u + link.p[2] * l.y;
+    l.v = l.v - link.p[2] * l.x;
+  }
+  if (link.turned) {
+    turn_back(model.uncommon(link).theta, l.x, l.y);
+    turn_back(model.uncommon(link).theta, l.u, l.v);
+  }
+  turn_back(link.alpha, l.y, l.z);
+  turn_back(link.alpha, l.v, l.w);
+  turn_back(joint, l.x, l.y);
+  turn_back(joint, l.u, l.v);
+  l.u = l.u + d * l.y;
+  l.v = l.v - d * l.x;
+}
+
+// phi P+ phi'.
+template <class T, class R, class L, class S, class C, class D>
+[[gnu::always_inline]] inline Articulated<T> to_parent(const StructuredModel<S>& model,
+                                                       const StructuredLink<S>& link,
+                                                       const Turn<C>& joint, const D& d,
+                                                       Articulated<T, R, L>& P_plus) {
+  translate_z(d, P_plus);
+  rotate_z(joint, P_plus);
+  Articulated<T> P = rotate_x(link.alpha, P_plus);
+  if (link.turned) rotate_z(model.uncommon(link).theta, P);
+  translate_x(link.p[0], P);
+  if (link.p[1] != S(0)) translate_y(link.p[1], P);
+  if (link.p[2] != S(0)) translate_z(link.p[2], P);
+  return P;
+}
+
+template <class T>
+[[gnu::always_inline]] inline void force_to_parent(const MatrixPlacement<T>& phi, Sixfold<T>& z) {
+  const auto& R = phi.R.R;
+  const auto& p = phi.p;
+  const Sixfold<T> in = z;
+  z.x = R[0][0] * in.x + R[0][1] * in.y + R[0][2] * in.z;
+  z.y = R[1][0] * in.x + R[1][1] * in.y + R[1][2] * in.z;
+  z.z = R[2][0] * in.x + R[2][1] * in.y + R[2][2] * in.z;
+  z.u = R[0][0] * in.u + R[0][1] * in.v + R[0][2] * in.w;
+  z.v = R[1][0] * in.u + R[1][1] * in.v + R[1][2] * in.w;
+  z.w = R[2][0] * in.u + R[2][1] * in.v + R[2][2] * in.w;
+  z.x += p[1] * z.w - p[2] * z.v;
+  z.y += p[2] * z.u - p[0] * z.w;
+  z.z += p[0] * z.v - p[1] * z.u;
+}
+
+// phi P+ phi' and phi z+.
+template <class T>
+[[gnu::noinline]] void to_parent(const MatrixPlacement<T>& phi, Articulated<T>& P, Sixfold<T>& z) {
+  rotate(phi.R, P);
+  translate_x(phi.p[0], P);
+  translate_y(phi.p[1], P);
+  translate_z(phi.p[2], P);
+  force_to_parent(phi, z);
+}
+
+// R'x.
+template <class T>
+[[gnu::always_inline]] inline void turn_back(const Rotation<T>& by, T& x, T& y, T& z) {
+  const auto& R = by.R;
+  const T new_x = R[0][0] * x + R[1][0] * y + R[2][0] * z;
+  const T new_y = R[0][1] * x + R[1][1] * y + R[2][1] * z;
+  z = R[0][2] * x + R[1][2] * y + R[2][2] * z;
+  x = new_x;
+  y = new_y;
+}
+
+template <class T>
+[[gnu::always_inline]] inline void motion_from_parent(const MatrixPlacement<T>& phi,
+                                                      Sixfold<T>& l) {
+  const auto& p = phi.p;
+  l.u -= p[1] * l.z - p[2] * l.y;
+  l.v -= p[2] * l.x - p[0] * l.z;
+  l.w -= p[0] * l.y - p[1] * l.x;
+  turn_back(phi.R, l.x, l.y, l.z);
+  turn_back(phi.R, l.u, l.v, l.w);
+}
+
+// R = E R(q) C or E C, p = p or p + E q, as model.hpp says.
+template <class T, class S>
+[[gnu::noinline]] void set_matrix(const StructuredLink<S>& link, const Matrix3<S>& E, const T* q,
+                                  MatrixPlacement<T>& phi) {
+  T X[3][3];
+  for (int i = 0; i < 3; ++i) phi.p[i] = T(link.p[i]);
+  if (link.coordinate == Coordinate::position) {
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) {
+        X[i][j] = T(E(i, j));
+        phi.p[i] += X[i][j] * q[j];
+      }
+  } else {
+    const T s = T(S(2)) / (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    const T x = s * q[1], y = s * q[2], z = s * q[3], one = T(S(1));
+    const T Q[3][3] = {{one - (y * q[2] + z * q[3]), x * q[2] - z * q[0], x * q[3] + y * q[0]},
+                       {x * q[2] + z * q[0], one - (x * q[1] + z * q[3]), y * q[3] - x * q[0]},
+                       {x * q[3] - y * q[0], y * q[3] + x * q[0], one - (x * q[1] + y * q[2])}};
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j)
+        X[i][j] = T(E(i, 0)) * Q[0][j] + T(E(i, 1)) * Q[1][j] + T(E(i, 2)) * Q[2][j];
+  }
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) phi.R.R[i][j] = X[i][(j + 1) % 3];
+}
+
+// W x = w (w'x) - x w'w.
+template <class T, class S>
+[[gnu::always_inline]] inline void centripetal(const StructuredLink<S>& link, const T& wx,
+                                               const T& wy, const T& wz, Sixfold<T>& c) {
+  const T xx = wx * wx, yy = wy * wy, zz = wz * wz, xy = wx * wy, xz = wx * wz;
+  c.u = -link.p[0] * (yy + zz);
+  c.v = link.p[0] * xy;
+  c.w = link.p[0] * xz;
+  if (link.p[1] != S(0)) {
+    c.u = c.u + link.p[1] * xy;
+    c.v = c.v - link.p[1] * (xx + zz);
+    c.w = c.w + link.p[1] * (wy * wz);
+  }
+  if (link.p[2] != S(0)) {
+    c.u = c.u + link.p[2] * xz;
+    c.v = c.v + link.p[2] * (wy * wz);
+    c.w = c.w - link.p[2] * (xx + yy);
+  }
+}
+
+// w and c of a link on a screw, the joint's own motion apart, from w of the parent.
+template <class T, class S, class C, class D>
+[[gnu::always_inline]] inline void cross_outward(const StructuredModel<S>& model,
+                                                 const StructuredLink<S>& link,
+                                                 const Direction<C>& joint, const D& d, T& wx,
+                                                 T& wy, T& wz, Sixfold<T>& c) {
+  centripetal(link, wx, wy, wz, c);
+  if (link.turned) {
+    turn_back(model.uncommon(link).theta, wx, wy);
+    turn_back(model.uncommon(link).theta, c.u, c.v);
+  }
+  turn_back(link.alpha, wy, wz);
+  turn_back(link.alpha, c.v, c.w);
+  turn_back(joint, wx, wy);
+  turn_back(joint, c.u, c.v);
+  const T dz = d * wz;
+  c.u += dz * wx;
+  c.v += dz * wy;
+  c.w = c.w - d * (wx * wx + wy * wy);
+}
+
+// The same across a matrix.
+template <class T>
+[[gnu::noinline]] void cross_outward(const MatrixPlacement<T>& phi, T& wx, T& wy, T& wz,
+                                     Sixfold<T>& c) {
+  const T wp = wx * phi.p[0] + wy * phi.p[1] + wz * phi.p[2];
+  const T ww = wx * wx + wy * wy + wz * wz;
+  c.u = wx * wp - phi.p[0] * ww;
+  c.v = wy * wp - phi.p[1] * ww;
+  c.w = wz * wp - phi.p[2] * ww;
+  turn_back(phi.R, c.u, c.v, c.w);
+  turn_back(phi.R, wx, wy, wz);
+}
+
+}  // namespace detail
+
+}  // namespace kalmarm
