@@ -1,8 +1,9 @@
 // evaluate: one variant on given or random states -> JSON.
 //
 // A variant that answers but warns (outcome.hpp) says so in the state: "warning", with the joint
-// and its numbers, "error_estimate" and "refinement_steps" where it has them. `--variant auto`
-// chooses (recommend.hpp); a state that it had to give to another variant names it.
+// and its numbers, "error_estimate" and "refinement_steps" where it has them, "widened" where it
+// was refined by factors of a wider precision. `--variant auto` chooses (recommend.hpp); a state
+// that it had to give to another variant names it.
 #include <cmath>
 #include <functional>
 #include <nlohmann/json.hpp>
@@ -104,7 +105,7 @@ void add_outcome(const Outcome& outcome, const Scene& scene, json& entry) {
   if (std::isnan(outcome.error)) return;
   entry["error_estimate"] = outcome.error;
   entry["refinement_steps"] = outcome.steps;
-  entry["widened"] = outcome.widened;
+  if (outcome.widened) entry["widened"] = true;
 }
 
 // Of one state. Where the outcome is a failure the entry is not whole.
