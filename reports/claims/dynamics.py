@@ -19,7 +19,6 @@ from claims.claim import (
 )
 from data import Data
 from stress import U, Integration, Stress
-from text import share_text
 
 FACTORED = "FactoredBias<ArrayMGS>"
 GRACE = 1e8  # below, the motion itself changes with the mass ratio
@@ -118,7 +117,7 @@ def refinement(data: Data) -> Claim:
     if len(law):
         bound = LAW * (law["unrefined"] ** (law["steps"] + 1)).clip(min=law.u * law["kS"])
         share = float((law["relative"] <= bound).mean())
-        checks[0] = Check(what, share_text(share), "at least 99 %", share >= ENOUGH)
+        checks[0] = Check(what, f"{100 * share:.1f} %", "at least 99 %", share >= ENOUGH)
     if len(refined):
         beyond = refined["relative"] > LAW * refined.u * refined["kS"]
         harmed = int((harmed_by_refinement(refined) & beyond).sum())
