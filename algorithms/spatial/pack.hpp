@@ -19,12 +19,6 @@ struct Pack {
   Vector v;
 
   Pack() = default;
-  // Not by default: GCC 12 keeps in memory what is copied as a block.
-  Pack(const Pack& other) : v(other.v) {}
-  Pack& operator=(const Pack& other) {
-    v = other.v;
-    return *this;
-  }
   Pack(S x) : v(x - Vector{}) {}  // in every lane; x - 0 is x, and -0 is kept
 
   static Pack of(Vector x) {

@@ -32,6 +32,17 @@ T operator*(One, const T& x) {
   return x;
 }
 
+// GCC 12 keeps in memory what is copied as a block: rows are copied number by number, packs as
+// vectors.
+template <class X>
+[[gnu::always_inline]] inline X copy(const X& x) {
+  return x;
+}
+template <class S, int n>
+[[gnu::always_inline]] inline Pack<S, n> copy(const Pack<S, n>& x) {
+  return Pack<S, n>::of(x.v);
+}
+
 template <class T, class X = T, class Y = T, class Z = T, class U = T, class V = T, class W = T>
 struct Row {
   using Number = T;
@@ -47,18 +58,24 @@ struct Row {
   Row() = default;
   [[gnu::always_inline]] Row(const X& x_, const Y& y_, const Z& z_, const U& u_, const V& v_,
                              const W& w_, const T& zeta_, const T& weight_)
-      : x(x_), y(y_), z(z_), u(u_), v(v_), w(w_), zeta(zeta_), weight(weight_) {}
-  // Number by number: GCC 12 keeps what is copied as a block in memory.
+      : x(copy(x_)),
+        y(copy(y_)),
+        z(copy(z_)),
+        u(copy(u_)),
+        v(copy(v_)),
+        w(copy(w_)),
+        zeta(copy(zeta_)),
+        weight(copy(weight_)) {}
   [[gnu::always_inline]] Row(const Row& r) : Row(r.x, r.y, r.z, r.u, r.v, r.w, r.zeta, r.weight) {}
   [[gnu::always_inline]] Row& operator=(const Row& r) {
-    x = r.x;
-    y = r.y;
-    z = r.z;
-    u = r.u;
-    v = r.v;
-    w = r.w;
-    zeta = r.zeta;
-    weight = r.weight;
+    x = copy(r.x);
+    y = copy(r.y);
+    z = copy(r.z);
+    u = copy(r.u);
+    v = copy(r.v);
+    w = copy(r.w);
+    zeta = copy(r.zeta);
+    weight = copy(r.weight);
     return *this;
   }
 };
