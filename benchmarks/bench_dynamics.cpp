@@ -1,5 +1,5 @@
-// bench_dynamics: time of forward dynamics by the fast path, one state and batches, against
-// Sequential<Conventional>.
+// bench_dynamics: time of forward dynamics by the fast path, one state and batches, in its
+// conventional form and its square-root form, against Sequential<Conventional>.
 //
 // Names are task/variant/scene/precision. Everything is verified before it is timed, against the
 // float64 square-root filter: a failed or wrong result is reported as an error and is not timed.
@@ -43,7 +43,6 @@ struct Case {
   std::vector<VectorX<double>> a;
   std::vector<double> condition;  // upper bound of that of M scaled to unit diagonal
   std::string flaw;               // why the reference itself failed
-  double flops;
 
   Case(const std::string& what, std::uint64_t seed)
       : scene(load_scene(what)), states(random_states(scene, batch_size, seed)) {
@@ -61,12 +60,12 @@ struct Case {
       if (!outcome) flaw = std::string("reference: ") + to_string(outcome.status);
       condition.push_back(scaled_condition_bound(M, X));
     }
-    flops = count_flops();
   }
 
-  double count_flops() const {
+  template <class Form>
+  double flops() const {
     const StructuredModel<double> model(scene.model);
-    StructuredWorkspace<Count> ws(model);
+    typename Form::template Workspace<Count> ws(model);
     const auto counts = [](const VectorX<double>& x) {
       return std::vector<Count>(x.begin(), x.end());
     };
@@ -74,7 +73,7 @@ struct Case {
     const std::vector<Count> tau = counts(states[0].tau);
     std::vector<Count> out(model.nv());
     Count::flops = 0;
-    structured_acceleration(model, q.data(), qd.data(), tau.data(), ws, out.data());
+    Form::acceleration(model, q.data(), qd.data(), tau.data(), ws, out.data());
     return static_cast<double>(Count::flops);
   }
 
@@ -154,9 +153,11 @@ void add_one(const std::string& variant, std::shared_ptr<S> solver, double flops
       ->Unit(benchmark::kNanosecond);
 }
 
-template <class T>
-void add_batch(std::shared_ptr<const Case> c, std::shared_ptr<const Pool<T>> pool) {
-  auto batch = std::make_shared<StructuredBatch<T>>(c->scene.model.cast<T>());
+template <class T, class Form>
+void add_batch(const std::string& variant, std::shared_ptr<const Case> c,
+               std::shared_ptr<const Pool<T>> pool) {
+  auto batch = std::make_shared<StructuredBatch<T, Form>>(c->scene.model.cast<T>());
+  const double flops = c->flops<Form>();
   const auto run_batch = [=](benchmark::State& run) {
     const int nv = c->scene.model.nv();
     std::vector<T> a(batch_size * nv, std::numeric_limits<T>::quiet_NaN());
@@ -176,22 +177,30 @@ void add_batch(std::shared_ptr<const Case> c, std::shared_ptr<const Pool<T>> poo
       benchmark::DoNotOptimize(call());
       benchmark::DoNotOptimize(a.data());
     }
-    count(run, c->flops, batch_size);
+    count(run, flops, batch_size);
   };
-  benchmark::RegisterBenchmark(name_of<T>("acceleration_batch", "Structured", *c).c_str(),
-                               run_batch)
+  benchmark::RegisterBenchmark(name_of<T>("acceleration_batch", variant, *c).c_str(), run_batch)
       ->Unit(benchmark::kMicrosecond);
+}
+
+template <class T, class Form>
+void add_form(const std::string& variant, std::shared_ptr<const Case> c,
+              std::shared_ptr<const Pool<T>> pool) {
+  const Model<T> model = c->scene.model.cast<T>();
+  add_one<T>(variant, std::make_shared<StructuredDynamics<T, Form>>(model), c->flops<Form>(), c,
+             pool);
+  add_batch<T, Form>(variant, c, pool);
 }
 
 template <class T>
 void add_all(std::shared_ptr<const Case> c) {
   const Model<T> model = c->scene.model.cast<T>();
   auto pool = std::make_shared<const Pool<T>>(c->states);
-  add_one<T>("Structured", std::make_shared<StructuredDynamics<T>>(model), c->flops, c, pool);
+  add_form<T, CovarianceForm>("Structured", c, pool);
+  add_form<T, SquareRootForm>("StructuredSquareRoot", c, pool);
   add_one<T>("Sequential<Conventional>",
              std::shared_ptr<Solver<T>>(make_solver<T>("Sequential<Conventional>", model)), 0, c,
              pool);
-  add_batch<T>(c, pool);
 }
 
 int run(const std::vector<std::string>& scenes, std::uint64_t seed) {

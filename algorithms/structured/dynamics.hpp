@@ -1,8 +1,9 @@
-// The fast path behind an Outcome: forward dynamics of one state, or of many states of one robot.
+// The fast path behind an Outcome: forward dynamics of one state, or of many states of one robot,
+// by the conventional form or the square-root form.
 //
 // The sweeps leave two numbers for every lane: how far D(k) stays above the net, at the joint that
 // comes nearest, and whether all accelerations are finite. Only a suspect pays for more: it is
-// judged as Sequential<Conventional> judges it.
+// judged as Sequential judges it, by the update that the form is made of.
 #pragma once
 
 #include <algorithm>
@@ -13,12 +14,37 @@
 #include "algorithms/riccati/conventional.hpp"
 #include "algorithms/spatial/lanes.hpp"
 #include "algorithms/structured/forward_dynamics.hpp"
+#include "algorithms/structured/square_root.hpp"
 
 namespace kalmarm {
 
+struct CovarianceForm {
+  using Update = Conventional;
+  template <class T>
+  using Workspace = StructuredWorkspace<T>;
+
+  template <class T, class S>
+  static void acceleration(const StructuredModel<S>& model, const T* q, const T* qd, const T* tau,
+                           Workspace<T>& ws, T* a) {
+    structured_acceleration(model, q, qd, tau, ws, a);
+  }
+};
+
+struct SquareRootForm {
+  using Update = ArrayGivens;
+  template <class T>
+  using Workspace = SquareRootWorkspace<T>;
+
+  template <class T, class S>
+  static void acceleration(const StructuredModel<S>& model, const T* q, const T* qd, const T* tau,
+                           Workspace<T>& ws, T* a) {
+    square_root_acceleration(model, q, qd, tau, ws, a);
+  }
+};
+
 namespace detail {
 
-template <class S>
+template <class S, class Update>
 class Judge {
  public:
   explicit Judge(const Model<S>& model) : model_(model), rm_(model_), factors_(model_) {}
@@ -31,18 +57,19 @@ class Judge {
     set_position(model_, q, rm_);
     Outcome out = factor(model_, rm_, factors_);
     if (out && check != S(0)) out = Outcome{.status = Outcome::Status::not_finite};
+    out.suspect = static_cast<bool>(out);
     return out;
   }
 
  private:
   Model<S> model_;
   RandomModel<S> rm_;
-  Factors<S, Conventional> factors_;
+  Factors<S, Update> factors_;
 };
 
 }  // namespace detail
 
-template <class S>
+template <class S, class Form = CovarianceForm>
 class StructuredDynamics {
  public:
   explicit StructuredDynamics(const Model<S>& model)
@@ -51,19 +78,19 @@ class StructuredDynamics {
   // a (nv) from q (nq), qd and tau (nv). On failure a is not to be used.
   Outcome acceleration(const VectorX<S>& q, const VectorX<S>& qd, const VectorX<S>& tau,
                        VectorX<S>& a) {
-    structured_acceleration(model_, q.data(), qd.data(), tau.data(), workspace_, a.data());
+    Form::acceleration(model_, q.data(), qd.data(), tau.data(), workspace_, a.data());
     const S margin = workspace_.margin, check = workspace_.check;
     return judge_.suspects(margin, check) ? judge_.judge(q.data(), check) : Outcome{};
   }
 
  private:
   StructuredModel<S> model_;
-  StructuredWorkspace<S> workspace_;
-  detail::Judge<S> judge_;
+  typename Form::template Workspace<S> workspace_;
+  detail::Judge<S, typename Form::Update> judge_;
 };
 
 // One thread's: several on parts of the same arrays do not disturb each other.
-template <class S, int lanes = padding<S>>
+template <class S, class Form = CovarianceForm, int lanes = padding<S>>
 class StructuredBatch {
  public:
   using P = Pack<S, lanes>;
@@ -88,7 +115,7 @@ class StructuredBatch {
       to_lanes(q, nq, states, left, q_);
       to_lanes(qd, nv, states, left, qd_);
       to_lanes(tau, nv, states, left, tau_);
-      structured_acceleration(model_, q_.data(), qd_.data(), tau_.data(), workspace_, a_.data());
+      Form::acceleration(model_, q_.data(), qd_.data(), tau_.data(), workspace_, a_.data());
       from_lanes(a_, nv, states, a);
       for (int i = 0; i < states; ++i) {
         const S margin = workspace_.margin[i], check = workspace_.check[i];
@@ -107,8 +134,8 @@ class StructuredBatch {
 
  private:
   StructuredModel<S> model_;
-  StructuredWorkspace<P> workspace_;
-  detail::Judge<S> judge_;
+  typename Form::template Workspace<P> workspace_;
+  detail::Judge<S, typename Form::Update> judge_;
   std::vector<P> q_, qd_, tau_, a_;
 };
 

@@ -67,6 +67,14 @@ struct StructuredWorkspace {
 
 namespace detail {
 
+template <class T, class S>
+void set_angles(const StructuredModel<S>& model, const T* q, StructuredWorkspace<T>& ws) {
+  for (int k = 0; k < model.nv(); ++k)
+    if (const StructuredLink<S>& link = model.link(k); link.coordinate == Coordinate::angle)
+      ws.angle[link.varying] = q[link.q_index] + T(link.offset);
+  sin_cos(ws.angle, ws.sin, ws.cos);
+}
+
 // w and c of every link.
 template <class T, class S>
 void set_velocity(const StructuredModel<S>& model, const T* q, const T* qd,
@@ -346,10 +354,7 @@ void smooth(const StructuredModel<S>& model, StructuredWorkspace<T>& ws, T* a) {
 template <class T, class S>
 void structured_acceleration(const StructuredModel<S>& model, const T* q, const T* qd, const T* tau,
                              StructuredWorkspace<T>& ws, T* a) {
-  for (int k = 0; k < model.nv(); ++k)
-    if (const StructuredLink<S>& link = model.link(k); link.coordinate == Coordinate::angle)
-      ws.angle[link.varying] = q[link.q_index] + T(link.offset);
-  sin_cos(ws.angle, ws.sin, ws.cos);
+  detail::set_angles(model, q, ws);
   detail::set_velocity(model, q, qd, ws);
   detail::filter(model, tau, ws);
   detail::smooth(model, ws, a);

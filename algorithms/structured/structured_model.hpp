@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "algorithms/model/model.hpp"
+#include "algorithms/structured/factored_body.hpp"
 
 namespace kalmarm {
 
@@ -62,8 +63,9 @@ struct StructuredLink {
   Kind kind = Kind::screws;
   int parent = -1;
   bool slides = false, noise = false, massless = false, hangs_on_previous = false, turned = false;
-  int slot = -1;    // in the workspace, for links with a child other than k + 1; else -1
-  int q_index = 0;  // of the joint's first coordinate
+  bool is_heir = false;  // at a hinge: theta = 0, p = (a, b, 0)
+  int slot = -1;         // in the workspace, for links with a child other than k + 1; else -1
+  int q_index = 0;       // of the joint's first coordinate
   Coordinate coordinate = Coordinate::angle;
   int varying = -1;   // of the joint's angle in the list of angles, or of its matrix
   int uncommon = -1;  // of its UncommonPlacement
@@ -78,7 +80,7 @@ class StructuredModel {
  public:
   template <class Given>
   explicit StructuredModel(const Model<Given>& model)
-      : nq_(model.nq()), links_(model.nv()), bodies_(model.nv()) {
+      : nq_(model.nq()), links_(model.nv()), bodies_(model.nv()), factored_(model.nv()) {
     using Wide =
         std::conditional_t<std::is_same_v<Given, float>, double,
                            std::conditional_t<std::is_same_v<Given, double>, long double, Given>>;
@@ -92,6 +94,7 @@ class StructuredModel {
   int slots() const { return slots_; }
   const StructuredLink<S>& link(int k) const { return links_[k]; }
   const StructuredBody<S>& body(int k) const { return bodies_[k]; }
+  const FactoredBody<S>& factored(int k) const { return factored_[k]; }
   const UncommonPlacement<S>& uncommon(const StructuredLink<S>& link) const {
     return uncommon_[link.uncommon];
   }
@@ -186,12 +189,19 @@ class StructuredModel {
       }
     }
     for (int k = 0; k < model.nv(); ++k) set_link(model, frames[k], k);
+    for (int k = model.nv() - 1; k >= 0; --k) {
+      if (links_[k].parent < 0) continue;
+      FactoredBody<S>& parent = factored_[links_[k].parent];
+      parent.outboard_mass += factored_[k].outboard_mass;
+      parent.outboard_spin += factored_[k].outboard_spin;
+    }
   }
 
   template <class W>
   void set_link(const Model<W>& model, const Frame<W>& frame, int k) {
     using std::cos;
     using std::sin;
+    using std::sqrt;
     using Kind = typename StructuredLink<S>::Kind;
     const Joint<W>& joint = model.joint(k);
     StructuredLink<S>& link = links_[k];
@@ -210,6 +220,8 @@ class StructuredModel {
                                                            : Kind::screws;
     link.p = frame.p.template cast<S>();
     link.turned = frame.theta != W(0);
+    link.is_heir = link.hangs_on_previous && joint.coordinate == Coordinate::angle &&
+                   !link.turned && link.p[2] == S(0);
     link.alpha = Turn<S>(S(frame.cos_alpha), S(frame.sin_alpha));
     const W angle = frame.angle + frame.gamma, d = frame.d + frame.shift;
     if (joint.slides) {
@@ -219,8 +231,10 @@ class StructuredModel {
       link.d = S(d);
     }
     const Vector3<W> along(W(0), -d * frame.sin_alpha, d * frame.cos_alpha);
-    body.reach = S(joint.slides ? W(4) * frame.p.squaredNorm()
-                                : W(2) * (frame.p + about_z(frame.theta) * along).squaredNorm());
+    const Vector3<W> origin =
+        joint.slides ? frame.p : Vector3<W>(frame.p + about_z(frame.theta) * along);
+    body.reach = S((joint.slides ? W(4) : W(2)) * origin.squaredNorm());
+    factored_[k].length = S(sqrt(origin.squaredNorm()));
     if (joint.slides || link.turned || link.kind == Kind::matrix || joint.parent < 0) {
       link.uncommon = static_cast<int>(uncommon_.size());
       uncommon_.push_back({Turn<S>(S(cos(angle)), S(sin(angle))),
@@ -238,6 +252,8 @@ class StructuredModel {
     const Matrix3<W> I =
         back * inertia.I_cm * back.transpose() - cross_matrix(h) * cross_matrix(com);
     link.massless = inertia.massless;
+    factor_body(joint.body.mass, com, Matrix3<W>(back * rotation(joint.body.axes)),
+                joint.body.moments, factored_[k]);
     body.m = S(joint.body.mass);
     body.h = h.template cast<S>();
     body.Ixx = S(I(0, 0));
@@ -251,6 +267,7 @@ class StructuredModel {
   int nq_, angles_ = 0, matrices_ = 0, slots_ = 0;
   std::vector<StructuredLink<S>> links_;
   std::vector<StructuredBody<S>> bodies_;
+  std::vector<FactoredBody<S>> factored_;  // the same bodies, for the square-root form
   std::vector<UncommonPlacement<S>> uncommon_;
 };
 

@@ -1,0 +1,361 @@
+// Forward dynamics by a square-root form of the articulated body algorithm, on the lowering and
+// with the smoother of the conventional one (forward_dynamics.hpp).
+//
+// The articulated inertia P and the bias are weighted rows: Gauss' principle, the accelerations
+// minimise
+//   sum over rows of w (alpha'w' + beta'v' + zeta)^2  less what the torques do.
+//   P = sum of w row'row,   force = sum of w row' zeta + z
+// z holds what comes of the joint torques alone, so no force that is large because a mass is large
+// is ever formed. Rows of link k, triangular in the order of columns vx, vy, vz, z, x, y:
+//   l1 (x,y,z; 1,u12,u13), l2 (x,y,z; 0,1,u23), l3 (x,y,z; 0,0,1)               d1, d2, d3
+//   rz (z:1, x:gx, y:gy), rx (x:1, y:l), ry (y:1)                               dz, j1, j2
+// Tips to base, at a hinge:
+//   (1) rz is the pivot of stable fast Givens steps in column z against l3, l2, l1. Then
+//         rz = (gx,gy,1; hx,hy,hz | b),  D = dz,  g = rz                         (3.6), (3.10)
+//       and no other row has an entry z. rz is deleted: HP+ = 0.
+//   (2) e = tau - z_z,  e+ = e / D - b                                           (4.2), (4.6)
+//       z += g e,  z_z = tau                                                     (4.5)
+//   (3) zeta += alpha'c + beta'c                                                 P+ c of (4.5)
+//   (4) alpha, beta, z <- phi of them                                            (4.4)
+//   (5) l1, l2, l3 of the parent, at first its body's (factored_body.hpp), are the pivots against
+//       the linear rows, which lose vx, vy, vz and become rotational
+//   (6) rz, rx of the parent are the pivots against the rotational rows; ry takes what is left:
+//         j2 = Dy + sum w y^2,  oy = (Dy zeta_y + sum w y zeta) / j2
+// At a slide
+//   (1') l3 is the pivot in column vz against l2, l1; then D = d3, g = l3 = (x,y,z; hx,hy,1 | b)
+// With joint noise r the pivot stays as a row:
+//   (1") D = d + r,  g = rz d / D,  e+ = e / D - b d / D,  and the row's weight is r d / D
+// Another child's rows go into what the first has left in (5) and (6): one row after another, so
+// that any number of rows of any pattern may come. Links without a body are bodies of least weight.
+// About 760 flops a hinge that is an heir.
+#pragma once
+
+#include "algorithms/riccati/array.hpp"
+#include "algorithms/structured/forward_dynamics.hpp"
+#include "algorithms/structured/square_root_rows.hpp"
+
+namespace kalmarm {
+
+// Of a link, with all that its children have put in.
+template <class T>
+struct SquareRoot {
+  FullTriangle<T> P;
+  Sixfold<T> z;
+  T reach;  // farthest centre of mass from the origin, by way of the joints
+};
+
+template <class T>
+struct SquareRootWorkspace : StructuredWorkspace<T> {
+  // Of a link with several children: what they have put in so far.
+  struct Sum : SquareRoot<T> {
+    bool begun;
+  };
+  std::vector<Sum> sums;
+
+  template <class S>
+  explicit SquareRootWorkspace(const StructuredModel<S>& model)
+      : StructuredWorkspace<T>(model), sums(model.slots()) {}
+};
+
+namespace detail {
+
+template <class T>
+[[gnu::always_inline]] inline T larger(const T& a, const T& b) {
+  using std::min;
+  return -min(T(-a), T(-b));
+}
+
+// Rows of the body alone. 51 flops.
+template <class T, class S>
+[[gnu::always_inline]] inline auto body_rows(const FactoredBody<S>& body, const T& wx, const T& wy,
+                                             const T& wz) {
+  const T m = T(body.m), cx = T(body.c[0]), cy = T(body.c[1]), cz = T(body.c[2]);
+  const T xx = wx * wx, yy = wy * wy, zz = wz * wz;
+  const T xz_squares = xx - zz, yz_squares = yy - zz, xy = wx * wy, xz = wx * wz, yz = wy * wz;
+  const auto zeta = [&](int i) {
+    const auto Z = body.Z.row(i);
+    return T(Z[0] * xz_squares + Z[1] * yz_squares + Z[2] * xy + Z[3] * xz + Z[4] * yz);
+  };
+  const T wc = cx * wx + cy * wy + cz * wz, ww = xx + yy + zz;
+  const Zero zero;
+  const One one;
+  const auto l1 = make_row(zero, cz, T(-cy), one, zero, zero, T(wx * wc - cx * ww), m);
+  const auto l2 = make_row(T(-cz), zero, cx, zero, one, zero, T(wy * wc - cy * ww), m);
+  const auto l3 = make_row(cy, T(-cx), zero, zero, zero, one, T(wz * wc - cz * ww), m);
+  const auto rz = make_row(T(body.Lzx), T(body.Lzy), one, zero, zero, zero, zeta(0), T(body.Dz));
+  const auto rx = make_row(one, T(body.Lxy), zero, zero, zero, zero, zeta(1), T(body.Dx));
+  const T Dy = T(body.Dy);
+  const LastRow<T> ry{Dy, Dy * zeta(2)};
+  return Triangle{l1, l2, l3, rz, rx, ry};
+}
+
+// (1): rz, and the others without it.
+template <class T>
+struct HingeRows {
+  Row<T, T, T, One, T, T, T> pivot;
+  Row<T, T, T, Zero, One, T, T> l1;
+  Row<T, T, T, Zero, Zero, One, T> l2;
+  Row<T, T, T, Zero, Zero, Zero, One> l3;
+  Row<T, One, T, Zero, Zero, Zero, Zero> rx;
+  Row<T, Zero, One, Zero, Zero, Zero, Zero> ry;
+};
+template <class T>
+[[gnu::always_inline]] inline HingeRows<T> measure_turn(const FullTriangle<T>& P) {
+  const auto third = eliminate<Column::z, true>(P.rz, P.l3);
+  const auto second = eliminate<Column::z, true>(third.pivot, P.l2);
+  const auto first = eliminate<Column::z, true>(second.pivot, P.l1);
+  return {first.pivot, first.row, second.row,
+          third.row,   P.rx,      {{}, {}, {}, {}, {}, {}, P.ry.zeta(), P.ry.weight}};
+}
+
+// (1').
+template <class T>
+struct SlideRows {
+  Row<T, T, T, T, T, T, One> pivot;
+  Row<T, T, T, T, One, T, Zero> l1;
+  Row<T, T, T, T, Zero, One, Zero> l2;
+  Row<T, T, T, One, Zero, Zero, Zero> rz;
+  Row<T, One, T, Zero, Zero, Zero, Zero> rx;
+  Row<T, Zero, One, Zero, Zero, Zero, Zero> ry;
+};
+template <class T>
+[[gnu::always_inline]] inline SlideRows<T> measure_slide(const FullTriangle<T>& P) {
+  const auto second = eliminate<Column::w, true>(P.l3, P.l2);
+  const auto first = eliminate<Column::w, true>(second.pivot, P.l1);
+  return {first.pivot, first.row, second.row,
+          P.rz,        P.rx,      {{}, {}, {}, {}, {}, {}, P.ry.zeta(), P.ry.weight}};
+}
+
+// (3).
+template <class T, class R>
+[[gnu::always_inline]] inline void add_acceleration(const Sixfold<T>& c, bool slides, R& row) {
+  row.zeta = row.zeta + row.u * c.u + row.v * c.v + row.w * c.w;
+  if (!slides) row.zeta = row.zeta + row.x * c.x + row.y * c.y;
+}
+
+// (4) of an heir.
+template <class T, class S, class C, class R>
+[[gnu::always_inline]] inline auto to_parent(const StructuredLink<S>& link,
+                                             const Direction<C>& joint, const R& row) {
+  const T d = T(link.d), c = T(link.alpha.c), s = T(link.alpha.s);
+  const auto x0 = row.x - d * row.v;
+  const auto y0 = row.y + d * row.u;
+  const T x = joint.c * x0 - joint.s * y0, y1 = joint.s * x0 + joint.c * y0;
+  const auto u = joint.c * row.u - joint.s * row.v;
+  const auto v1 = joint.s * row.u + joint.c * row.v;
+  const T y2 = c * y1 - s * row.z, z2 = s * y1 + c * row.z;
+  const auto v = c * v1 - s * row.w;
+  const auto w = s * v1 + c * row.w;
+  const T a = T(link.p[0]);
+  auto out = make_row(x, T(y2 - a * w), T(z2 + a * v), u, v, w, row.zeta, row.weight);
+  if (link.p[1] != S(0)) {
+    out.z = out.z - T(link.p[1]) * u;
+    out.x = out.x + T(link.p[1]) * w;
+  }
+  return out;
+}
+
+template <class T, class S>
+[[gnu::always_inline]] inline void start(const StructuredModel<S>& model, int k,
+                                         const StructuredWorkspace<T>& ws, SquareRoot<T>& at) {
+  const auto& link = ws.links[k];
+  const T zero = T(S(0));
+  widen(body_rows(model.factored(k), link.wx, link.wy, link.wz), at.P);
+  at.z = {zero, zero, zero, zero, zero, zero};
+  at.reach = T(model.factored(k).distance);
+}
+
+// (1), (2), (3), with D, g, e+ kept in ws.
+template <bool noise, bool slides, class T, class S, class Rows>
+[[gnu::always_inline]] inline void measure(const StructuredModel<S>& model, int k, const T& tau,
+                                           StructuredWorkspace<T>& ws, SquareRoot<T>& at,
+                                           Rows& rows) {
+  using std::min;
+  const FactoredBody<S>& body = model.factored(k);
+  auto& link = ws.links[k];
+  auto& pivot = rows.pivot;
+  const S net = SingularityTest<S, 2>::net();
+  const S size_m = net * body.outboard_mass, least = S(65536) * least_weight<S>();
+  T D = pivot.weight;
+  if constexpr (noise) D += T(model.body(k).r);
+  const T size = slides ? T(size_m) : T(size_m * at.reach * at.reach + net * body.outboard_spin);
+  ws.margin = min(ws.margin, T(D - size - least));
+
+  const T e = tau - (slides ? at.z.w : at.z.z), inverse_D = T(1) / D;
+  Sixfold<T>& g = link.g;
+  g = {pivot.x, pivot.y, number_as<T>(pivot.z), pivot.u, pivot.v, number_as<T>(pivot.w)};
+  if constexpr (noise) {
+    const T kappa = pivot.weight * inverse_D;
+    g = {kappa * g.x, kappa * g.y, kappa * g.z, kappa * g.u, kappa * g.v, kappa * g.w};
+    link.e = e * inverse_D - kappa * pivot.zeta;
+    pivot.weight = T(model.body(k).r) * kappa;
+  } else {
+    link.e = e * inverse_D - pivot.zeta;
+  }
+  Sixfold<T>& z = at.z;
+  z.x += g.x * e;
+  z.y += g.y * e;
+  z.u += g.u * e;
+  z.v += g.v * e;
+  if constexpr (noise || slides) z.z += g.z * e;
+  if constexpr (noise || !slides) z.w += g.w * e;
+  if constexpr (!noise) (slides ? z.w : z.z) = tau;
+
+  const Sixfold<T>& c = link.c;
+  if constexpr (noise) add_acceleration(c, slides, pivot);
+  add_acceleration(c, slides, rows.l1);
+  add_acceleration(c, slides, rows.l2);
+  if constexpr (!slides) {
+    add_acceleration(c, slides, rows.l3);
+    add_acceleration(c, slides, rows.rx);
+    add_acceleration(c, slides, rows.ry);
+  }
+}
+
+// Across the hinge of an heir, to a parent without other children so far.
+template <bool noise, class T, class S>
+[[gnu::always_inline]] inline void cross_heir(const StructuredModel<S>& model, int k, const T& tau,
+                                              StructuredWorkspace<T>& ws, SquareRoot<T>& at) {
+  const StructuredLink<S>& link = model.link(k);
+  HingeRows<T> rows = measure_turn(at.P);
+  measure<noise, false>(model, k, tau, ws, at, rows);
+  const Direction<T> joint{ws.cos[link.varying], ws.sin[link.varying]};
+  const auto& parent = ws.links[link.parent];
+  const auto body = body_rows(model.factored(link.parent), parent.wx, parent.wy, parent.wz);
+  const auto with_spins =
+      absorb(absorb(body, to_parent<T>(link, joint, rows.rx)), to_parent<T>(link, joint, rows.ry));
+  const auto with_rows = absorb(absorb(absorb(with_spins, to_parent<T>(link, joint, rows.l1)),
+                                       to_parent<T>(link, joint, rows.l2)),
+                                to_parent<T>(link, joint, rows.l3));
+  if constexpr (noise)
+    widen(absorb(with_rows, to_parent<T>(link, joint, rows.pivot)), at.P);
+  else
+    widen(with_rows, at.P);
+  force_to_parent(model, link, joint, link.d, at.z);
+  at.reach =
+      larger(T(model.factored(link.parent).distance), T(at.reach + model.factored(k).length));
+}
+
+// A bound of how far the origin is from the parent's.
+template <class T, class S>
+T distance_to_parent(const StructuredModel<S>& model, int k, const StructuredWorkspace<T>& ws) {
+  const StructuredLink<S>& link = model.link(k);
+  const auto size = [](const T& x) { return larger(x, T(-x)); };
+  if (link.coordinate == Coordinate::position) {
+    const auto& p = ws.matrices[link.varying].p;
+    return size(p[0]) + size(p[1]) + size(p[2]);
+  }
+  const T length = T(model.factored(k).length);
+  return link.coordinate == Coordinate::distance ? T(length + size(ws.links[k].d)) : length;
+}
+
+// Across any joint, to a parent that may have summed up other children.
+template <bool slides, bool noise, class T, class S>
+[[gnu::noinline]] void cross_any(const StructuredModel<S>& model, int k, const T& tau,
+                                 SquareRootWorkspace<T>& ws, SquareRoot<T>& at) {
+  using Kind = typename StructuredLink<S>::Kind;
+  const StructuredLink<S>& link = model.link(k);
+  auto rows = [&] {
+    if constexpr (slides)
+      return measure_slide(at.P);
+    else
+      return measure_turn(at.P);
+  }();
+  measure<noise, slides>(model, k, tau, ws, at, rows);
+  if (link.parent < 0) return;
+
+  const int slot = model.link(link.parent).slot;
+  const bool others = slot >= 0 && ws.sums[slot].begun;
+  SquareRoot<T> to;
+  if (others)
+    to = ws.sums[slot];
+  else
+    start(model, link.parent, ws, to);
+  const auto move = [&](Sixfold<T>& x) {
+    if (link.kind == Kind::matrix)
+      force_to_parent(ws.matrices[link.varying], x);
+    else if (link.kind == Kind::cyclic)
+      x = {x.z, x.x, x.y, x.w, x.u, x.v};
+    else if (slides)
+      force_to_parent(model, link, model.uncommon(link).turn, ws.links[k].d, x);
+    else
+      force_to_parent(model, link, Direction<T>{ws.cos[link.varying], ws.sin[link.varying]}, link.d,
+                      x);
+  };
+  const auto add_row = [&](const auto& known) {
+    Row<T> row;
+    widen(known, row);
+    Sixfold<T> x = {row.x, row.y, row.z, row.u, row.v, row.w};
+    move(x);
+    widen(absorb(to.P, Row<T>{x.x, x.y, x.z, x.u, x.v, x.w, row.zeta, row.weight}), to.P);
+  };
+  const auto add_spin = [&](const auto& known) {
+    Row<T> row;
+    widen(known, row);
+    Sixfold<T> x = {row.x, row.y, row.z, row.u, row.v, row.w};
+    move(x);
+    widen(absorb(to.P, Spin<T>{x.x, x.y, x.z, {}, {}, {}, row.zeta, row.weight}), to.P);
+  };
+  add_spin(rows.rx);
+  add_spin(rows.ry);
+  if constexpr (slides) add_spin(rows.rz);
+  add_row(rows.l1);
+  add_row(rows.l2);
+  if constexpr (!slides) add_row(rows.l3);
+  if constexpr (noise) add_row(rows.pivot);
+  move(at.z);
+  add(to.z, at.z);
+  to.reach = larger(to.reach, T(at.reach + distance_to_parent(model, k, ws)));
+  at = to;
+}
+
+// D, g, e+ of every link.
+template <class T, class S>
+void filter(const StructuredModel<S>& model, const T* tau, SquareRootWorkspace<T>& ws) {
+  ws.margin = T(S(1));
+  for (auto& sum : ws.sums) sum.begun = false;
+  SquareRoot<T> at;
+  bool carried = false;  // it comes from link k + 1
+  for (int k = model.nv() - 1; k >= 0; --k) {
+    const StructuredLink<S>& link = model.link(k);
+    if (!carried) {
+      if (link.slot >= 0 && ws.sums[link.slot].begun)
+        at = ws.sums[link.slot];
+      else
+        start(model, k, ws, at);
+    }
+    carried = link.hangs_on_previous;
+    const int slot = link.parent < 0 ? -1 : model.link(link.parent).slot;
+    const bool heir = link.is_heir && !(slot >= 0 && ws.sums[slot].begun);
+    if (heir && link.noise)
+      cross_heir<true>(model, k, tau[k], ws, at);
+    else if (heir)
+      cross_heir<false>(model, k, tau[k], ws, at);
+    else if (link.slides && link.noise)
+      cross_any<true, true>(model, k, tau[k], ws, at);
+    else if (link.slides)
+      cross_any<true, false>(model, k, tau[k], ws, at);
+    else if (link.noise)
+      cross_any<false, true>(model, k, tau[k], ws, at);
+    else
+      cross_any<false, false>(model, k, tau[k], ws, at);
+    if (carried || link.parent < 0) continue;
+    static_cast<SquareRoot<T>&>(ws.sums[slot]) = at;
+    ws.sums[slot].begun = true;
+  }
+}
+
+}  // namespace detail
+
+// a (nv) from q (nq), qd (nv) and tau (nv), all numbers in T; ws.margin and ws.check say whether it
+// can be believed.
+template <class T, class S>
+void square_root_acceleration(const StructuredModel<S>& model, const T* q, const T* qd,
+                              const T* tau, SquareRootWorkspace<T>& ws, T* a) {
+  detail::set_angles(model, q, ws);
+  detail::set_velocity(model, q, qd, ws);
+  detail::filter(model, tau, ws);
+  detail::smooth(model, ws, a);
+}
+
+}  // namespace kalmarm
