@@ -102,7 +102,9 @@ TEST_F(MeasureCase, KnowsAFallingMass) {
       EXPECT_EQ(number_in(row, "kappa_scaled"), 1);
       EXPECT_LE(number_in(row, "relative"), 3 * u);
       const double eta = number_in(row, "relative") / (u * number_in(row, "kS"));
-      if (row.at("eta") != "") EXPECT_NEAR(number_in(row, "eta"), eta, 1e-3 * eta);
+      if (row.at("eta") != "") {
+        EXPECT_NEAR(number_in(row, "eta"), eta, 1e-3 * eta);
+      }
       if (row.at("task") != "factors") continue;
       EXPECT_EQ(number_in(row, "relative"), 0);  // D = m, and its root is exact
       EXPECT_EQ(number_in(row, "P_constraint"), 0);
@@ -147,7 +149,9 @@ TEST_F(MeasureCase, HasNoErrorWhereThereIsNoAnswer) {
   EXPECT_FALSE(all.empty());
   for (const Row& row : all) {
     EXPECT_EQ(row.at("relative"), "") << row.at("variant");
-    if (row.at("variant").starts_with("Sequential<")) EXPECT_EQ(row.at("status"), "singular");
+    if (row.at("variant").starts_with("Sequential<")) {
+      EXPECT_EQ(row.at("status"), "singular");
+    }
   }
 }
 
