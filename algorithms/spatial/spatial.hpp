@@ -13,6 +13,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <type_traits>
 
 namespace kalmarm {
 
@@ -59,6 +60,11 @@ template <class T>
 T unit_roundoff() {
   return Eigen::NumTraits<T>::epsilon() / T(2);
 }
+
+// The next wider precision; 64 bits for double on x86. Any other T is wide enough.
+template <class T>
+using Wider = std::conditional_t<std::is_same_v<T, float>, double,
+                                 std::conditional_t<std::is_same_v<T, double>, long double, T>>;
 
 // v~, so that v~ x = v x x.
 template <class T>

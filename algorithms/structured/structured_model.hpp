@@ -5,9 +5,9 @@
 // angle = q + offset at a hinge, d = q + offset at a slide; all else is constant. A link's frame
 // may be turned about its axis and moved along it; this is spent on one child, the heir, so that
 // there
-//   theta = 0 and p = (a, 0, 0)    modified Denavit-Hartenberg: the origin is the foot of the
-//   common
-//                                  perpendicular of the link's axis and its heir's
+//   theta = 0 and p = (a, 0, 0)
+// as in modified Denavit-Hartenberg: the origin is the foot of the common perpendicular of the
+// link's axis and its heir's.
 // Where the axes are so near to parallel that the foot is farther away than twice the distance of
 // the origins, the origin stays where it is and p = (a, b, 0). Other children keep theta and any p.
 // The fixed base has a frame for each of its children: p = 0, theta = alpha = 0.
@@ -81,10 +81,7 @@ class StructuredModel {
   template <class Given>
   explicit StructuredModel(const Model<Given>& model)
       : nq_(model.nq()), links_(model.nv()), bodies_(model.nv()), factored_(model.nv()) {
-    using Wide =
-        std::conditional_t<std::is_same_v<Given, float>, double,
-                           std::conditional_t<std::is_same_v<Given, double>, long double, Given>>;
-    lower(model.template cast<Wide>());
+    lower(model.template cast<Wider<Given>>());
   }
 
   int nv() const { return static_cast<int>(links_.size()); }

@@ -115,8 +115,8 @@ TYPED_TEST(Allocation, SolversAllocateOnlyBeforeTheirSecondCall) {
     }
 }
 
-TYPED_TEST(Allocation, StructuredDynamicsAllocatesOnlyWhenItIsMade) {
-  using T = TypeParam;
+template <class T, class Form>
+void expect_no_allocation_once_made() {
   constexpr int count = 19;
   const Model<double> parameters = floating_base(61);
   const Model<T> model = parameters.template cast<T>();
@@ -126,8 +126,8 @@ TYPED_TEST(Allocation, StructuredDynamicsAllocatesOnlyWhenItIsMade) {
   VectorX<T> tau = state.tau.replicate(count, 1), a(nv), rows(count * nv);
   q[3 * nq] = std::numeric_limits<T>::quiet_NaN();  // judged in full
   std::vector<Outcome> outcomes(count);
-  StructuredDynamics<T> one(model);
-  StructuredBatch<T> batch(model);
+  StructuredDynamics<T, Form> one(model);
+  StructuredBatch<T, Form> batch(model);
   Outcome solved;
   int failed = 0;
   EXPECT_EQ(allocations_of([&] { solved = one.acceleration(state.q, state.qd, state.tau, a); }), 0);
@@ -138,6 +138,11 @@ TYPED_TEST(Allocation, StructuredDynamicsAllocatesOnlyWhenItIsMade) {
             0);
   EXPECT_TRUE(solved);
   EXPECT_EQ(failed, 1);
+}
+
+TYPED_TEST(Allocation, StructuredDynamicsAllocatesOnlyWhenItIsMade) {
+  expect_no_allocation_once_made<TypeParam, CovarianceForm>();
+  expect_no_allocation_once_made<TypeParam, SquareRootForm>();
 }
 
 }  // namespace
