@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from data import Data, Error, Sample, scene_name, scene_size
 
+TIME_ALONE = "time"  # the measure of a task whose errors are not measured
 FIT_FROM = 15  # smaller mechanisms show overheads, not the order of growth
 
 
@@ -78,17 +79,21 @@ def summarise(rows: list[Error]) -> Summary:
     )
 
 
-def points(data: Data) -> list[Point]:
-    """One for every series of errors, with its time; for a time without errors, one a measure."""
+def points(data: Data, calls: bool = False) -> list[Point]:
+    """One for every series of errors, with its time; for a time without errors, one a measure.
+
+    With calls: of the fast path and of peers as well, where their times are in no `times`.
+    """
     series = defaultdict(list)
     measures = defaultdict(set)
     for row in data.errors:
         if row.task != "model":
             series[row.scene, row.variant, row.precision, row.task, row.measure].append(row)
             measures[row.task].add(row.measure)
-    times = {time[:4]: time for time in data.times}
+    known = [call.time for call in data.dynamics + data.peers] if calls else []
+    times = {time[:4]: time for time in known + data.times}
     for key in times.keys() - {key[:4] for key in series}:
-        for measure in measures[key[3]] or {"relative"}:
+        for measure in measures[key[3]] or {TIME_ALONE}:
             series[*key, measure] = []
     result = []
     for key, rows in series.items():
