@@ -5,7 +5,7 @@ import statistics
 from collections import defaultdict
 from typing import NamedTuple
 
-from data import Data, Error, Sample, scene_name, scene_size
+from data import Data, Error, Sample, Time, scene_name, scene_size
 
 TIME_ALONE = "time"  # the measure of a task whose errors are not measured
 FIT_FROM = 15  # smaller mechanisms show overheads, not the order of growth
@@ -82,7 +82,8 @@ def summarise(rows: list[Error]) -> Summary:
 def points(data: Data, calls: bool = False) -> list[Point]:
     """One for every series of errors, with its time; for a time without errors, one a measure.
 
-    With calls: of the fast path and of peers as well, where their times are in no `times`.
+    With calls: of the fast path and of peers as well, unless `times` has the same series, in
+    whatever sizes: one curve is of one program, as far as it goes.
     """
     series = defaultdict(list)
     measures = defaultdict(set)
@@ -90,8 +91,11 @@ def points(data: Data, calls: bool = False) -> list[Point]:
         if row.task != "model":
             series[row.scene, row.variant, row.precision, row.task, row.measure].append(row)
             measures[row.task].add(row.measure)
-    known = [call.time for call in data.dynamics + data.peers] if calls else []
-    times = {time[:4]: time for time in known + data.times}
+    times = {time[:4]: time for time in data.times}
+    if calls:
+        timed = {_series(time) for time in data.times}
+        more = [call.time for call in data.dynamics + data.peers]
+        times |= {time[:4]: time for time in more if _series(time) not in timed}
     for key in times.keys() - {key[:4] for key in series}:
         for measure in measures[key[3]] or {TIME_ALONE}:
             series[*key, measure] = []
@@ -111,6 +115,10 @@ def points(data: Data, calls: bool = False) -> list[Point]:
             )
         )
     return sorted(result, key=lambda point: (point.name, point.n, *point[3:7]))
+
+
+def _series(time: Time) -> tuple[str, ...]:
+    return scene_name(time.scene), *time[1:4]
 
 
 def bands(samples: list[Sample]) -> list[Band]:

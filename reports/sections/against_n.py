@@ -67,8 +67,8 @@ def _sources(data: Data) -> list[str]:
         return []
     return [
         "The fast path and peers are timed by programs of their own, in other minutes than the "
-        "rest: small ratios between the two mean little. What bench_inverse timed as well is "
-        "shown as it timed it."
+        "rest: small ratios between the two mean little. What bench_inverse times as well is "
+        "shown as timed there."
     ]
 
 

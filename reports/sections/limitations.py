@@ -21,8 +21,9 @@ def section(data: Data) -> Section:
             "their repetitions (standard deviation over mean). The machine may have been shared."
         )
     statements += [
-        "Times are those of one machine, one compiler and one thread. Another machine may order "
-        "the variants differently.",
+        "Times are those of one machine, one compiler"
+        f"{' (but where an @ names another)' if data.peers else ''} and one thread. Another "
+        "machine may order the variants differently.",
         "The truth is a multi-precision solution for the model's parameters rounded to the "
         "working precision. The error of that rounding, and how well the parameters are known, "
         "are not part of any error here.",

@@ -48,10 +48,10 @@ def test_a_refused_benchmark_gives_a_point_without_a_time():
     assert point.time is None and point.median == 1.0
 
 
-def test_calls_are_points_where_times_do_not_have_them():
+def test_calls_are_points_of_series_that_times_do_not_have():
     time = Time("panda:7", "A", "float64", "inverse", 120.0, 0.01, 5, "")
     peers = [
-        Call(time._replace(nanoseconds=1.0), None, None, None),
+        Call(time._replace(scene="panda:8"), None, None, None),
         Call(time._replace(variant="B"), None, None, None),
         Call(time._replace(task="derivatives"), None, None, None),
     ]
