@@ -65,7 +65,11 @@ FAMILIES = {
         ("#ac9008", "#f9dd73"),
         ("#5d5803", "#aca434"),
     ],
-    "StructuredSquareRoot": [("#1b5e20", "#7bc67f")],
+    "StructuredSquareRoot": [
+        ("#1b5e20", "#7bc67f"),
+        ("#4b8a08", "#b4e36a"),
+        ("#00695c", "#5fd6c3"),
+    ],
     "Pinocchio": [
         ("#c2185b", "#ff80ab"),
         ("#8e1144", "#d95c8f"),
@@ -121,6 +125,8 @@ SHADES = {
     "Structured@clang": 1,
     "Structured@gcc": 2,
     "StructuredSquareRoot": 0,
+    "StructuredSquareRoot@clang": 1,
+    "StructuredSquareRoot@gcc": 2,
     "Pinocchio<LOCAL>@clang": 0,
     "Pinocchio<LOCAL>@gcc": 1,
     "Pinocchio<WORLD>@clang": 2,
