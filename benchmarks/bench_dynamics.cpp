@@ -7,21 +7,18 @@
 // and for batches the time per state.
 #include <benchmark/benchmark.h>
 
-#include <algorithm>
 #include <cstdio>
 #include <limits>
 #include <memory>
 #include <string>
+#include <type_traits>
 #include <vector>
 
-#include "algorithms/inverse_mass/condition.hpp"
-#include "algorithms/model/mass_matrix.hpp"
-#include "algorithms/solver.hpp"
-#include "algorithms/spatial/count.hpp"
 #include "algorithms/structured/dynamics.hpp"
+#include "benchmarks/case.hpp"
 #include "benchmarks/context.hpp"
+#include "benchmarks/flops.hpp"
 #include "robots/program.hpp"
-#include "robots/scene.hpp"
 
 namespace kalmarm {
 namespace {
@@ -32,63 +29,6 @@ constexpr const char* timed_call =
     "for singularity. Memory is taken before. acceleration: one state a call, the next of a pool. "
     "acceleration_batch: all states of the pool in one call on one core, from row-major arrays to "
     "row-major arrays.";
-
-constexpr int batch_size = 1024;
-constexpr int verified = 5;
-
-// A scene, its states, and what is right for the first few of them.
-struct Case {
-  Scene scene;
-  std::vector<State> states;
-  std::vector<VectorX<double>> a;
-  std::vector<double> condition;  // upper bound of that of M scaled to unit diagonal
-  std::string flaw;               // why the reference itself failed
-
-  Case(const std::string& what, std::uint64_t seed)
-      : scene(load_scene(what)), states(random_states(scene, batch_size, seed)) {
-    const int nv = scene.model.nv();
-    const auto solver = make_solver<double>("Sequential<ArrayMGS>", scene.model);
-    RandomModel<double> rm(scene.model);
-    CompositeInertia<double> composite(scene.model);
-    MatrixX<double> M(nv, nv), X(nv, nv);
-    for (int i = 0; i < verified; ++i) {
-      a.emplace_back(nv);
-      set_position(scene.model, states[i].q, rm);
-      mass_matrix(scene.model, rm, composite, Eigen::Ref<MatrixX<double>>(M));
-      Outcome outcome = solver->acceleration(states[i].q, states[i].qd, states[i].tau, a.back());
-      if (outcome) outcome = solver->inverse(states[i].q, X);
-      if (!outcome) flaw = std::string("reference: ") + to_string(outcome.status);
-      condition.push_back(scaled_condition_bound(M, X));
-    }
-  }
-
-  template <class Form>
-  double flops() const {
-    const StructuredModel<double> model(scene.model);
-    typename Form::template Workspace<Count> ws(model);
-    const auto counts = [](const VectorX<double>& x) {
-      return std::vector<Count>(x.begin(), x.end());
-    };
-    const std::vector<Count> q = counts(states[0].q), qd = counts(states[0].qd);
-    const std::vector<Count> tau = counts(states[0].tau);
-    std::vector<Count> out(model.nv());
-    Count::flops = 0;
-    Form::acceleration(model, q.data(), qd.data(), tau.data(), ws, out.data());
-    return static_cast<double>(Count::flops);
-  }
-
-  // "" where the acceleration of state i is right.
-  template <class T>
-  std::string judge(int i, const VectorX<T>& x) const {
-    const double error = (x.template cast<double>() - a[i]).norm() / a[i].norm();
-    const double bound =
-        1000.0 * scene.model.nv() * static_cast<double>(unit_roundoff<T>()) * condition[i];
-    if (error <= bound) return "";
-    char text[80];
-    std::snprintf(text, sizeof text, "wrong: error %.2g, bound %.2g", error, bound);
-    return text;
-  }
-};
 
 template <class T>
 struct Pool {
@@ -109,21 +49,9 @@ struct Pool {
   }
 };
 
-template <class T>
-std::string name_of(const char* task, const std::string& variant, const Case& c) {
-  return std::string(task) + "/" + variant + "/" + c.scene.name +
-         (std::is_same_v<T, float> ? "/float32" : "/float64");
-}
-
-void count(benchmark::State& run, double flops, int states) {
-  using benchmark::Counter;
-  if (flops > 0) {
-    run.counters["flops"] = flops;
-    run.counters["FLOP/s"] = Counter(flops * states, Counter::kIsIterationInvariantRate);
-  }
-  if (states > 1)
-    run.counters["s/state"] =
-        Counter(states, Counter::kIsIterationInvariantRate | Counter::kInvert);
+template <class Form>
+double flops_of(const Case& c) {
+  return acceleration_flops<Form>(c.scene.model, c.states[0].q, c.states[0].qd, c.states[0].tau);
 }
 
 // `solver` is a Solver or a StructuredDynamics.
@@ -149,7 +77,8 @@ void add_one(const std::string& variant, std::shared_ptr<S> solver, double flops
     }
     count(run, flops, 1);
   };
-  benchmark::RegisterBenchmark(name_of<T>("acceleration", variant, *c).c_str(), run_one)
+  benchmark::RegisterBenchmark(
+      name_of("acceleration", variant, c->scene.name, std::is_same_v<T, float>).c_str(), run_one)
       ->Unit(benchmark::kNanosecond);
 }
 
@@ -157,7 +86,7 @@ template <class T, class Form>
 void add_batch(const std::string& variant, std::shared_ptr<const Case> c,
                std::shared_ptr<const Pool<T>> pool) {
   auto batch = std::make_shared<StructuredBatch<T, Form>>(c->scene.model.cast<T>());
-  const double flops = c->flops<Form>();
+  const double flops = flops_of<Form>(*c);
   const auto run_batch = [=](benchmark::State& run) {
     const int nv = c->scene.model.nv();
     std::vector<T> a(batch_size * nv, std::numeric_limits<T>::quiet_NaN());
@@ -179,7 +108,9 @@ void add_batch(const std::string& variant, std::shared_ptr<const Case> c,
     }
     count(run, flops, batch_size);
   };
-  benchmark::RegisterBenchmark(name_of<T>("acceleration_batch", variant, *c).c_str(), run_batch)
+  benchmark::RegisterBenchmark(
+      name_of("acceleration_batch", variant, c->scene.name, std::is_same_v<T, float>).c_str(),
+      run_batch)
       ->Unit(benchmark::kMicrosecond);
 }
 
@@ -187,7 +118,7 @@ template <class T, class Form>
 void add_form(const std::string& variant, std::shared_ptr<const Case> c,
               std::shared_ptr<const Pool<T>> pool) {
   const Model<T> model = c->scene.model.cast<T>();
-  add_one<T>(variant, std::make_shared<StructuredDynamics<T, Form>>(model), c->flops<Form>(), c,
+  add_one<T>(variant, std::make_shared<StructuredDynamics<T, Form>>(model), flops_of<Form>(*c), c,
              pool);
   add_batch<T, Form>(variant, c, pool);
 }
@@ -205,7 +136,7 @@ void add_all(std::shared_ptr<const Case> c) {
 
 int run(const std::vector<std::string>& scenes, std::uint64_t seed) {
   for (const std::string& what : scenes) {
-    const auto c = std::make_shared<const Case>(what, seed);
+    const auto c = std::make_shared<const Case>(load_scene(what), seed);
     add_all<double>(c);
     add_all<float>(c);
   }
