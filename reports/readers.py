@@ -176,12 +176,10 @@ def _calls(runs: dict[str, list[dict]]) -> list[Call]:
         if name.startswith(PEAK):
             continue
         time = _time(name, rows)
-        flops, rate, per_state = (
-            None if time.refused else _counter(rows, counter)
-            for counter in ("flops", "FLOP/s", "s/state")
-        )
-        if per_state:
-            time = time._replace(nanoseconds=1e9 * per_state)
+        flops = rate = None
+        if not time.refused:
+            flops, rate = _counter(rows, "flops"), _counter(rows, "FLOP/s")
+            time = time._replace(nanoseconds=time.nanoseconds / _states(name, rows))
         calls.append(Call(time, flops, rate, peaks.get(time.precision)))
     return calls
 
@@ -206,6 +204,15 @@ def _time(name: str, rows: list[dict]) -> Time:
     if scene != NO_SCENE:
         _scene(scene)
     return Time(scene, variant, precision, task, median, variation, repetitions, refused)
+
+
+def _states(name: str, rows: list[dict]) -> int:
+    """How many a call takes: its counter `s/state` is in CPU time, unless the name says else."""
+    per_state = _counter(rows, "s/state")
+    if not per_state:
+        return 1
+    clock = _counter(rows, "real_time" if "/real_time" in name else "cpu_time")
+    return max(1, round(clock * NANOSECONDS[rows[0].get("time_unit", "ns")] / (1e9 * per_state)))
 
 
 def _counter(rows: list[dict], name: str) -> float | None:

@@ -44,7 +44,8 @@ def _aggregates(name: str, time: float, unit: str, dice: random.Random, **counte
     common = {"run_name": name, "run_type": "aggregate", "repetitions": 9, "time_unit": unit}
     return [
         common
-        | {"name": f"{name}_{aggregate}", "aggregate_name": aggregate, "real_time": value}
+        | {"name": f"{name}_{aggregate}", "aggregate_name": aggregate}
+        | {"real_time": value, "cpu_time": value}
         | {key: scale * counter for key, counter in counters.items()}
         for aggregate, value, scale in (
             ("mean", 1.02 * time, 1.01),

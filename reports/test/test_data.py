@@ -150,7 +150,8 @@ def test_times_of_the_recursions_are_no_times_of_scenes(read):
 
 
 def fast(name="acceleration_batch/Structured/g1:35/float64", **row):
-    return timed(name, real_time=50.0, time_unit="us", **row)
+    """A call of 1000 states during which other programs had the processor half of the time."""
+    return timed(name, real_time=50.0, cpu_time=25.0, time_unit="us", **row)
 
 
 def peak(precision: str, rate: float):
@@ -158,14 +159,20 @@ def peak(precision: str, rate: float):
 
 
 def test_a_call_has_its_counters_and_the_peak_of_its_precision(read):
-    counted = fast() | {"flops": 15e3, "FLOP/s": 3e10, "s/state": 5e-8}
+    counted = fast() | {"flops": 15e3, "FLOP/s": 3e10, "s/state": 2.5e-8}
     rows = [peak("float64", 6e10), counted, peak("float32", 12e10)]
     data = read("peers-g1.json", {"context": {"peers": "KDL 1"}, "benchmarks": rows})
     (call,) = data.peers
     assert (call.flops, call.rate, call.peak) == (15e3, 3e10, 6e10)
     assert call.time[:4] == ("g1:35", "Structured", "float64", "acceleration_batch")
-    assert call.time.nanoseconds == pytest.approx(50)  # by the state, not 50 µs
+    assert call.time.nanoseconds == pytest.approx(50)  # by the state, as long as it took
     assert (data.times, data.scenes, data.all_contexts) == ([], [], [{"peers": "KDL 1"}])
+
+
+def test_a_counter_of_real_time_is_taken_for_it(read):
+    name = "acceleration_batch/Structured/g1:35/float64/real_time"
+    (call,) = read("peers-g1.json", {"benchmarks": [fast(name) | {"s/state": 5e-8}]}).peers
+    assert call.time.nanoseconds == pytest.approx(50)
 
 
 def test_counters_are_medians(read):

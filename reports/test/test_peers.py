@@ -13,7 +13,7 @@ def call(name: str, nanoseconds: float | None, **counters) -> dict:
     row = {"name": name, "run_name": name, "run_type": "iteration", "time_unit": "ns"}
     if nanoseconds is None:
         return row | {"error_occurred": True, "error_message": "wrong: error 0.3"}
-    return row | {"real_time": nanoseconds} | counters
+    return row | {"real_time": nanoseconds, "cpu_time": nanoseconds} | counters
 
 
 @pytest.fixture
@@ -66,7 +66,11 @@ def test_each_time_is_set_against_the_best_peer(read):
 
 def test_ours_is_the_fastest_of_each_precision_against_float64(read):
     rows = [
-        call(f"acceleration_batch/{variant}/arm:7/{precision}", 1e5, **{"s/state": seconds})
+        call(
+            f"acceleration_batch/{variant}/arm:7/{precision}",
+            1e12 * seconds,
+            **{"s/state": seconds},
+        )
         for variant, precision, seconds in (
             ("Structured", "float64", 200e-9),
             ("Structured@clang", "float64", 100e-9),
