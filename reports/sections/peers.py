@@ -136,7 +136,7 @@ def _bars(contest: Contest, calls: list[Call], first: bool) -> Table:
     size = f"{scene_name(contest.scene)}, N = {scene_size(contest.scene)}"
     return Table(
         f"{size}: {task_text(contest.task)}",
-        ["Variant", "Time", "", "Against the best peer", "Precision", "Whose"],
+        ["Variant", "Time", "As a bar", "Against the best peer", "Precision", "Whose"],
         rows,
         "lrlrll",
         shown={TASK: contest.task},
