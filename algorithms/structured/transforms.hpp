@@ -106,14 +106,13 @@ template <class T>
   z.z += p[0] * z.v - p[1] * z.u;
 }
 
-// phi P+ phi' and phi z+.
+// phi P+ phi'.
 template <class T>
-[[gnu::noinline]] void to_parent(const MatrixPlacement<T>& phi, Articulated<T>& P, Sixfold<T>& z) {
+[[gnu::noinline]] void to_parent(const MatrixPlacement<T>& phi, Articulated<T>& P) {
   rotate(phi.R, P);
   translate_x(phi.p[0], P);
   translate_y(phi.p[1], P);
   translate_z(phi.p[2], P);
-  force_to_parent(phi, z);
 }
 
 // R'x.
