@@ -3,11 +3,11 @@
 // on the way, is the rider's business: forces with bias (forward_dynamics.hpp), nothing or columns
 // of the unit matrix (inverse.hpp).
 //
-// A rider has
-//   begin(k), add_body(k)            z- is new, or comes from link k + 1
-//   add_branch(slot), keep(slot, begun)    children that are not k + 1
-//   measured<slides, noise>(k, g, 1/D, P+)             z- becomes z+
-//   to_parent(link, joint, d), cycle(), to_parent(phi)   z+ becomes z- of the parent
+// A rider has a type Load of z and
+//   begin(k, z), add_body(k, z)            z- is new, or comes from link k + 1
+//   add_branch(slot, z), keep(slot, begun, z)            children that are not k + 1
+//   measured<slides, noise>(k, g, 1/D, P+, z)            z- becomes z+
+//   to_parent(link, joint, d, z), cycle(z), to_parent(phi, z)    z+ becomes z- of the parent
 // and one step each way on any z and l is here, for riders and for sweeps on factors that were
 // kept:
 //   z+ = z- + g e,  e = tau - H z-,  H z+ = tau where r = 0                (4.2), (4.5)
@@ -125,7 +125,8 @@ template <class T, class S, class U>
 // Across the joint of link k: g is kept, P- becomes P+ in the parent's frame.
 template <bool slides, bool noise, class T, class S, class Workspace, class Rider>
 [[gnu::always_inline]] inline void cross(const StructuredModel<S>& model, int k, Workspace& ws,
-                                         Articulated<T>& P, Size<T>& size, Rider& rider) {
+                                         Articulated<T>& P, Size<T>& size, typename Rider::Load& z,
+                                         const Rider& rider) {
   using Kind = typename StructuredLink<S>::Kind;
   using std::min;
   const StructuredLink<S>& link = model.link(k);
@@ -142,10 +143,10 @@ template <bool slides, bool noise, class T, class S, class Workspace, class Ride
   at.g = g;
   const T net = T(SingularityTest<S, 1>::net());
   ws.margin = min(ws.margin, T(D - net * (slides ? size.force : size.moment)));
-  rider.template measured<slides, noise>(k, g, inverse_D, P_plus);
-  if (link.parent < 0) return;
   size.moment = P.Axx + P.Ayy + P.Azz;
   size.force = P.Cxx + P.Cyy + P.Czz;
+  rider.template measured<slides, noise>(k, g, inverse_D, P_plus, z);
+  if (link.parent < 0) return;
 
   const T two = T(S(2));
   if (link.kind == Kind::screws) {
@@ -153,16 +154,16 @@ template <bool slides, bool noise, class T, class S, class Workspace, class Ride
       const T reach = body.reach + two * two * at.d * at.d;
       size.moment = two * size.moment + reach * size.force;
       P = to_parent(model, link, model.uncommon(link).turn, at.d, P_plus);
-      rider.to_parent(link, model.uncommon(link).turn, at.d);
+      rider.to_parent(link, model.uncommon(link).turn, at.d, z);
     } else {
       size.moment = two * size.moment + body.reach * size.force;
       const Turn<T> joint(ws.cos[link.varying], ws.sin[link.varying]);
       P = to_parent(model, link, joint, link.d, P_plus);
-      rider.to_parent(link, joint, link.d);
+      rider.to_parent(link, joint, link.d, z);
     }
   } else if (link.kind == Kind::cyclic) {
     P = cycle(P_plus.full());
-    rider.cycle();
+    rider.cycle(z);
   } else {
     Articulated<T> rotated = P_plus.full();  // P stays in registers
     const auto& phi = ws.matrices[link.varying];
@@ -170,19 +171,20 @@ template <bool slides, bool noise, class T, class S, class Workspace, class Ride
     const T pp = phi.p[0] * phi.p[0] + phi.p[1] * phi.p[1] + phi.p[2] * phi.p[2];
     size.moment = two * (size.moment + pp * size.force);
     P = rotated;
-    rider.to_parent(phi);
+    rider.to_parent(phi, z);
   }
 }
 
 // g of every link, and ws.margin.
 template <class T, class S, class Workspace, class Rider>
 [[gnu::always_inline]] inline void filter(const StructuredModel<S>& model, Workspace& ws,
-                                          Rider& rider) {
+                                          const Rider& rider) {
   ws.margin = T(S(1));
   for (auto& branch : ws.branches) branch.begun = false;
   Articulated<T> P;
   Size<T> size;
-  bool carried = false;  // P comes from link k + 1
+  typename Rider::Load z;
+  bool carried = false;  // P and z come from link k + 1
   for (int k = model.nv() - 1; k >= 0; --k) {
     const StructuredLink<S>& link = model.link(k);
     const StructuredBody<S>& body = model.body(k);
@@ -190,36 +192,36 @@ template <class T, class S, class Workspace, class Rider>
     if (!carried) {
       set_body(body, P);
       size = {T(trace_I), T(trace_m)};
-      rider.begin(k);
+      rider.begin(k, z);
     } else if (!link.massless) {
       add_body(body, P);
       size.moment += trace_I;
       size.force += trace_m;
-      rider.add_body(k);
+      rider.add_body(k, z);
     }
     if (link.slot >= 0) {
       const auto& branch = ws.branches[link.slot];
       add(P, branch.P);
       size.moment += branch.size.moment;
       size.force += branch.size.force;
-      rider.add_branch(link.slot);
+      rider.add_branch(link.slot, z);
     }
     if (link.slides) {
       if (link.noise)
-        cross<true, true>(model, k, ws, P, size, rider);
+        cross<true, true>(model, k, ws, P, size, z, rider);
       else
-        cross<true, false>(model, k, ws, P, size, rider);
+        cross<true, false>(model, k, ws, P, size, z, rider);
     } else {
       if (link.noise)
-        cross<false, true>(model, k, ws, P, size, rider);
+        cross<false, true>(model, k, ws, P, size, z, rider);
       else
-        cross<false, false>(model, k, ws, P, size, rider);
+        cross<false, false>(model, k, ws, P, size, z, rider);
     }
     carried = link.hangs_on_previous;
     if (link.parent < 0 || carried) continue;
     const int slot = model.link(link.parent).slot;
     auto& branch = ws.branches[slot];
-    rider.keep(slot, branch.begun);
+    rider.keep(slot, branch.begun, z);
     if (branch.begun) {
       add(branch.P, P);
       branch.size.moment += size.moment;

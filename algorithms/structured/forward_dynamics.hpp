@@ -140,60 +140,55 @@ template <bool add, class T, class S>
 
 // The forces that the filter carries along: e+ of every link is kept.
 template <class T, class S>
-class BiasedForces {
- public:
-  BiasedForces(const StructuredModel<S>& model, const T* tau, StructuredWorkspace<T>& ws)
-      : model_(model), tau_(tau), ws_(ws) {}
+struct BiasedForces {
+  using Load = Sixfold<T>;
 
-  [[gnu::always_inline]] void begin(int k) {
-    const auto& at = ws_.links[k];
-    bias<false>(model_.body(k), at.wx, at.wy, at.wz, z_);
+  const StructuredModel<S>& model;
+  const T* tau;
+  StructuredWorkspace<T>& ws;
+
+  [[gnu::always_inline]] void begin(int k, Load& z) const {
+    const auto& at = ws.links[k];
+    bias<false>(model.body(k), at.wx, at.wy, at.wz, z);
   }
-  [[gnu::always_inline]] void add_body(int k) {
-    const auto& at = ws_.links[k];
-    bias<true>(model_.body(k), at.wx, at.wy, at.wz, z_);
+  [[gnu::always_inline]] void add_body(int k, Load& z) const {
+    const auto& at = ws.links[k];
+    bias<true>(model.body(k), at.wx, at.wy, at.wz, z);
   }
-  [[gnu::always_inline]] void add_branch(int slot) { add(z_, ws_.branches[slot].z); }
-  [[gnu::always_inline]] void keep(int slot, bool begun) {
-    auto& sum = ws_.branches[slot].z;
+  [[gnu::always_inline]] void add_branch(int slot, Load& z) const { add(z, ws.branches[slot].z); }
+  [[gnu::always_inline]] void keep(int slot, bool begun, const Load& z) const {
+    auto& sum = ws.branches[slot].z;
     if (begun)
-      add(sum, z_);
+      add(sum, z);
     else
-      sum = z_;
+      sum = z;
   }
 
   template <bool slides, bool noise, class P_plus>
   [[gnu::always_inline]] void measured(int k, const Sixfold<T>& g, const T& inverse_D,
-                                       const P_plus& P) {
-    auto& at = ws_.links[k];
-    at.e = gain<slides, noise>(g, tau_[k], z_) * inverse_D;
-    add_times(P, at.c, slides, z_);
+                                       const P_plus& P, Load& z) const {
+    auto& at = ws.links[k];
+    at.e = gain<slides, noise>(g, tau[k], z) * inverse_D;
+    add_times(P, at.c, slides, z);
   }
 
   template <class C, class D>
   [[gnu::always_inline]] void to_parent(const StructuredLink<S>& link, const Direction<C>& joint,
-                                        const D& d) {
-    force_to_parent(model_, link, joint, d, z_);
+                                        const D& d, Load& z) const {
+    force_to_parent(model, link, joint, d, z);
   }
-  [[gnu::always_inline]] void to_parent(const MatrixPlacement<T>& phi) {
-    Sixfold<T> moved = z_;  // z stays in registers
-    force_to_parent(phi, moved);
-    z_ = moved;
+  void to_parent(const MatrixPlacement<T>& phi, Load& z) const {
+    Load moved = z;  // z stays in registers
+    far_force_to_parent(phi, moved);
+    z = moved;
   }
-  [[gnu::always_inline]] void cycle() { z_ = {z_.z, z_.x, z_.y, z_.w, z_.u, z_.v}; }
-
- private:
-  const StructuredModel<S>& model_;
-  const T* tau_;
-  StructuredWorkspace<T>& ws_;
-  Sixfold<T> z_;
+  [[gnu::always_inline]] void cycle(Load& z) const { z = {z.z, z.x, z.y, z.w, z.u, z.v}; }
 };
 
 // D, g, e+ of every link.
 template <class T, class S>
 void filter(const StructuredModel<S>& model, const T* tau, StructuredWorkspace<T>& ws) {
-  BiasedForces<T, S> forces(model, tau, ws);
-  filter<T>(model, ws, forces);
+  filter<T>(model, ws, BiasedForces<T, S>{model, tau, ws});
 }
 
 // l and a of every link.
