@@ -76,10 +76,26 @@ struct Unit<Twin<P>> {
   }
 };
 
+// Number by number: gcc keeps in memory what is assigned as a whole.
 template <class T>
-[[gnu::always_inline]] inline Sixfold<T> zero_sixfold() {
-  const T zero = T(0);
-  return {zero, zero, zero, zero, zero, zero};
+[[gnu::always_inline]] inline void set_zero(Sixfold<T>& x) {
+  x.x = x.y = x.z = x.u = x.v = x.w = T(0);
+}
+template <class T>
+[[gnu::always_inline]] inline void copy(const Sixfold<T>& from, Sixfold<T>& to) {
+  to.x = from.x;
+  to.y = from.y;
+  to.z = from.z;
+  to.u = from.u;
+  to.v = from.v;
+  to.w = from.w;
+}
+template <class T>
+[[gnu::always_inline]] inline void cycle(T& x, T& y, T& z) {
+  const T first = x;
+  x = z;
+  z = y;
+  y = first;
 }
 
 // phi z+, for several columns at once.
@@ -100,7 +116,8 @@ template <class T, class S, class U>
       force_to_parent(placed.matrices[link.varying], z);
       break;
     case Kind::cyclic:
-      z = {z.z, z.x, z.y, z.w, z.u, z.v};
+      cycle(z.x, z.y, z.z);
+      cycle(z.u, z.v, z.w);
       break;
   }
 }
@@ -117,8 +134,9 @@ template <class T, class S, class G>
 template <class T, class S, class U, class Tau>
 void sweep_inward(const StructuredModel<S>& model, const StructuredFactors<U>& factors, int last,
                   const char* visits, const Tau& tau, ColumnsWorkspace<T>& ws) {
-  for (auto& branch : ws.branches) branch.z = zero_sixfold<T>();
-  Sixfold<T> z = zero_sixfold<T>();
+  for (auto& branch : ws.branches) set_zero(branch.z);
+  Sixfold<T> z;
+  set_zero(z);
   bool carried = false;  // z comes from link k + 1
   for (int k = last; k >= 0; --k) {
     if (!visits[k]) {
@@ -128,7 +146,7 @@ void sweep_inward(const StructuredModel<S>& model, const StructuredFactors<U>& f
     }
     const StructuredLink<S>& link = model.link(k);
     const auto& at = factors.links[k];
-    if (!carried) z = zero_sixfold<T>();
+    if (!carried) set_zero(z);
     if (link.slot >= 0) add(z, ws.branches[link.slot].z);
     ws.e[k] = gain(link, at.g, T(tau(k)), z) * at.inverse_D;
     carried = link.hangs_on_previous;
@@ -143,17 +161,18 @@ template <class T, class S, class U, class Write>
 [[gnu::always_inline]] inline void sweep_outward(const StructuredModel<S>& model,
                                                  const StructuredFactors<U>& factors, int last,
                                                  ColumnsWorkspace<T>& ws, const Write& write) {
-  Sixfold<T> l = zero_sixfold<T>();
+  Sixfold<T> l;
+  set_zero(l);
   for (int k = 0; k <= last; ++k) {
     const StructuredLink<S>& link = model.link(k);
     const auto& at = factors.links[k];
     if (link.parent < 0)
-      l = zero_sixfold<T>();
+      set_zero(l);
     else if (!link.hangs_on_previous)
-      l = ws.branches[model.link(link.parent).slot].l;
+      copy(ws.branches[model.link(link.parent).slot].l, l);
     if (link.parent >= 0) motion_from_parent(model, link, factors, at.d, l);
     write(k, smooth(link, at.g, ws.e[k], l));
-    if (link.slot >= 0) ws.branches[link.slot].l = l;
+    if (link.slot >= 0) copy(l, ws.branches[link.slot].l);
   }
 }
 

@@ -99,6 +99,14 @@ template <class T, class S, class G>
   return a;
 }
 
+template <class T>
+[[gnu::always_inline]] inline void cycle_back(T& x, T& y, T& z) {
+  const T first = x;
+  x = y;
+  y = z;
+  z = first;
+}
+
 // phi' l- of the parent, for one of T or, with U a number and T a Pack, for several.
 template <class T, class S, class U>
 [[gnu::always_inline]] inline void motion_from_parent(const StructuredModel<S>& model,
@@ -117,7 +125,8 @@ template <class T, class S, class U>
       motion_from_parent(placed.matrices[link.varying], l);
       break;
     case Kind::cyclic:
-      l = {l.y, l.z, l.x, l.v, l.w, l.u};
+      cycle_back(l.x, l.y, l.z);
+      cycle_back(l.u, l.v, l.w);
       break;
   }
 }

@@ -16,8 +16,9 @@ namespace detail {
 template <class T, class S, class U>
 void sweep_composite_forces(const StructuredModel<S>& model, const CompositeForces<U>& composite,
                             int first, int last, const char* path, ColumnsWorkspace<T>& ws) {
-  for (auto& branch : ws.branches) branch.z = zero_sixfold<T>();
-  Sixfold<T> z = zero_sixfold<T>();
+  for (auto& branch : ws.branches) set_zero(branch.z);
+  Sixfold<T> z;
+  set_zero(z);
   bool carried = false;  // z comes from link k + 1
   for (int k = last; k >= 0; --k) {
     if (!path[k]) {
@@ -27,7 +28,7 @@ void sweep_composite_forces(const StructuredModel<S>& model, const CompositeForc
     }
     const StructuredLink<S>& link = model.link(k);
     const auto& at = composite.links[k];
-    if (!carried) z = zero_sixfold<T>();
+    if (!carried) set_zero(z);
     if (link.slot >= 0) add(z, ws.branches[link.slot].z);
     T diagonal = T(S(0));
     if (k >= first) {
@@ -40,7 +41,10 @@ void sweep_composite_forces(const StructuredModel<S>& model, const CompositeForc
       z.w += own * at.F.w;
       diagonal = own * model.body(k).r;
     }
-    ws.e[k] = (link.slides ? z.w : z.z) + diagonal;
+    if (link.slides)
+      ws.e[k] = z.w + diagonal;
+    else
+      ws.e[k] = z.z + diagonal;
     carried = link.hangs_on_previous;
     if (link.parent < 0) continue;
     force_to_parent(model, link, composite, at.d, z);
