@@ -123,7 +123,7 @@ class Data:
     samples: list[Sample] = field(default_factory=list)
     estimation: list[Time] = field(default_factory=list)  # the paper's recursions
     estimation_contexts: list[dict] = field(default_factory=list)
-    dynamics: list[Call] = field(default_factory=list)  # the fast path alone
+    dynamics: list[Call] = field(default_factory=list)  # the fast path alone, with batches
     dynamics_contexts: list[dict] = field(default_factory=list)
     peers: list[Call] = field(default_factory=list)  # the fast path and peers, in one run
     peers_contexts: list[dict] = field(default_factory=list)

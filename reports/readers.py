@@ -313,6 +313,7 @@ READERS = {
     "simulation": read_simulation,
     "estimation": read_estimation,
     "dynamics": read_dynamics,
+    "batch": read_dynamics,
     "peers": read_peers,
     "stress": read_stress,
     "families": read_families,

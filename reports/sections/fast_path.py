@@ -31,8 +31,9 @@ def section(data: Data) -> Section | None:
         statements=[f"A timed call: {it}" for it in distinct(data.dynamics_contexts, "timed_call")],
         tables=[
             Table(
-                "Median times on one core. Speed-up: how many times faster than one state of "
-                f"{PLAIN} in the same precision. Refused: the result was wrong or singular.",
+                "Median times, on one core but where an @ says all. Speed-up: how many times "
+                f"faster than one state of {PLAIN} in the same precision. Refused: the result "
+                "was wrong or singular.",
                 ["Scene:N", "Variant", "Precision"]
                 + [cell for task in tasks for cell in (task_text(task), "Speed-up")],
                 rows,

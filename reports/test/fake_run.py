@@ -227,7 +227,8 @@ def write(folder: Path) -> None:
     }
     (folder / "estimation-chain.json").write_text(json.dumps(estimation))
     for kind, measured, rows, context in (
-        ("dynamics", fake_peers.DYNAMICS, fake_peers.dynamics, {"timed_call": "a whole step"}),
+        ("dynamics", fake_peers.DYNAMICS, fake_peers.dynamics, {"timed_call": "one state"}),
+        ("batch", fake_peers.DYNAMICS, fake_peers.batch, {"timed_call": "1024 states"}),
         ("peers", fake_peers.SCENES, fake_peers.peers, PEERS_CONTEXT),
     ):
         for scene in measured:

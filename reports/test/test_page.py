@@ -364,6 +364,7 @@ def test_figures_tables_and_lists_have_names(page):
         ("simulation", 2),
         ("estimation", 0),
         ("dynamics", 1),
+        ("batch", 1),
         ("peers", 2),
     ],
 )

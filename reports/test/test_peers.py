@@ -141,6 +141,7 @@ def test_the_fast_path_is_set_against_one_state_of_the_plain_variant(read):
         call(f"acceleration/{plain}/arm:7/float64", 2000),
         call("acceleration/Structured/arm:7/float64", 500),
         call("acceleration_batch/Structured/arm:7/float64", 1e5, **{"s/state": 100e-9}),
+        call("acceleration_batch/Structured@all cores/arm:7/float64", 1e5, **{"s/state": 50e-9}),
         call("acceleration/Structured/arm:7/float32", 400),
         call("acceleration/StructuredSquareRoot/arm:7/float64", None),
         kind="dynamics",
@@ -150,6 +151,7 @@ def test_the_fast_path_is_set_against_one_state_of_the_plain_variant(read):
         ["arm:7", plain, "float64", "2.00 µs", "1.0", "–", "–"],
         ["arm:7", "Structured", "float32", "400 ns", "–", "–", "–"],
         ["arm:7", "Structured", "float64", "500 ns", "4.0", "100 ns", "20.0"],
+        ["arm:7", "Structured@all cores", "float64", "–", "–", "50.0 ns", "40.0"],
         ["arm:7", "StructuredSquareRoot", "float64", "refused", "–", "–", "–"],
     ]
 
