@@ -122,14 +122,13 @@ def _bars(contest: Contest, calls: list[Call], first: bool) -> Table:
     rows = []
     for row in timed:
         width = f"{100 * row.nanoseconds / longest:.2f}%"
-        kind = "peer" if row.is_peer else "ours"
-        bar = Markup('<span class="bar {}" style="width: {}"></span>').format(kind, width)
+        whose = "peer" if row.is_peer else "ours"
+        bar = Markup('<span class="bar {}" style="width: {}"></span>').format(whose, width)
         name = row.variant if row.is_peer else Markup("<strong>{}</strong>").format(row.variant)
         against = "–"
         if best:
             ratio = best.nanoseconds / row.nanoseconds
             against = "best peer" if row == best else _factor(ratio)
-        whose = "peer" if row.is_peer else "ours"
         rows.append([name, time_text(row.nanoseconds), bar, against, row.precision, whose])
     if missing := _missing(contest, calls):
         rows.append([f"Missing: {', '.join(missing)}"])
