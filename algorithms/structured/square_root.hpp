@@ -101,11 +101,8 @@ struct HingeRows {
 };
 template <class T>
 [[gnu::always_inline]] inline HingeRows<T> measure_turn(const FullTriangle<T>& P) {
-  const auto third = eliminate<Column::z, true>(P.rz, P.l3);
-  const auto second = eliminate<Column::z, true>(third.pivot, P.l2);
-  const auto first = eliminate<Column::z, true>(second.pivot, P.l1);
-  return {first.pivot, first.row, second.row,
-          third.row,   P.rx,      {{}, {}, {}, {}, {}, {}, P.ry.zeta(), P.ry.weight}};
+  const auto z = eliminate<Column::z, true>(P.rz, P.l3, P.l2, P.l1);
+  return {z.pivot, z.c, z.b, z.a, P.rx, {{}, {}, {}, {}, {}, {}, P.ry.zeta(), P.ry.weight}};
 }
 
 // (1').
@@ -120,10 +117,8 @@ struct SlideRows {
 };
 template <class T>
 [[gnu::always_inline]] inline SlideRows<T> measure_slide(const FullTriangle<T>& P) {
-  const auto second = eliminate<Column::w, true>(P.l3, P.l2);
-  const auto first = eliminate<Column::w, true>(second.pivot, P.l1);
-  return {first.pivot, first.row, second.row,
-          P.rz,        P.rx,      {{}, {}, {}, {}, {}, {}, P.ry.zeta(), P.ry.weight}};
+  const auto w = eliminate<Column::w, true>(P.l3, P.l2, P.l1);
+  return {w.pivot, w.b, w.a, P.rz, P.rx, {{}, {}, {}, {}, {}, {}, P.ry.zeta(), P.ry.weight}};
 }
 
 // (3).
@@ -181,7 +176,7 @@ template <bool noise, bool slides, class T, class S, class Rows>
   const T size = slides ? T(size_m) : T(size_m * at.reach * at.reach + net * body.outboard_spin);
   ws.margin = min(ws.margin, T(D - size - least));
 
-  const T e = tau - (slides ? at.z.w : at.z.z), inverse_D = T(1) / D;
+  const T e = tau - (slides ? at.z.w : at.z.z), inverse_D = reciprocal(D);
   Sixfold<T>& g = link.g;
   g = {pivot.x, pivot.y, number_as<T>(pivot.z), pivot.u, pivot.v, number_as<T>(pivot.w)};
   if constexpr (noise) {
@@ -223,17 +218,49 @@ template <bool noise, class T, class S>
   const auto& parent = ws.links[link.parent];
   const auto body = body_rows(model.factored(link.parent), parent.wx, parent.wy, parent.wz);
   const auto with_spins =
-      absorb(absorb(body, to_parent<T>(link, joint, rows.rx)), to_parent<T>(link, joint, rows.ry));
-  const auto with_rows = absorb(absorb(absorb(with_spins, to_parent<T>(link, joint, rows.l1)),
-                                       to_parent<T>(link, joint, rows.l2)),
-                                to_parent<T>(link, joint, rows.l3));
+      absorb(body, to_parent<T>(link, joint, rows.rx), to_parent<T>(link, joint, rows.ry));
+  const auto l1 = to_parent<T>(link, joint, rows.l1);
+  const auto l2 = to_parent<T>(link, joint, rows.l2);
+  const auto l3 = to_parent<T>(link, joint, rows.l3);
   if constexpr (noise)
-    widen(absorb(with_rows, to_parent<T>(link, joint, rows.pivot)), at.P);
+    widen(absorb(with_spins, l1, l2, l3, to_parent<T>(link, joint, rows.pivot)), at.P);
   else
-    widen(with_rows, at.P);
+    widen(absorb(with_spins, l1, l2, l3), at.P);
   force_to_parent(model, link, joint, link.d, at.z);
   at.reach =
       larger(T(model.factored(link.parent).distance), T(at.reach + model.factored(k).length));
+}
+
+// (5) and (6) of a follower to a parent without a body: its rows are pivots themselves, and the
+// column in which none is left has a row of least weight.
+template <class T>
+[[gnu::always_inline]] inline void cycle(const HingeRows<T>& rows, FullTriangle<T>& P) {
+  const auto turned = [](const auto& r) {
+    return make_row<T>(r.z, r.x, r.y, r.w, r.u, r.v, r.zeta, r.weight);
+  };
+  const auto u = eliminate<Column::u>(turned(rows.l3), turned(rows.l2), turned(rows.l1));
+  const auto z = eliminate<Column::z>(turned(rows.ry), turned(rows.rx));
+  const T zero(0), least(least_weight<typename Lanes<T>::Scalar>());
+  widen(u.pivot, P.l1);
+  widen(u.b, P.l2);
+  widen(u.a, P.l3);
+  widen(z.pivot, P.rz);
+  P.rx = {{}, zero, {}, {}, {}, {}, zero, least};
+  P.ry = {z.a.weight, z.a.weight * z.a.zeta};
+}
+template <class T>
+[[gnu::always_inline]] inline void cycle(const SlideRows<T>& rows, FullTriangle<T>& P) {
+  const auto turned = [](const auto& r) {
+    return make_row<T>(r.z, r.x, r.y, r.w, r.u, r.v, r.zeta, r.weight);
+  };
+  const auto z = eliminate<Column::z>(turned(rows.ry), turned(rows.rx), turned(rows.rz));
+  const T zero(0), least(least_weight<typename Lanes<T>::Scalar>());
+  P.l1 = {zero, zero, zero, {}, zero, zero, zero, least};
+  widen(turned(rows.l1), P.l2);
+  widen(turned(rows.l2), P.l3);
+  widen(z.pivot, P.rz);
+  widen(z.b, P.rx);
+  P.ry = {z.a.weight, z.a.weight * z.a.zeta};
 }
 
 // A bound of how far the origin is from the parent's.
@@ -266,6 +293,14 @@ template <bool slides, bool noise, class T, class S>
 
   const int slot = model.link(link.parent).slot;
   const bool others = slot >= 0 && ws.sums[slot].begun;
+  if constexpr (!noise) {
+    if (link.kind == Kind::cyclic && model.link(link.parent).massless && !others) {
+      cycle(rows, at.P);
+      Sixfold<T>& z = at.z;
+      z = {z.z, z.x, z.y, z.w, z.u, z.v};
+      return;
+    }
+  }
   SquareRoot<T> to;
   if (others)
     to = ws.sums[slot];
@@ -282,27 +317,37 @@ template <bool slides, bool noise, class T, class S>
       force_to_parent(model, link, Direction<T>{ws.cos[link.varying], ws.sin[link.varying]}, link.d,
                       x);
   };
-  const auto add_row = [&](const auto& known) {
+  const auto moved = [&](const auto& known) {
     Row<T> row;
     widen(known, row);
     Sixfold<T> x = {row.x, row.y, row.z, row.u, row.v, row.w};
     move(x);
-    widen(absorb(to.P, Row<T>{x.x, x.y, x.z, x.u, x.v, x.w, row.zeta, row.weight}), to.P);
+    return Row<T>{x.x, x.y, x.z, x.u, x.v, x.w, row.zeta, row.weight};
   };
-  const auto add_spin = [&](const auto& known) {
-    Row<T> row;
-    widen(known, row);
-    Sixfold<T> x = {row.x, row.y, row.z, row.u, row.v, row.w};
-    move(x);
-    widen(absorb(to.P, Spin<T>{x.x, x.y, x.z, {}, {}, {}, row.zeta, row.weight}), to.P);
+  const auto moved_spin = [&](const auto& known) {
+    const Row<T> row = moved(known);
+    return Spin<T>{row.x, row.y, row.z, {}, {}, {}, row.zeta, row.weight};
   };
-  add_spin(rows.rx);
-  add_spin(rows.ry);
-  if constexpr (slides) add_spin(rows.rz);
-  add_row(rows.l1);
-  add_row(rows.l2);
-  if constexpr (!slides) add_row(rows.l3);
-  if constexpr (noise) add_row(rows.pivot);
+  const auto third = [&] {
+    if constexpr (slides)
+      return None{};
+    else
+      return moved(rows.l3);
+  }();
+  const auto spin = [&] {
+    if constexpr (slides)
+      return moved_spin(rows.rz);
+    else
+      return None{};
+  }();
+  const auto fourth = [&] {
+    if constexpr (noise)
+      return moved(rows.pivot);
+    else
+      return None{};
+  }();
+  const auto with_spins = absorb(to.P, moved_spin(rows.rx), moved_spin(rows.ry), spin);
+  widen(absorb(with_spins, moved(rows.l1), moved(rows.l2), third, fourth), to.P);
   move(at.z);
   add(to.z, at.z);
   to.reach = larger(to.reach, T(at.reach + distance_to_parent(model, k, ws)));
