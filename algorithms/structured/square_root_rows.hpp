@@ -160,13 +160,12 @@ template <Column c, class T, class R>
     return copy(d);
 }
 
-template <class P, class A, class B, class C, class D>
+template <class P, class A, class B, class C>
 struct Eliminated {
   P pivot;
   A a;
   B b;
   C c;
-  D d;
 };
 
 template <class P, class R>
@@ -199,23 +198,19 @@ template <Column c, bool stable, class T, class P, class R>
 
 // The steps of a column. All D are known before the first step, so that no division waits for
 // another's step.
-template <Column column, bool stable = false, class P, class A, class B = None, class C = None,
-          class D = None>
+template <Column column, bool stable = false, class P, class A, class B = None, class C = None>
 [[gnu::always_inline]] inline auto eliminate(const P& p, const A& a, const B& b = {},
-                                             const C& c = {}, const D& d = {}) {
+                                             const C& c = {}) {
   using T = typename P::Number;
   const T Da = weight_with<column>(p.weight, a), Db = weight_with<column>(Da, b),
-          Dc = weight_with<column>(Db, c), Dd = weight_with<column>(Dc, d);
-  const T inverse_Da = reciprocal(Da), inverse_Db = reciprocal(Db), inverse_Dc = reciprocal(Dc),
-          inverse_Dd = reciprocal(Dd);
+          Dc = weight_with<column>(Db, c);
+  const T inverse_Da = reciprocal(Da), inverse_Db = reciprocal(Db), inverse_Dc = reciprocal(Dc);
   const auto at_a = step<column, stable>(p, a, Da, inverse_Da);
   const auto at_b = step<column, stable>(at_a.pivot, b, Db, inverse_Db);
   const auto at_c = step<column, stable>(at_b.pivot, c, Dc, inverse_Dc);
-  const auto at_d = step<column, stable>(at_c.pivot, d, Dd, inverse_Dd);
-  return Eliminated<std::decay_t<decltype(at_d.pivot)>, std::decay_t<decltype(at_a.row)>,
-                    std::decay_t<decltype(at_b.row)>, std::decay_t<decltype(at_c.row)>,
-                    std::decay_t<decltype(at_d.row)>>{at_d.pivot, at_a.row, at_b.row, at_c.row,
-                                                      at_d.row};
+  return Eliminated<std::decay_t<decltype(at_c.pivot)>, std::decay_t<decltype(at_a.row)>,
+                    std::decay_t<decltype(at_b.row)>, std::decay_t<decltype(at_c.row)>>{
+      at_c.pivot, at_a.row, at_b.row, at_c.row};
 }
 
 // The row (y:1 | zeta), kept as a sum: nothing is left to eliminate behind it.
@@ -256,17 +251,21 @@ template <class T, class R>
   }
 }
 
-// The rows and up to four more, each at most 6 steps: 17, 15, 13, 11, 9 flops and 5 for the last.
-template <class L1, class L2, class L3, class Rz, class Rx, class Ry, class A, class B = None,
-          class C = None, class D = None>
-[[gnu::always_inline]] inline auto absorb(const Triangle<L1, L2, L3, Rz, Rx, Ry>& to, const A& a,
-                                          const B& b = {}, const C& c = {}, const D& d = {}) {
-  const auto u = eliminate<Column::u>(to.l1, a, b, c, d);
-  const auto v = eliminate<Column::v>(to.l2, u.a, u.b, u.c, u.d);
-  const auto w = eliminate<Column::w>(to.l3, v.a, v.b, v.c, v.d);
-  const auto z = eliminate<Column::z>(to.rz, w.a, w.b, w.c, w.d);
-  const auto x = eliminate<Column::x>(to.rx, z.a, z.b, z.c, z.d);
-  const Ry ry = close(close(close(close(to.ry, x.a), x.b), x.c), x.d);
+// The rows and up to six more, s without beta: 17, 15, 13, 11, 9 flops a step and 5 for the last.
+template <class L1, class L2, class L3, class Rz, class Rx, class Ry, class S1, class S2, class S3,
+          class A, class B, class C>
+[[gnu::always_inline]] inline auto absorb(const Triangle<L1, L2, L3, Rz, Rx, Ry>& to, const S1& s1,
+                                          const S2& s2, const S3& s3, const A& a, const B& b,
+                                          const C& c) {
+  const auto u = eliminate<Column::u>(to.l1, a, b, c);
+  const auto v = eliminate<Column::v>(to.l2, u.a, u.b, u.c);
+  const auto w = eliminate<Column::w>(to.l3, v.a, v.b, v.c);
+  const auto spins_z = eliminate<Column::z>(to.rz, s1, s2, s3);
+  const auto z = eliminate<Column::z>(spins_z.pivot, w.a, w.b, w.c);
+  const auto spins_x = eliminate<Column::x>(to.rx, spins_z.a, spins_z.b, spins_z.c);
+  const auto x = eliminate<Column::x>(spins_x.pivot, z.a, z.b, z.c);
+  const Ry with_spins = close(close(close(to.ry, spins_x.a), spins_x.b), spins_x.c);
+  const Ry ry = close(close(close(with_spins, x.a), x.b), x.c);
   return Triangle{u.pivot, v.pivot, w.pivot, z.pivot, x.pivot, ry};
 }
 
