@@ -266,12 +266,12 @@ template <bool noise, class T, class S>
 
 // (5) and (6) of a follower to a parent without a body: its rows are pivots themselves, and the
 // column in which none is left has a row of least weight.
-template <bool slides, class T, class Rows>
+template <bool slides, class S, class T, class Rows>
 [[gnu::always_inline]] inline void cycle(const Rows& rows, FullTriangle<T>& P) {
   const auto turned = [](const auto& r) {
     return make_row<T>(r.z, r.x, r.y, r.w, r.u, r.v, r.zeta, r.weight);
   };
-  const T zero(0), least(least_weight<typename Lanes<T>::Scalar>());
+  const T zero = T(S(0)), least = T(least_weight<S>());
   if constexpr (slides) {
     const auto z = eliminate<Column::z>(turned(rows.ry), turned(rows.rx), turned(rows.rz));
     P.l1 = {zero, zero, zero, {}, zero, zero, zero, least};
@@ -324,7 +324,7 @@ template <bool slides, bool noise, class T, class S>
   const bool others = slot >= 0 && ws.sums[slot].begun;
   if constexpr (!noise) {
     if (link.kind == Kind::cyclic && model.link(link.parent).massless && !others) {
-      cycle<slides>(rows, at.P);
+      cycle<slides, S>(rows, at.P);
       Sixfold<T>& z = at.z;
       z = {z.z, z.x, z.y, z.w, z.u, z.v};
       return;
