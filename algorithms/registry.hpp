@@ -125,9 +125,15 @@ class SolverOf final : public Solver<T> {
     return check_finite(a, outcome);
   }
 
-  Outcome inverse(const VectorX<T>& q, MatrixX<T>& X) override {
+  Outcome factor(const VectorX<T>& q) override {
     set_position(model_, q, rm_);
-    const Outcome outcome = V::factor(model_, rm_, ws_);
+    return V::factor(model_, rm_, ws_);
+  }
+
+  void solve(const VectorX<T>& tau, VectorX<T>& x) override { V::solve(model_, rm_, tau, ws_, x); }
+
+  Outcome inverse(const VectorX<T>& q, MatrixX<T>& X) override {
+    const Outcome outcome = factor(q);
     if (!outcome) return outcome;
     V::inverse(model_, rm_, ws_, X);
     return check_finite(X, outcome);
@@ -136,8 +142,7 @@ class SolverOf final : public Solver<T> {
   bool has_factors() const override { return filters; }
 
   Outcome factors(const VectorX<T>& q, VectorX<T>& D, MatrixX<T>& g) override {
-    set_position(model_, q, rm_);
-    const Outcome outcome = V::factor(model_, rm_, ws_);
+    const Outcome outcome = factor(q);
     if constexpr (filters) {
       for (int k = 0; k < model_.nv(); ++k) {
         D[k] = ws_.factors.D[k];

@@ -22,6 +22,12 @@ class Solver {
   virtual Outcome acceleration(const VectorX<T>& q, const VectorX<T>& qd, const VectorX<T>& tau,
                                VectorX<T>& a) = 0;
 
+  // Factors of M(q), kinematics included, which are kept for any number of `solve`.
+  virtual Outcome factor(const VectorX<T>& q) = 0;
+
+  // x = M^-1 tau, by the factors of the last `factor`, which was ok. tau and x: nv.
+  virtual void solve(const VectorX<T>& tau, VectorX<T>& x) = 0;
+
   // M^-1, both triangles (nv x nv), kinematics included. On failure X is not to be used.
   virtual Outcome inverse(const VectorX<T>& q, MatrixX<T>& X) = 0;
 

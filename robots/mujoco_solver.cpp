@@ -53,8 +53,12 @@ Outcome MujocoSolver::acceleration(const VectorX<double>& q, const VectorX<doubl
   mj_comVel(m, d);
   mj_rne(m, d, 0, rhs_.data());
   rhs_ = tau - rhs_;
-  mj_solveM(m, d, a.data(), rhs_.data(), 1);
+  solve(rhs_, a);
   return a.allFinite() ? outcome : Outcome{.status = Outcome::Status::not_finite};
+}
+
+void MujocoSolver::solve(const VectorX<double>& tau, VectorX<double>& x) {
+  mj_solveM(model_->get(), data_.get(), x.data(), tau.data(), 1);
 }
 
 Outcome MujocoSolver::inverse(const VectorX<double>& q, MatrixX<double>& X) {

@@ -18,6 +18,8 @@ class MujocoSolver final : public Solver<double> {
 
   Outcome acceleration(const VectorX<double>& q, const VectorX<double>& qd,
                        const VectorX<double>& tau, VectorX<double>& a) override;
+  Outcome factor(const VectorX<double>& q) override;
+  void solve(const VectorX<double>& tau, VectorX<double>& x) override;
   Outcome inverse(const VectorX<double>& q, MatrixX<double>& X) override;
   bool has_factors() const override { return false; }
   Outcome factors(const VectorX<double>& q, VectorX<double>& D, MatrixX<double>& g) override;
@@ -28,7 +30,6 @@ class MujocoSolver final : public Solver<double> {
 
  private:
   void make_mass(const VectorX<double>& q);
-  Outcome factor(const VectorX<double>& q);
 
   std::shared_ptr<const MujocoModel> model_;
   std::unique_ptr<mjData, void (*)(mjData*)> data_;

@@ -416,8 +416,8 @@ void filter(const StructuredModel<S>& model, const T* tau, SquareRootWorkspace<T
 template <class T, class S>
 void square_root_acceleration(const StructuredModel<S>& model, const T* q, const T* qd,
                               const T* tau, SquareRootWorkspace<T>& ws, T* a) {
-  detail::set_angles(model, q, ws);
-  detail::set_velocity(model, q, qd, ws);
+  detail::set_placements(model, q, ws);
+  detail::set_velocity(model, qd, ws);
   detail::filter(model, tau, ws);
   detail::smooth(model, ws, a);
 }

@@ -3,6 +3,7 @@
 //
 // Errors are free of units, |x|_M^2 = x'Mx, and cancellation between tau and bias is not charged:
 //   acceleration   |da|_M / (|M^-1 tau|_M + |M^-1 bias|_M)
+//   solve          |dx|_M / |M^-1 tau|_M
 //   inverse        max |dX_ij| / sqrt(X_ii X_jj)
 // The model and the state are rounded to the precision under test and are exact from there.
 #include <gtest/gtest.h>
@@ -98,8 +99,8 @@ struct Problem {
   Model<T> model;
   State<T> state, other_state;
   MatrixX<Mp> M, X;
-  VectorX<Mp> a;
-  Mp a_size;
+  VectorX<Mp> a, x;
+  Mp a_size, x_size;
   double kappa;
 };
 
@@ -126,7 +127,9 @@ Problem<T> make_problem(const Family& family, std::uint64_t seed) {
   const Eigen::LDLT<MatrixX<Mp>> ldlt(p.M);
   p.X = ldlt.solve(MatrixX<Mp>::Identity(exact.nv(), exact.nv()));
   p.a = ldlt.solve(state.tau - bias);
-  p.a_size = sqrt(state.tau.dot(p.X * state.tau)) + sqrt(bias.dot(p.X * bias));
+  p.x = p.X * state.tau;
+  p.x_size = sqrt(state.tau.dot(p.x));
+  p.a_size = p.x_size + sqrt(bias.dot(p.X * bias));
   p.kappa = scaled_condition(p.M);
   return p;
 }
@@ -140,8 +143,8 @@ const Problem<T>& problem(const Family& family, std::uint64_t seed) {
 }
 
 struct Answers {
-  Outcome solved, inverted;
-  VectorX<Mp> a;
+  Outcome solved, factored, inverted;
+  VectorX<Mp> a, x;  // x = M^-1 tau
   MatrixX<Mp> X;
 };
 
@@ -151,14 +154,23 @@ Answers answers(Solver<T>& solver, const State<T>& state) {
   const auto nv = state.qd.size();
   VectorX<T> a = VectorX<T>::Constant(nv, std::numeric_limits<T>::quiet_NaN());
   MatrixX<T> X = MatrixX<T>::Constant(nv, nv, std::numeric_limits<T>::quiet_NaN());
+  VectorX<T> x = a;
   const Outcome solved = solver.acceleration(state.q, state.qd, state.tau, a);
+  const Outcome factored = solver.factor(state.q);
+  solver.solve(state.qd, x);  // another right-hand side, which the next must not notice
+  solver.solve(state.tau, x);
   const Outcome inverted = solver.inverse(state.q, X);
-  return {solved, inverted, a.template cast<Mp>(), X.template cast<Mp>()};
+  return {solved,
+          factored,
+          inverted,
+          a.template cast<Mp>(),
+          x.template cast<Mp>(),
+          X.template cast<Mp>()};
 }
 
 struct Result {
   bool ok, symmetric, repeatable;
-  double acceleration_error, inverse_error, kappa;
+  double acceleration_error, solve_error, inverse_error, kappa;
 };
 
 template <class T>
@@ -168,15 +180,20 @@ Result result(const RegisteredVariant<T>& variant, const Problem<T>& p) {
   answers(*solver, p.other_state);
   const Answers again = answers(*solver, p.state);
 
-  const VectorX<Mp> da = first.a - p.a;
+  const VectorX<Mp> da = first.a - p.a, dx = first.x - p.x;
   const MatrixX<Mp> dX = first.X - p.X;
   const VectorX<Mp> s = p.X.diagonal().cwiseSqrt().cwiseInverse();
   const Mp acceleration_error = sqrt(Mp(da.dot(p.M * da))) / p.a_size;
+  const Mp solve_error = sqrt(Mp(dx.dot(p.M * dx))) / p.x_size;
   const Mp inverse_error =
       (s.asDiagonal() * dX * s.asDiagonal()).cwiseAbs().template maxCoeff<Eigen::PropagateNaN>();
-  return {first.solved && first.inverted,           first.X == first.X.transpose(),
-          first.a == again.a && first.X == again.X, acceleration_error.convert_to<double>(),
-          inverse_error.convert_to<double>(),       p.kappa};
+  return {first.solved && first.factored && first.inverted,
+          first.X == first.X.transpose(),
+          first.a == again.a && first.x == again.x && first.X == again.X,
+          acceleration_error.convert_to<double>(),
+          solve_error.convert_to<double>(),
+          inverse_error.convert_to<double>(),
+          p.kappa};
 }
 
 struct Case {
@@ -232,6 +249,7 @@ TEST_P(EveryVariant, AgreesWithTruth) {
     const Result r = c.result(seed);
     EXPECT_TRUE(r.ok) << "seed " << seed;
     EXPECT_LE(r.acceleration_error, c.bound(&Bound::acceleration, r.kappa)) << "seed " << seed;
+    EXPECT_LE(r.solve_error, c.bound(&Bound::acceleration, r.kappa)) << "seed " << seed;
     EXPECT_LE(r.inverse_error, c.bound(&Bound::inverse, r.kappa)) << "seed " << seed;
     acceleration = std::max(acceleration, r.acceleration_error / c.u);
     inverse = std::max(inverse, r.inverse_error / c.u);

@@ -122,6 +122,8 @@ class FailsLater : public Solver<double> {
     a.setConstant(-9.81);
     return {.status = --left_ > 0 ? Outcome::Status::ok : Outcome::Status::indefinite};
   }
+  Outcome factor(const VectorX<double>&) override { return {}; }
+  void solve(const VectorX<double>&, VectorX<double>&) override {}
   Outcome inverse(const VectorX<double>&, MatrixX<double>&) override { return {}; }
   bool has_factors() const override { return false; }
   Outcome factors(const VectorX<double>&, VectorX<double>&, MatrixX<double>&) override {

@@ -12,6 +12,7 @@
 
 #include "algorithms/inverse_mass/sequential.hpp"
 #include "algorithms/structured/test/support.hpp"
+#include "algorithms/structured/threaded_batch.hpp"
 #include "algorithms/test/singular.hpp"
 
 namespace kalmarm::test {
@@ -170,6 +171,36 @@ TYPED_TEST(Batches, RegularMechanismIsNotRefused) {
       EXPECT_TRUE(dynamics.acceleration(mechanism.q.template cast<T>(), ones, ones, a))
           << mechanism.name << " seed " << seed;
     }
+}
+
+TYPED_TEST(Batches, ThreadsGiveWhatOneCoreGives) {
+  using T = TypeParam;
+  const Model<double> drawn = floating_base(5);
+  const Model<T> model = drawn.cast<T>();
+  StructuredBatch<T> batch(model);
+  ThreadedBatch<T> threaded(model);
+  for (const int count : {0, 1, 17, 100, 1024}) {
+    SCOPED_TRACE(count);
+    Rows<T> rows(drawn, count);
+    for (int i = 0; i < count; i += 40)
+      rows.q[i * model.nq() + 7] = std::numeric_limits<T>::quiet_NaN();
+    Rows<T> other = rows;
+    const int failed = batch.acceleration(count, rows.q.data(), rows.qd.data(), rows.tau.data(),
+                                          rows.a.data(), rows.outcomes.data());
+    EXPECT_EQ(threaded.acceleration(count, other.q.data(), other.qd.data(), other.tau.data(),
+                                    other.a.data(), other.outcomes.data()),
+              failed);
+    EXPECT_EQ(failed, (count + 39) / 40);
+    for (int i = 0; i < count; ++i) {
+      EXPECT_EQ(other.outcomes[i].status, rows.outcomes[i].status) << "state " << i;
+      if (!rows.outcomes[i]) continue;
+      EXPECT_TRUE(std::equal(&rows.a[i * model.nv()], &rows.a[(i + 1) * model.nv()],
+                             &other.a[i * model.nv()]))
+          << "state " << i;
+    }
+    EXPECT_TRUE(
+        std::equal(rows.a.end() - Rows<T>::guard, rows.a.end(), other.a.end() - Rows<T>::guard));
+  }
 }
 
 // Error in units in the last place, against a wider type.

@@ -1,0 +1,275 @@
+// bench_peers: the fast path against other libraries, and against itself built by another compiler,
+// on the same mechanisms in the same states in one run.
+//
+// Names are task/variant/scene/precision; tasks are acceleration, acceleration_batch, inverse, mass
+// and derivatives. Everything is verified before it is timed: results against the float64
+// square-root filter, derivatives against differences of it; what is wrong is reported as an error
+// and is not timed. A library without armature solves the mechanism without. Counters: as in
+// case.hpp, and allocations of a call. For medians that other programs on the machine disturb least
+// add
+//   --benchmark_repetitions=9 --benchmark_enable_random_interleaving=true
+#include <benchmark/benchmark.h>
+#include <dlfcn.h>
+
+#include <limits>
+#include <memory>
+#include <set>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "algorithms/test/allocations.hpp"
+#include "benchmarks/case.hpp"
+#include "benchmarks/context.hpp"
+#include "benchmarks/peak.hpp"
+#include "benchmarks/peers/derivative_check.hpp"
+#include "benchmarks/peers/mechanism.hpp"
+#include "benchmarks/peers/peer.hpp"
+#include "robots/mujoco_solver.hpp"
+#include "robots/program.hpp"
+
+namespace kalmarm {
+namespace {
+
+using Module = decltype(&kalmarm_peers);
+
+constexpr const char* timed_call =
+    "From q, qd and tau (inverse, mass: q) in the library's own conventions to the result in its "
+    "own memory: kinematics, velocity terms and gravity included, conversions of states and "
+    "results not. Matrices have both triangles. acceleration_batch: 1024 states on one core; ours "
+    "in one call from row-major arrays to row-major arrays, the others state after state.";
+
+// What stands behind the Solver interface already: MuJoCo, and a variant of the registry.
+template <class S>
+class SolverPeer final : public Peer {
+ public:
+  SolverPeer(std::string name, std::string version, std::unique_ptr<S> solver, int nq, int nv)
+      : name_(std::move(name)),
+        version_(std::move(version)),
+        solver_(std::move(solver)),
+        nq_(nq),
+        a_(nv),
+        matrix_(nv, nv) {}
+
+  std::string name() const override { return name_; }
+  std::string version() const override { return version_; }
+  bool can(Task task) const override {
+    return task != Task::derivatives && (has_mass || task != Task::mass);
+  }
+  void add_state(const double* q, const double* qd, const double* tau) override {
+    const int nv = static_cast<int>(a_.size());
+    const auto vector = [](const double* x, int n) -> VectorX<double> {
+      return Eigen::Map<const VectorX<double>>(x, n);
+    };
+    states_.push_back({vector(q, nq_), vector(qd, nv), vector(tau, nv)});
+  }
+
+  bool acceleration(int i) override {
+    return static_cast<bool>(
+        solver_->acceleration(states_[i].q, states_[i].qd, states_[i].tau, a_));
+  }
+  bool inverse(int i) override {
+    return static_cast<bool>(solver_->inverse(states_[i].q, matrix_));
+  }
+  bool mass(int i) override {
+    if constexpr (has_mass) solver_->mass(states_[i].q, matrix_);
+    return has_mass;
+  }
+  void get_acceleration(int, double* a) const override { std::copy(a_.begin(), a_.end(), a); }
+  void get_matrix(int, double* out) const override {
+    std::copy_n(matrix_.data(), matrix_.size(), out);  // symmetric
+  }
+
+ private:
+  static constexpr bool has_mass = requires(S & solver, VectorX<double> q, MatrixX<double> M) {
+    solver.mass(q, M);
+  };
+
+  int states() const override { return static_cast<int>(states_.size()); }
+
+  std::string name_, version_;
+  std::unique_ptr<S> solver_;
+  int nq_;
+  std::vector<State> states_;
+  VectorX<double> a_;
+  MatrixX<double> matrix_;
+};
+
+// A mechanism and all that can solve it. Peers refer to it: it stays where it is made.
+struct Contest {
+  Case truth, plain;  // plain: without armature
+  Mechanism mechanism;
+  std::unique_ptr<Solver<double>> reference;
+  Peers peers;
+
+  Contest(const Scene& scene, std::uint64_t seed, const std::vector<Module>& modules)
+      : truth(scene, seed),
+        plain(without_armature(scene), seed),
+        mechanism(make_mechanism(truth.scene.model)),
+        reference(make_solver<double>("Sequential<ArrayMGS>", truth.scene.model)) {
+    for (const Module module : modules) module(mechanism, peers);
+    add_solvers();
+  }
+  Contest(const Contest&) = delete;
+
+  const Case& truth_of(const Peer& peer) const { return peer.has_armature() ? truth : plain; }
+
+ private:
+  void add_solvers() {
+    const Model<double>& model = truth.scene.model;
+    const auto add = [&](const char* name, std::string version, auto solver) {
+      using S = typename decltype(solver)::element_type;
+      peers.push_back(std::make_unique<SolverPeer<S>>(name, std::move(version), std::move(solver),
+                                                      model.nq(), model.nv()));
+    };
+    add("Sequential<Conventional>", "", make_solver<double>("Sequential<Conventional>", model));
+    add("MuJoCo", std::string("MuJoCo ") + mujoco_version() + " (its own build)",
+        std::make_unique<MujocoSolver>(mujoco_of(truth.scene)));
+  }
+};
+
+std::vector<Module> load_modules() {
+  std::vector<Module> out;
+  std::istringstream paths(KALMARM_PEER_MODULES);
+  for (std::string path; std::getline(paths, path, ':');) {
+    void* module = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+    void* entry = module ? dlsym(module, "kalmarm_peers") : nullptr;
+    if (!entry) throw InputError(dlerror());
+    out.push_back(reinterpret_cast<Module>(entry));
+  }
+  return out;
+}
+
+bool call(Peer& peer, Task task, int i) {
+  switch (task) {
+    case Task::acceleration:
+      return peer.acceleration(i);
+    case Task::acceleration_batch:
+      return peer.acceleration_batch();
+    case Task::inverse:
+      return peer.inverse(i);
+    case Task::mass:
+      return peer.mass(i);
+    case Task::derivatives:
+      return peer.derivatives(i);
+  }
+  return false;
+}
+
+// "" where the peer's last result for state i is right.
+template <class T>
+std::string judge(const Contest& contest, const Peer& peer, Task task, int i) {
+  const Case& truth = contest.truth_of(peer);
+  const int nv = truth.scene.model.nv();
+  const auto poisoned = [&] {
+    using RowMajor = Eigen::Matrix<double, -1, -1, Eigen::RowMajor>;
+    return RowMajor::Constant(nv, nv, std::numeric_limits<double>::quiet_NaN()).eval();
+  };
+  if (task == Task::derivatives) {
+    auto dq = poisoned(), dqd = poisoned(), dtau = poisoned();
+    peer.get_derivatives(i, dq.data(), dqd.data(), dtau.data());
+    const double error =
+        derivative_error(truth.scene.model, *contest.reference, truth.states[i], dq, dqd, dtau);
+    constexpr double bound = 1e-6;
+    if (error <= bound) return "";
+    return "wrong: error " + std::to_string(error) + ", bound " + std::to_string(bound);
+  }
+  if (task == Task::inverse || task == Task::mass) {
+    auto matrix = poisoned();
+    peer.get_matrix(i, matrix.data());
+    return task == Task::mass ? truth.compare<T>(truth.M[i], matrix, 1)
+                              : truth.compare<T>(truth.X[i], matrix, truth.condition[i]);
+  }
+  VectorX<double> a = VectorX<double>::Constant(nv, std::numeric_limits<double>::quiet_NaN());
+  peer.get_acceleration(i, a.data());
+  return truth.compare<T>(truth.a[i], a, truth.condition[i]);
+}
+
+void run_task(benchmark::State& run, const Contest& contest, Peer& peer, Task task) {
+  const Case& truth = contest.truth_of(peer);
+  if (!truth.flaw.empty()) return run.SkipWithError(truth.flaw.c_str());
+  for (int i = 0; i < verified; ++i) {
+    if (!call(peer, task, i)) return run.SkipWithError("failed");
+    const std::string flaw = peer.is_float32() ? judge<float>(contest, peer, task, i)
+                                               : judge<double>(contest, peer, task, i);
+    if (!flaw.empty()) return run.SkipWithError(flaw.c_str());
+  }
+  int i = 0;
+  bool good = true;
+  const long before = allocations;
+  for (auto _ : run) {
+    good = call(peer, task, i) && good;
+    benchmark::ClobberMemory();
+    if (++i == batch_size) i = 0;
+  }
+  run.counters["allocations"] = static_cast<double>(allocations - before) / run.iterations();
+  if (!good) return run.SkipWithError("failed");
+  count(run, peer.flops(task), task == Task::acceleration_batch ? batch_size : 1);
+}
+
+void add_tasks(std::shared_ptr<const Contest> contest) {
+  static constexpr std::pair<Task, const char*> tasks[] = {
+      {Task::acceleration, "acceleration"}, {Task::acceleration_batch, "acceleration_batch"},
+      {Task::inverse, "inverse"},           {Task::mass, "mass"},
+      {Task::derivatives, "derivatives"},
+  };
+  for (const auto& owned : contest->peers) {
+    Peer* peer = owned.get();
+    const auto has_states = std::make_shared<bool>(false);
+    for (const auto& [task, name] : tasks) {
+      if (!peer->can(task)) continue;
+      const auto run_one = [=, task = task](benchmark::State& run) {
+        if (!*has_states)
+          for (const State& state : contest->truth.states)
+            peer->add_state(state.q.data(), state.qd.data(), state.tau.data());
+        *has_states = true;
+        run_task(run, *contest, *peer, task);
+      };
+      const std::string scene = contest->truth.scene.name;
+      benchmark::RegisterBenchmark(name_of(name, peer->name(), scene, peer->is_float32()).c_str(),
+                                   run_one)
+          ->Unit(task == Task::acceleration_batch ? benchmark::kMicrosecond
+                                                  : benchmark::kNanosecond);
+    }
+  }
+}
+
+int run(const std::vector<std::string>& scenes, std::uint64_t seed) {
+  const auto modules = load_modules();
+  std::set<std::string> versions;
+  for (const std::string& what : scenes) {
+    const auto contest = std::make_shared<const Contest>(load_scene(what), seed, modules);
+    for (const auto& peer : contest->peers) versions.insert(peer->version());
+    add_tasks(contest);
+  }
+  register_peak();
+  std::string all;
+  for (const std::string& version : versions)
+    if (!version.empty()) all += (all.empty() ? "" : "; ") + version;
+  benchmark::AddCustomContext("peers", all);
+  add_context(timed_call);
+  benchmark::RunSpecifiedBenchmarks();
+  benchmark::Shutdown();
+  return 0;
+}
+
+}  // namespace
+}  // namespace kalmarm
+
+int main(int argc, char** argv) {
+  using namespace kalmarm;
+  choose_openblas_kernels(argv);  // before Initialize takes its flags out of argv
+  benchmark::Initialize(&argc, argv, [] {
+    std::printf(
+        "Usage: bench_peers [SCENE...] [--seed S] [flags of Google Benchmark]\n\n  SCENE: %s\n\n",
+        scene_help);
+    benchmark::PrintDefaultHelp();
+  });
+  CLI::App app("Time of the fast path against other libraries.", "bench_peers");
+  std::vector<std::string> scenes = {"panda", "chain:31", "g1", "chain:100", "chain:500"};
+  std::uint64_t seed = 1;
+  app.add_option("SCENE", scenes, scene_help)->capture_default_str();
+  app.add_option("--seed", seed, "of the random states")->capture_default_str();
+  return run_program(app, argc, argv, [&] { return run(scenes, seed); });
+}

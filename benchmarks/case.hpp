@@ -1,0 +1,138 @@
+// What the benchmarks of forward dynamics and of M share: a scene with its states, what is right
+// for the first few of them, and how a result is reported.
+#pragma once
+
+#include <benchmark/benchmark.h>
+
+#include <cstdint>
+#include <cstdio>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "algorithms/inverse_mass/condition.hpp"
+#include "algorithms/model/mass_matrix.hpp"
+#include "algorithms/solver.hpp"
+#include "robots/scene.hpp"
+
+namespace kalmarm {
+
+inline constexpr int batch_size = 1024;
+
+// Which joint failed, and how.
+inline std::string describe(const Scene& scene, const Outcome& outcome) {
+  const std::string status = to_string(outcome.status);
+  return outcome.joint < 0 ? status : status + " at joint " + scene.model.name(outcome.joint);
+}
+
+// The truth is that of the float64 square-root filter. Bounds: 1000 nv u, times the condition
+// number for what M^-1 enters.
+struct Case {
+  Scene scene;
+  std::vector<State> states;
+  std::vector<VectorX<double>> a;     // of the first states, as many as are verified
+  std::vector<MatrixX<double>> M, X;  // X = M^-1
+  std::vector<double> condition;      // upper bound of that of M scaled to unit diagonal
+  std::string flaw;                   // why the reference itself failed
+
+  Case(Scene what, std::uint64_t seed)
+      : scene(std::move(what)), states(random_states(scene, batch_size, seed)) {
+    const int nv = scene.model.nv();
+    const auto solver = make_solver<double>("Sequential<ArrayMGS>", scene.model);
+    RandomModel<double> rm(scene.model);
+    CompositeInertia<double> composite(scene.model);
+    const int verified = nv <= 100 ? 5 : 1;
+    for (int i = 0; i < verified; ++i) {
+      a.emplace_back(nv);
+      M.emplace_back(nv, nv);
+      X.emplace_back(nv, nv);
+      set_position(scene.model, states[i].q, rm);
+      mass_matrix(scene.model, rm, composite, Eigen::Ref<MatrixX<double>>(M.back()));
+      Outcome outcome = solver->acceleration(states[i].q, states[i].qd, states[i].tau, a.back());
+      if (outcome) outcome = solver->inverse(states[i].q, X.back());
+      if (!outcome) flaw = std::string("reference: ") + describe(scene, outcome);
+      condition.push_back(scaled_condition_bound(M.back(), X.back()));
+    }
+  }
+
+  int verified() const { return static_cast<int>(a.size()); }
+
+  // "" where x, computed in precision T, is near enough to what is right.
+  template <class T, class Right, class Result>
+  std::string compare(const Right& right, const Result& x, double amplification) const {
+    const double error = (x.template cast<double>() - right).norm() / right.norm();
+    const double bound =
+        1000.0 * scene.model.nv() * static_cast<double>(unit_roundoff<T>()) * amplification;
+    if (error <= bound) return "";
+    char text[80];
+    std::snprintf(text, sizeof text, "wrong: error %.2g, bound %.2g", error, bound);
+    return text;
+  }
+
+  // The acceleration of state i.
+  template <class T>
+  std::string judge(int i, const VectorX<T>& x) const {
+    return compare<T>(a[i], x, condition[i]);
+  }
+};
+
+// The states in precision T, one by one and as row-major arrays.
+template <class T>
+struct Pool {
+  std::vector<VectorX<T>> q, qd, tau;
+  std::vector<T> q_rows, qd_rows, tau_rows;
+
+  explicit Pool(const std::vector<State>& states) {
+    const auto put = [](const VectorX<double>& x, std::vector<VectorX<T>>& vectors,
+                        std::vector<T>& rows) {
+      vectors.push_back(x.cast<T>());
+      rows.insert(rows.end(), vectors.back().begin(), vectors.back().end());
+    };
+    for (const State& state : states) {
+      put(state.q, q, q_rows);
+      put(state.qd, qd, qd_rows);
+      put(state.tau, tau, tau_rows);
+    }
+  }
+};
+
+inline std::string name_of(const std::string& task, const std::string& variant,
+                           const std::string& scene, bool is_float32) {
+  return task + "/" + variant + "/" + scene + (is_float32 ? "/float32" : "/float64");
+}
+template <class T>
+std::string name_of(const std::string& task, const std::string& variant, const Case& c) {
+  return name_of(task, variant, c.scene.name, std::is_same_v<T, float>);
+}
+
+// Counters of a call on `states` states, of `flops` each; 0: not known.
+inline void count(benchmark::State& run, double flops, int states) {
+  using benchmark::Counter;
+  if (flops > 0) {
+    run.counters["flops"] = flops;
+    run.counters["FLOP/s"] = Counter(flops * states, Counter::kIsIterationInvariantRate);
+  }
+  if (states > 1)
+    run.counters["s/state"] =
+        Counter(states, Counter::kIsIterationInvariantRate | Counter::kInvert);
+}
+
+// Registers `call(i)`, the work on state i of the pool, to be timed once `verify` finds no flaw.
+template <class Verify, class Call>
+void add_benchmark(const std::string& name, Verify verify, Call call, double flops = 0) {
+  benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& run) {
+    if (const std::string flaw = verify(); !flaw.empty()) {
+      run.SkipWithError(flaw.c_str());
+      return;
+    }
+    int i = 0;
+    for (auto _ : run) {
+      call(i);
+      if (++i == batch_size) i = 0;
+    }
+    count(run, flops, 1);
+  })->Unit(benchmark::kNanosecond);
+}
+
+}  // namespace kalmarm

@@ -1,0 +1,98 @@
+// What a contender of bench_peers can do: another library, or our own code built by another
+// compiler.
+//
+// Contenders are modules, shared objects that export `kalmarm_peers` alone: so each is compiled by
+// the compiler and with the flags that suit it. Only plain numbers cross the border, since the
+// alignment of Eigen's types depends on the flags.
+//
+// States and results are given in Kalmarm's conventions: joints in the order of the model, a free
+// joint's velocity is the linear one in the world's axes, then the angular one in the body's. A
+// contender keeps them in its own, so that no timed call converts any.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace kalmarm {
+
+template <class T>
+class Model;
+
+struct Mechanism {
+  enum class Type { hinge, slide, ball, free };
+
+  // A joint and the body that it moves. The body's frame is the joint's: a hinge or slide has its z
+  // axis. Matrices are row-major.
+  struct Joint {
+    Type type;
+    int parent;                       // joint on the inboard side, -1: the fixed base
+    int q, v, dof;                    // first entries of q and of velocities, number of the latter
+    double R[9], p[3];                // its frame in the parent body's at q = ref [m]
+    double ref;                       // of a hinge or slide [rad or m]
+    double armature;                  // the same for all its DoF [kg m^2 or kg]
+    double mass, com[3], inertia[9];  // inertia: about the com [kg, m, kg m^2]
+  };
+
+  std::vector<Joint> joints;
+  int nq = 0, nv = 0;
+  double gravity[3] = {};                // [m/s^2]
+  const Model<double>* model = nullptr;  // for modules that are built with Kalmarm's own flags
+
+  bool is_chain() const {
+    for (std::size_t i = 0; i < joints.size(); ++i)
+      if (joints[i].parent != static_cast<int>(i) - 1) return false;
+    return true;
+  }
+  bool has_only_hinges_and_slides() const {
+    for (const Joint& joint : joints)
+      if (joint.type == Type::ball || joint.type == Type::free) return false;
+    return true;
+  }
+};
+
+enum class Task { acceleration, acceleration_batch, inverse, mass, derivatives };
+
+class Peer {
+ public:
+  virtual ~Peer() = default;
+
+  virtual std::string name() const = 0;     // such as "Pinocchio<LOCAL>@clang"
+  virtual std::string version() const = 0;  // of the library, and how it was built; "" for ours
+  virtual bool can(Task task) const = 0;
+  virtual bool is_float32() const { return false; }
+  virtual bool has_armature() const { return true; }  // else it solves the mechanism without
+  virtual double flops(Task) const { return 0; }      // a state; 0: not known
+
+  // One more state for the calls to work on.
+  virtual void add_state(const double* q, const double* qd, const double* tau) = 0;
+
+  // The timed calls, of state i or of all; false where they failed. acceleration and derivatives
+  // take q, qd and tau; inverse and mass take q. Both triangles are filled.
+  virtual bool acceleration(int) { return false; }
+  virtual bool acceleration_batch() {
+    for (int i = 0; i < states(); ++i)
+      if (!acceleration(i)) return false;
+    return true;
+  }
+  virtual bool inverse(int) { return false; }
+  virtual bool mass(int) { return false; }
+  virtual bool derivatives(int) { return false; }
+
+  // What the last call for state i has left, in Kalmarm's conventions; matrices are nv x nv,
+  // row-major. `matrix` is M^-1 or M, whichever was asked for last.
+  virtual void get_acceleration(int, double*) const {}
+  virtual void get_matrix(int, double*) const {}
+  virtual void get_derivatives(int, double* /*dq*/, double* /*dqd*/, double* /*dtau*/) const {}
+
+ protected:
+  virtual int states() const = 0;
+};
+
+using Peers = std::vector<std::unique_ptr<Peer>>;
+
+}  // namespace kalmarm
+
+// Adds those of the module that can do something with the mechanism, which outlives them.
+extern "C" [[gnu::visibility("default")]] void kalmarm_peers(const kalmarm::Mechanism& mechanism,
+                                                             kalmarm::Peers& peers);
