@@ -48,7 +48,9 @@ struct NoForces {
   template <bool slides, bool noise, class P_plus>
   [[gnu::always_inline]] void measured(int k, const Sixfold<T>&, const T& inverse_D, const P_plus&,
                                        Load) const {
-    factors.links[k].inverse_D = inverse_D;
+    auto& at = factors.links[k];
+    at.inverse_D = inverse_D;
+    if constexpr (!noise) (slides ? at.g.w : at.g.z) = T(1);
   }
   template <class Link, class C, class D>
   void to_parent(const Link&, const Direction<C>&, const D&, Load) const {}

@@ -3,11 +3,43 @@
 
 #include <vector>
 
+#include "algorithms/structured/blocks.hpp"
 #include "algorithms/structured/columns.hpp"
 #include "algorithms/structured/dynamics.hpp"
-#include "algorithms/structured/lower_triangle.hpp"
+#include "algorithms/structured/lambda.hpp"
 
 namespace kalmarm {
+
+namespace detail {
+
+// M^-1 of a chain, for Blocks: Phi = phi (1 - g H), N = n, Z = phi g, and 1 / D + g'y on the
+// diagonal.
+template <class S>
+struct InverseOfChain {
+  const StructuredModel<S>& model;
+  const StructuredFactors<S>& factors;
+  const LambdaWorkspace<S>& lambda;
+
+  const Sixfold<S>& N(int k) const { return lambda.n[k]; }
+
+  template <class T>
+  [[gnu::always_inline]] void Phi_times(int k, Sixfold<T>& v) const {
+    motion_from_parent(model, model.link(k), factors, factors.links[k].d, v);
+    smooth(model.link(k), factors.links[k].g, T(S(0)), v);
+  }
+
+  template <class T>
+  [[gnu::always_inline]] T enter(int k, const T& own, Sixfold<T>& z) const {
+    const Sixfold<S>& n = lambda.n[k];
+    const T x = (n.x * z.x + n.y * z.y + n.z * z.z) + (n.u * z.u + n.v * z.v + n.w * z.w) +
+                own * lambda.alpha[k];
+    gain(model.link(k), factors.links[k].g, own, z);
+    if (k > 0) force_to_parent(model, model.link(k), factors, factors.links[k].d, z);
+    return x;
+  }
+};
+
+}  // namespace detail
 
 template <class S>
 class StructuredInverse {
@@ -15,6 +47,9 @@ class StructuredInverse {
   explicit StructuredInverse(const Model<S>& model)
       : model_(model),
         factors_(model_),
+        lambda_(model_),
+        blocks_(model_.nv()),
+        by_blocks_(prefers_blocks(model_)),
         few_(model_),
         many_(model_),
         one_(model_),
@@ -25,6 +60,11 @@ class StructuredInverse {
   // M^-1 (nv x nv), both triangles.
   Outcome inverse(const VectorX<S>& q, MatrixX<S>& X) {
     structured_factor(model_, q.data(), factors_);
+    if (by_blocks_) {
+      structured_lambda(model_, factors_, lambda_);
+      blocks_.fill(detail::InverseOfChain<S>{model_, factors_, lambda_}, model_.nv(), X.data());
+      return outcome(q, S(0) * X.sum());
+    }
     S check = S(0);
     int i = 0;
     for_each_chunk(model_.nv(), lanes, [&](int first, int count) {
@@ -47,7 +87,12 @@ class StructuredInverse {
     detail::sweep_outward(model_, factors_, model_.nv() - 1, one_,
                           [&](int k, const S& a) { x[k] = a; });
   }
-  void diagonal(VectorX<S>&) {}
+
+  // x (nv) = the diagonal of M^-1, after factor.
+  void diagonal(VectorX<S>& x) {
+    structured_lambda(model_, factors_, lambda_);
+    for (int k = 0; k < model_.nv(); ++k) x[k] = lambda_.alpha[k];
+  }
 
  private:
   using Few = WidePack<S>;
@@ -77,6 +122,9 @@ class StructuredInverse {
 
   StructuredModel<S> model_;
   StructuredFactors<S> factors_;
+  LambdaWorkspace<S> lambda_;
+  Blocks<S> blocks_;
+  bool by_blocks_;
   ColumnsWorkspace<Few> few_;
   ColumnsWorkspace<Many> many_;
   ColumnsWorkspace<S> one_;
