@@ -48,6 +48,11 @@ class Blocks {
       for (int I = J - 1; I >= 0; --I) {
         const int row = std::max(0, first - (J - I) * size);
         const int height = row + size <= first - (J - 1 - I) * size ? size : first % size;
+        if (I > 0) {
+          const int next = std::max(0, row - size);
+          prefetch(next, first, n, X);
+          prefetch(first, next, n, X);
+        }
         multiply(rows_[I], Z, row, height, first, n, X);
         if (I > 0) advance(Phi_[I], Z);
       }
@@ -112,6 +117,17 @@ class Blocks {
       store_rows(chain.enter(k, detail::Unit<Lane>::lane(k - first), z), first, k, n, X);
     detail::mirror_triangle(first, first + count, n, X);
     detail::copy(z, Z);
+  }
+
+  // Of `size` columns the lines from a row on: stores that miss the cache one after another would
+  // take most of the time.
+  static void prefetch(int column, int row, int n, const S* X) {
+    for (int j = 0; j < size; ++j) {
+      const S* const from = X + std::ptrdiff_t(column + j) * n + row;
+      __builtin_prefetch(from, 1);
+      if (parts > 1) __builtin_prefetch(from + part, 1);
+      __builtin_prefetch(from + size - 1, 1);
+    }
   }
 
   // X(I,J) for the rows from `row` on, and its mirror image.
