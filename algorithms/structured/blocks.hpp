@@ -17,13 +17,12 @@
 
 namespace kalmarm {
 
-// Of a chain so long that blocks are faster than columns.
+// Whether every link hangs on the one before, and there are `links` of them.
 template <class S>
-bool prefers_blocks(const StructuredModel<S>& model) {
-  static const int B = getenv("BLK") ? atoi(getenv("BLK")) : 96;
+bool is_chain(const StructuredModel<S>& model, int links) {
   for (int k = 1; k < model.nv(); ++k)
     if (!model.link(k).hangs_on_previous) return false;
-  return model.nv() >= B;
+  return model.nv() >= links;
 }
 
 template <class S>

@@ -1,8 +1,15 @@
 // M^-1 by the fast path, and M^-1 tau for many tau on factors that are kept.
+//
+//   M^-1 = (I - L*) D^-1 (I - L)                      (3.3): lanes are columns (columns.hpp)
+//   M^-1(m,j) = n(m)' phi psi(m+1) ... phi g(j),  psi = I - g H:  long chains, by blocks.hpp
+// A mechanism is called singular as Sequential<Conventional> calls it (singularity.hpp).
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <vector>
 
+#include "algorithms/spatial/lanes.hpp"
 #include "algorithms/structured/blocks.hpp"
 #include "algorithms/structured/columns.hpp"
 #include "algorithms/structured/dynamics.hpp"
@@ -49,21 +56,25 @@ class StructuredInverse {
         factors_(model_),
         lambda_(model_),
         blocks_(model_.nv()),
-        by_blocks_(prefers_blocks(model_)),
+        by_blocks_(is_chain(model_, 6 * lanes)),
         few_(model_),
         many_(model_),
         one_(model_),
         paths_(model_, lanes),
         all_(model_.nv(), 1),
+        block_(model_.nv()),
         judge_(model) {}
 
-  // M^-1 (nv x nv), both triangles.
+  // X (nv x nv) = M^-1 at q (nq), both triangles, symmetric to the last bit. About 175 nv + 44 nv^2
+  // flops, of long chains 4000 nv + 9 nv^2. On failure X is not to be used.
   Outcome inverse(const VectorX<S>& q, MatrixX<S>& X) {
     structured_factor(model_, q.data(), factors_);
     if (by_blocks_) {
       structured_lambda(model_, factors_, lambda_);
       blocks_.fill(detail::InverseOfChain<S>{model_, factors_, lambda_}, model_.nv(), X.data());
-      return outcome(q, S(0) * X.sum());
+      S check = S(0);
+      for (const S& alpha : lambda_.alpha) check += alpha * S(0);
+      return outcome(q, check);
     }
     S check = S(0);
     int i = 0;
@@ -76,19 +87,38 @@ class StructuredInverse {
     return outcome(q, check);
   }
 
+  // The factors at q (nq), for what follows. On failure that is not to be used. About 190 nv flops.
   Outcome factor(const VectorX<S>& q) {
     structured_factor(model_, q.data(), factors_);
-    return outcome(q, S(0));
+    S check = S(0);
+    for (const auto& at : factors_.links) check += at.inverse_D * S(0);
+    return outcome(q, check);
   }
 
+  // x (nv) = M^-1 tau (nv), after factor. About 57 nv flops.
   void solve(const VectorX<S>& tau, VectorX<S>& x) {
+    const int last = model_.nv() - 1;
     detail::sweep_inward(
-        model_, factors_, model_.nv() - 1, all_.data(), [&](int k) { return tau[k]; }, one_);
-    detail::sweep_outward(model_, factors_, model_.nv() - 1, one_,
-                          [&](int k, const S& a) { x[k] = a; });
+        model_, factors_, last, all_.data(), [&](int k) { return tau[k]; }, one_);
+    detail::sweep_outward(model_, factors_, last, one_, [&](int k, const S& a) { x[k] = a; });
   }
 
-  // x (nv) = the diagonal of M^-1, after factor.
+  // X (nv x m) = M^-1 T (nv x m), after factor. About 57 nv m flops.
+  void solve(const MatrixX<S>& T, MatrixX<S>& X) {
+    const int nv = model_.nv(), m = static_cast<int>(T.cols());
+    for (int first = 0; first < m; first += few) {
+      const int count = std::min(few, m - first);
+      const std::ptrdiff_t start = std::ptrdiff_t(first) * nv;
+      to_lanes(T.data() + start, nv, count, m - first, block_);
+      detail::sweep_inward(
+          model_, factors_, nv - 1, all_.data(), [&](int k) { return block_[k]; }, few_);
+      detail::sweep_outward(model_, factors_, nv - 1, few_,
+                            [&](int k, const Few& a) { block_[k] = a; });
+      from_lanes(block_, nv, count, X.data() + start);
+    }
+  }
+
+  // x (nv) = the diagonal of M^-1, after factor. About 240 nv flops.
   void diagonal(VectorX<S>& x) {
     structured_lambda(model_, factors_, lambda_);
     for (int k = 0; k < model_.nv(); ++k) x[k] = lambda_.alpha[k];
@@ -124,12 +154,13 @@ class StructuredInverse {
   StructuredFactors<S> factors_;
   LambdaWorkspace<S> lambda_;
   Blocks<S> blocks_;
-  bool by_blocks_;
+  bool by_blocks_;  // where they are faster than columns
   ColumnsWorkspace<Few> few_;
   ColumnsWorkspace<Many> many_;
   ColumnsWorkspace<S> one_;
   ColumnPaths paths_;
-  std::vector<char> all_;
+  std::vector<char> all_;   // links: a path for any tau
+  std::vector<Few> block_;  // of right-hand sides
   detail::Judge<S, Conventional> judge_;
 };
 

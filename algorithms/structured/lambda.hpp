@@ -39,16 +39,18 @@ template <class C>
 
 // phi' Lambda- phi across a screw.
 template <class T, class S, class C, class D>
-[[gnu::always_inline]] inline void from_parent(const StructuredModel<S>& model,
-                                               const StructuredLink<S>& link, const Turn<C>& joint,
-                                               const D& d, Articulated<T>& L) {
+[[gnu::always_inline]] inline Articulated<T> from_parent(const StructuredModel<S>& model,
+                                                         const StructuredLink<S>& link,
+                                                         const Turn<C>& joint, const D& d,
+                                                         Articulated<T> L) {
   if (link.p[2] != S(0)) translate_z(S(-link.p[2]), L);
   if (link.p[1] != S(0)) translate_y(S(-link.p[1]), L);
   translate_x(S(-link.p[0]), L);
   if (link.turned) rotate_z(reversed(model.uncommon(link).theta), L);
-  L = rotate_x(reversed(link.alpha), L);
-  rotate_z(reversed(joint), L);
-  translate_z(D(-d), L);
+  Articulated<T> out = rotate_x(reversed(link.alpha), L);
+  rotate_z(reversed(joint), out);
+  translate_z(D(-d), out);
+  return out;
 }
 
 template <class T>
@@ -85,18 +87,22 @@ void structured_lambda(const StructuredModel<S>& model, const StructuredFactors<
     const StructuredLink<S>& link = model.link(k);
     const auto& at = factors.links[k];
     if (link.parent < 0) {
-      L = {};
+      const T o = T(S(0));
+      L = {o, o, o, o, o, o, o, o, o, o, o, o, o, o, o, o, o, o, o, o, o};
     } else {
       if (!link.hangs_on_previous) L = ws.branches[model.link(link.parent).slot];
-      if (link.kind == Kind::cyclic)
+      if (link.kind == Kind::cyclic) {
         L = cycle(cycle(L));
-      else if (link.kind == Kind::matrix)
-        detail::from_parent(factors.matrices[link.varying], L);
-      else if (link.slides)
-        detail::from_parent(model, link, model.uncommon(link).turn, at.d, L);
-      else
-        detail::from_parent(
-            model, link, Turn<T>(factors.cos[link.varying], factors.sin[link.varying]), link.d, L);
+      } else if (link.kind == Kind::matrix) {
+        Articulated<T> moved = L;  // L stays in registers
+        detail::from_parent(factors.matrices[link.varying], moved);
+        L = moved;
+      } else if (link.slides) {
+        L = detail::from_parent(model, link, model.uncommon(link).turn, at.d, L);
+      } else {
+        const Turn<T> joint(factors.cos[link.varying], factors.sin[link.varying]);
+        L = detail::from_parent(model, link, joint, link.d, L);
+      }
     }
     const Sixfold<T> g = at.g;
     Sixfold<T> y = detail::times(L, g);

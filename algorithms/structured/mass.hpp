@@ -89,7 +89,7 @@ class StructuredMass {
       : model_(model),
         composite_(model_),
         blocks_(model_.nv()),
-        by_blocks_(prefers_blocks(model_)),
+        by_blocks_(is_chain(model_, 4 * lanes)),
         few_(model_),
         many_(model_),
         paths_(model_, lanes) {}
@@ -127,7 +127,7 @@ class StructuredMass {
   StructuredModel<S> model_;
   CompositeForces<S> composite_;
   Blocks<S> blocks_;
-  bool by_blocks_;
+  bool by_blocks_;  // where they are faster than columns
   ColumnsWorkspace<Few> few_;
   ColumnsWorkspace<Many> many_;
   ColumnPaths paths_;
