@@ -1,5 +1,5 @@
 // g and D of every link from q alone: the filter without velocities and forces, whose factors are
-// kept for what follows (columns.hpp, operational.hpp). About 190 flops a hinge that is an heir,
+// kept for what follows (columns.hpp, lambda.hpp). About 195 flops a hinge that is an heir,
 // and its sine and cosine.
 #pragma once
 

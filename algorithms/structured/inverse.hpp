@@ -65,8 +65,8 @@ class StructuredInverse {
         block_(model_.nv()),
         judge_(model) {}
 
-  // X (nv x nv) = M^-1 at q (nq), both triangles, symmetric to the last bit. About 175 nv + 44 nv^2
-  // flops, of long chains 4000 nv + 9 nv^2. On failure X is not to be used.
+  // X (nv x nv) = M^-1 at q (nq), both triangles, symmetric to the last bit. About 195 nv + 44 nv^2
+  // flops, of long chains 2500 nv + 8 nv^2. On failure X is not to be used.
   Outcome inverse(const VectorX<S>& q, MatrixX<S>& X) {
     structured_factor(model_, q.data(), factors_);
     if (by_blocks_) {
@@ -87,7 +87,7 @@ class StructuredInverse {
     return outcome(q, check);
   }
 
-  // The factors at q (nq), for what follows. On failure that is not to be used. About 190 nv flops.
+  // The factors at q (nq), for what follows. On failure that is not to be used. About 195 nv flops.
   Outcome factor(const VectorX<S>& q) {
     structured_factor(model_, q.data(), factors_);
     S check = S(0);
@@ -95,7 +95,7 @@ class StructuredInverse {
     return outcome(q, check);
   }
 
-  // x (nv) = M^-1 tau (nv), after factor. About 57 nv flops.
+  // x (nv) = M^-1 tau (nv), after factor. About 87 nv flops.
   void solve(const VectorX<S>& tau, VectorX<S>& x) {
     const int last = model_.nv() - 1;
     detail::sweep_inward(
@@ -103,7 +103,7 @@ class StructuredInverse {
     detail::sweep_outward(model_, factors_, last, one_, [&](int k, const S& a) { x[k] = a; });
   }
 
-  // X (nv x m) = M^-1 T (nv x m), after factor. About 57 nv m flops.
+  // X (nv x m) = M^-1 T (nv x m), after factor. About 87 nv m flops.
   void solve(const MatrixX<S>& T, MatrixX<S>& X) {
     const int nv = model_.nv(), m = static_cast<int>(T.cols());
     for (int first = 0; first < m; first += few) {
@@ -118,7 +118,7 @@ class StructuredInverse {
     }
   }
 
-  // x (nv) = the diagonal of M^-1, after factor. About 240 nv flops.
+  // x (nv) = the diagonal of M^-1, after factor. About 250 nv flops.
   void diagonal(VectorX<S>& x) {
     structured_lambda(model_, factors_, lambda_);
     for (int k = 0; k < model_.nv(); ++k) x[k] = lambda_.alpha[k];

@@ -6,7 +6,7 @@
 //   Lambda-(k) = Lambda+ - H'y' - n H
 //   M^-1(k,j) = n(k)' z-(k)     where tau is 0 but for tau(j) = 1 and j is outboard of k
 // Lambda is held as P is (articulated.hpp), but with the linear part first: [A B; B' C] on (v, w).
-// So v - p x w moves it as n + p x f moves P, with -p, and the kernels are the same. About 240
+// So v - p x w moves it as n + p x f moves P, with -p, and the kernels are the same. About 250
 // flops a hinge that is an heir.
 #pragma once
 

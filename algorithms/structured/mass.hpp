@@ -1,7 +1,7 @@
 // The mass matrix by the fast path.
 //
 //   M(k,k) = H F(k) + r(k),  M(m,k) = H(m) phi(m,k) F(k) for m inboard of k      (3.4), (5.1)
-// with F of composite.hpp; zero for joints on different branches. Lanes are columns: about 22 flops
+// with F of composite.hpp; zero for joints on different branches. Lanes are columns: about 32 flops
 // for an entry below the diagonal.
 #pragma once
 
