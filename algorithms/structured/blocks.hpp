@@ -10,6 +10,8 @@
 // each of 16 x 3 numbers a link. The upper triangle is the mirror image of the lower one.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <type_traits>
 #include <vector>
 
@@ -45,14 +47,13 @@ class Blocks {
       Sixfold<Lane> Z;
       diagonal_block(chain, first, count, n, X, Z);
       for (int I = J - 1; I >= 0; --I) {
-        const int row = std::max(0, first - (J - I) * size);
-        const int height = row + size <= first - (J - 1 - I) * size ? size : first % size;
+        const int end = first - (J - 1 - I) * size, row = std::max(0, end - size);
         if (I > 0) {
           const int next = std::max(0, row - size);
           prefetch(next, first, n, X);
           prefetch(first, next, n, X);
         }
-        multiply(rows_[I], Z, row, height, first, n, X);
+        multiply(rows_[I], Z, row, end - row, first, n, X);
         if (I > 0) advance(Phi_[I], Z);
       }
       ++J;

@@ -94,7 +94,8 @@ class StructuredMass {
         many_(model_),
         paths_(model_, lanes) {}
 
-  // M (nv x nv), both triangles, at q (nq).
+  // M (nv x nv) at q (nq), both triangles, symmetric to the last bit. About 80 nv + 16 nv^2 flops,
+  // of long chains 1500 nv + 8 nv^2.
   void mass(const VectorX<S>& q, MatrixX<S>& M) {
     structured_composite(model_, q.data(), composite_);
     if (by_blocks_) {
