@@ -1,5 +1,5 @@
 // g and D of every link from q alone: the filter without velocities and forces, whose factors are
-// kept for what follows (columns.hpp, operational.hpp). About 190 flops a hinge that is an heir,
+// kept for what follows (columns.hpp, lambda.hpp). About 195 flops a hinge that is an heir,
 // and its sine and cosine.
 #pragma once
 
@@ -48,7 +48,9 @@ struct NoForces {
   template <bool slides, bool noise, class P_plus>
   [[gnu::always_inline]] void measured(int k, const Sixfold<T>&, const T& inverse_D, const P_plus&,
                                        Load) const {
-    factors.links[k].inverse_D = inverse_D;
+    auto& at = factors.links[k];
+    at.inverse_D = inverse_D;
+    if constexpr (!noise) (slides ? at.g.w : at.g.z) = T(1);
   }
   template <class Link, class C, class D>
   void to_parent(const Link&, const Direction<C>&, const D&, Load) const {}

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 
 #include "algorithms/spatial/twin.hpp"
 
@@ -20,8 +21,8 @@ void for_each_chunk(int columns, int n, const F& f) {
   for (int first = rest; first < columns; first += n) f(first, n);
 }
 
-// Lanes of row k are put below row k of column k and at row `first` where they belong: X(first + i,
-// k) = x[i].
+// X(first + i, k) = x[i]. Lanes that are more than there are rows go to the next column, which is
+// written after this one, and nowhere from the last.
 template <class T, class S>
 [[gnu::always_inline]] inline void store_rows(const T& x, int first, int k, int n, S* X) {
   constexpr int lanes = Lanes<T>::count;

@@ -1,16 +1,33 @@
 // The mass matrix by the fast path.
 //
 //   M(k,k) = H F(k) + r(k),  M(m,k) = H(m) phi(m,k) F(k) for m inboard of k      (3.4), (5.1)
-// with F of composite.hpp; zero for joints on different branches. Lanes are columns: about 22 flops
+// with F of composite.hpp; zero for joints on different branches. Lanes are columns: about 32 flops
 // for an entry below the diagonal.
 #pragma once
 
-#include "algorithms/structured/columns.hpp"
+#include "algorithms/structured/blocks.hpp"
 #include "algorithms/structured/composite.hpp"
 
 namespace kalmarm {
 
 namespace detail {
+
+// F of link k is added in its own lane, where r belongs too; H z is returned.
+template <class T, class S, class U>
+[[gnu::always_inline]] inline T add_force(const StructuredModel<S>& model,
+                                          const CompositeForces<U>& composite, int k, const T& own,
+                                          Sixfold<T>& z) {
+  const Sixfold<U>& F = composite.links[k].F;
+  z.x += own * F.x;
+  z.y += own * F.y;
+  z.z += own * F.z;
+  z.u += own * F.u;
+  z.v += own * F.v;
+  z.w += own * F.w;
+  const T rotor = own * model.body(k).r;
+  if (model.link(k).slides) return z.w + rotor;
+  return z.z + rotor;
+}
 
 // M(k, first + lane) of the links up to `last`.
 template <class T, class S, class U>
@@ -30,21 +47,7 @@ void sweep_composite_forces(const StructuredModel<S>& model, const CompositeForc
     const auto& at = composite.links[k];
     if (!carried) set_zero(z);
     if (link.slot >= 0) add(z, ws.branches[link.slot].z);
-    T diagonal = T(S(0));
-    if (k >= first) {
-      const T own = Unit<T>::lane(k - first);
-      z.x += own * at.F.x;
-      z.y += own * at.F.y;
-      z.z += own * at.F.z;
-      z.u += own * at.F.u;
-      z.v += own * at.F.v;
-      z.w += own * at.F.w;
-      diagonal = own * model.body(k).r;
-    }
-    if (link.slides)
-      ws.e[k] = z.w + diagonal;
-    else
-      ws.e[k] = z.z + diagonal;
+    ws.e[k] = add_force(model, composite, k, Unit<T>::lane(k - first), z);
     carried = link.hangs_on_previous;
     if (link.parent < 0) continue;
     force_to_parent(model, link, composite, at.d, z);
@@ -52,17 +55,53 @@ void sweep_composite_forces(const StructuredModel<S>& model, const CompositeForc
   }
 }
 
+// M of a chain, for Blocks: Phi = phi, N = H', Z = phi F.
+template <class S>
+struct MassOfChain {
+  const StructuredModel<S>& model;
+  const CompositeForces<S>& composite;
+
+  Sixfold<S> N(int k) const {
+    const S zero = S(0), one = S(1);
+    return model.link(k).slides ? Sixfold<S>{zero, zero, zero, zero, zero, one}
+                                : Sixfold<S>{zero, zero, one, zero, zero, zero};
+  }
+
+  template <class T>
+  [[gnu::always_inline]] void Phi_times(int k, Sixfold<T>& v) const {
+    motion_from_parent(model, model.link(k), composite, composite.links[k].d, v);
+  }
+
+  template <class T>
+  [[gnu::always_inline]] T enter(int k, const T& own, Sixfold<T>& z) const {
+    const T x = add_force(model, composite, k, own, z);
+    if (k > 0) force_to_parent(model, model.link(k), composite, composite.links[k].d, z);
+    return x;
+  }
+};
+
 }  // namespace detail
 
 template <class S>
 class StructuredMass {
  public:
   explicit StructuredMass(const Model<S>& model)
-      : model_(model), composite_(model_), few_(model_), many_(model_), paths_(model_, lanes) {}
+      : model_(model),
+        composite_(model_),
+        blocks_(model_.nv()),
+        by_blocks_(is_chain(model_, 4 * lanes)),
+        few_(model_),
+        many_(model_),
+        paths_(model_, lanes) {}
 
-  // M (nv x nv), both triangles, at q (nq).
+  // M (nv x nv) at q (nq), both triangles, symmetric to the last bit. About 80 nv + 16 nv^2 flops,
+  // of long chains 1500 nv + 8 nv^2.
   void mass(const VectorX<S>& q, MatrixX<S>& M) {
     structured_composite(model_, q.data(), composite_);
+    if (by_blocks_) {
+      blocks_.fill(detail::MassOfChain<S>{model_, composite_}, model_.nv(), M.data());
+      return;
+    }
     int i = 0;
     for_each_chunk(model_.nv(), lanes, [&](int first, int count) {
       const char* const path = paths_[i++];
@@ -88,6 +127,8 @@ class StructuredMass {
 
   StructuredModel<S> model_;
   CompositeForces<S> composite_;
+  Blocks<S> blocks_;
+  bool by_blocks_;  // where they are faster than columns
   ColumnsWorkspace<Few> few_;
   ColumnsWorkspace<Many> many_;
   ColumnPaths paths_;
