@@ -23,10 +23,13 @@
 //         j2 = Dy + sum w y^2,  oy = (Dy zeta_y + sum w y zeta) / j2
 // At a slide
 //   (1') l3 is the pivot in column vz against l2, l1; then D = d3, g = l3 = (x,y,z; hx,hy,1 | b)
-// With joint noise r the pivot stays as a row:
-//   (1") D = d + r,  g = rz d / D,  e+ = e / D - b d / D,  and the row's weight is r d / D
-// Another child's rows go into what the first has left in (5) and (6): one row after another, so
-// that any number of rows of any pattern may come. Links without a body are bodies of least weight.
+// Joint noise r is a row of its own, r (q'')^2, which is the pivot in a column for q'' whose
+// entries are those of column z (of vz at a slide), against rz, l3, l2, l1. It becomes g, b and D,
+// and so
+//   (1") g_z = d / D, D = r + d, d = dz + sum w z^2;  row i keeps z r / D(i-1), D before its step
+// so that beta stays triangular and rz without beta.
+// Another child's rows go into what the first has left in (5) and (6). Links without a body are
+// bodies of least weight, but a follower's rows are cycled and become its parent's.
 // About 760 flops a hinge that is an heir.
 #pragma once
 
@@ -134,6 +137,15 @@ template <bool noise, class T>
   }
 }
 
+// d of (1").
+template <bool slides, class T>
+[[gnu::always_inline]] inline T without_noise(const FullTriangle<T>& P) {
+  constexpr Column c = slides ? Column::w : Column::z;
+  T d = slides ? P.l3.weight : weight_with<c>(P.rz.weight, P.l3);
+  d = weight_with<c>(d, P.l2);
+  return weight_with<c>(d, P.l1);
+}
+
 // (1').
 template <bool noise, class T>
 [[gnu::always_inline]] inline auto measure_slide(const FullTriangle<T>& P, const T& r) {
@@ -218,7 +230,7 @@ template <bool noise, bool slides, class T, class S, class Rows>
   const T e = tau - (slides ? at.z.w : at.z.z), inverse_D = reciprocal(D);
   Sixfold<T>& g = link.g;
   g = {pivot.x, pivot.y, number_as<T>(pivot.z), pivot.u, pivot.v, number_as<T>(pivot.w)};
-  if constexpr (noise) (slides ? g.w : g.z) = (D - T(model.body(k).r)) * inverse_D;
+  if constexpr (noise) (slides ? g.w : g.z) = without_noise<slides>(at.P) * inverse_D;
   link.e = e * inverse_D - pivot.zeta;
   Sixfold<T>& z = at.z;
   z.x += g.x * e;
