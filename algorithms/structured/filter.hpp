@@ -65,6 +65,13 @@ void set_placements(const StructuredModel<S>& model, const T* q, Workspace& ws) 
       set_matrix(link, model.uncommon(link).E, at, ws.matrices[link.varying]);
   }
   sin_cos(ws.angle, ws.sin, ws.cos);
+  for (int k = 0; k < model.nv(); ++k) {
+    const StructuredLink<S>& link = model.link(k);
+    if (link.coordinate != Coordinate::angle) continue;
+    const T c = ws.cos[link.varying], s = ws.sin[link.varying];
+    ws.cos[link.varying] = link.phase.c * c - link.phase.s * s;
+    ws.sin[link.varying] = link.phase.s * c + link.phase.c * s;
+  }
 }
 
 // z- becomes z+, P+ c apart; e is returned. G: type of g, T or its scalar.

@@ -2,9 +2,9 @@
 // z, so that most numbers of phi(parent,k) become 0 or 1.
 //
 //   phi(parent,k) = T(p) Rz(theta) Rx(alpha) Rz(angle) Tz(d)       T: translation, R: rotation
-// angle = q + offset at a hinge, d = q + offset at a slide; all else is constant. A link's frame
-// may be turned about its axis and moved along it; this is spent on one child, the heir, so that
-// there
+// angle = q + phase at a hinge, d = q + offset at a slide; all else is constant. The phase is kept
+// as its cosine and sine, so that right angles are exact. A link's frame may be turned about its
+// axis and moved along it; this is spent on one child, the heir, so that there
 //   theta = 0 and p = (a, 0, 0)
 // as in modified Denavit-Hartenberg: the origin is the foot of the common perpendicular of the
 // link's axis and its heir's.
@@ -70,7 +70,8 @@ struct StructuredLink {
   int varying = -1;   // of the joint's angle in the list of angles, or of its matrix
   int uncommon = -1;  // of its UncommonPlacement
 
-  S offset = S(0), d = S(0);
+  S offset = S(0), d = S(0);  // offset: added to q; of a hinge -ref
+  Direction<S> phase{S(1), S(0)};
   Turn<S> alpha{S(1), S(0)};
   Vector3<S> p = Vector3<S>::Zero();
 };
@@ -100,32 +101,41 @@ class StructuredModel {
   // Where link k's frame goes from that of Model: Rz(gamma) T(0,0,shift); and its placement there.
   template <class W>
   struct Frame {
-    W gamma = W(0), shift = W(0);
-    W theta = W(0), cos_alpha = W(1), sin_alpha = W(0), angle = W(0), d = W(0);
+    Direction<W> gamma{W(1), W(0)}, theta = gamma, alpha = gamma, angle = gamma;
+    W shift = W(0), d = W(0);
     Vector3<W> p = Vector3<W>::Zero();
     Matrix3<W> E = Matrix3<W>::Identity();
 
     // phi(parent,k) at q = ref, in the parent's new frame.
     void place(const Matrix3<W>& rotation, const Vector3<W>& translation) {
-      using std::atan2;
       using std::sqrt;
       E = rotation;
       p = translation;
-      cos_alpha = E(2, 2);
-      sin_alpha = sqrt(E(0, 2) * E(0, 2) + E(1, 2) * E(1, 2));
-      if (sin_alpha != W(0)) theta = atan2(E(0, 2), -E(1, 2));
-      const Matrix3<W> rest = about_z(W(-theta)) * E;  // Rx(alpha) Rz(angle)
-      angle = atan2(-rest(0, 1), rest(0, 0));
+      alpha = {E(2, 2), sqrt(E(0, 2) * E(0, 2) + E(1, 2) * E(1, 2))};
+      theta = direction_of(W(-E(1, 2)), E(0, 2));
+      const Matrix3<W> rest = about_z(theta).transpose() * E;  // Rx(alpha) Rz(angle)
+      angle = direction_of(rest(0, 0), W(-rest(0, 1)));
     }
   };
 
+  // Of (x, y); (1, 0) where that is zero.
   template <class W>
-  static Matrix3<W> about_z(const W& angle) {
-    using std::cos;
-    using std::sin;
-    const W c = cos(angle), s = sin(angle);
+  static Direction<W> direction_of(const W& x, const W& y) {
+    using std::sqrt;
+    const W length = sqrt(x * x + y * y);
+    if (length == W(0)) return {W(1), W(0)};
+    return {x / length, y / length};
+  }
+
+  template <class W>
+  static Direction<W> sum(const Direction<W>& a, const Direction<W>& b) {
+    return {a.c * b.c - a.s * b.s, a.s * b.c + a.c * b.s};
+  }
+
+  template <class W>
+  static Matrix3<W> about_z(const Direction<W>& by) {
     Matrix3<W> R;
-    R << c, -s, W(0), s, c, W(0), W(0), W(0), W(1);
+    R << by.c, -by.s, W(0), by.s, by.c, W(0), W(0), W(0), W(1);
     return R;
   }
 
@@ -141,16 +151,14 @@ class StructuredModel {
   template <class W>
   static void inherit(Frame<W>& parent, Frame<W>& frame, const Matrix3<W>& E, const Vector3<W>& d) {
     using std::abs;
-    using std::atan2;
     using std::sqrt;
     frame.place(E, d);
-    const W sin_alpha = frame.sin_alpha, cos_alpha = frame.cos_alpha;
+    const W sin_alpha = frame.alpha.s, cos_alpha = frame.alpha.c;
     const bool parallel = sin_alpha == W(0);
-    const bool meet = d[0] == W(0) && d[1] == W(0);
-    parent.gamma = parallel && !meet ? W(atan2(d[1], d[0])) : frame.theta;
-    frame = Frame<W>{frame.gamma, frame.shift};
-    frame.place(about_z(W(-parent.gamma)) * E, about_z(W(-parent.gamma)) * d);
-    frame.theta = W(0);
+    parent.gamma = parallel ? direction_of(d[0], d[1]) : frame.theta;
+    const Matrix3<W> back = about_z(parent.gamma).transpose();
+    frame.place(back * E, back * d);
+    frame.theta = {W(1), W(0)};
 
     // p = (a, b, 0) + d (0, -sin alpha, cos alpha) + (0, 0, shift)
     W y = frame.p[1], z = frame.p[2];
@@ -180,7 +188,7 @@ class StructuredModel {
           on_a_screw(model.joint(k - 1).coordinate)) {
         inherit(parent, frame, model.E(k), joint.translation);
       } else {
-        const Matrix3<W> back = about_z(W(-parent.gamma));
+        const Matrix3<W> back = about_z(parent.gamma).transpose();
         const Vector3<W> d = joint.translation - parent.shift * Vector3<W>::UnitZ();
         frame.place(back * model.E(k), back * d);
       }
@@ -196,8 +204,6 @@ class StructuredModel {
 
   template <class W>
   void set_link(const Model<W>& model, const Frame<W>& frame, int k) {
-    using std::cos;
-    using std::sin;
     using std::sqrt;
     using Kind = typename StructuredLink<S>::Kind;
     const Joint<W>& joint = model.joint(k);
@@ -216,34 +222,35 @@ class StructuredModel {
                 : joint.coordinate == Coordinate::follower ? Kind::cyclic
                                                            : Kind::screws;
     link.p = frame.p.template cast<S>();
-    link.turned = frame.theta != W(0);
+    link.turned = frame.theta.s != W(0) || frame.theta.c != W(1);
     link.is_heir = link.hangs_on_previous && joint.coordinate == Coordinate::angle &&
                    !link.turned && link.p[2] == S(0);
-    link.alpha = Turn<S>(S(frame.cos_alpha), S(frame.sin_alpha));
-    const W angle = frame.angle + frame.gamma, d = frame.d + frame.shift;
+    link.alpha = Turn<S>(S(frame.alpha.c), S(frame.alpha.s));
+    const Direction<W> angle = sum(frame.angle, frame.gamma);
+    const W d = frame.d + frame.shift;
     if (joint.slides) {
       link.offset = S(d - joint.ref);
     } else {
-      link.offset = S(angle - joint.ref);
+      link.offset = S(-joint.ref);
+      link.phase = {S(angle.c), S(angle.s)};
       link.d = S(d);
     }
-    const Vector3<W> along(W(0), -d * frame.sin_alpha, d * frame.cos_alpha);
+    const Vector3<W> along(W(0), -d * frame.alpha.s, d * frame.alpha.c);
     const Vector3<W> origin =
         joint.slides ? frame.p : Vector3<W>(frame.p + about_z(frame.theta) * along);
     body.reach = S((joint.slides ? W(4) : W(2)) * origin.squaredNorm());
     factored_[k].length = S(sqrt(origin.squaredNorm()));
     if (joint.slides || link.turned || link.kind == Kind::matrix || joint.parent < 0) {
       link.uncommon = static_cast<int>(uncommon_.size());
-      uncommon_.push_back({Turn<S>(S(cos(angle)), S(sin(angle))),
-                           Turn<S>(S(cos(frame.theta)), S(sin(frame.theta))),
-                           frame.E.template cast<S>(),
+      uncommon_.push_back({Turn<S>(S(angle.c), S(angle.s)),
+                           Turn<S>(S(frame.theta.c), S(frame.theta.s)), frame.E.template cast<S>(),
                            (-(model.E(k).transpose() * model.gravity())).template cast<S>()});
     }
     if (joint.coordinate == Coordinate::angle) link.varying = angles_++;
     if (link.kind == Kind::matrix) link.varying = matrices_++;
 
     const LinkInertia<W>& inertia = model.inertia(k);
-    const Matrix3<W> back = about_z(W(-frame.gamma));
+    const Matrix3<W> back = about_z(frame.gamma).transpose();
     const Vector3<W> com = back * (joint.body.com - frame.shift * Vector3<W>::UnitZ());
     const Vector3<W> h = joint.body.mass * com;
     const Matrix3<W> I =
