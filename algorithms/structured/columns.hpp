@@ -31,7 +31,7 @@ struct ColumnsWorkspace {
       : e(model.nv()), branches(model.slots()) {}
 };
 
-// Of every chunk of as many columns (lower_triangle.hpp) the links between them and the base.
+// Of every chunk of columns (lower_triangle.hpp) the links between them and the base.
 class ColumnPaths {
  public:
   template <class S>
