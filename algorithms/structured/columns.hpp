@@ -35,8 +35,8 @@ struct ColumnsWorkspace {
 class ColumnPaths {
  public:
   template <class S>
-  ColumnPaths(const StructuredModel<S>& model, int lanes) {
-    for_each_chunk(model.nv(), lanes, [&](int first, int count) {
+  ColumnPaths(const StructuredModel<S>& model, int columns, int lanes) {
+    for_each_chunk(columns, lanes, [&](int first, int count) {
       std::vector<char>& path = paths_.emplace_back(model.nv(), 0);
       for (int k = first + count - 1; k >= 0; --k) {
         if (k >= first) path[k] = 1;

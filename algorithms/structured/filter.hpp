@@ -1,7 +1,7 @@
 // The filter of the fast path, tips to base, over P of articulated.hpp: it leaves g(k) of every
 // link and how far D stays above the net. What is carried along with P, and what is made of D and g
-// on the way, is the rider's business: forces with bias (forward_dynamics.hpp), nothing or columns
-// of the unit matrix (inverse.hpp).
+// on the way, is the rider's business: forces with bias (forward_dynamics.hpp), nothing
+// (factors.hpp).
 //
 // A rider has a type Load of z and
 //   begin(k, z), add_body(k, z)            z- is new, or comes from link k + 1

@@ -61,7 +61,7 @@ class StructuredInverse {
         few_(model_),
         many_(model_),
         one_(model_),
-        paths_(model_, lanes),
+        paths_(model_, by_blocks_ ? 0 : model_.nv(), lanes),
         all_(model_.nv(), 1),
         block_(model_.nv()),
         plain_(model) {}

@@ -92,7 +92,7 @@ class StructuredMass {
         by_blocks_(is_chain(model_, 4 * lanes)),
         few_(model_),
         many_(model_),
-        paths_(model_, lanes) {}
+        paths_(model_, by_blocks_ ? 0 : model_.nv(), lanes) {}
 
   // M (nv x nv) at q (nq), both triangles, symmetric to the last bit. About 80 nv + 16 nv^2 flops,
   // of long chains 1500 nv + 8 nv^2.
