@@ -25,6 +25,7 @@ class Structured final : public Peer {
   bool can(Task task) const override {
     return task == Task::acceleration || task == Task::acceleration_batch;
   }
+  bool has_batch() const override { return true; }
   double flops(Task) const override {
     return acceleration_flops<Form>(model_, q_[0].template cast<double>(),
                                     qd_[0].template cast<double>(),
