@@ -11,6 +11,7 @@
 #include <benchmark/benchmark.h>
 #include <dlfcn.h>
 
+#include <algorithm>
 #include <limits>
 #include <memory>
 #include <set>
@@ -171,9 +172,8 @@ std::string judge(const Contest& contest, const Peer& peer, Task task, int i) {
     peer.get_derivatives(i, dq.data(), dqd.data(), dtau.data());
     const double error =
         derivative_error(truth.scene.model, *contest.reference, truth.states[i], dq, dqd, dtau);
-    constexpr double bound = 1e-6;
-    if (error <= bound) return "";
-    return "wrong: error " + std::to_string(error) + ", bound " + std::to_string(bound);
+    const double bound = std::max(1e-6, truth.bound<T>(truth.condition[i]));
+    return error <= bound ? "" : wrong(error, bound);
   }
   if (task == Task::inverse || task == Task::mass) {
     auto matrix = poisoned();
