@@ -269,7 +269,7 @@ int main(int argc, char** argv) {
     benchmark::PrintDefaultHelp();
   });
   CLI::App app("Time of the fast path against other libraries.", "bench_peers");
-  std::vector<std::string> scenes = {"panda", "chain:31", "g1", "chain:100", "chain:500"};
+  std::vector<std::string> scenes = {"iiwa14", "chain:31", "g1", "chain:100", "chain:500"};
   std::uint64_t seed = 1;
   app.add_option("SCENE", scenes, scene_help)->capture_default_str();
   app.add_option("--seed", seed, "of the random states")->capture_default_str();
