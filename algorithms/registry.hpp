@@ -183,8 +183,11 @@ std::vector<RegisteredVariant<T>> registered_variants() {
                      }});
   };
   Contenders::for_each(add);
-  contender = false;
-  if constexpr (std::is_floating_point_v<T>) Exhibits::for_each(add);
+  if constexpr (std::is_floating_point_v<T>) {
+    for (RegisteredVariant<T>& variant : structured_variants<T>()) out.push_back(variant);
+    contender = false;
+    Exhibits::for_each(add);
+  }
   return out;
 }
 

@@ -54,6 +54,10 @@ struct RegisteredVariant {
 template <class T>
 std::vector<RegisteredVariant<T>> registered_variants();
 
+// Those of the fast path, which are among them: float and double, registry_structured.cpp.
+template <class T>
+std::vector<RegisteredVariant<T>> structured_variants();
+
 // The variant of that name on a model; null where there is none in precision T.
 template <class T>
 std::unique_ptr<Solver<T>> make_solver(const std::string& name, const Model<T>& model) {

@@ -191,7 +191,7 @@ void run_task(benchmark::State& run, const Contest& contest, Peer& peer, Task ta
   if (!truth.flaw.empty()) return run.SkipWithError(truth.flaw.c_str());
   // A batch that is a loop leaves its last result only.
   const bool is_loop = task == Task::acceleration_batch && !peer.has_batch();
-  for (int i = 0; i < verified; ++i) {
+  for (int i = 0; i < truth.verified(); ++i) {
     if (!call(peer, is_loop ? Task::acceleration : task, i)) return run.SkipWithError("failed");
     const std::string flaw = peer.is_float32() ? judge<float>(contest, peer, task, i)
                                                : judge<double>(contest, peer, task, i);

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -18,7 +19,12 @@
 namespace kalmarm {
 
 inline constexpr int batch_size = 1024;
-inline constexpr int verified = 5;
+
+// Which joint failed, and how.
+inline std::string describe(const Scene& scene, const Outcome& outcome) {
+  const std::string status = to_string(outcome.status);
+  return outcome.joint < 0 ? status : status + " at joint " + scene.model.name(outcome.joint);
+}
 
 inline std::string wrong(double error, double bound) {
   char text[80];
@@ -31,7 +37,7 @@ inline std::string wrong(double error, double bound) {
 struct Case {
   Scene scene;
   std::vector<State> states;
-  std::vector<VectorX<double>> a;
+  std::vector<VectorX<double>> a;     // of the first states, as many as are verified
   std::vector<MatrixX<double>> M, X;  // X = M^-1
   std::vector<double> condition;      // upper bound of that of M scaled to unit diagonal
   std::string flaw;                   // why the reference itself failed
@@ -42,6 +48,7 @@ struct Case {
     const auto solver = make_solver<double>("Sequential<ArrayMGS>", scene.model);
     RandomModel<double> rm(scene.model);
     CompositeInertia<double> composite(scene.model);
+    const int verified = nv <= 100 ? 5 : 1;
     for (int i = 0; i < verified; ++i) {
       a.emplace_back(nv);
       M.emplace_back(nv, nv);
@@ -50,10 +57,12 @@ struct Case {
       mass_matrix(scene.model, rm, composite, Eigen::Ref<MatrixX<double>>(M.back()));
       Outcome outcome = solver->acceleration(states[i].q, states[i].qd, states[i].tau, a.back());
       if (outcome) outcome = solver->inverse(states[i].q, X.back());
-      if (!outcome) flaw = std::string("reference: ") + to_string(outcome.status);
+      if (!outcome) flaw = std::string("reference: ") + describe(scene, outcome);
       condition.push_back(scaled_condition_bound(M.back(), X.back()));
     }
   }
+
+  int verified() const { return static_cast<int>(a.size()); }
 
   // Of a relative error in precision T, by what it is amplified.
   template <class T>
@@ -75,9 +84,33 @@ struct Case {
   }
 };
 
+// The states in precision T, one by one and as row-major arrays.
+template <class T>
+struct Pool {
+  std::vector<VectorX<T>> q, qd, tau;
+  std::vector<T> q_rows, qd_rows, tau_rows;
+
+  explicit Pool(const std::vector<State>& states) {
+    const auto put = [](const VectorX<double>& x, std::vector<VectorX<T>>& vectors,
+                        std::vector<T>& rows) {
+      vectors.push_back(x.cast<T>());
+      rows.insert(rows.end(), vectors.back().begin(), vectors.back().end());
+    };
+    for (const State& state : states) {
+      put(state.q, q, q_rows);
+      put(state.qd, qd, qd_rows);
+      put(state.tau, tau, tau_rows);
+    }
+  }
+};
+
 inline std::string name_of(const std::string& task, const std::string& variant,
                            const std::string& scene, bool is_float32) {
   return task + "/" + variant + "/" + scene + (is_float32 ? "/float32" : "/float64");
+}
+template <class T>
+std::string name_of(const std::string& task, const std::string& variant, const Case& c) {
+  return name_of(task, variant, c.scene.name, std::is_same_v<T, float>);
 }
 
 // Counters of a call on `states` states, of `flops` each; 0: not known.
@@ -90,6 +123,23 @@ inline void count(benchmark::State& run, double flops, int states) {
   if (states > 1)
     run.counters["s/state"] =
         Counter(states, Counter::kIsIterationInvariantRate | Counter::kInvert);
+}
+
+// Registers `call(i)`, the work on state i of the pool, to be timed once `verify` finds no flaw.
+template <class Verify, class Call>
+void add_benchmark(const std::string& name, Verify verify, Call call, double flops = 0) {
+  benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& run) {
+    if (const std::string flaw = verify(); !flaw.empty()) {
+      run.SkipWithError(flaw.c_str());
+      return;
+    }
+    int i = 0;
+    for (auto _ : run) {
+      call(i);
+      if (++i == batch_size) i = 0;
+    }
+    count(run, flops, 1);
+  })->Unit(benchmark::kNanosecond);
 }
 
 }  // namespace kalmarm

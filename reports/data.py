@@ -39,6 +39,15 @@ class Time(NamedTuple):
     refused: str
 
 
+class Call(NamedTuple):
+    """A timed call of the fast path or of a peer; of a batch, time and flops are by the state."""
+
+    time: Time
+    flops: float | None
+    rate: float | None  # FLOP/s
+    peak: float | None  # FLOP/s of fused multiply-adds alone, as the same file measured it
+
+
 class Residual(NamedTuple):
     """How far both forms of an equation are from true, in one precision; None: not a number."""
 
@@ -114,6 +123,10 @@ class Data:
     samples: list[Sample] = field(default_factory=list)
     estimation: list[Time] = field(default_factory=list)  # the paper's recursions
     estimation_contexts: list[dict] = field(default_factory=list)
+    dynamics: list[Call] = field(default_factory=list)  # the fast path alone, with batches
+    dynamics_contexts: list[dict] = field(default_factory=list)
+    peers: list[Call] = field(default_factory=list)  # the fast path and peers, in one run
+    peers_contexts: list[dict] = field(default_factory=list)
     stress: Stress = field(default_factory=Stress)
     stress_families: list[Family] = field(default_factory=list)
     stress_variants: dict[str, str] = field(default_factory=dict)  # name: equation
@@ -126,7 +139,14 @@ class Data:
 
     @property
     def all_contexts(self) -> list[dict]:
-        return self.contexts + self.estimation_contexts
+        return (
+            self.contexts + self.estimation_contexts + self.dynamics_contexts + self.peers_contexts
+        )
+
+    @property
+    def all_times(self) -> list[Time]:
+        calls = [call.time for call in self.dynamics + self.peers]
+        return self.times + self.estimation + calls
 
     @property
     def scenes(self) -> list[str]:
@@ -138,14 +158,19 @@ class Data:
     @property
     def families(self) -> list[str]:
         """Names that occur with more than one number of degrees of freedom."""
-        sizes = Counter(map(scene_name, self.scenes))
-        return sorted(name for name, count in sizes.items() if count > 1)
+        return families(self.scenes)
 
     @property
     def robots(self) -> list[str]:
         """The scenes that belong to no family."""
         families = self.families
         return [scene for scene in self.scenes if scene_name(scene) not in families]
+
+
+def families(scenes) -> list[str]:
+    """Names that occur with more than one size."""
+    sizes = Counter(map(scene_name, set(scenes)))
+    return sorted(name for name, count in sizes.items() if count > 1)
 
 
 def scene_name(scene: str) -> str:

@@ -39,6 +39,17 @@ CONDITION_TOOLTIPS = {
     "failed": "failed",
 }
 
+PEAK_TOOLTIPS = {
+    "scene": "scene",
+    "variant": "variant",
+    "precision": "precision",
+    "rate": "operations a second",
+    "peak": "peak",
+    "share_text": "share of the peak",
+    "flops": "operations of a state",
+    "time_text": "median time of a state",
+}
+
 
 def _values(points: list[Point]) -> list[dict]:
     """Rows for Vega: numbers that place a mark, texts that its tooltip shows."""
@@ -167,11 +178,31 @@ def against_size(points: list[Point], style: Style, choices: dict[str, str], wha
 def curves(drawn, style: Style) -> list:
     """A thin line through the marks of each variant and precision."""
     dash = alt.StrokeDash("precision:N", scale=style.dash, legend=None)
-    lines = drawn.mark_line(strokeWidth=1.25, opacity=0.7).encode(
-        strokeDash=dash, shape=alt.Undefined
-    )
+    lines = drawn.mark_line(strokeWidth=1.25, opacity=0.7).encode(strokeDash=dash)
+    lines.encoding.shape = alt.Undefined  # Vega-Lite would draw the marks a second time
     marks = drawn.mark_point(filled=True, size=45, opacity=1, stroke=style.page, strokeWidth=0.5)
     return [lines, marks]
+
+
+def share_of_peak(rows: list[dict], style: Style, choices: dict[str, str]):
+    """Rates over the peak's, against N; a row has n, name, share and tooltip texts."""
+    top = max(1, *(row["share"] for row in rows))
+    y = alt.Y(
+        "share:Q",
+        axis=alt.Axis(title="share of the measured peak", format="%"),
+        scale=alt.Scale(domain=[0, top], nice=False),
+    )
+    drawn = filtered(choices).encode(
+        x=_size_axis(rows), y=y, detail="name:N", **series(style, PEAK_TOOLTIPS)
+    )
+    peak = alt.Chart(alt.InlineData(values=[{"peak": 1}])).encode(y="peak:Q")
+    ceiling = [
+        peak.mark_rule(color="currentColor", opacity=0.6),
+        peak.mark_text(text="peak of fused multiply-adds", align="left", dy=9).encode(
+            x=alt.value(4)
+        ),
+    ]
+    return alt.layer(*ceiling, *curves(drawn, style), **frame(rows))
 
 
 def condition(rows: list[dict]):

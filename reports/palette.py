@@ -65,6 +65,21 @@ FAMILIES = {
         ("#ac9008", "#f9dd73"),
         ("#5d5803", "#aca434"),
     ],
+    "StructuredSquareRoot": [
+        ("#1b5e20", "#7bc67f"),
+        ("#4b8a08", "#b4e36a"),
+        ("#00695c", "#5fd6c3"),
+    ],
+    "Pinocchio": [
+        ("#c2185b", "#ff80ab"),
+        ("#8e1144", "#d95c8f"),
+        ("#e0559a", "#ffb0d4"),
+        ("#6b2f4a", "#c48aa6"),
+    ],
+    "DART": [("#1565c0", "#6fb1ff")],
+    "Simbody": [("#9c27b0", "#e08bf0")],
+    "Bullet": [("#d32f2f", "#ff8a80")],
+    "KDL": [("#00838f", "#4fd8e6")],
     "MuJoCo": [("#5f6368", "#b9bec5")],
     "CRBA": [("#1d1f22", "#f1f3f5")],
     "MonteCarlo": [("#22508a", "#7fb2f0")],
@@ -106,6 +121,20 @@ SHADES = {
     "FactoredBias<ArrayMGS>": 0,
     "FactoredBias<ArrayGivens>": 1,
     "ClosedForm<Conventional>": 0,
+    "Structured": 0,
+    "Structured@clang": 1,
+    "Structured@gcc": 2,
+    "StructuredSquareRoot": 0,
+    "StructuredSquareRoot@clang": 1,
+    "StructuredSquareRoot@gcc": 2,
+    "Pinocchio<LOCAL>@clang": 0,
+    "Pinocchio<LOCAL>@gcc": 1,
+    "Pinocchio<WORLD>@clang": 2,
+    "Pinocchio<WORLD>@gcc": 3,
+    "DART": 0,
+    "Simbody": 0,
+    "Bullet": 0,
+    "KDL": 0,
     "MuJoCo": 0,
     "CRBA": 0,
     "MonteCarlo": 0,
@@ -125,8 +154,8 @@ SHAPES = {"float64": "circle", "float32": "triangle-up", "mp": "diamond"}
 
 
 def family(variant: str) -> str:
-    """The word before the first bracket; of a filter in another frame, that frame."""
-    first, *rest = variant.split("<")
+    """The word before the first bracket or @; of a filter in another frame, that frame."""
+    first, *rest = variant.split("@")[0].split("<")
     return rest[0] if rest and rest[0].startswith("World") else first
 
 

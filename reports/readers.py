@@ -9,7 +9,7 @@ from collections import Counter, defaultdict
 from pathlib import Path
 
 import stress_readers
-from data import Data, DataError, Equation, Error, Paper, Precision, Residual, Sample, Time
+from data import Call, Data, DataError, Equation, Error, Paper, Precision, Residual, Sample, Time
 from stress import U, Family, Integration
 
 COLUMNS = ["scene", "n", "variant", "precision", "task", "state", "measure", "value", "outcome"]
@@ -18,6 +18,7 @@ INTEGRATION_COLUMNS = list(Integration._fields)
 BOOLEANS = {"1": True, "0": False, "true": True, "false": False}
 VERDICTS = ("holds", "misprint", "fails")
 NO_SCENE = "none"
+PEAK = "peak/"  # begins the names of what measures the machine
 NANOSECONDS = {"ns": 1, "us": 1e3, "ms": 1e6, "s": 1e9}
 
 
@@ -124,27 +125,63 @@ def _integration(row: dict) -> Integration:
 
 
 def read_times(path: Path, data: Data) -> None:
-    times, context = _benchmarks(path)
+    times, context = _benchmarks(path, _times)
     data.times += [time for time in times if time.scene != NO_SCENE]
     data.harness += [time for time in times if time.scene == NO_SCENE]
     data.contexts.append(context)
 
 
 def read_estimation(path: Path, data: Data) -> None:
-    times, context = _benchmarks(path)
+    times, context = _benchmarks(path, _times)
     data.estimation += [time for time in times if time.scene != NO_SCENE]
     data.estimation_contexts.append(context)
 
 
-def _benchmarks(path: Path) -> tuple[list[Time], dict]:
+def read_dynamics(path: Path, data: Data) -> None:
+    calls, context = _benchmarks(path, _calls)
+    data.dynamics += calls
+    data.dynamics_contexts.append(context)
+
+
+def read_peers(path: Path, data: Data) -> None:
+    calls, context = _benchmarks(path, _calls)
+    data.peers += calls
+    data.peers_contexts.append(context)
+
+
+def _benchmarks(path: Path, records) -> tuple[list, dict]:
+    """What `records` makes of the rows of each benchmark, and the context."""
     document = _read_json(path)
     runs = defaultdict(list)
     try:
         for row in document["benchmarks"]:
             runs[row.get("run_name", row["name"])].append(row)
-        return [_time(name, rows) for name, rows in runs.items()], document.get("context", {})
+        return records(runs), document.get("context", {})
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise DataError(f"{path}: not Google Benchmark's JSON: {_reason(error)}") from None
+
+
+def _times(runs: dict[str, list[dict]]) -> list[Time]:
+    return [_time(name, rows) for name, rows in runs.items()]
+
+
+def _calls(runs: dict[str, list[dict]]) -> list[Call]:
+    peaks = {
+        name.split("/")[3]: _counter(rows, "FLOP/s")
+        for name, rows in runs.items()
+        if name.startswith(PEAK)
+    }
+    calls = []
+    for name, rows in runs.items():
+        if name.startswith(PEAK):
+            continue
+        time = _time(name, rows)
+        flops = rate = None
+        if not time.refused:
+            flops, rate = _counter(rows, "flops"), _counter(rows, "FLOP/s")
+            time = time._replace(nanoseconds=time.nanoseconds / _states(name, rows))
+        calls.append(Call(time, flops, rate, peaks.get(time.precision)))
+    return calls
 
 
 def _time(name: str, rows: list[dict]) -> Time:
@@ -167,6 +204,25 @@ def _time(name: str, rows: list[dict]) -> Time:
     if scene != NO_SCENE:
         _scene(scene)
     return Time(scene, variant, precision, task, median, variation, repetitions, refused)
+
+
+def _states(name: str, rows: list[dict]) -> int:
+    """How many a call takes: its counter `s/state` is in CPU time, unless the name says else."""
+    per_state = _counter(rows, "s/state")
+    if not per_state:
+        return 1
+    clock = _counter(rows, "real_time" if "/real_time" in name else "cpu_time")
+    return max(1, round(clock * NANOSECONDS[rows[0].get("time_unit", "ns")] / (1e9 * per_state)))
+
+
+def _counter(rows: list[dict], name: str) -> float | None:
+    """The median of a counter; None where there is none."""
+    medians = [row for row in rows if row.get("aggregate_name") == "median"]
+    single = [row for row in rows if row.get("run_type") != "aggregate"]
+    values = [float(row[name]) for row in medians or single if name in row]
+    if not all(math.isfinite(value) and value > 0 for value in values):
+        raise ValueError(f"{name} of '{rows[0]['name']}' is {values}")
+    return statistics.median(values) if values else None
 
 
 def _nanoseconds(row: dict) -> float:
@@ -256,6 +312,9 @@ READERS = {
     "paper": read_paper,
     "simulation": read_simulation,
     "estimation": read_estimation,
+    "dynamics": read_dynamics,
+    "batch": read_dynamics,
+    "peers": read_peers,
     "stress": read_stress,
     "families": read_families,
     "integration": read_integration,
@@ -298,6 +357,8 @@ def _records(data: Data) -> tuple:
         data.papers,
         data.samples,
         data.estimation,
+        data.dynamics,
+        data.peers,
         data.stress,
         data.integrations,
     )
@@ -309,6 +370,8 @@ def _refuse_repeats(data: Data) -> None:
         "error": (row[:6] for row in data.errors),
         "time": (row[:4] for row in data.times),
         "time of the recursions": (row[:4] for row in data.estimation),
+        "time of the fast path": (call.time[:4] for call in data.dynamics),
+        "time against peers": (call.time[:4] for call in data.peers),
         "agreement": ((robot["scene"],) for robot in data.mujoco),
         "check of the paper": ((paper.scene,) for paper in data.papers),
         "sample": (row[:5] for row in data.samples),

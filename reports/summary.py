@@ -5,8 +5,9 @@ import statistics
 from collections import defaultdict
 from typing import NamedTuple
 
-from data import Data, Error, Sample, scene_name, scene_size
+from data import Data, Error, Sample, Time, scene_name, scene_size
 
+TIME_ALONE = "time"  # the measure of a task whose errors are not measured
 FIT_FROM = 15  # smaller mechanisms show overheads, not the order of growth
 
 
@@ -78,8 +79,12 @@ def summarise(rows: list[Error]) -> Summary:
     )
 
 
-def points(data: Data) -> list[Point]:
-    """One for every series of errors, with its time; for a time without errors, one a measure."""
+def points(data: Data, calls: bool = False) -> list[Point]:
+    """One for every series of errors, with its time; for a time without errors, one a measure.
+
+    With calls: of the fast path and of peers as well, unless `times` has the same series, in
+    whatever sizes: one curve is of one program, as far as it goes.
+    """
     series = defaultdict(list)
     measures = defaultdict(set)
     for row in data.errors:
@@ -87,8 +92,12 @@ def points(data: Data) -> list[Point]:
             series[row.scene, row.variant, row.precision, row.task, row.measure].append(row)
             measures[row.task].add(row.measure)
     times = {time[:4]: time for time in data.times}
+    if calls:
+        timed = {_series(time) for time in data.times}
+        more = [call.time for call in data.dynamics + data.peers]
+        times |= {time[:4]: time for time in more if _series(time) not in timed}
     for key in times.keys() - {key[:4] for key in series}:
-        for measure in measures[key[3]] or {"relative"}:
+        for measure in measures[key[3]] or {TIME_ALONE}:
             series[*key, measure] = []
     result = []
     for key, rows in series.items():
@@ -106,6 +115,10 @@ def points(data: Data) -> list[Point]:
             )
         )
     return sorted(result, key=lambda point: (point.name, point.n, *point[3:7]))
+
+
+def _series(time: Time) -> tuple[str, ...]:
+    return scene_name(time.scene), *time[1:4]
 
 
 def bands(samples: list[Sample]) -> list[Band]:

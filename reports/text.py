@@ -4,8 +4,10 @@ from summary import Fit
 
 TASKS = {
     "acceleration": "Acceleration a = M⁻¹(τ − bias)",
+    "acceleration_batch": "Acceleration in batches, by the state",
     "inverse": "Inverse M⁻¹",
     "mass": "Mass matrix M",
+    "derivatives": "Derivatives of a with respect to q, q̇ and τ",
     "random": "Random torques",
     "white": "White innovations",
     "consistent": "τ = M a",
@@ -17,12 +19,18 @@ MEASURES = {
     "relative": "relative error",
     "energy": "relative error in the energy norm",
     "scaled": "largest scaled entry error",
+    "time": "time alone",
 }
 UNITS = {"years": 3.15576e16, "days": 8.64e13, "h": 3.6e12, "s": 1e9, "ms": 1e6, "µs": 1e3}  # ns
 
 
 def task_text(task: str) -> str:
     return TASKS.get(task, task)
+
+
+def task_rank(task: str) -> tuple[int, str]:
+    """Sorts the known tasks in their order, then others."""
+    return list(TASKS).index(task) if task in TASKS else len(TASKS), task
 
 
 def measure_text(measure: str) -> str:
@@ -34,12 +42,16 @@ def time_text(nanoseconds: float | None) -> str:
         return "–"
     for unit, size in UNITS.items():
         if nanoseconds >= size:
-            return f"{_three_digits(nanoseconds / size)} {unit}"
-    return f"{_three_digits(nanoseconds)} ns"
+            return f"{three_digits(nanoseconds / size)} {unit}"
+    return f"{three_digits(nanoseconds)} ns"
 
 
-def _three_digits(value: float) -> str:
+def three_digits(value: float) -> str:
     return f"{value:.0f}" if value >= 100 else f"{value:.1f}" if value >= 10 else f"{value:.2f}"
+
+
+def rate_text(rate: float) -> str:
+    return f"{three_digits(rate / 1e9)} GFLOP/s"
 
 
 def error_text(value: float | None) -> str:

@@ -367,22 +367,25 @@ struct Rotation {
   T R[3][3];
 };
 
+// R X R'. 90 flops.
+template <class T>
+void conjugate(const Rotation<T>& by, const T (&X)[3][3], T (&out)[3][3]) {
+  T RX[3][3];
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      RX[i][j] = by.R[i][0] * X[0][j] + by.R[i][1] * X[1][j] + by.R[i][2] * X[2][j];
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      out[i][j] = RX[i][0] * by.R[j][0] + RX[i][1] * by.R[j][1] + RX[i][2] * by.R[j][2];
+}
+
 // R P R' of any rotation. 270 flops.
 template <class T>
 void rotate(const Rotation<T>& by, Articulated<T>& P) {
-  const auto conjugate = [&](const T(&X)[3][3], T(&out)[3][3]) {
-    T RX[3][3];
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j)
-        RX[i][j] = by.R[i][0] * X[0][j] + by.R[i][1] * X[1][j] + by.R[i][2] * X[2][j];
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j)
-        out[i][j] = RX[i][0] * by.R[j][0] + RX[i][1] * by.R[j][1] + RX[i][2] * by.R[j][2];
-  };
   T A[3][3], B[3][3], C[3][3];
-  conjugate({{P.Axx, P.Axy, P.Axz}, {P.Axy, P.Ayy, P.Ayz}, {P.Axz, P.Ayz, P.Azz}}, A);
-  conjugate({{P.Bxx, P.Bxy, P.Bxz}, {P.Byx, P.Byy, P.Byz}, {P.Bzx, P.Bzy, P.Bzz}}, B);
-  conjugate({{P.Cxx, P.Cxy, P.Cxz}, {P.Cxy, P.Cyy, P.Cyz}, {P.Cxz, P.Cyz, P.Czz}}, C);
+  conjugate(by, {{P.Axx, P.Axy, P.Axz}, {P.Axy, P.Ayy, P.Ayz}, {P.Axz, P.Ayz, P.Azz}}, A);
+  conjugate(by, {{P.Bxx, P.Bxy, P.Bxz}, {P.Byx, P.Byy, P.Byz}, {P.Bzx, P.Bzy, P.Bzz}}, B);
+  conjugate(by, {{P.Cxx, P.Cxy, P.Cxz}, {P.Cxy, P.Cyy, P.Cyz}, {P.Cxz, P.Cyz, P.Czz}}, C);
   P = {A[0][0], A[0][1], A[1][1], A[0][2], A[1][2], A[2][2], B[0][0],
        B[0][1], B[1][0], B[1][1], B[0][2], B[1][2], B[2][0], B[2][1],
        B[2][2], C[0][0], C[0][1], C[1][1], C[0][2], C[1][2], C[2][2]};

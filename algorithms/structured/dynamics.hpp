@@ -2,15 +2,17 @@
 // by the conventional form or the square-root form.
 //
 // The sweeps leave two numbers for every lane: how far D(k) stays above the net, at the joint that
-// comes nearest, and whether all accelerations are finite. Only a suspect pays for more: it is
-// judged as Sequential judges it, by the update that the form is made of.
+// comes nearest, and whether all accelerations are finite. Only a suspect pays for more: the plain
+// variant that the form is written out of looks into it, and gives the answer in its place.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
-#include "algorithms/inverse_mass/factors.hpp"
+#include "algorithms/inverse_mass/factored_bias.hpp"
+#include "algorithms/inverse_mass/sequential.hpp"
+#include "algorithms/riccati/array.hpp"
 #include "algorithms/riccati/conventional.hpp"
 #include "algorithms/spatial/lanes.hpp"
 #include "algorithms/structured/forward_dynamics.hpp"
@@ -19,7 +21,7 @@
 namespace kalmarm {
 
 struct CovarianceForm {
-  using Update = Conventional;
+  using Plain = Sequential<Conventional>;
   template <class T>
   using Workspace = StructuredWorkspace<T>;
 
@@ -31,7 +33,7 @@ struct CovarianceForm {
 };
 
 struct SquareRootForm {
-  using Update = ArrayGivens;
+  using Plain = FactoredBias<ArrayGivens>;
   template <class T>
   using Workspace = SquareRootWorkspace<T>;
 
@@ -44,27 +46,49 @@ struct SquareRootForm {
 
 namespace detail {
 
-template <class S, class Update>
-class Judge {
+// What looks into suspects: V of inverse_mass/.
+template <class S, class V>
+class Plain {
  public:
-  explicit Judge(const Model<S>& model) : model_(model), rm_(model_), factors_(model_) {}
+  explicit Plain(const Model<S>& model)
+      : model_(model), rm_(model_), ws_(model_), tau_(model.nv()), a_(model.nv()) {}
 
   static bool suspects(const S& margin, const S& check) {
     return !(margin > S(0)) || check != S(0);
   }
 
-  [[gnu::noinline]] Outcome judge(const S* q, const S& check) {
+  Outcome factor(const S* q) {
     set_position(model_, q, rm_);
-    Outcome out = factor(model_, rm_, factors_);
-    if (out && check != S(0)) out = Outcome{.status = Outcome::Status::not_finite};
+    Outcome out = V::factor(model_, rm_, ws_);
     out.suspect = static_cast<bool>(out);
     return out;
+  }
+
+  [[gnu::noinline]] Outcome acceleration(const S* q, const S* qd, const S* tau, S* a) {
+    const Outcome out = factor(q);
+    if (!out) return out;
+    set_velocity(model_, qd, rm_);
+    std::copy_n(tau, model_.nv(), tau_.data());
+    V::acceleration(model_, rm_, tau_, ws_, a_);
+    std::copy_n(a_.data(), model_.nv(), a);
+    return a_.allFinite() ? out : Outcome{.status = Outcome::Status::not_finite};
+  }
+
+  // After factor.
+  void solve(const VectorX<S>& tau, VectorX<S>& x) { V::solve(model_, rm_, tau, ws_, x); }
+
+  [[gnu::noinline]] Outcome inverse(const S* q, MatrixX<S>& X) {
+    const Outcome out = factor(q);
+    if (!out) return out;
+    V::inverse(model_, rm_, ws_, X);
+    return X.allFinite() ? out : Outcome{.status = Outcome::Status::not_finite};
   }
 
  private:
   Model<S> model_;
   RandomModel<S> rm_;
-  Factors<S, Update> factors_;
+  typename V::template Workspace<S> ws_;
+  VectorX<S> tau_, a_;
 };
 
 }  // namespace detail
@@ -73,20 +97,21 @@ template <class S, class Form = CovarianceForm>
 class StructuredDynamics {
  public:
   explicit StructuredDynamics(const Model<S>& model)
-      : model_(model), workspace_(model_), judge_(model) {}
+      : model_(model), workspace_(model_), plain_(model) {}
 
   // a (nv) from q (nq), qd and tau (nv). On failure a is not to be used.
   Outcome acceleration(const VectorX<S>& q, const VectorX<S>& qd, const VectorX<S>& tau,
                        VectorX<S>& a) {
     Form::acceleration(model_, q.data(), qd.data(), tau.data(), workspace_, a.data());
     const S margin = workspace_.margin, check = workspace_.check;
-    return judge_.suspects(margin, check) ? judge_.judge(q.data(), check) : Outcome{};
+    if (!plain_.suspects(margin, check)) return {};
+    return plain_.acceleration(q.data(), qd.data(), tau.data(), a.data());
   }
 
  private:
   StructuredModel<S> model_;
   typename Form::template Workspace<S> workspace_;
-  detail::Judge<S, typename Form::Update> judge_;
+  detail::Plain<S, typename Form::Plain> plain_;
 };
 
 // One thread's: several on parts of the same arrays do not disturb each other.
@@ -98,7 +123,7 @@ class StructuredBatch {
   explicit StructuredBatch(const Model<S>& model)
       : model_(model),
         workspace_(model_),
-        judge_(model),
+        plain_(model),
         q_(model.nq()),
         qd_(model.nv()),
         tau_(model.nv()),
@@ -119,8 +144,8 @@ class StructuredBatch {
       from_lanes(a_, nv, states, a);
       for (int i = 0; i < states; ++i) {
         const S margin = workspace_.margin[i], check = workspace_.check[i];
-        if (!judge_.suspects(margin, check)) continue;
-        outcomes[i] = judge_.judge(q + i * nq, check);
+        if (!plain_.suspects(margin, check)) continue;
+        outcomes[i] = plain_.acceleration(q + i * nq, qd + i * nv, tau + i * nv, a + i * nv);
         failed += !outcomes[i];
       }
       q += states * nq;
@@ -135,7 +160,7 @@ class StructuredBatch {
  private:
   StructuredModel<S> model_;
   typename Form::template Workspace<P> workspace_;
-  detail::Judge<S, typename Form::Update> judge_;
+  detail::Plain<S, typename Form::Plain> plain_;
   std::vector<P> q_, qd_, tau_, a_;
 };
 

@@ -23,10 +23,13 @@
 //         j2 = Dy + sum w y^2,  oy = (Dy zeta_y + sum w y zeta) / j2
 // At a slide
 //   (1') l3 is the pivot in column vz against l2, l1; then D = d3, g = l3 = (x,y,z; hx,hy,1 | b)
-// With joint noise r the pivot stays as a row:
-//   (1") D = d + r,  g = rz d / D,  e+ = e / D - b d / D,  and the row's weight is r d / D
-// Another child's rows go into what the first has left in (5) and (6): one row after another, so
-// that any number of rows of any pattern may come. Links without a body are bodies of least weight.
+// Joint noise r is a row of its own, r (q'')^2, which is the pivot in a column for q'' whose
+// entries are those of column z (of vz at a slide), against rz, l3, l2, l1. It becomes g, b and D,
+// and so
+//   (1") g_z = d / D, D = r + d, d = dz + sum w z^2;  row i keeps z r / D(i-1), D before its step
+// so that beta stays triangular and rz without beta.
+// Another child's rows go into what the first has left in (5) and (6). Links without a body are
+// bodies of least weight, but a follower's rows are cycled and become its parent's.
 // About 760 flops a hinge that is an heir.
 #pragma once
 
@@ -89,48 +92,92 @@ template <class T, class S>
   return Triangle{l1, l2, l3, rz, rx, ry};
 }
 
-// (1): rz, and the others without it.
-template <class T>
-struct HingeRows {
-  Row<T, T, T, One, T, T, T> pivot;
-  Row<T, T, T, Zero, One, T, T> l1;
-  Row<T, T, T, Zero, Zero, One, T> l2;
-  Row<T, T, T, Zero, Zero, Zero, One> l3;
-  Row<T, One, T, Zero, Zero, Zero, Zero> rx;
-  Row<T, Zero, One, Zero, Zero, Zero, Zero> ry;
+// (1): the pivot, and the rows of P+; None where there is none.
+template <class Pivot, class L1, class L2, class L3, class Rz, class Rx, class Ry>
+struct Measured {
+  Pivot pivot;
+  L1 l1;
+  L2 l2;
+  L3 l3;
+  Rz rz;
+  Rx rx;
+  Ry ry;
 };
+template <class Pivot, class L1, class L2, class L3, class Rz, class Rx, class Ry>
+Measured(Pivot, L1, L2, L3, Rz, Rx, Ry) -> Measured<Pivot, L1, L2, L3, Rz, Rx, Ry>;
+
 template <class T>
-[[gnu::always_inline]] inline HingeRows<T> measure_turn(const FullTriangle<T>& P) {
-  const auto third = eliminate<Column::z, true>(P.rz, P.l3);
-  const auto second = eliminate<Column::z, true>(third.pivot, P.l2);
-  const auto first = eliminate<Column::z, true>(second.pivot, P.l1);
-  return {first.pivot, first.row, second.row,
-          third.row,   P.rx,      {{}, {}, {}, {}, {}, {}, P.ry.zeta(), P.ry.weight}};
+[[gnu::always_inline]] inline Row<T, Zero, One, Zero, Zero, Zero, Zero> as_row(
+    const LastRow<T>& ry) {
+  return {{}, {}, {}, {}, {}, {}, ry.zeta(), ry.weight};
+}
+
+template <bool noise, class T>
+[[gnu::always_inline]] inline auto measure_turn(const FullTriangle<T>& P, const T& r) {
+  const auto ry = as_row(P.ry);
+  if constexpr (!noise) {
+    const auto z = eliminate<Column::z, true>(P.rz, P.l3, P.l2, P.l1);
+    return Measured{z.pivot, z.c, z.b, z.a, None{}, P.rx, ry};
+  } else {
+    const Row<T, Zero, Zero, One, Zero, Zero, Zero> rotor{{}, {}, {}, {}, {}, {}, T(0), r};
+    const auto first = eliminate<Column::z, true>(rotor, P.rz);
+    const auto z = eliminate<Column::z, true>(first.pivot, P.l3, P.l2, P.l1);
+    const T D1 = first.pivot.weight, D2 = weight_with<Column::z>(D1, P.l3),
+            D3 = weight_with<Column::z>(D2, P.l2);
+    const auto with_z = [](const auto& row, const auto& entry) {
+      return make_row<T>(row.x, row.y, entry, row.u, row.v, row.w, row.zeta, row.weight);
+    };
+    return Measured{z.pivot,
+                    with_z(z.c, T(P.l1.z * r * reciprocal(D3))),
+                    with_z(z.b, T(P.l2.z * r * reciprocal(D2))),
+                    with_z(z.a, T(P.l3.z * r * reciprocal(D1))),
+                    with_z(first.a, One{}),
+                    P.rx,
+                    ry};
+  }
+}
+
+// d of (1").
+template <bool slides, class T>
+[[gnu::always_inline]] inline T without_noise(const FullTriangle<T>& P) {
+  constexpr Column c = slides ? Column::w : Column::z;
+  T d = slides ? P.l3.weight : weight_with<c>(P.rz.weight, P.l3);
+  d = weight_with<c>(d, P.l2);
+  return weight_with<c>(d, P.l1);
 }
 
 // (1').
-template <class T>
-struct SlideRows {
-  Row<T, T, T, T, T, T, One> pivot;
-  Row<T, T, T, T, One, T, Zero> l1;
-  Row<T, T, T, T, Zero, One, Zero> l2;
-  Row<T, T, T, One, Zero, Zero, Zero> rz;
-  Row<T, One, T, Zero, Zero, Zero, Zero> rx;
-  Row<T, Zero, One, Zero, Zero, Zero, Zero> ry;
-};
-template <class T>
-[[gnu::always_inline]] inline SlideRows<T> measure_slide(const FullTriangle<T>& P) {
-  const auto second = eliminate<Column::w, true>(P.l3, P.l2);
-  const auto first = eliminate<Column::w, true>(second.pivot, P.l1);
-  return {first.pivot, first.row, second.row,
-          P.rz,        P.rx,      {{}, {}, {}, {}, {}, {}, P.ry.zeta(), P.ry.weight}};
+template <bool noise, class T>
+[[gnu::always_inline]] inline auto measure_slide(const FullTriangle<T>& P, const T& r) {
+  const auto ry = as_row(P.ry);
+  if constexpr (!noise) {
+    const auto w = eliminate<Column::w, true>(P.l3, P.l2, P.l1);
+    return Measured{w.pivot, w.b, w.a, None{}, P.rz, P.rx, ry};
+  } else {
+    const Row<T, Zero, Zero, Zero, Zero, Zero, One> rotor{{}, {}, {}, {}, {}, {}, T(0), r};
+    const auto first = eliminate<Column::w, true>(rotor, P.l3);
+    const auto w = eliminate<Column::w, true>(first.pivot, P.l2, P.l1);
+    const T D1 = first.pivot.weight, D2 = weight_with<Column::w>(D1, P.l2);
+    const auto with_w = [](const auto& row, const auto& entry) {
+      return make_row<T>(row.x, row.y, row.z, row.u, row.v, entry, row.zeta, row.weight);
+    };
+    return Measured{w.pivot,
+                    with_w(w.b, T(P.l1.w * r * reciprocal(D2))),
+                    with_w(w.a, T(P.l2.w * r * reciprocal(D1))),
+                    with_w(first.a, One{}),
+                    P.rz,
+                    P.rx,
+                    ry};
+  }
 }
 
 // (3).
 template <class T, class R>
 [[gnu::always_inline]] inline void add_acceleration(const Sixfold<T>& c, bool slides, R& row) {
-  row.zeta = row.zeta + row.u * c.u + row.v * c.v + row.w * c.w;
-  if (!slides) row.zeta = row.zeta + row.x * c.x + row.y * c.y;
+  if constexpr (!std::is_same_v<R, None>) {
+    row.zeta = row.zeta + row.u * c.u + row.v * c.v + row.w * c.w;
+    if (!slides) row.zeta = row.zeta + row.x * c.x + row.y * c.y;
+  }
 }
 
 // (4) of an heir.
@@ -173,25 +220,18 @@ template <bool noise, bool slides, class T, class S, class Rows>
   using std::min;
   const FactoredBody<S>& body = model.factored(k);
   auto& link = ws.links[k];
-  auto& pivot = rows.pivot;
+  const auto& pivot = rows.pivot;
   const S net = SingularityTest<S, 2>::net();
   const S size_m = net * body.outboard_mass, least = S(65536) * least_weight<S>();
-  T D = pivot.weight;
-  if constexpr (noise) D += T(model.body(k).r);
+  const T D = pivot.weight;
   const T size = slides ? T(size_m) : T(size_m * at.reach * at.reach + net * body.outboard_spin);
   ws.margin = min(ws.margin, T(D - size - least));
 
-  const T e = tau - (slides ? at.z.w : at.z.z), inverse_D = T(1) / D;
+  const T e = tau - (slides ? at.z.w : at.z.z), inverse_D = reciprocal(D);
   Sixfold<T>& g = link.g;
   g = {pivot.x, pivot.y, number_as<T>(pivot.z), pivot.u, pivot.v, number_as<T>(pivot.w)};
-  if constexpr (noise) {
-    const T kappa = pivot.weight * inverse_D;
-    g = {kappa * g.x, kappa * g.y, kappa * g.z, kappa * g.u, kappa * g.v, kappa * g.w};
-    link.e = e * inverse_D - kappa * pivot.zeta;
-    pivot.weight = T(model.body(k).r) * kappa;
-  } else {
-    link.e = e * inverse_D - pivot.zeta;
-  }
+  if constexpr (noise) (slides ? g.w : g.z) = without_noise<slides>(at.P) * inverse_D;
+  link.e = e * inverse_D - pivot.zeta;
   Sixfold<T>& z = at.z;
   z.x += g.x * e;
   z.y += g.y * e;
@@ -202,11 +242,11 @@ template <bool noise, bool slides, class T, class S, class Rows>
   if constexpr (!noise) (slides ? z.w : z.z) = tau;
 
   const Sixfold<T>& c = link.c;
-  if constexpr (noise) add_acceleration(c, slides, pivot);
   add_acceleration(c, slides, rows.l1);
   add_acceleration(c, slides, rows.l2);
+  add_acceleration(c, slides, rows.l3);
   if constexpr (!slides) {
-    add_acceleration(c, slides, rows.l3);
+    add_acceleration(c, slides, rows.rz);
     add_acceleration(c, slides, rows.rx);
     add_acceleration(c, slides, rows.ry);
   }
@@ -217,23 +257,51 @@ template <bool noise, class T, class S>
 [[gnu::always_inline]] inline void cross_heir(const StructuredModel<S>& model, int k, const T& tau,
                                               StructuredWorkspace<T>& ws, SquareRoot<T>& at) {
   const StructuredLink<S>& link = model.link(k);
-  HingeRows<T> rows = measure_turn(at.P);
+  auto rows = measure_turn<noise>(at.P, T(model.body(k).r));
   measure<noise, false>(model, k, tau, ws, at, rows);
   const Direction<T> joint{ws.cos[link.varying], ws.sin[link.varying]};
   const auto& parent = ws.links[link.parent];
   const auto body = body_rows(model.factored(link.parent), parent.wx, parent.wy, parent.wz);
-  const auto with_spins =
-      absorb(absorb(body, to_parent<T>(link, joint, rows.rx)), to_parent<T>(link, joint, rows.ry));
-  const auto with_rows = absorb(absorb(absorb(with_spins, to_parent<T>(link, joint, rows.l1)),
-                                       to_parent<T>(link, joint, rows.l2)),
-                                to_parent<T>(link, joint, rows.l3));
-  if constexpr (noise)
-    widen(absorb(with_rows, to_parent<T>(link, joint, rows.pivot)), at.P);
-  else
-    widen(with_rows, at.P);
+  const auto moved = [&](const auto& row) {
+    if constexpr (std::is_same_v<std::decay_t<decltype(row)>, None>)
+      return None{};
+    else
+      return to_parent<T>(link, joint, row);
+  };
+  widen(absorb(body, moved(rows.rx), moved(rows.ry), moved(rows.rz), moved(rows.l1), moved(rows.l2),
+               moved(rows.l3)),
+        at.P);
   force_to_parent(model, link, joint, link.d, at.z);
   at.reach =
       larger(T(model.factored(link.parent).distance), T(at.reach + model.factored(k).length));
+}
+
+// (5) and (6) of a follower to a parent without a body: its rows are pivots themselves, and the
+// column in which none is left has a row of least weight.
+template <bool slides, class S, class T, class Rows>
+[[gnu::always_inline]] inline void cycle(const Rows& rows, FullTriangle<T>& P) {
+  const auto turned = [](const auto& r) {
+    return make_row<T>(r.z, r.x, r.y, r.w, r.u, r.v, r.zeta, r.weight);
+  };
+  const T zero = T(S(0)), least = T(least_weight<S>());
+  if constexpr (slides) {
+    const auto z = eliminate<Column::z>(turned(rows.ry), turned(rows.rx), turned(rows.rz));
+    P.l1 = {zero, zero, zero, {}, zero, zero, zero, least};
+    widen(turned(rows.l1), P.l2);
+    widen(turned(rows.l2), P.l3);
+    widen(z.pivot, P.rz);
+    widen(z.b, P.rx);
+    P.ry = {z.a.weight, z.a.weight * z.a.zeta};
+  } else {
+    const auto u = eliminate<Column::u>(turned(rows.l3), turned(rows.l2), turned(rows.l1));
+    const auto z = eliminate<Column::z>(turned(rows.ry), turned(rows.rx));
+    widen(u.pivot, P.l1);
+    widen(u.b, P.l2);
+    widen(u.a, P.l3);
+    widen(z.pivot, P.rz);
+    P.rx = {{}, zero, {}, {}, {}, {}, zero, least};
+    P.ry = {z.a.weight, z.a.weight * z.a.zeta};
+  }
 }
 
 // A bound of how far the origin is from the parent's.
@@ -257,15 +325,23 @@ template <bool slides, bool noise, class T, class S>
   const StructuredLink<S>& link = model.link(k);
   auto rows = [&] {
     if constexpr (slides)
-      return measure_slide(at.P);
+      return measure_slide<noise>(at.P, T(model.body(k).r));
     else
-      return measure_turn(at.P);
+      return measure_turn<noise>(at.P, T(model.body(k).r));
   }();
   measure<noise, slides>(model, k, tau, ws, at, rows);
   if (link.parent < 0) return;
 
   const int slot = model.link(link.parent).slot;
   const bool others = slot >= 0 && ws.sums[slot].begun;
+  if constexpr (!noise) {
+    if (link.kind == Kind::cyclic && model.link(link.parent).massless && !others) {
+      cycle<slides, S>(rows, at.P);
+      Sixfold<T>& z = at.z;
+      z = {z.z, z.x, z.y, z.w, z.u, z.v};
+      return;
+    }
+  }
   SquareRoot<T> to;
   if (others)
     to = ws.sums[slot];
@@ -282,27 +358,27 @@ template <bool slides, bool noise, class T, class S>
       force_to_parent(model, link, Direction<T>{ws.cos[link.varying], ws.sin[link.varying]}, link.d,
                       x);
   };
-  const auto add_row = [&](const auto& known) {
-    Row<T> row;
-    widen(known, row);
-    Sixfold<T> x = {row.x, row.y, row.z, row.u, row.v, row.w};
-    move(x);
-    widen(absorb(to.P, Row<T>{x.x, x.y, x.z, x.u, x.v, x.w, row.zeta, row.weight}), to.P);
+  const auto moved = [&](const auto& known) {
+    if constexpr (std::is_same_v<std::decay_t<decltype(known)>, None>) {
+      return None{};
+    } else {
+      Row<T> row;
+      widen(known, row);
+      Sixfold<T> x = {row.x, row.y, row.z, row.u, row.v, row.w};
+      move(x);
+      return Row<T>{x.x, x.y, x.z, x.u, x.v, x.w, row.zeta, row.weight};
+    }
   };
-  const auto add_spin = [&](const auto& known) {
-    Row<T> row;
-    widen(known, row);
-    Sixfold<T> x = {row.x, row.y, row.z, row.u, row.v, row.w};
-    move(x);
-    widen(absorb(to.P, Spin<T>{x.x, x.y, x.z, {}, {}, {}, row.zeta, row.weight}), to.P);
+  const auto moved_spin = [&](const auto& known) {
+    const auto row = moved(known);
+    if constexpr (std::is_same_v<std::decay_t<decltype(row)>, None>)
+      return None{};
+    else
+      return Spin<T>{row.x, row.y, row.z, {}, {}, {}, row.zeta, row.weight};
   };
-  add_spin(rows.rx);
-  add_spin(rows.ry);
-  if constexpr (slides) add_spin(rows.rz);
-  add_row(rows.l1);
-  add_row(rows.l2);
-  if constexpr (!slides) add_row(rows.l3);
-  if constexpr (noise) add_row(rows.pivot);
+  widen(absorb(to.P, moved_spin(rows.rx), moved_spin(rows.ry), moved_spin(rows.rz), moved(rows.l1),
+               moved(rows.l2), moved(rows.l3)),
+        to.P);
   move(at.z);
   add(to.z, at.z);
   to.reach = larger(to.reach, T(at.reach + distance_to_parent(model, k, ws)));
@@ -352,8 +428,8 @@ void filter(const StructuredModel<S>& model, const T* tau, SquareRootWorkspace<T
 template <class T, class S>
 void square_root_acceleration(const StructuredModel<S>& model, const T* q, const T* qd,
                               const T* tau, SquareRootWorkspace<T>& ws, T* a) {
-  detail::set_angles(model, q, ws);
-  detail::set_velocity(model, q, qd, ws);
+  detail::set_placements(model, q, ws);
+  detail::set_velocity(model, qd, ws);
   detail::filter(model, tau, ws);
   detail::smooth(model, ws, a);
 }

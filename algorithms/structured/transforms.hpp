@@ -90,8 +90,8 @@ template <class T, class R, class L, class S, class C, class D>
   return P;
 }
 
-template <class T>
-[[gnu::always_inline]] inline void force_to_parent(const MatrixPlacement<T>& phi, Sixfold<T>& z) {
+template <class T, class U>
+[[gnu::always_inline]] inline void force_to_parent(const MatrixPlacement<U>& phi, Sixfold<T>& z) {
   const auto& R = phi.R.R;
   const auto& p = phi.p;
   const Sixfold<T> in = z;
@@ -106,19 +106,24 @@ template <class T>
   z.z += p[0] * z.v - p[1] * z.u;
 }
 
-// phi P+ phi' and phi z+.
+// The same in a call, where code that is not often run would take registers.
 template <class T>
-[[gnu::noinline]] void to_parent(const MatrixPlacement<T>& phi, Articulated<T>& P, Sixfold<T>& z) {
+[[gnu::noinline]] void far_force_to_parent(const MatrixPlacement<T>& phi, Sixfold<T>& z) {
+  force_to_parent(phi, z);
+}
+
+// phi P+ phi'.
+template <class T>
+[[gnu::noinline]] void to_parent(const MatrixPlacement<T>& phi, Articulated<T>& P) {
   rotate(phi.R, P);
   translate_x(phi.p[0], P);
   translate_y(phi.p[1], P);
   translate_z(phi.p[2], P);
-  force_to_parent(phi, z);
 }
 
 // R'x.
-template <class T>
-[[gnu::always_inline]] inline void turn_back(const Rotation<T>& by, T& x, T& y, T& z) {
+template <class T, class U>
+[[gnu::always_inline]] inline void turn_back(const Rotation<U>& by, T& x, T& y, T& z) {
   const auto& R = by.R;
   const T new_x = R[0][0] * x + R[1][0] * y + R[2][0] * z;
   const T new_y = R[0][1] * x + R[1][1] * y + R[2][1] * z;
@@ -127,8 +132,8 @@ template <class T>
   y = new_y;
 }
 
-template <class T>
-[[gnu::always_inline]] inline void motion_from_parent(const MatrixPlacement<T>& phi,
+template <class T, class U>
+[[gnu::always_inline]] inline void motion_from_parent(const MatrixPlacement<U>& phi,
                                                       Sixfold<T>& l) {
   const auto& p = phi.p;
   l.u -= p[1] * l.z - p[2] * l.y;

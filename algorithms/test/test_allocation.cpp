@@ -7,6 +7,8 @@
 
 #include "algorithms/solver.hpp"
 #include "algorithms/structured/dynamics.hpp"
+#include "algorithms/structured/inverse.hpp"
+#include "algorithms/structured/mass.hpp"
 #include "algorithms/test/allocations.hpp"
 #include "algorithms/test/models.hpp"
 
@@ -89,6 +91,27 @@ void expect_no_allocation_once_made() {
 TYPED_TEST(Allocation, StructuredDynamicsAllocatesOnlyWhenItIsMade) {
   expect_no_allocation_once_made<TypeParam, CovarianceForm>();
   expect_no_allocation_once_made<TypeParam, SquareRootForm>();
+}
+
+TYPED_TEST(Allocation, StructuredInverseAndMassAllocateOnlyWhenTheyAreMade) {
+  using T = TypeParam;
+  for (const Model<double>& parameters : {floating_base(61), chain(61, 36), chain(61, 200)}) {
+    const Model<T> model = parameters.cast<T>();
+    const int nv = model.nv();
+    const State<T> state = random_state(parameters, 62).template cast<T>();
+    StructuredInverse<T> inverse(model);
+    StructuredMass<T> mass(model);
+    VectorX<T> x(nv);
+    MatrixX<T> X(nv, nv), taus = state.tau.replicate(1, 19), xs(nv, 19);
+    Outcome inverted, factored;
+    EXPECT_EQ(allocations_of([&] { inverted = inverse.inverse(state.q, X); }), 0);
+    EXPECT_EQ(allocations_of([&] { factored = inverse.factor(state.q); }), 0);
+    EXPECT_EQ(allocations_of([&] { inverse.solve(state.tau, x); }), 0);
+    EXPECT_EQ(allocations_of([&] { inverse.solve(taus, xs); }), 0);
+    EXPECT_EQ(allocations_of([&] { inverse.diagonal(x); }), 0);
+    EXPECT_EQ(allocations_of([&] { mass.mass(state.q, X); }), 0);
+    EXPECT_TRUE(inverted && factored);
+  }
 }
 
 }  // namespace

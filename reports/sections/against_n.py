@@ -4,18 +4,19 @@ from collections import defaultdict
 
 import charts
 import figures
-from data import Data, Error, scene_name, scene_size
+from data import Data, Error, families, scene_name, scene_size
 from section import Figure, Section, Table
 from sections.views import view_choice
-from summary import FIT_FROM, Point, fit_exponent, points, summarise
+from summary import FIT_FROM, TIME_ALONE, Point, fit_exponent, points, summarise
 from text import error_text, fit_text, task_text
 
 CONDITION = {"kappa": "κ(M)", "kappa_scaled": "scaled κ"}
 
 
 def section(data: Data) -> Section | None:
-    names = data.families
-    drawn = [point for point in points(data) if point.name in names]
+    known = points(data, calls=True)
+    names = families(point.scene for point in known)
+    drawn = [point for point in known if point.name in names]
     if not drawn:
         return None
     views = view_choice(drawn)
@@ -29,6 +30,7 @@ def section(data: Data) -> Section | None:
             "An exponent is the slope of a least-squares line through log of the median against "
             f"log N, over N ≥ {FIT_FROM}; ± is its standard error. It is given where at least "
             "three sizes were measured.",
+            *_sources(data),
         ],
         choices=[views],
         variants=style.variants,
@@ -60,6 +62,16 @@ def section(data: Data) -> Section | None:
     return result
 
 
+def _sources(data: Data) -> list[str]:
+    if not (data.dynamics or data.peers):
+        return []
+    return [
+        "The fast path and peers are timed by programs of their own, in other minutes than the "
+        "rest: small ratios between the two mean little. What bench_inverse times as well is "
+        "shown as timed there."
+    ]
+
+
 def _condition_numbers(rows: list[Error]) -> list[dict]:
     series = defaultdict(list)
     for row in rows:
@@ -86,23 +98,29 @@ def _condition_numbers(rows: list[Error]) -> list[dict]:
 def _exponents(task: str, drawn: list[Point], names: list[str]) -> Table:
     series = defaultdict(list)
     for point in drawn:
-        if point.measure == "relative":
+        if point.measure in ("relative", TIME_ALONE):
             series[point.variant, point.precision, point.name].append(point)
+    columns = [
+        (name, what, field)
+        for name in names
+        for what, field in (("time", "time"), ("error", "median"))
+        if any(point.name == name and getattr(point, field) is not None for point in drawn)
+    ]
     rows = []
     for variant, precision in sorted({key[:2] for key in series}):
         row = [variant, precision]
-        for name in names:
+        for name, _, field in columns:
             group = series[variant, precision, name]
-            for what in ("time", "median"):
-                pairs = ((point.n, getattr(point, what)) for point in group)
-                row.append(fit_text(fit_exponent(pairs, FIT_FROM)))
+            pairs = ((point.n, getattr(point, field)) for point in group)
+            row.append(fit_text(fit_exponent(pairs, FIT_FROM)))
         rows.append(row)
+    what = {what for _, what, _ in columns}
+    of_errors = " and of the median relative error" if "error" in what else ""
     return Table(
-        f"{task_text(task)}: exponents of the median time and of the median relative error",
-        ["Variant", "Precision"]
-        + [f"{name}: {what}" for name in names for what in ("time", "error")],
+        f"{task_text(task)}: exponents of the median time{of_errors}",
+        ["Variant", "Precision"] + [f"{name}: {what}" for name, what, _ in columns],
         rows,
-        "ll" + "rr" * len(names),
+        "ll" + "r" * len(columns),
         folded=task != "acceleration",
     )
 

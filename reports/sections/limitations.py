@@ -12,7 +12,7 @@ NOISY = 0.05
 
 
 def section(data: Data) -> Section:
-    timed = [time for time in data.times + data.estimation if time.variation is not None]
+    timed = [time for time in data.all_times if time.variation is not None]
     noisy = sum(time.variation > NOISY for time in timed)
     statements = []
     if timed:
@@ -21,15 +21,14 @@ def section(data: Data) -> Section:
             "their repetitions (standard deviation over mean). The machine may have been shared."
         )
     statements += [
-        "Times are those of one machine, one compiler and one thread. Another machine may order "
-        "the variants differently.",
+        "Times are those of one machine, one compiler"
+        f"{' (but where an @ names another)' if data.peers else ''} and one thread. Another "
+        "machine may order the variants differently.",
         "The truth is a multi-precision solution for the model's parameters rounded to the "
         "working precision. The error of that rounding, and how well the parameters are known, "
         "are not part of any error here.",
         "States are random and finite in number. The largest error found is not a bound.",
-        "Not measured: contacts, joint limits, damping, actuators, constraints, derivatives"
-        f"{' (but for that of log det M)' if data.estimation else ''}, several states at once, "
-        "GPUs.",
+        f"Not measured: {', '.join(_not_measured(data))}.",
     ]
     if data.papers:
         statements.append(
@@ -46,6 +45,16 @@ def section(data: Data) -> Section:
         if len(distinct(data.all_contexts, key)) > 1:
             statements.append(f"Files of this run differ in {key}: do not compare their times.")
     return Section("Limitations", statements=statements + _missing(data), tables=_failures(data))
+
+
+def _not_measured(data: Data) -> list[str]:
+    tasks = {call.time.task for call in data.dynamics + data.peers}
+    what = ["contacts", "joint limits", "damping", "actuators", "constraints"]
+    if "derivatives" not in tasks:
+        what.append(f"derivatives{' (but for that of log det M)' if data.estimation else ''}")
+    if "acceleration_batch" not in tasks:
+        what.append("several states at once")
+    return [*what, "GPUs"]
 
 
 def _missing(data: Data) -> list[str]:

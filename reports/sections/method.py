@@ -16,7 +16,7 @@ def section(data: Data) -> Section | None:
         f"A timed call of the paper’s recursions: {text}"
         for text in distinct(data.estimation_contexts, "timed_call")
     ]
-    if repetitions := sorted({time.repetitions for time in data.times}):
+    if repetitions := sorted({time.repetitions for time in data.all_times}):
         statements.append(f"Each time is the median of {_range(repetitions)} repetitions.")
     if states := sorted({point.states for point in points(data) if point.states}):
         statements.append(

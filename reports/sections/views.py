@@ -3,21 +3,15 @@
 from charts import VIEW, view
 from section import Choice
 from summary import Point
-from text import TASKS, measure_text, task_text
+from text import measure_text, task_rank, task_text
 
 
 def view_choice(points: list[Point]) -> Choice:
     """Known tasks first, in their order; within a task the relative error first."""
-    known = list(TASKS)
 
     def rank(pair):
         task, measure = pair
-        return (
-            known.index(task) if task in known else len(known),
-            task,
-            measure != "relative",
-            measure,
-        )
+        return *task_rank(task), measure != "relative", measure
 
     pairs = sorted({(point.task, point.measure) for point in points}, key=rank)
     options = [

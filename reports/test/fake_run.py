@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import fake_estimation
+import fake_peers
 
 VARIANTS = {  # time in ns at 7 degrees of freedom, orders of growth of time and error
     "Batch<EigenLLT>": (620, 2.6, 2.0),
@@ -161,6 +162,11 @@ CONTEXT = {
     "timed_call": "kinematics, bias and solve; each call takes the next state of a pool of 61",
 }
 
+PEERS_CONTEXT = {
+    "timed_call": "from q, qd and tau to the result, in the library's own arrays",
+    "peers": "Pinocchio 3.7.0, MuJoCo 4.0.0, DART 6.12.1, Simbody 3.7, KDL 1.5.1",
+}
+
 
 def _mujoco(scene: str, dice: random.Random) -> dict:
     variants = []
@@ -220,6 +226,15 @@ def write(folder: Path) -> None:
         "benchmarks": fake_estimation.estimation(),
     }
     (folder / "estimation-chain.json").write_text(json.dumps(estimation))
+    for kind, measured, rows, context in (
+        ("dynamics", fake_peers.DYNAMICS, fake_peers.dynamics, {"timed_call": "one state"}),
+        ("batch", fake_peers.DYNAMICS, fake_peers.batch, {"timed_call": "1024 states"}),
+        ("peers", fake_peers.SCENES, fake_peers.peers, PEERS_CONTEXT),
+    ):
+        for scene in measured:
+            record = {"context": CONTEXT | context, "benchmarks": rows(scene)}
+            name = scene.replace(":", "-")
+            (folder / f"{kind}-{name}.json").write_text(json.dumps(record))
 
 
 if __name__ == "__main__":

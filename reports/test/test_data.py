@@ -149,6 +149,50 @@ def test_times_of_the_recursions_are_no_times_of_scenes(read):
     assert data.all_contexts == [{"cpu": "one"}]
 
 
+def fast(name="acceleration_batch/Structured/g1:35/float64", **row):
+    """A call of 1000 states during which other programs had the processor half of the time."""
+    return timed(name, real_time=50.0, cpu_time=25.0, time_unit="us", **row)
+
+
+def peak(precision: str, rate: float):
+    return timed(f"peak/fma/native/{precision}") | {"FLOP/s": rate}
+
+
+def test_a_call_has_its_counters_and_the_peak_of_its_precision(read):
+    counted = fast() | {"flops": 15e3, "FLOP/s": 3e10, "s/state": 2.5e-8}
+    rows = [peak("float64", 6e10), counted, peak("float32", 12e10)]
+    data = read("peers-g1.json", {"context": {"peers": "KDL 1"}, "benchmarks": rows})
+    (call,) = data.peers
+    assert (call.flops, call.rate, call.peak) == (15e3, 3e10, 6e10)
+    assert call.time[:4] == ("g1:35", "Structured", "float64", "acceleration_batch")
+    assert call.time.nanoseconds == pytest.approx(50)  # by the state, as long as it took
+    assert (data.times, data.scenes, data.all_contexts) == ([], [], [{"peers": "KDL 1"}])
+
+
+def test_a_counter_of_real_time_is_taken_for_it(read):
+    name = "acceleration_batch/Structured/g1:35/float64/real_time"
+    (call,) = read("peers-g1.json", {"benchmarks": [fast(name) | {"s/state": 5e-8}]}).peers
+    assert call.time.nanoseconds == pytest.approx(50)
+
+
+def test_counters_are_medians(read):
+    rows = [
+        fast(run_type="aggregate", aggregate_name=name) | {"FLOP/s": rate}
+        for name, rate in (("mean", 9.0), ("median", 4.0), ("cv", 7.0))
+    ]
+    (call,) = read("dynamics-g1.json", {"benchmarks": rows}).dynamics
+    assert call.rate == 4
+    (call,) = read("dynamics-g1.json", {"benchmarks": [fast() | {"FLOP/s": 7.0}]}).dynamics
+    assert (call.rate, call.flops, call.peak) == (7, None, None)
+    assert call.time.nanoseconds == 50e3
+
+
+def test_a_refused_call_has_its_reason_and_no_counters(read):
+    row = fast(error_occurred=True, error_message="wrong") | {"FLOP/s": 0.0}
+    (call,) = read("peers-g1.json", {"benchmarks": [row]}).peers
+    assert (call.time.refused, call.time.nanoseconds, call.rate) == ("wrong", None, None)
+
+
 def test_scenes_of_paper_and_simulation_are_no_measured_scenes(read):
     read("paper-a.json", paper())
     assert read("simulation-a.csv", f"{SAMPLES}\n{SAMPLE}\n").scenes == []
@@ -217,6 +261,14 @@ def test_given_files_are_the_only_ones_read(read, tmp_path):
         ("estimation-a.json", {"context": {}}, "estimation-a.json: .*'benchmarks' is missing"),
         ("estimation-a.json", {"benchmarks": [timed("covariances/a/7")]}, "'covariances/a/7'"),
         ("estimation-a.json", {"benchmarks": [timed("harness/empty/none/none")]}, "no data"),
+        (
+            "peers-a.json",
+            {"benchmarks": [fast() | {"FLOP/s": math.nan}]},
+            r"FLOP/s of .* is \[nan\]",
+        ),
+        ("peers-a.json", {"benchmarks": [peak("float64", 1e9)]}, "no data"),
+        ("peers-a.json", {"benchmarks": [fast("mass/KDL/panda/float64")]}, "scene 'panda' is not"),
+        ("dynamics-a.json", {"benchmarks": [fast() | {"s/state": -1}]}, "s/state of .* is"),
     ],
 )
 def test_bad_data_is_refused_by_name(read, name, text, message):
@@ -229,6 +281,8 @@ def test_bad_data_is_refused_by_name(read, name, text, message):
     [
         ("paper", paper(), "check of the paper of chain:6"),
         ("estimation", {"benchmarks": [timed()]}, "time of the recursions of panda:7"),
+        ("dynamics", {"benchmarks": [fast()]}, "time of the fast path of g1:35"),
+        ("peers", {"benchmarks": [fast()]}, "time against peers of g1:35"),
     ],
 )
 def test_what_two_files_record_is_refused(read, kind, document, what):

@@ -96,6 +96,31 @@ def test_a_time_axis_of_any_span_has_labels(span):
     assert sum(bool(re.fullmatch(r"[\d.]+ (ns|µs|ms|s)", label)) for label in labels) >= 1
 
 
+def share(scene: str, n: int, share: float) -> dict:
+    name = scene.split(":")[0]
+    row = {"scene": scene, "name": name, "n": n, "variant": "A", "precision": "float64"}
+    return row | {"view": "mass", "share": share}
+
+
+@pytest.mark.parametrize("largest, height", [(0.5, 0), (2, 0.5)])
+def test_the_peak_is_a_line_at_one_that_stays_in_sight(largest, height):
+    rows = [share("chain:31", 31, 0.25), share("chain:100", 100, largest)]
+    chart = figures.share_of_peak(rows, STYLE, {charts.VIEW: "mass"})
+    (rule,) = [item for items in alt_scene.marks(chart, "rule") for item in items]
+    assert rule["y"] == pytest.approx(height * charts.HEIGHT)
+    assert "peak of fused multiply-adds" in alt_scene.texts(chart)
+
+
+def test_a_robot_is_on_no_line_of_a_family():
+    rows = [share("chain:31", 31, 0.3), share("g1:35", 35, 0.9), share("chain:100", 100, 0.3)]
+    chart = figures.share_of_peak(rows, STYLE, {charts.VIEW: "mass"})
+    lines = alt_scene.marks(chart, "line")
+    assert sorted(len(line) for line in lines) == [1, 2]
+    assert len({item["y"] for item in max(lines, key=len)}) == 1
+    points = [item for items in alt_scene.marks(chart, "symbol") for item in items]
+    assert len(points) == len(rows)
+
+
 KNOWN = list(palette.SHADES)
 
 

@@ -132,7 +132,10 @@ def test_a_robot_beyond_its_bound_fails(html):
 
 
 def test_what_was_not_measured_follows_what_was(html, run):
-    assert "derivatives (but for that of log det M)" in section(html, "Limitations")
+    limits = section(html, "Limitations")
+    assert "actuators, constraints, GPUs." in limits
+    recursions = make_report.page(load(None, [run / "estimation-chain.json"]))
+    assert "derivatives (but for that of log det M)" in section(recursions, "Limitations")
     plain = make_report.page(load(None, [run / "errors-panda-7.csv"]))
     limits = section(plain, "Limitations")
     assert "derivatives, several" in limits and "not a proof" not in limits

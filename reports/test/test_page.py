@@ -14,6 +14,8 @@ from text import error_text, time_text
 TIME = "Error against run time"
 SIZE = "Against N"
 SIMULATION = "The mass matrix as a sample covariance"
+PEERS = "Against peers"
+PEAK = "How near the machine’s peak"
 EIGEN = "Batch<EigenLLT>"
 
 
@@ -59,7 +61,8 @@ def test_every_figure_is_drawn(page, run):
         scene_name(point.scene) for point in points(data) if point.time is not None and point.states
     }
     figures = page.locator("figure").all()
-    assert len(figures) == len(timed) + 3 * len(data.families) + 2  # of the simulation
+    others = 3  # two of the simulation and the share of the peak
+    assert len(figures) == len(timed) + 3 * len(data.families) + others
     for drawn in figures:
         frame, *boxes = drawn.locator(".chart svg").evaluate(
             """(svg) => {
@@ -238,6 +241,60 @@ def test_another_quantity_has_other_errors(page):
     assert marks(panel).count() == count
 
 
+def test_a_task_shows_its_own_bars(page):
+    place = section(page, PEERS)
+    captions = place.locator("table:visible caption")
+    expect(captions).to_have_count(6)  # five scenes and the overview
+    assert all("Acceleration a =" in text for text in captions.all_inner_texts())
+    place.get_by_label("Task").select_option("derivatives")
+    expect(captions).to_have_count(6)
+    assert all("Derivatives of a" in text for text in captions.all_inner_texts())
+
+
+def test_bars_are_as_long_as_their_times(page):
+    table = section(page, PEERS).locator("table.bars:visible").first
+    rows = [row for row in table.locator("tbody tr").all() if row.locator(".bar").count()]
+    units = {"ns": 1, "µs": 1e3}
+    times, widths = [], []
+    for row in rows:
+        number, unit = row.locator("td").first.inner_text().split()
+        times.append(float(number) * units[unit])
+        widths.append(row.locator(".bar").bounding_box()["width"])
+    assert times == sorted(times) and len(times) == 9
+    for time, width in zip(times, widths):
+        assert width == pytest.approx(widths[-1] * time / times[-1], abs=2)
+    ours, peer = table.locator(".bar.ours"), table.locator(".bar.peer")
+    assert (ours.count(), peer.count()) == (4, 5)
+
+
+def test_bars_stand_out_on_either_page(page):
+    for scheme in ("light", "dark"):
+        page.emulate_media(color_scheme=scheme)
+        background = brightness(page, "body", "backgroundColor")
+        bars = [brightness(page, f".bar.{kind}", "backgroundColor") for kind in ("ours", "peer")]
+        assert min(abs(bar - background) for bar in bars) > 0.2
+        assert abs(bars[0] - bars[1]) > 0.2
+
+
+def test_times_against_n_have_peers_beside_ours(page):
+    show(page, SIZE, "derivatives/time")
+    panel = figure(page, SIZE, "chain: time")
+    for variant in ("Structured", "Pinocchio<LOCAL>@clang"):
+        expect(marks(panel, f"variant: {variant};")).to_have_count(3)
+    show(page, SIZE, "acceleration/energy")  # a measure that peers do not have
+    expect(marks(panel, "variant: Batch<EigenLLT>;")).not_to_have_count(0)
+    expect(marks(panel, "variant: Pinocchio<LOCAL>@clang;")).to_have_count(3)
+
+
+def test_the_share_of_the_peak_is_of_the_chosen_task(page):
+    panel = figure(page, PEAK, "share of the peak")
+    assert marks(panel).count() == 15  # three of ours on five scenes
+    show_task = section(page, PEAK).get_by_label("Task")
+    show_task.select_option("acceleration_batch")
+    expect(marks(panel)).to_have_count(30)
+    assert marks(panel, "precision: float32;").count() == 15
+
+
 def test_an_explanation_stays_in_sight_of_a_phone(visit, written):
     page = visit(written, viewport=PHONE, has_touch=True, is_mobile=True)
     table = section(page, "The paper, checked").locator(".scroll").first
@@ -306,6 +363,9 @@ def test_figures_tables_and_lists_have_names(page):
         ("paper", 0),
         ("simulation", 2),
         ("estimation", 0),
+        ("dynamics", 1),
+        ("batch", 1),
+        ("peers", 2),
     ],
 )
 def test_a_part_of_the_data_makes_a_part_of_the_page(visit, run, tmp_path, kind, figures):

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from data import Data, Error, Sample, Time
+from data import Call, Data, Error, Sample, Time
 from summary import bands, fit_exponent, points, quantiles, summarise
 
 
@@ -46,6 +46,21 @@ def test_a_refused_benchmark_gives_a_point_without_a_time():
     time = Time("panda:7", "A", "float64", "inverse", None, None, 1, "too far off")
     (point,) = points(Data(errors=errors(1.0), times=[time]))
     assert point.time is None and point.median == 1.0
+
+
+def test_calls_are_points_of_series_that_times_do_not_have():
+    time = Time("panda:7", "A", "float64", "inverse", 120.0, 0.01, 5, "")
+    peers = [
+        Call(time._replace(scene="panda:8"), None, None, None),
+        Call(time._replace(variant="B"), None, None, None),
+        Call(time._replace(task="derivatives"), None, None, None),
+    ]
+    data = Data(errors=errors(1.0), times=[time], peers=peers)
+    (alone,) = points(data)
+    a_derivatives, a, b = sorted(points(data, calls=True), key=lambda point: point[3:6])
+    assert a == alone and a.time == 120
+    assert (b.time, b.measure, b.states) == (120, "relative", 0)
+    assert (a_derivatives.task, a_derivatives.measure) == ("derivatives", "time")
 
 
 def test_condition_numbers_are_no_points():

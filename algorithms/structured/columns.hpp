@@ -1,0 +1,181 @@
+// M^-1 tau for as many tau as T has lanes, on factors of U: filter and smoother of filter.hpp
+// without bias. Every lane is a column; D, g and phi are the same for all.
+//
+//   e = (tau - H z-) / D,  z-(parent) += phi z+              tips to base
+//   a = e - g' l+,  l+ = phi' l-(parent)                     base to tips
+// In a column of M^-1, tau is a unit vector: the first sweep visits the links on the path to the
+// base alone, and the second one only has to go as far as the diagonal. About 43 flops a link and
+// lane in each, at a hinge that is an heir.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "algorithms/spatial/twin.hpp"
+#include "algorithms/structured/factors.hpp"
+#include "algorithms/structured/lower_triangle.hpp"
+
+namespace kalmarm {
+
+template <class T>
+struct ColumnsWorkspace {
+  struct Branch {
+    Sixfold<T> z, l;
+  };
+
+  std::vector<T> e;
+  std::vector<Branch> branches;
+
+  template <class S>
+  explicit ColumnsWorkspace(const StructuredModel<S>& model)
+      : e(model.nv()), branches(model.slots()) {}
+};
+
+// Of every chunk of columns (lower_triangle.hpp) the links between them and the base.
+class ColumnPaths {
+ public:
+  template <class S>
+  ColumnPaths(const StructuredModel<S>& model, int lanes) {
+    for_each_chunk(model.nv(), lanes, [&](int first, int count) {
+      std::vector<char>& path = paths_.emplace_back(model.nv(), 0);
+      for (int k = first + count - 1; k >= 0; --k) {
+        if (k >= first) path[k] = 1;
+        if (path[k] && model.link(k).parent >= 0) path[model.link(k).parent] = 1;
+      }
+    });
+  }
+
+  const char* operator[](int chunk) const { return paths_[chunk].data(); }
+
+ private:
+  std::vector<std::vector<char>> paths_;
+};
+
+namespace detail {
+
+// 1 in lane i, if there is one.
+template <class T>
+struct Unit {
+  static T lane(int i) { return T(i == 0 ? 1 : 0); }
+};
+template <class S, int n>
+struct Unit<Pack<S, n>> {
+  [[gnu::always_inline]] static Pack<S, n> lane(int i) {
+    static constexpr auto one_among_zeros = [] {
+      std::array<S, 2 * n + 1> numbers{};
+      numbers[n] = S(1);
+      return numbers;
+    }();
+    return Pack<S, n>::load(&one_among_zeros[n - (i < 0 ? -1 : i < n ? i : n)]);
+  }
+};
+template <class P>
+struct Unit<Twin<P>> {
+  [[gnu::always_inline]] static Twin<P> lane(int i) {
+    return {Unit<P>::lane(i), Unit<P>::lane(i - Lanes<P>::count)};
+  }
+};
+
+// Number by number: gcc keeps in memory what is assigned as a whole.
+template <class T>
+[[gnu::always_inline]] inline void set_zero(Sixfold<T>& x) {
+  x.x = x.y = x.z = x.u = x.v = x.w = T(0);
+}
+template <class T>
+[[gnu::always_inline]] inline void copy(const Sixfold<T>& from, Sixfold<T>& to) {
+  to.x = from.x;
+  to.y = from.y;
+  to.z = from.z;
+  to.u = from.u;
+  to.v = from.v;
+  to.w = from.w;
+}
+template <class T>
+[[gnu::always_inline]] inline void cycle(T& x, T& y, T& z) {
+  const T first = x;
+  x = z;
+  z = y;
+  y = first;
+}
+
+// phi z+, for several columns at once.
+template <class T, class S, class U>
+[[gnu::always_inline]] inline void force_to_parent(const StructuredModel<S>& model,
+                                                   const StructuredLink<S>& link,
+                                                   const Placements<U>& placed, const U& d,
+                                                   Sixfold<T>& z) {
+  using Kind = typename StructuredLink<S>::Kind;
+  switch (link.kind) {
+    case Kind::screws:
+      if (link.slides)
+        force_to_parent(model, link, model.uncommon(link).turn, d, z);
+      else
+        force_to_parent(model, link, placed.direction(link), link.d, z);
+      break;
+    case Kind::matrix:
+      force_to_parent(placed.matrices[link.varying], z);
+      break;
+    case Kind::cyclic:
+      cycle(z.x, z.y, z.z);
+      cycle(z.u, z.v, z.w);
+      break;
+  }
+}
+
+// z- becomes z+; e is returned.
+template <class T, class S, class G>
+[[gnu::always_inline]] inline T gain(const StructuredLink<S>& link, const Sixfold<G>& g,
+                                     const T& tau, Sixfold<T>& z) {
+  if (link.slides) return link.noise ? gain<true, true>(g, tau, z) : gain<true, false>(g, tau, z);
+  return link.noise ? gain<false, true>(g, tau, z) : gain<false, false>(g, tau, z);
+}
+
+// e of the links up to `last`, of which those with visits[k] have a tau(k) outboard that is not 0.
+template <class T, class S, class U, class Tau>
+void sweep_inward(const StructuredModel<S>& model, const StructuredFactors<U>& factors, int last,
+                  const char* visits, const Tau& tau, ColumnsWorkspace<T>& ws) {
+  for (auto& branch : ws.branches) set_zero(branch.z);
+  Sixfold<T> z;
+  set_zero(z);
+  bool carried = false;  // z comes from link k + 1
+  for (int k = last; k >= 0; --k) {
+    if (!visits[k]) {
+      ws.e[k] = T(0);
+      carried = false;
+      continue;
+    }
+    const StructuredLink<S>& link = model.link(k);
+    const auto& at = factors.links[k];
+    if (!carried) set_zero(z);
+    if (link.slot >= 0) add(z, ws.branches[link.slot].z);
+    ws.e[k] = gain(link, at.g, T(tau(k)), z) * at.inverse_D;
+    carried = link.hangs_on_previous;
+    if (link.parent < 0) continue;
+    force_to_parent(model, link, factors, at.d, z);
+    if (!carried) add(ws.branches[model.link(link.parent).slot].z, z);
+  }
+}
+
+// write(k, a) of the links up to `last`.
+template <class T, class S, class U, class Write>
+[[gnu::always_inline]] inline void sweep_outward(const StructuredModel<S>& model,
+                                                 const StructuredFactors<U>& factors, int last,
+                                                 ColumnsWorkspace<T>& ws, const Write& write) {
+  Sixfold<T> l;
+  set_zero(l);
+  for (int k = 0; k <= last; ++k) {
+    const StructuredLink<S>& link = model.link(k);
+    const auto& at = factors.links[k];
+    if (link.parent < 0)
+      set_zero(l);
+    else if (!link.hangs_on_previous)
+      copy(ws.branches[model.link(link.parent).slot].l, l);
+    if (link.parent >= 0) motion_from_parent(model, link, factors, at.d, l);
+    write(k, smooth(link, at.g, ws.e[k], l));
+    if (link.slot >= 0) copy(l, ws.branches[link.slot].l);
+  }
+}
+
+}  // namespace detail
+
+}  // namespace kalmarm

@@ -1,0 +1,248 @@
+// The filter of the fast path, tips to base, over P of articulated.hpp: it leaves g(k) of every
+// link and how far D stays above the net. What is carried along with P, and what is made of D and g
+// on the way, is the rider's business: forces with bias (forward_dynamics.hpp), nothing or columns
+// of the unit matrix (inverse.hpp).
+//
+// A rider has a type Load of z and
+//   begin(k, z), add_body(k, z)            z- is new, or comes from link k + 1
+//   add_branch(slot, z), keep(slot, begun, z)            children that are not k + 1
+//   measured<slides, noise>(k, g, 1/D, P+, z)            z- becomes z+
+//   to_parent(link, joint, d, z), cycle(z), to_parent(phi, z)    z+ becomes z- of the parent
+// and one step each way on any z and l is here, for riders and for sweeps on factors that were
+// kept:
+//   z+ = z- + g e,  e = tau - H z-,  H z+ = tau where r = 0                (4.2), (4.5)
+//   a  = e / D - g' l+,  l- = l+ + H' a                                    (4.9), (4.11)
+// Where r = 0, H l- = e / D - sum over j != h of g_j l+_j.
+#pragma once
+
+#include <vector>
+
+#include "algorithms/inverse_mass/singularity.hpp"
+#include "algorithms/spatial/sincos.hpp"
+#include "algorithms/structured/transforms.hpp"
+
+namespace kalmarm {
+
+// Sizes of the terms that A and C are summed from.
+template <class T>
+struct Size {
+  T moment, force;
+};
+
+// The part of phi that depends on q, d of slides apart, which stands with the link.
+template <class T>
+struct Placements {
+  std::vector<T> angle, sin, cos;
+  std::vector<MatrixPlacement<T>> matrices;
+
+  template <class S>
+  explicit Placements(const StructuredModel<S>& model)
+      : angle((model.angles() + padding<T> - 1) / padding<T> * padding<T>, T(S(0))),
+        sin(angle),
+        cos(angle),
+        matrices(model.matrices()) {}
+
+  template <class S>
+  Direction<T> direction(const StructuredLink<S>& link) const {
+    return {cos[link.varying], sin[link.varying]};
+  }
+};
+
+namespace detail {
+
+// Where the links are.
+template <class T, class S, class Workspace>
+void set_placements(const StructuredModel<S>& model, const T* q, Workspace& ws) {
+  using Kind = typename StructuredLink<S>::Kind;
+  for (int k = 0; k < model.nv(); ++k) {
+    const StructuredLink<S>& link = model.link(k);
+    const T* const at = q + link.q_index;
+    if (link.coordinate == Coordinate::angle)
+      ws.angle[link.varying] = *at + T(link.offset);
+    else if (link.kind == Kind::screws)
+      ws.links[k].d = *at + T(link.offset);
+    else if (link.kind == Kind::matrix)
+      set_matrix(link, model.uncommon(link).E, at, ws.matrices[link.varying]);
+  }
+  sin_cos(ws.angle, ws.sin, ws.cos);
+}
+
+// z- becomes z+, P+ c apart; e is returned. G: type of g, T or its scalar.
+template <bool slides, bool noise, class T, class G>
+[[gnu::always_inline]] inline T gain(const Sixfold<G>& g, const T& tau, Sixfold<T>& z) {
+  const T e = tau - (slides ? z.w : z.z);
+  z.x += g.x * e;
+  z.y += g.y * e;
+  z.u += g.u * e;
+  z.v += g.v * e;
+  if (noise || slides) z.z += g.z * e;
+  if (noise || !slides) z.w += g.w * e;
+  if (!noise) (slides ? z.w : z.z) = tau;
+  return e;
+}
+
+// a, and l+ becomes l-.
+template <class T, class S, class G>
+[[gnu::always_inline]] inline T smooth(const StructuredLink<S>& link, const Sixfold<G>& g,
+                                       const T& e_plus, Sixfold<T>& l) {
+  const bool exact = !link.noise;
+  T a;
+  if (link.slides) {
+    const T rest = ((e_plus - g.x * l.x - g.y * l.y) - g.z * l.z) - (g.u * l.u + g.v * l.v);
+    a = exact ? rest - l.w : rest - g.w * l.w;
+    l.w = exact ? rest : l.w + a;
+  } else {
+    const T rest = ((e_plus - g.x * l.x - g.y * l.y) - g.w * l.w) - (g.u * l.u + g.v * l.v);
+    a = exact ? rest - l.z : rest - g.z * l.z;
+    l.z = exact ? rest : l.z + a;
+  }
+  return a;
+}
+
+template <class T>
+[[gnu::always_inline]] inline void cycle_back(T& x, T& y, T& z) {
+  const T first = x;
+  x = y;
+  y = z;
+  z = first;
+}
+
+// phi' l- of the parent, for one of T or, with U a number and T a Pack, for several.
+template <class T, class S, class U>
+[[gnu::always_inline]] inline void motion_from_parent(const StructuredModel<S>& model,
+                                                      const StructuredLink<S>& link,
+                                                      const Placements<U>& placed, const U& d,
+                                                      Sixfold<T>& l) {
+  using Kind = typename StructuredLink<S>::Kind;
+  switch (link.kind) {
+    case Kind::screws:
+      if (link.slides)
+        motion_from_parent(model, link, model.uncommon(link).turn, d, l);
+      else
+        motion_from_parent(model, link, placed.direction(link), link.d, l);
+      break;
+    case Kind::matrix:
+      motion_from_parent(placed.matrices[link.varying], l);
+      break;
+    case Kind::cyclic:
+      cycle_back(l.x, l.y, l.z);
+      cycle_back(l.u, l.v, l.w);
+      break;
+  }
+}
+
+// Across the joint of link k: g is kept, P- becomes P+ in the parent's frame.
+template <bool slides, bool noise, class T, class S, class Workspace, class Rider>
+[[gnu::always_inline]] inline void cross(const StructuredModel<S>& model, int k, Workspace& ws,
+                                         Articulated<T>& P, Size<T>& size, typename Rider::Load& z,
+                                         const Rider& rider) {
+  using Kind = typename StructuredLink<S>::Kind;
+  using std::min;
+  const StructuredLink<S>& link = model.link(k);
+  const StructuredBody<S>& body = model.body(k);
+  auto& at = ws.links[k];
+  T D, inverse_D;
+  Sixfold<T> g;
+  auto P_plus = [&] {
+    if constexpr (slides)
+      return measure_slide<noise>(P, body.r, D, inverse_D, g);
+    else
+      return measure_turn<noise>(P, body.r, D, inverse_D, g);
+  }();
+  at.g = g;
+  const T net = T(SingularityTest<S, 1>::net());
+  ws.margin = min(ws.margin, T(D - net * (slides ? size.force : size.moment)));
+  size.moment = P.Axx + P.Ayy + P.Azz;
+  size.force = P.Cxx + P.Cyy + P.Czz;
+  rider.template measured<slides, noise>(k, g, inverse_D, P_plus, z);
+  if (link.parent < 0) return;
+
+  const T two = T(S(2));
+  if (link.kind == Kind::screws) {
+    if constexpr (slides) {
+      const T reach = body.reach + two * two * at.d * at.d;
+      size.moment = two * size.moment + reach * size.force;
+      P = to_parent(model, link, model.uncommon(link).turn, at.d, P_plus);
+      rider.to_parent(link, model.uncommon(link).turn, at.d, z);
+    } else {
+      size.moment = two * size.moment + body.reach * size.force;
+      const Turn<T> joint(ws.cos[link.varying], ws.sin[link.varying]);
+      P = to_parent(model, link, joint, link.d, P_plus);
+      rider.to_parent(link, joint, link.d, z);
+    }
+  } else if (link.kind == Kind::cyclic) {
+    P = cycle(P_plus.full());
+    rider.cycle(z);
+  } else {
+    Articulated<T> rotated = P_plus.full();  // P stays in registers
+    const auto& phi = ws.matrices[link.varying];
+    to_parent(phi, rotated);
+    const T pp = phi.p[0] * phi.p[0] + phi.p[1] * phi.p[1] + phi.p[2] * phi.p[2];
+    size.moment = two * (size.moment + pp * size.force);
+    P = rotated;
+    rider.to_parent(phi, z);
+  }
+}
+
+// g of every link, and ws.margin.
+template <class T, class S, class Workspace, class Rider>
+[[gnu::always_inline]] inline void filter(const StructuredModel<S>& model, Workspace& ws,
+                                          const Rider& rider) {
+  ws.margin = T(S(1));
+  for (auto& branch : ws.branches) branch.begun = false;
+  Articulated<T> P;
+  Size<T> size;
+  typename Rider::Load z;
+  bool carried = false;  // P and z come from link k + 1
+  for (int k = model.nv() - 1; k >= 0; --k) {
+    const StructuredLink<S>& link = model.link(k);
+    const StructuredBody<S>& body = model.body(k);
+    const S trace_I = body.Ixx + body.Iyy + body.Izz + body.r, trace_m = S(3) * body.m + body.r;
+    if (!carried) {
+      set_body(body, P);
+      size = {T(trace_I), T(trace_m)};
+      rider.begin(k, z);
+    } else if (!link.massless) {
+      add_body(body, P);
+      size.moment += trace_I;
+      size.force += trace_m;
+      rider.add_body(k, z);
+    }
+    if (link.slot >= 0) {
+      const auto& branch = ws.branches[link.slot];
+      add(P, branch.P);
+      size.moment += branch.size.moment;
+      size.force += branch.size.force;
+      rider.add_branch(link.slot, z);
+    }
+    if (link.slides) {
+      if (link.noise)
+        cross<true, true>(model, k, ws, P, size, z, rider);
+      else
+        cross<true, false>(model, k, ws, P, size, z, rider);
+    } else {
+      if (link.noise)
+        cross<false, true>(model, k, ws, P, size, z, rider);
+      else
+        cross<false, false>(model, k, ws, P, size, z, rider);
+    }
+    carried = link.hangs_on_previous;
+    if (link.parent < 0 || carried) continue;
+    const int slot = model.link(link.parent).slot;
+    auto& branch = ws.branches[slot];
+    rider.keep(slot, branch.begun, z);
+    if (branch.begun) {
+      add(branch.P, P);
+      branch.size.moment += size.moment;
+      branch.size.force += size.force;
+    } else {
+      branch.P = P;
+      branch.size = size;
+      branch.begun = true;
+    }
+  }
+}
+
+}  // namespace detail
+
+}  // namespace kalmarm

@@ -1,0 +1,74 @@
+// A symmetric matrix, column-major, from lanes that run down its columns.
+//
+// Only the lower triangle is worked out; the upper one is its mirror image, so that both agree to
+// the last bit. Columns are taken in chunks of as many as there are lanes. Chunks are counted from
+// the last column, so that only the first may be short: its rows stop where the next begins, and
+// what it writes beyond is written again. Squares of n x n numbers are mirrored in registers.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+
+#include "algorithms/spatial/twin.hpp"
+
+namespace kalmarm {
+
+// f(first, count) of every chunk of columns, the first one first; it may have less than n.
+template <class F>
+void for_each_chunk(int columns, int n, const F& f) {
+  const int rest = columns % n;
+  if (rest > 0) f(0, rest);
+  for (int first = rest; first < columns; first += n) f(first, n);
+}
+
+// X(first + i, k) = x[i]. Lanes that are more than there are rows go to the next column, which is
+// written after this one, and nowhere from the last.
+template <class T, class S>
+[[gnu::always_inline]] inline void store_rows(const T& x, int first, int k, int n, S* X) {
+  constexpr int lanes = Lanes<T>::count;
+  S* const to = X + static_cast<std::ptrdiff_t>(k) * n + first;
+  if (static_cast<std::ptrdiff_t>(k) * n + first + lanes <= static_cast<std::ptrdiff_t>(n) * n)
+    x.store(to);
+  else
+    for (int i = 0; first + i < n; ++i) to[i] = x[i];
+}
+
+namespace detail {
+
+// The square below the diagonal at (row, column), mirrored.
+template <class P, class S>
+[[gnu::always_inline]] inline void mirror_square(int row, int column, int n, S* X) {
+  constexpr int lanes = Lanes<P>::count;
+  P square[lanes];
+  for (int j = 0; j < lanes; ++j)
+    square[j] = P::load(X + static_cast<std::ptrdiff_t>(column + j) * n + row);
+  transpose(square);
+  for (int i = 0; i < lanes; ++i)
+    square[i].store(X + static_cast<std::ptrdiff_t>(row + i) * n + column);
+}
+
+template <class S>
+void mirror_triangle(int first, int end, int n, S* X) {
+  for (int j = first; j < end; ++j)
+    for (int i = j + 1; i < end; ++i)
+      X[static_cast<std::ptrdiff_t>(i) * n + j] = X[static_cast<std::ptrdiff_t>(j) * n + i];
+}
+
+}  // namespace detail
+
+// The upper triangle of X (n x n) becomes the mirror image of the lower one.
+template <class S>
+void mirror(int n, S* X) {
+  constexpr int lanes = 8;
+  using P = Pack<S, lanes>;
+  const int rest = n % lanes;
+  detail::mirror_triangle(0, std::min(n, rest == 0 ? 0 : rest + lanes), n, X);
+  for (int row = rest; row < n; row += lanes) {
+    detail::mirror_triangle(row, row + lanes, n, X);
+    if (row >= lanes && rest > 0) detail::mirror_square<P>(row, 0, n, X);
+    for (int column = rest; column < row; column += lanes)
+      detail::mirror_square<P>(row, column, n, X);
+  }
+}
+
+}  // namespace kalmarm

@@ -1,0 +1,38 @@
+// The fast path as a variant (solver.hpp), so that programs, benchmarks and tests judge it like any
+// other. Its factors are those of frames of its own (structured_model.hpp) and are not shown.
+#pragma once
+
+#include <limits>
+#include <string>
+
+#include "algorithms/solver.hpp"
+#include "algorithms/structured/dynamics.hpp"
+#include "algorithms/structured/inverse.hpp"
+
+namespace kalmarm {
+
+template <class T, class Form>
+class StructuredSolver final : public Solver<T> {
+ public:
+  explicit StructuredSolver(const Model<T>& model) : dynamics_(model), inverse_(model) {}
+
+  Outcome acceleration(const VectorX<T>& q, const VectorX<T>& qd, const VectorX<T>& tau,
+                       VectorX<T>& a) override {
+    return dynamics_.acceleration(q, qd, tau, a);
+  }
+  Outcome factor(const VectorX<T>& q) override { return inverse_.factor(q); }
+  void solve(const VectorX<T>& tau, VectorX<T>& x) override { inverse_.solve(tau, x); }
+  Outcome inverse(const VectorX<T>& q, MatrixX<T>& X) override { return inverse_.inverse(q, X); }
+
+  bool has_factors() const override { return false; }
+  Outcome factors(const VectorX<T>& q, VectorX<T>&, MatrixX<T>&) override { return factor(q); }
+  Vector6<T> P_plus_times(int, const Vector6<T>&) const override {
+    return Vector6<T>::Constant(std::numeric_limits<T>::quiet_NaN());
+  }
+
+ private:
+  StructuredDynamics<T, Form> dynamics_;
+  StructuredInverse<T> inverse_;
+};
+
+}  // namespace kalmarm

@@ -1,0 +1,43 @@
+"""Forward dynamics of the fast path: one state and batches, against the plain variant."""
+
+from data import Data, scene_size
+from section import Section, Table
+from sections.method import distinct
+from text import task_rank, task_text, time_text
+
+PLAIN = "Sequential<Conventional>"
+ONE_STATE = "acceleration"
+
+
+def section(data: Data) -> Section | None:
+    if not data.dynamics:
+        return None
+    times = {call.time[:4]: call.time for call in data.dynamics}
+    tasks = sorted({time.task for time in times.values()}, key=task_rank)
+    rows = []
+    for scene, variant, precision in sorted(
+        {key[:3] for key in times}, key=lambda key: (scene_size(key[0]), *key)
+    ):
+        plain = times.get((scene, PLAIN, precision, ONE_STATE))
+        row = [scene, variant, precision]
+        for task in tasks:
+            time = times.get((scene, variant, precision, task))
+            row += ["refused" if time and time.refused else time_text(time and time.nanoseconds)]
+            known = time and time.nanoseconds and plain and plain.nanoseconds
+            row += [f"{plain.nanoseconds / time.nanoseconds:.1f}" if known else "–"]
+        rows.append(row)
+    return Section(
+        "The fast path",
+        statements=[f"A timed call: {it}" for it in distinct(data.dynamics_contexts, "timed_call")],
+        tables=[
+            Table(
+                "Median times, on one core but where an @ says all. Speed-up: how many times "
+                f"faster than one state of {PLAIN} in the same precision. Refused: the result "
+                "was wrong or singular.",
+                ["Scene:N", "Variant", "Precision"]
+                + [cell for task in tasks for cell in (task_text(task), "Speed-up")],
+                rows,
+                "lll" + "rr" * len(tasks),
+            )
+        ],
+    )
