@@ -30,6 +30,16 @@ struct CovarianceForm {
                            Workspace<T>& ws, T* a) {
     structured_acceleration(model, q, qd, tau, ws, a);
   }
+
+  // D and g at q alone.
+  template <class S>
+  struct Factoring {
+    explicit Factoring(const StructuredModel<S>&) {}
+
+    void factor(const StructuredModel<S>& model, const S* q, StructuredFactors<S>& factors) const {
+      structured_factor(model, q, factors);
+    }
+  };
 };
 
 struct SquareRootForm {
@@ -42,6 +52,18 @@ struct SquareRootForm {
                            Workspace<T>& ws, T* a) {
     square_root_acceleration(model, q, qd, tau, ws, a);
   }
+
+  template <class S>
+  struct Factoring {
+    SquareRootWorkspace<S> ws;
+    std::vector<S> zeros;
+
+    explicit Factoring(const StructuredModel<S>& model) : ws(model), zeros(model.nv(), S(0)) {}
+
+    void factor(const StructuredModel<S>& model, const S* q, StructuredFactors<S>& factors) {
+      square_root_factor(model, q, zeros, ws, factors);
+    }
+  };
 };
 
 namespace detail {
@@ -59,23 +81,39 @@ class Plain {
 
   Outcome factor(const S* q) {
     set_position(model_, q, rm_);
-    Outcome out = V::factor(model_, rm_, ws_);
-    out.suspect = static_cast<bool>(out);
-    return out;
+    return factor();
   }
 
   [[gnu::noinline]] Outcome acceleration(const S* q, const S* qd, const S* tau, S* a) {
-    const Outcome out = factor(q);
+    set_position(model_, q, rm_);
+    set_velocity(model_, qd, rm_);  // V may factor the bias with M
+    const Outcome out = factor();
     if (!out) return out;
-    set_velocity(model_, qd, rm_);
     std::copy_n(tau, model_.nv(), tau_.data());
     V::acceleration(model_, rm_, tau_, ws_, a_);
     std::copy_n(a_.data(), model_.nv(), a);
     return a_.allFinite() ? out : Outcome{.status = Outcome::Status::not_finite};
   }
 
-  // After factor.
+  // After factor, these three.
   void solve(const VectorX<S>& tau, VectorX<S>& x) { V::solve(model_, rm_, tau, ws_, x); }
+
+  void solve(const MatrixX<S>& taus, MatrixX<S>& X) {
+    for (int j = 0; j < taus.cols(); ++j) {
+      tau_ = taus.col(j);
+      solve(tau_, a_);
+      X.col(j) = a_;
+    }
+  }
+
+  void diagonal(VectorX<S>& x) {
+    for (int k = 0; k < model_.nv(); ++k) {
+      tau_.setZero();
+      tau_[k] = S(1);
+      solve(tau_, a_);
+      x[k] = a_[k];
+    }
+  }
 
   [[gnu::noinline]] Outcome inverse(const S* q, MatrixX<S>& X) {
     const Outcome out = factor(q);
@@ -85,6 +123,12 @@ class Plain {
   }
 
  private:
+  Outcome factor() {
+    Outcome out = V::factor(model_, rm_, ws_);
+    out.suspect = static_cast<bool>(out);
+    return out;
+  }
+
   Model<S> model_;
   RandomModel<S> rm_;
   typename V::template Workspace<S> ws_;

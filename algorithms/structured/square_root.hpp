@@ -34,6 +34,7 @@
 #pragma once
 
 #include "algorithms/riccati/array.hpp"
+#include "algorithms/structured/factors.hpp"
 #include "algorithms/structured/forward_dynamics.hpp"
 #include "algorithms/structured/square_root_rows.hpp"
 
@@ -54,10 +55,11 @@ struct SquareRootWorkspace : StructuredWorkspace<T> {
     bool begun;
   };
   std::vector<Sum> sums;
+  std::vector<T> inverse_D;
 
   template <class S>
   explicit SquareRootWorkspace(const StructuredModel<S>& model)
-      : StructuredWorkspace<T>(model), sums(model.slots()) {}
+      : StructuredWorkspace<T>(model), sums(model.slots()), inverse_D(model.nv()) {}
 };
 
 namespace detail {
@@ -215,7 +217,7 @@ template <class T, class S>
 // (1), (2), (3), with D, g, e+ kept in ws.
 template <bool noise, bool slides, class T, class S, class Rows>
 [[gnu::always_inline]] inline void measure(const StructuredModel<S>& model, int k, const T& tau,
-                                           StructuredWorkspace<T>& ws, SquareRoot<T>& at,
+                                           SquareRootWorkspace<T>& ws, SquareRoot<T>& at,
                                            Rows& rows) {
   using std::min;
   const FactoredBody<S>& body = model.factored(k);
@@ -231,6 +233,7 @@ template <bool noise, bool slides, class T, class S, class Rows>
   Sixfold<T>& g = link.g;
   g = {pivot.x, pivot.y, number_as<T>(pivot.z), pivot.u, pivot.v, number_as<T>(pivot.w)};
   if constexpr (noise) (slides ? g.w : g.z) = without_noise<slides>(at.P) * inverse_D;
+  ws.inverse_D[k] = inverse_D;
   link.e = e * inverse_D - pivot.zeta;
   Sixfold<T>& z = at.z;
   z.x += g.x * e;
@@ -255,7 +258,7 @@ template <bool noise, bool slides, class T, class S, class Rows>
 // Across the hinge of an heir, to a parent without other children so far.
 template <bool noise, class T, class S>
 [[gnu::always_inline]] inline void cross_heir(const StructuredModel<S>& model, int k, const T& tau,
-                                              StructuredWorkspace<T>& ws, SquareRoot<T>& at) {
+                                              SquareRootWorkspace<T>& ws, SquareRoot<T>& at) {
   const StructuredLink<S>& link = model.link(k);
   auto rows = measure_turn<noise>(at.P, T(model.body(k).r));
   measure<noise, false>(model, k, tau, ws, at, rows);
@@ -432,6 +435,18 @@ void square_root_acceleration(const StructuredModel<S>& model, const T* q, const
   detail::set_velocity(model, qd, ws);
   detail::filter(model, tau, ws);
   detail::smooth(model, ws, a);
+}
+
+// The factors at q (nq). ws has never seen a velocity: the bias is zero, and so is tau.
+template <class S>
+void square_root_factor(const StructuredModel<S>& model, const S* q, const std::vector<S>& zeros,
+                        SquareRootWorkspace<S>& ws, StructuredFactors<S>& factors) {
+  detail::set_placements(model, q, ws);
+  detail::filter(model, zeros.data(), ws);
+  static_cast<Placements<S>&>(factors) = ws;
+  for (int k = 0; k < model.nv(); ++k)
+    factors.links[k] = {ws.links[k].d, ws.inverse_D[k], ws.links[k].g};
+  factors.margin = ws.margin;
 }
 
 }  // namespace kalmarm

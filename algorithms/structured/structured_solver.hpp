@@ -32,7 +32,7 @@ class StructuredSolver final : public Solver<T> {
 
  private:
   StructuredDynamics<T, Form> dynamics_;
-  StructuredInverse<T> inverse_;
+  StructuredInverse<T, Form> inverse_;
 };
 
 }  // namespace kalmarm

@@ -202,6 +202,16 @@ TYPED_TEST(SquareRootBatches, LanesAgreeWithOneState) {
   }
 }
 
+TYPED_TEST(SquareRootBatches, ReciprocalIsWithinTwoUnitsInTheLastPlace) {
+  using T = TypeParam;
+  Random random(1);
+  for (int i = 0; i < 100000; ++i) {
+    const T d(static_cast<T>(std::exp2(random.uniform(-100, 100))));
+    const T exact = T(1) / d;
+    EXPECT_LE(std::abs(reciprocal(WidePack<T>(d))[0] - exact), 4 * unit_roundoff<T>() * exact) << d;
+  }
+}
+
 TYPED_TEST(SquareRootBatches, SingularMechanismIsReportedAndRegularOneIsNot) {
   using T = TypeParam;
   const auto outcome_of = [](const Mechanism& mechanism) {
