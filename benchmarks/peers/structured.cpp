@@ -31,8 +31,7 @@ class Structured final : public Peer {
   std::string version() const override { return ""; }
   bool is_float32() const override { return std::is_same_v<T, float>; }
   bool can(Task task) const override {
-    if (task == Task::acceleration || task == Task::acceleration_batch) return true;
-    return (task == Task::inverse || task == Task::mass) && std::is_same_v<Form, CovarianceForm>;
+    return task == Task::mass ? std::is_same_v<Form, CovarianceForm> : task != Task::derivatives;
   }
   bool has_batch() const override { return true; }
   double flops(Task task) const override {
@@ -83,7 +82,7 @@ class Structured final : public Peer {
   const Model<double>& model_;
   StructuredDynamics<T, Form> one_;
   StructuredBatch<T, Form> batch_;
-  StructuredInverse<T> inverse_;
+  StructuredInverse<T, Form> inverse_;
   StructuredMass<T> mass_;
   std::vector<VectorX<T>> q_, qd_, tau_;
   std::vector<T> q_rows_, qd_rows_, tau_rows_, a_rows_;
