@@ -26,8 +26,14 @@ inline std::string describe(const Scene& scene, const Outcome& outcome) {
   return outcome.joint < 0 ? status : status + " at joint " + scene.model.name(outcome.joint);
 }
 
+inline std::string wrong(double error, double bound) {
+  char text[80];
+  std::snprintf(text, sizeof text, "wrong: error %.2g, bound %.2g", error, bound);
+  return text;
+}
+
 // The truth is that of the float64 square-root filter. Bounds: 1000 nv u, times the condition
-// number for what M^-1 enters.
+// number where M^-1 enters.
 struct Case {
   Scene scene;
   std::vector<State> states;
@@ -58,16 +64,17 @@ struct Case {
 
   int verified() const { return static_cast<int>(a.size()); }
 
+  // Of a relative error in precision T, by what it is amplified.
+  template <class T>
+  double bound(double amplification) const {
+    return 1000.0 * scene.model.nv() * static_cast<double>(unit_roundoff<T>()) * amplification;
+  }
+
   // "" where x, computed in precision T, is near enough to what is right.
   template <class T, class Right, class Result>
   std::string compare(const Right& right, const Result& x, double amplification) const {
     const double error = (x.template cast<double>() - right).norm() / right.norm();
-    const double bound =
-        1000.0 * scene.model.nv() * static_cast<double>(unit_roundoff<T>()) * amplification;
-    if (error <= bound) return "";
-    char text[80];
-    std::snprintf(text, sizeof text, "wrong: error %.2g, bound %.2g", error, bound);
-    return text;
+    return error <= bound<T>(amplification) ? "" : wrong(error, bound<T>(amplification));
   }
 
   // The acceleration of state i.

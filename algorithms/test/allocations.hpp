@@ -6,6 +6,7 @@
 #include <errno.h>
 
 #include <cstddef>
+#include <cstdlib>
 
 namespace kalmarm {
 inline long allocations = 0;
@@ -40,7 +41,10 @@ void* memalign(std::size_t alignment, std::size_t size) {
 
 void* aligned_alloc(std::size_t alignment, std::size_t size) { return memalign(alignment, size); }
 
-int posix_memalign(void** out, std::size_t alignment, std::size_t size) noexcept {
+// Under another name, since headers disagree on whether posix_memalign may throw.
+int counted_posix_memalign(void** out, std::size_t alignment,
+                           std::size_t size) __asm__("posix_memalign");
+int counted_posix_memalign(void** out, std::size_t alignment, std::size_t size) {
   *out = memalign(alignment, size);
   return *out ? 0 : ENOMEM;
 }

@@ -38,8 +38,9 @@ class BodyAxes {
 
   // vB or tauB of the state q.  (1)
   Vector to_library(const double* q, const double* x) const {
-    const Vector y = T(q) * Eigen::Map<const Vector>(x, nv_);
-    Vector out(nv_);
+    Vector y = Eigen::Map<const Vector>(x, nv_), out(nv_);
+    for (const Free& at : free_)
+      y.segment<3>(at.v) = quaternion_at(q + at.q + 3).conjugate() * linear(y, at);
     for (int k = 0; k < nv_; ++k) out[order_[k]] = y[k];
     return out;
   }

@@ -53,6 +53,12 @@ Mechanism make_mechanism(const Model<double>& model) {
       whole = whole && model.joint(m).r == first.r;
       if (m < last) whole = whole && model.joint(m).body.massless();
     }
+    if (joint.type == Mechanism::Type::free) {
+      const Joint<double>& turn = model.joint(k + 3);  // about the point that the slides have moved
+      whole = whole && turn.coordinate == Coordinate::quaternion &&
+              turn.q_index == first.q_index + 3 && turn.translation.isZero(0) &&
+              model.E(k + 3).isIdentity(0);
+    }
     if (!whole)
       throw InputError("joint '" + model.name(k) + "' is not one that other libraries know");
     Eigen::Map<RowMajor3>(joint.R) = model.E(k);

@@ -67,6 +67,9 @@ class Peer {
   // One more state for the calls to work on.
   virtual void add_state(const double* q, const double* qd, const double* tau) = 0;
 
+  // Whether acceleration_batch is a call of its own, whose results stay side by side.
+  virtual bool has_batch() const { return false; }
+
   // The timed calls, of state i or of all; false where they failed. acceleration and derivatives
   // take q, qd and tau; inverse and mass take q. Both triangles are filled.
   virtual bool acceleration(int) { return false; }
@@ -88,6 +91,13 @@ class Peer {
  protected:
   virtual int states() const = 0;
 };
+
+// Of the module that asks.
+#ifdef __clang__
+inline constexpr const char *compiler_name = "clang", *compiler_version = __clang_version__;
+#else
+inline constexpr const char *compiler_name = "gcc", *compiler_version = __VERSION__;
+#endif
 
 using Peers = std::vector<std::unique_ptr<Peer>>;
 

@@ -19,7 +19,7 @@ namespace {
 
 namespace pin = pinocchio;
 
-// Data allocates four tensors of nv^3 numbers: 4 GB at 500, for the moment that they live here.
+// Data allocates four tensors of nv^3 numbers: 4 GB at 500, for a moment.
 constexpr int largest_nv = 512;
 
 pin::Model make_model(const Mechanism& mechanism) {
@@ -75,24 +75,33 @@ void mirror(Stored& X) {
             x[j * n + i] = x[i * n + j];
 }
 
+// The variants share one, without the tensors.
+struct Robot {
+  pin::Model model;
+  pin::Data data;
+
+  explicit Robot(const Mechanism& mechanism) : model(make_model(mechanism)), data(model) {
+    for (auto* tensor : {&data.d2tau_dqdq, &data.d2tau_dvdv, &data.d2tau_dqdv, &data.d2tau_dadq})
+      *tensor = {};
+  }
+};
+
 class Pinocchio final : public Peer {
  public:
-  Pinocchio(const Mechanism& mechanism, pin::Convention convention)
+  Pinocchio(const Mechanism& mechanism, pin::Convention convention, std::shared_ptr<Robot> robot)
       : mechanism_(mechanism),
         axes_(mechanism),
         convention_(convention),
-        model_(make_model(mechanism)),
-        data_(model_) {
-    for (auto* tensor :
-         {&data_.d2tau_dqdq, &data_.d2tau_dvdv, &data_.d2tau_dqdv, &data_.d2tau_dadq})
-      *tensor = {};
-  }
+        robot_(std::move(robot)),
+        model_(robot_->model),
+        data_(robot_->data) {}
 
   std::string name() const override {
-    return std::string("Pinocchio<") + (is_local() ? "LOCAL" : "WORLD") + ">" KALMARM_PEER_TAG;
+    return std::string(is_local() ? "Pinocchio<LOCAL>@" : "Pinocchio<WORLD>@") + compiler_name;
   }
   std::string version() const override {
-    return "Pinocchio " PINOCCHIO_VERSION " (headers, " KALMARM_PEER_BUILD ")";
+    return std::string("Pinocchio " PINOCCHIO_VERSION " (headers, ") + compiler_name + " " +
+           compiler_version + ")";
   }
   // computeMinverse and computeABADerivatives have no convention.
   bool can(Task task) const override {
@@ -164,8 +173,9 @@ class Pinocchio final : public Peer {
   const Mechanism& mechanism_;
   BodyAxes axes_;
   pin::Convention convention_;
-  pin::Model model_;
-  pin::Data data_;
+  std::shared_ptr<Robot> robot_;
+  const pin::Model& model_;
+  pin::Data& data_;
   const double* matrix_ = nullptr;  // in Data, symmetric
   std::vector<State> states_;
 };
@@ -176,6 +186,7 @@ class Pinocchio final : public Peer {
 void kalmarm_peers(const kalmarm::Mechanism& mechanism, kalmarm::Peers& peers) {
   using namespace kalmarm;
   if (mechanism.nv > largest_nv) return;
+  const auto robot = std::make_shared<Robot>(mechanism);
   for (const pin::Convention convention : {pin::Convention::LOCAL, pin::Convention::WORLD})
-    peers.push_back(std::make_unique<Pinocchio>(mechanism, convention));
+    peers.push_back(std::make_unique<Pinocchio>(mechanism, convention, robot));
 }

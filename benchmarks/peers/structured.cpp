@@ -4,6 +4,8 @@
 #include <type_traits>
 
 #include "algorithms/structured/dynamics.hpp"
+#include "algorithms/structured/inverse.hpp"
+#include "algorithms/structured/mass.hpp"
 #include "benchmarks/flops.hpp"
 #include "benchmarks/peers/peer.hpp"
 
@@ -14,7 +16,13 @@ template <class T, class Form>
 class Structured final : public Peer {
  public:
   explicit Structured(const Model<double>& model)
-      : model_(model), one_(model.cast<T>()), batch_(model.cast<T>()), a_(model.nv()) {}
+      : model_(model),
+        one_(model.cast<T>()),
+        batch_(model.cast<T>()),
+        inverse_(model.cast<T>()),
+        mass_(model.cast<T>()),
+        a_(model.nv()),
+        matrix_(model.nv(), model.nv()) {}
 
   std::string name() const override {
     constexpr bool root = std::is_same_v<Form, SquareRootForm>;
@@ -23,9 +31,11 @@ class Structured final : public Peer {
   std::string version() const override { return ""; }
   bool is_float32() const override { return std::is_same_v<T, float>; }
   bool can(Task task) const override {
-    return task == Task::acceleration || task == Task::acceleration_batch;
+    return task == Task::mass ? std::is_same_v<Form, CovarianceForm> : task != Task::derivatives;
   }
-  double flops(Task) const override {
+  bool has_batch() const override { return true; }
+  double flops(Task task) const override {
+    if (task != Task::acceleration && task != Task::acceleration_batch) return 0;
     return acceleration_flops<Form>(model_, q_[0].template cast<double>(),
                                     qd_[0].template cast<double>(),
                                     tau_[0].template cast<double>());
@@ -53,6 +63,15 @@ class Structured final : public Peer {
     return batch_.acceleration(states(), q_rows_.data(), qd_rows_.data(), tau_rows_.data(),
                                a_rows_.data(), outcomes_.data()) == 0;
   }
+  bool inverse(int i) override { return static_cast<bool>(inverse_.inverse(q_[i], matrix_)); }
+  bool mass(int i) override {
+    mass_.mass(q_[i], matrix_);
+    return true;
+  }
+  void get_matrix(int, double* out) const override {
+    Eigen::Map<MatrixX<double>>(out, a_.size(), a_.size()) =
+        matrix_.transpose().template cast<double>();
+  }
   void get_acceleration(int i, double* a) const override {
     std::copy_n(batched_ ? &a_rows_[i * model_.nv()] : a_.data(), model_.nv(), a);
   }
@@ -63,10 +82,13 @@ class Structured final : public Peer {
   const Model<double>& model_;
   StructuredDynamics<T, Form> one_;
   StructuredBatch<T, Form> batch_;
+  StructuredInverse<T, Form> inverse_;
+  StructuredMass<T> mass_;
   std::vector<VectorX<T>> q_, qd_, tau_;
   std::vector<T> q_rows_, qd_rows_, tau_rows_, a_rows_;
   std::vector<Outcome> outcomes_;
   VectorX<T> a_;
+  MatrixX<T> matrix_;
   bool batched_ = false;
 };
 
