@@ -67,8 +67,8 @@ struct StructuredWorkspace {
 
 namespace detail {
 
-template <class T, class S>
-void set_angles(const StructuredModel<S>& model, const T* q, StructuredWorkspace<T>& ws) {
+template <class T, class S, class Workspace>
+void set_angles(const StructuredModel<S>& model, const T* q, Workspace& ws) {
   for (int k = 0; k < model.nv(); ++k)
     if (const StructuredLink<S>& link = model.link(k); link.coordinate == Coordinate::angle)
       ws.angle[link.varying] = q[link.q_index] + T(link.offset);
