@@ -89,18 +89,20 @@ template <bool slides, class T>
   return e;
 }
 
-template <class T, class S>
+// From link end - 1 to link `begin`, with z- from outboard in and what goes to the parent out. With
+// `own`, columns of the block begin on the way.
+template <bool own, class T, class S>
 void sweep_inward(const StructuredModel<S>& model, const DerivativeTerms<T>& terms, int block,
-                  DerivativeColumns<T>& ws) {
+                  int begin, int end, DerivativeColumns<T>& ws,
+                  typename DerivativeColumns<T>::Inward& z) {
   using Terms = DerivativeTerms<T>;
   using W = Wide<T>;
   constexpr int lanes = lanes_of<T>;
-  const int first = block * lanes, end = std::min(first + lanes, model.nv());
+  const int first = block * lanes;
   const W zero = W(0);
-  for (auto& z : ws.inward) z.m = z.q = z.v = nothing<W>();
-  Sixfold<W> m, q, v;
-  bool carried = false;
-  for (int k = end - 1; k >= 0; --k) {
+  Sixfold<W> m = z.m, q = z.q, v = z.v;
+  bool carried = true;
+  for (int k = end - 1; k >= begin; --k) {
     const StructuredLink<S>& link = model.link(k);
     auto& row = ws.rows[k];
     if (!ws.carries[block * model.nv() + k]) {
@@ -115,24 +117,24 @@ void sweep_inward(const StructuredModel<S>& model, const DerivativeTerms<T>& ter
       add(v, ws.inward[link.slot].v);
     }
     const DerivativeJoint<T>& at = terms.joints[k];
-    W own = zero;
-    if (k >= first) {
-      own = load(&ws.unit[(k - first) * lanes]);
-      add_own(own, terms, Terms::x_q, block, q);
-      add_own(own, terms, Terms::x_qd, block, v);
+    W torque = zero;
+    if (own && k >= first) {
+      torque = load(&ws.unit[(k - first) * lanes]);
+      add_own(torque, terms, Terms::x_q, block, q);
+      add_own(torque, terms, Terms::x_qd, block, v);
     }
     if (link.slides) {
-      row.m = measure<true>(at, own, m);
+      row.m = measure<true>(at, torque, m);
       row.q = measure<true>(at, zero, q);
       row.v = measure<true>(at, zero, v);
     } else {
-      row.m = measure<false>(at, own, m);
+      row.m = measure<false>(at, torque, m);
       row.q = measure<false>(at, zero, q);
       row.v = measure<false>(at, zero, v);
     }
     carried = link.hangs_on_previous;
     if (link.parent < 0) continue;
-    if (link.coordinate == Coordinate::quaternion)
+    if (own && link.coordinate == Coordinate::quaternion)
       for (int j = std::max(k, first); j < std::min(k + 3, end); ++j)
         add_own(load(&ws.unit[(j - first) * lanes]), terms, Terms::H_x_F, block, q);
     if (link.kind != StructuredLink<S>::Kind::cyclic) {
@@ -146,7 +148,9 @@ void sweep_inward(const StructuredModel<S>& model, const DerivativeTerms<T>& ter
     add(branch.q, q);
     add(branch.v, v);
   }
-  for (int k = end; k < model.nv(); ++k) ws.rows[k].q = ws.rows[k].v = zero;
+  z.m = m;
+  z.q = q;
+  z.v = v;
 }
 
 // y and l- from l+ and e.
@@ -160,11 +164,12 @@ template <bool slides, class T>
   add_along<slides>(at.s, row, l);
 }
 
-// Links from `begin` on; M^-1 needs those inboard of the block's last column alone.
-template <bool inverse, class T, class S>
+// From link `begin` to link end - 1, with l- of the parent in and of the last link out; without
+// M^-1 where `inverse` is false.
+template <bool own, bool inverse, class T, class S>
 void sweep_outward(const StructuredModel<S>& model, const DerivativeTerms<T>& terms, int block,
-                   int begin, int end, typename DerivativeColumns<T>::Outward& l,
-                   DerivativeColumns<T>& ws) {
+                   int begin, int end, DerivativeColumns<T>& ws,
+                   typename DerivativeColumns<T>::Outward& l) {
   using Terms = DerivativeTerms<T>;
   using W = Wide<T>;
   constexpr int lanes = lanes_of<T>;
@@ -204,12 +209,12 @@ void sweep_outward(const StructuredModel<S>& model, const DerivativeTerms<T>& te
       respond<false>(at, dot(turned, b_q), row.q, q);
       respond<false>(at, dot(turned, b_v), row.v, v);
     }
-    if (k >= first && k < first + lanes) {
-      const W own = load(&ws.unit[(k - first) * lanes]);
-      add_own(own, terms, Terms::chi, block, q);
-      add_own(own, terms, Terms::chi_qd, block, v);
-      b_q = b_q + own * terms.table.load3(Terms::psi, block);
-      b_v = b_v + own * terms.table.load3(Terms::turn, block);
+    if (own && k >= first && k < first + lanes) {
+      const W unit = load(&ws.unit[(k - first) * lanes]);
+      add_own(unit, terms, Terms::chi, block, q);
+      add_own(unit, terms, Terms::chi_qd, block, v);
+      b_q = b_q + unit * terms.table.load3(Terms::psi, block);
+      b_v = b_v + unit * terms.table.load3(Terms::turn, block);
     }
     if (link.slot >= 0) {
       auto& branch = ws.outward[link.slot];
@@ -220,21 +225,11 @@ void sweep_outward(const StructuredModel<S>& model, const DerivativeTerms<T>& te
       branch.b_v = b_v;
     }
   }
-  if constexpr (inverse) {
-    l.q = q;
-    l.v = v;
-    l.b_q = b_q;
-    l.b_v = b_v;
-  }
-}
-
-// The first `count` lanes.
-template <class T>
-[[gnu::always_inline]] inline void store_some(const Wide<T>& x, int count, T* to) {
-  if (count == lanes_of<T>) return store(x, to);
-  std::array<T, lanes_of<T>> numbers;
-  store(x, numbers.data());
-  for (int i = 0; i < count; ++i) to[i] = numbers[i];
+  if constexpr (inverse) l.m = m;
+  l.q = q;
+  l.v = v;
+  l.b_q = b_q;
+  l.b_v = b_v;
 }
 
 // Rows of columns to columns of rows, for a tile.
@@ -243,61 +238,80 @@ template <class T>
   if constexpr ((lanes_of<T>) > 1) transpose(tile);
 }
 
-// Every row of a block's columns of da/dq or da/dq'.
+// Links `begin` to end - 1 of a block's columns of da/dq or da/dq'. A tile of rows ends with them
+// where there are enough.
 template <class T>
 void write_columns(const DerivativeColumns<T>& ws, Wide<T> DerivativeColumns<T>::Row::*part,
-                   int block, int nv, T* out) {
+                   int block, int begin, int end, int nv, T* out) {
   constexpr int lanes = lanes_of<T>;
   const int first = block * lanes, columns = std::min(lanes, nv - first);
-  for (int row = 0; row < nv; row += lanes) {
-    const int start = std::max(0, std::min(row, nv - lanes)), height = std::min(lanes, nv);
+  for (int row = begin; row < end; row += lanes) {
+    const int start = std::max(begin, std::min(row, end - lanes));
     Wide<T> tile[lanes];
-    for (int i = 0; i < lanes; ++i) tile[i] = ws.rows[std::min(start + i, nv - 1)].*part;
+    for (int i = 0; i < lanes; ++i) tile[i] = ws.rows[std::min(start + i, end - 1)].*part;
     turn_tile<T>(tile);
-    for (int j = 0; j < columns; ++j) store_some(tile[j], height, out + (first + j) * nv + start);
+    for (int j = 0; j < columns; ++j) {
+      const int at = (first + j) * nv + start;
+      store_some(tile[j], end - start, at + lanes <= nv * nv, out + at);
+    }
   }
 }
 
-// A block's columns of M^-1 down to the diagonal, and their mirror image.
+// The block of M^-1 on the diagonal: its rows above it, and their mirror image.
 template <class T>
-void write_inverse(const DerivativeColumns<T>& ws, int block, int nv, T* out) {
+void write_diagonal(const DerivativeColumns<T>& ws, int block, int nv, T* out) {
   constexpr int lanes = lanes_of<T>;
   const int first = block * lanes, columns = std::min(lanes, nv - first);
-  Wide<T> tile[lanes];
-  for (int row = 0; row < first; row += lanes) {
-    for (int i = 0; i < lanes; ++i) {
-      tile[i] = ws.rows[row + i].m;
-      store_some(tile[i], columns, out + (row + i) * nv + first);
-    }
-    turn_tile<T>(tile);
-    for (int j = 0; j < columns; ++j) store(tile[j], out + (first + j) * nv + row);
-  }
+  Wide<T> tile[lanes], mirror[lanes];
+  for (int i = 0; i < lanes; ++i) tile[i] = mirror[i] = ws.rows[std::min(first + i, nv - 1)].m;
+  turn_tile<T>(mirror);
   for (int i = 0; i < columns; ++i) {
-    std::array<T, lanes> numbers;
-    store(ws.rows[first + i].m, numbers.data());
-    for (int j = i; j < columns; ++j)
-      out[(first + i) * nv + first + j] = out[(first + j) * nv + first + i] = numbers[j];
+    const int at = (first + i) * nv + first;
+    const bool room = at + lanes <= nv * nv;
+    store_some(tile[i], columns, room, out + at);
+    store_some(mirror[i], std::min(i, columns), room, out + at);
   }
+}
+
+// A tile of M^-1 above the diagonal, row i of which is a link's, and its mirror image.
+template <class T>
+[[gnu::always_inline]] inline void write_mirrored(Wide<T>* tile, int row, int first, int nv,
+                                                  T* out) {
+  constexpr int lanes = lanes_of<T>;
+  const int columns = std::min(lanes, nv - first);
+  for (int i = 0; i < lanes; ++i)
+    store_some(tile[i], columns, true, out + (row + i) * nv + first);
+  turn_tile<T>(tile);
+  for (int j = 0; j < columns; ++j) store(tile[j], out + (first + j) * nv + row);
+}
+
+// A block's columns of any tree.
+template <class T, class S>
+void tree_columns(const StructuredModel<S>& model, const DerivativeTerms<T>& terms, int block,
+                  DerivativeColumns<T>& ws, T* da_dq, T* da_dqd, T* da_dtau) {
+  using W = Wide<T>;
+  using Row = typename DerivativeColumns<T>::Row;
+  constexpr int lanes = lanes_of<T>;
+  const int nv = model.nv(), first = block * lanes, end = std::min(first + lanes, nv);
+  const W zero = W(0);
+  typename DerivativeColumns<T>::Inward z;
+  typename DerivativeColumns<T>::Outward l;
+  z.m = z.q = z.v = nothing<W>();
+  for (auto& branch : ws.inward) branch = z;
+  sweep_inward<true>(model, terms, block, 0, end, ws, z);
+  for (int k = end; k < nv; ++k) ws.rows[k].q = ws.rows[k].v = zero;
+  sweep_outward<true, true>(model, terms, block, 0, end, ws, l);
+  sweep_outward<true, false>(model, terms, block, end, nv, ws, l);
+  write_diagonal(ws, block, nv, da_dtau);
+  for (int row = 0; row < first; row += lanes) {
+    W tile[lanes];
+    for (int i = 0; i < lanes; ++i) tile[i] = ws.rows[row + i].m;
+    write_mirrored(tile, row, first, nv, da_dtau);
+  }
+  write_columns(ws, &Row::q, block, 0, nv, nv, da_dq);
+  write_columns(ws, &Row::v, block, 0, nv, nv, da_dqd);
 }
 
 }  // namespace detail
-
-// da_dq, da_dqd and da_dtau (nv x nv, by columns) after derivative_terms.
-template <class T, class S>
-void derivative_columns(const StructuredModel<S>& model, const DerivativeTerms<T>& terms,
-                        DerivativeColumns<T>& ws, T* da_dq, T* da_dqd, T* da_dtau) {
-  using Row = typename DerivativeColumns<T>::Row;
-  const int nv = model.nv();
-  for (int block = 0; block < terms.table.blocks(); ++block) {
-    const int end = std::min((block + 1) * lanes_of<T>, nv);
-    typename DerivativeColumns<T>::Outward l;
-    detail::sweep_inward(model, terms, block, ws);
-    detail::sweep_outward<true>(model, terms, block, 0, end, l, ws);
-    detail::sweep_outward<false>(model, terms, block, end, nv, l, ws);
-    detail::write_inverse(ws, block, nv, da_dtau);
-    detail::write_columns(ws, &Row::q, block, nv, da_dq);
-    detail::write_columns(ws, &Row::v, block, nv, da_dqd);
-  }
-}
 
 }  // namespace kalmarm

@@ -151,15 +151,15 @@ template <bool slides, class T, class X>
 // phi and phi'.
 template <class T, class X>
 [[gnu::always_inline]] inline void move_inward(const Triple<T>& r, Sixfold<X>& x) {
-  x.x += X(r.y) * x.w - X(r.z) * x.v;
-  x.y += X(r.z) * x.u - X(r.x) * x.w;
-  x.z += X(r.x) * x.v - X(r.y) * x.u;
+  x.x = x.x + X(r.y) * x.w - X(r.z) * x.v;
+  x.y = x.y + X(r.z) * x.u - X(r.x) * x.w;
+  x.z = x.z + X(r.x) * x.v - X(r.y) * x.u;
 }
 template <class T, class X>
 [[gnu::always_inline]] inline void move_outward(const Triple<T>& r, Sixfold<X>& x) {
-  x.u += x.y * X(r.z) - x.z * X(r.y);
-  x.v += x.z * X(r.x) - x.x * X(r.z);
-  x.w += x.x * X(r.y) - x.y * X(r.x);
+  x.u = x.u + X(r.z) * x.y - X(r.y) * x.z;
+  x.v = x.v + X(r.x) * x.z - X(r.z) * x.x;
+  x.w = x.w + X(r.y) * x.x - X(r.x) * x.y;
 }
 
 template <class T>
@@ -501,7 +501,7 @@ template <class T, class S>
 void accelerate(const StructuredModel<S>& model, const T* qd, DerivativeTerms<T>& ws, T* qdd) {
   using Terms = DerivativeTerms<T>;
   const T zero = T(S(0));
-  Sixfold<T> a, before;
+  Sixfold<T> a, before = {zero, zero, zero, zero, zero, zero};
   ws.check = zero;
   for (int k = 0; k < model.nv(); ++k) {
     const StructuredLink<S>& link = model.link(k);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <type_traits>
 #include <vector>
 
@@ -46,6 +47,40 @@ template <class T>
     x.store(to);
   else
     *to = x;
+}
+
+
+// The first `count` lanes; `room` says whether all of them may be written, in which case the others
+// keep what is there.
+template <class T>
+[[gnu::always_inline]] inline void store_some(const Wide<T>& x, int count, bool room, T* to) {
+  constexpr int lanes = lanes_of<T>;
+  if constexpr (lanes == 1) {
+    *to = x;
+  } else {
+    if (count >= lanes) return x.store(to);
+    typename Wide<T>::Mask lane;
+    if (room) {
+      for (int i = 0; i < lanes; ++i) lane[i] = i;
+      const Wide<T> there = Wide<T>::load(to);
+      Wide<T>::of(lane < count ? x.v : there.v).store(to);
+    } else {
+      for (int i = 0; i < count; ++i) to[i] = x[i];
+    }
+  }
+}
+
+// x, or 0 where it is so small that its products would underflow: what a joint does to one far away
+// fades out, and arithmetic on denormal numbers takes a hundred times as long.
+template <class W>
+[[gnu::always_inline]] inline W without_tiny(const W& x) {
+  if constexpr (Lanes<W>::count > 1) {
+    using T = typename Lanes<W>::Scalar;
+    constexpr T tiny = std::numeric_limits<T>::min() / std::numeric_limits<T>::epsilon();
+    return W::of((x.v > tiny) | (x.v < -tiny) ? x.v : W(T(0)).v);
+  } else {
+    return x;
+  }
 }
 
 template <class T>
