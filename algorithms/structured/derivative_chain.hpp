@@ -1,7 +1,7 @@
 // Columns of M^-1, da/dq and da/dq' for a chain of hinges and slides, in tiles.
 //
-// Blocks are `lanes` joints. What block I does to what comes across its ends is linear: of a force z
-// at its outboard end and of an acceleration l and a turn b at its inboard end,
+// Blocks are `lanes` joints. What block I does to what comes across its ends is linear: of a force
+// z at its outboard end and of an acceleration l and a turn b at its inboard end,
 //   inboard   y = N z,  z <- Phi z,  and l = -Upsilon z at its outboard end                  (C1)
 //   outboard  y = R (l; b),  l <- A (l; b)                                                   (C2)
 // N is lanes x 6, R lanes x 9, Phi 6x6, A 6x9: the sweeps of derivative_columns.hpp on columns of

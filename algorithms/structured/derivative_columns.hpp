@@ -4,8 +4,10 @@
 // A unit torque, or the x of (B3), goes inward through the filter and comes back outward as an
 // acceleration l; outboard of j turns what a turn of everything there turns with it, b:
 //   inward   z- = sum of phi z+, and x(j) at k = j
-//            e = (1 at k = j) - H z-  for M^-1,  -H z-  for the others;   z+ = z- + g e   (4.2), (4.5)
-//   outward  l+ = phi' l-,  y(k) = e / D - g'l+ - q'b,  l- = l+ + H'y                     (4.9), (4.11)
+//            e = (1 at k = j) - H z-  for M^-1,  -H z-  for the others;   z+ = z- + g e   (4.2),
+//            (4.5)
+//   outward  l+ = phi' l-,  y(k) = e / D - g'l+ - q'b,  l- = l+ + H'y                     (4.9),
+//   (4.11)
 //            and at k = j: l- += chi, b = psi_w for dq;  l- += (v- + v+) x H, b = H_w for dq'
 // y is the column. Lanes that have not begun hold zeros, so branches need no masks: what a branch
 // adds is saved where the tree branches. 15 numbers in and 16 to 19 out a link and register.
@@ -34,11 +36,11 @@ struct DerivativeColumns {
     Triple<W> b_q, b_v;
   };
 
-  AlignedVector<Row> rows;  // e, then y, of every link
+  AlignedVector<Row> rows;                                       // e, then y, of every link
   std::vector<Inward, Eigen::aligned_allocator<Inward>> inward;  // of links with branches
   std::vector<Outward, Eigen::aligned_allocator<Outward>> outward;
-  std::vector<bool> carries;       // link k is inboard of a block's columns, or of them
-  AlignedVector<T> unit;           // rows of the identity
+  std::vector<bool> carries;  // link k is inboard of a block's columns, or of them
+  AlignedVector<T> unit;      // rows of the identity
 
   template <class S>
   explicit DerivativeColumns(const StructuredModel<S>& model)
@@ -279,8 +281,7 @@ template <class T>
                                                   T* out) {
   constexpr int lanes = lanes_of<T>;
   const int columns = std::min(lanes, nv - first);
-  for (int i = 0; i < lanes; ++i)
-    store_some(tile[i], columns, true, out + (row + i) * nv + first);
+  for (int i = 0; i < lanes; ++i) store_some(tile[i], columns, true, out + (row + i) * nv + first);
   turn_tile<T>(tile);
   for (int j = 0; j < columns; ++j) store(tile[j], out + (first + j) * nv + row);
 }

@@ -3,9 +3,11 @@
 // Axes are common to a tree: those of its root's placement. Reference points are not: everything
 // about link k is about its own origin, which a hinge's axis runs through, so that H = (s; 0), or
 // (0; s) of a slide, and what is passed on is moved by r = o(k) - o(parent) alone:
-//   force (n; f) -> (n + r x f; f) inward,   motion (w; v) -> (w; v + w x r) outward       phi, phi'
-// Velocities v and accelerations a are spatial, gravity is the acceleration of the base. With v-, a-
-// of the joint's inboard side (for the three DoF of a ball joint: of all three) and v+ of its body:
+//   force (n; f) -> (n + r x f; f) inward,   motion (w; v) -> (w; v + w x r) outward       phi,
+//   phi'
+// Velocities v and accelerations a are spatial, gravity is the acceleration of the base. With v-,
+// a- of the joint's inboard side (for the three DoF of a ball joint: of all three) and v+ of its
+// body:
 //   psi = v- x H,  chi = a- x H + v- x psi                           how H moves the outboard side
 //   2B(k) = [2(tr Gamma 1 - Gamma'); -2p~],  6x3, acts on a turn alone,                        (B1)
 //   Gamma = h v' - (tr I/2 1 - I) w~,  p = m v + w x h               from I, h, m about o(k)
@@ -46,26 +48,26 @@ struct DerivativeTerms {
   enum Number {
     x_axis = 0,
     y_axis = 3,
-    z_axis = 6,      // columns of the link's rotation
-    before = 9,      // v-
-    after = 15,      // v+
-    inertia = 21,    // xx xy yy xz yz zz
-    h = 27,          // first moment
-    bias = 30,       // v x* M v
-    twice_B = 36,    // columns of its moments
-    twice_p = 45,    //
-    psi = 48,        //
-    P = 54,          // P-, in the order of Articulated
-    Q = 75,          // Q-, by columns
-    z = 93,          // z-
-    a_before = 99,   // a-
-    a = 105,         // of the link
-    x_q = 111,       // x of dq
-    x_qd = 117,      // x of dq'
-    H_x_F = 123,     //
-    chi = 129,       //
-    chi_qd = 135,    // (v- + v+) x H
-    turn = 141,      // H_w
+    z_axis = 6,     // columns of the link's rotation
+    before = 9,     // v-
+    after = 15,     // v+
+    inertia = 21,   // xx xy yy xz yz zz
+    h = 27,         // first moment
+    bias = 30,      // v x* M v
+    twice_B = 36,   // columns of its moments
+    twice_p = 45,   //
+    psi = 48,       //
+    P = 54,         // P-, in the order of Articulated
+    Q = 75,         // Q-, by columns
+    z = 93,         // z-
+    a_before = 99,  // a-
+    a = 105,        // of the link
+    x_q = 111,      // x of dq
+    x_qd = 117,     // x of dq'
+    H_x_F = 123,    //
+    chi = 129,      //
+    chi_qd = 135,   // (v- + v+) x H
+    turn = 141,     // H_w
     numbers = 144,
   };
   enum Constant {
@@ -228,7 +230,8 @@ void set_motion(const StructuredModel<S>& model, const T* q, const T* qd, Deriva
   using Terms = DerivativeTerms<T>;
   using Kind = typename StructuredLink<S>::Kind;
   const T zero = T(S(0)), one = T(S(1));
-  Triple<T> X, Y, Z, w, v, w_before, v_before;
+  Triple<T> X, Y, Z, w, v;
+  Triple<T> w_before = {zero, zero, zero}, v_before = w_before;
   int body = 0;  // first DoF of the joint
   for (int k = 0; k < model.nv(); ++k) {
     const StructuredLink<S>& link = model.link(k);

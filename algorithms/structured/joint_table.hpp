@@ -49,7 +49,6 @@ template <class T>
     *to = x;
 }
 
-
 // The first `count` lanes; `room` says whether all of them may be written, in which case the others
 // keep what is there.
 template <class T>
@@ -77,7 +76,7 @@ template <class W>
   if constexpr (Lanes<W>::count > 1) {
     using T = typename Lanes<W>::Scalar;
     constexpr T tiny = std::numeric_limits<T>::min() / std::numeric_limits<T>::epsilon();
-    return W::of((x.v > tiny) | (x.v < -tiny) ? x.v : W(T(0)).v);
+    return W::of(((x.v > tiny) | (x.v < -tiny)) ? x.v : W(T(0)).v);
   } else {
     return x;
   }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "algorithms/solver.hpp"
+#include "algorithms/structured/derivatives.hpp"
 #include "algorithms/structured/dynamics.hpp"
 #include "algorithms/test/models.hpp"
 
@@ -143,6 +144,23 @@ void expect_no_allocation_once_made() {
 TYPED_TEST(Allocation, StructuredDynamicsAllocatesOnlyWhenItIsMade) {
   expect_no_allocation_once_made<TypeParam, CovarianceForm>();
   expect_no_allocation_once_made<TypeParam, SquareRootForm>();
+}
+
+TYPED_TEST(Allocation, StructuredDerivativesAllocateOnlyWhenTheyAreMade) {
+  using T = TypeParam;
+  for (const Model<double>& parameters : {floating_base(61), chain(61, 53)}) {
+    const Model<T> model = parameters.template cast<T>();
+    const State<T> state = random_state(parameters, 62).template cast<T>();
+    StructuredDerivatives<T> solver(model);
+    MatrixX<T> dq(model.nv(), model.nv()), dqd = dq, dtau = dq;
+    VectorX<T> a(model.nv());
+    Outcome outcome;
+    EXPECT_EQ(allocations_of([&] {
+                outcome = solver.derivatives(state.q, state.qd, state.tau, dq, dqd, dtau, a);
+              }),
+              0);
+    EXPECT_TRUE(outcome);
+  }
 }
 
 }  // namespace
