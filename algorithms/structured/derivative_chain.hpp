@@ -10,7 +10,7 @@
 //   rows of block I < J: N(I) z(J), z(J) <- Phi(I) z(J);  I > J: R(I) (l; b), l <- A(I) (l; b)
 // Factors stay in order and stay whole: products of I - gH are projectors, which no quotient of
 // vectors at both ends could tell apart. Per tile of 8 x 8: 84 products of a register, inboard,
-// and 126 outboard, where the sweeps take 150 and 170.
+// and 126 outboard, where the sweeps take 260 and 150, one after another.
 #pragma once
 
 #include <vector>
@@ -184,9 +184,6 @@ void chain_columns(const StructuredModel<S>& model, const DerivativeTerms<T>& te
     whole(da_dqd);
     tile_of<6, T>(at.N, m, tile);
     whole(da_dtau);
-    turn_tile<T>(tile);
-    for (int k = 0; k < lanes; ++k)
-      store_some(tile[k], columns, true, da_dtau + (row + k) * nv + first);
     if (i == 0) break;
     put_without_tiny<T>(times<T>(at.Phi, m), m);
     put_without_tiny<T>(times<T>(at.Phi, q), q);

@@ -240,8 +240,8 @@ template <class T>
   if constexpr ((lanes_of<T>) > 1) transpose(tile);
 }
 
-// Links `begin` to end - 1 of a block's columns of da/dq or da/dq'. A tile of rows ends with them
-// where there are enough.
+// Links `begin` to end - 1 of a block's columns. The last tile of rows ends with them where there
+// are enough.
 template <class T>
 void write_columns(const DerivativeColumns<T>& ws, Wide<T> DerivativeColumns<T>::Row::*part,
                    int block, int begin, int end, int nv, T* out) {
@@ -259,7 +259,7 @@ void write_columns(const DerivativeColumns<T>& ws, Wide<T> DerivativeColumns<T>:
   }
 }
 
-// The block of M^-1 on the diagonal: its rows above it, and their mirror image.
+// The block of M^-1 on the diagonal: what is above it, and its mirror image.
 template <class T>
 void write_diagonal(const DerivativeColumns<T>& ws, int block, int nv, T* out) {
   constexpr int lanes = lanes_of<T>;
@@ -275,15 +275,20 @@ void write_diagonal(const DerivativeColumns<T>& ws, int block, int nv, T* out) {
   }
 }
 
-// A tile of M^-1 above the diagonal, row i of which is a link's, and its mirror image.
+// What is above the diagonal of M^-1 in columns `begin` to end - 1 is copied below it.
 template <class T>
-[[gnu::always_inline]] inline void write_mirrored(Wide<T>* tile, int row, int first, int nv,
-                                                  T* out) {
+void mirror(int begin, int end, int nv, T* out) {
   constexpr int lanes = lanes_of<T>;
-  const int columns = std::min(lanes, nv - first);
-  for (int i = 0; i < lanes; ++i) store_some(tile[i], columns, true, out + (row + i) * nv + first);
-  turn_tile<T>(tile);
-  for (int j = 0; j < columns; ++j) store(tile[j], out + (first + j) * nv + row);
+  for (int row = 0; row < end; row += lanes)
+    for (int first = std::max(begin, row + lanes); first < end; first += lanes) {
+      const int columns = std::min(lanes, end - first);
+      Wide<T> tile[lanes];
+      for (int j = 0; j < lanes; ++j)
+        tile[j] = load(out + (first + std::min(j, columns - 1)) * nv + row);
+      turn_tile<T>(tile);
+      for (int i = 0; i < lanes; ++i)
+        store_some(tile[i], columns, true, out + (row + i) * nv + first);
+    }
 }
 
 // A block's columns of any tree.
@@ -304,11 +309,7 @@ void tree_columns(const StructuredModel<S>& model, const DerivativeTerms<T>& ter
   sweep_outward<true, true>(model, terms, block, 0, end, ws, l);
   sweep_outward<true, false>(model, terms, block, end, nv, ws, l);
   write_diagonal(ws, block, nv, da_dtau);
-  for (int row = 0; row < first; row += lanes) {
-    W tile[lanes];
-    for (int i = 0; i < lanes; ++i) tile[i] = ws.rows[row + i].m;
-    write_mirrored(tile, row, first, nv, da_dtau);
-  }
+  if (first > 0) write_columns(ws, &Row::m, block, 0, first, nv, da_dtau);
   write_columns(ws, &Row::q, block, 0, nv, nv, da_dq);
   write_columns(ws, &Row::v, block, 0, nv, nv, da_dqd);
 }

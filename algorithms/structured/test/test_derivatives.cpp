@@ -107,37 +107,34 @@ double condition(const MatrixX<Mp>& inverse) {
   return lambda.maxCoeff() / lambda.minCoeff();
 }
 
-// Chains that go through tiles, the last of which is not full.
-std::vector<Family> long_chains() {
-  return {{"chain_37", [](std::uint64_t seed) { return chain(seed, 37); }},
-          {"chain_45_slides_armature", [](std::uint64_t seed) {
-             Random random(seed);
-             Builder builder;
-             for (int k = 0; k < 45; ++k) {
-               Joint<double> joint = random_joint(
-                   random, k - 1, random.chance(0.3) ? Coordinate::distance : Coordinate::angle);
-               if (random.chance(0.4)) joint.r = random.uniform(0.01, 0.1);
-               builder.add(joint);
-             }
-             return builder.build();
-           }}};
+// A chain that goes through tiles, the last of which is not full.
+Model<double> long_chain(std::uint64_t seed, int n) {
+  Random random(seed);
+  Builder builder;
+  for (int k = 0; k < n; ++k) {
+    Joint<double> joint =
+        random_joint(random, k - 1, random.chance(0.3) ? Coordinate::distance : Coordinate::angle);
+    if (random.chance(0.4)) joint.r = random.uniform(0.01, 0.1);
+    builder.add(joint);
+  }
+  return builder.build();
 }
 
 TEST(StructuredDerivatives, AgreeWithDifferencesOfTruth) {
   std::vector<Family> all = all_families();
-  for (const Family& family : long_chains()) all.push_back(family);
+  all.push_back({"long_chain", [](std::uint64_t seed) { return long_chain(seed, 19); }});
   for (const Family& family : all) {
     const Model<double> model = family.make(3);
     const State<double> state = random_state(model, 4);
     const Derivatives<Mp> truth = differences(model.cast<Mp>(), state.cast<Mp>());
-    const double kappa = condition(truth.dtau);
+    const double kappa = condition(truth.dtau), bound = 40 + 2 * std::sqrt(kappa);
 
     EXPECT_LE(error(one_at_a_time(model.cast<Mp>(), state.cast<Mp>()), truth), 1e-28)
         << family.name;
     const double float64 = error(derivatives(model, state), truth);
     const double float32 = error(derivatives(model.cast<float>(), state.cast<float>()), truth);
-    EXPECT_LE(float64, unit_roundoff<double>() * (50 + kappa)) << family.name;
-    EXPECT_LE(float32, unit_roundoff<float>() * (50 + kappa)) << family.name;
+    EXPECT_LE(float64, unit_roundoff<double>() * bound) << family.name;
+    EXPECT_LE(float32, unit_roundoff<float>() * bound) << family.name;
     RecordProperty(std::string(family.name) + "_float64", std::to_string(float64 * 0x1p53));
     RecordProperty(std::string(family.name) + "_float32", std::to_string(float32 * 0x1p24));
     RecordProperty(std::string(family.name) + "_condition", std::to_string(kappa));
@@ -153,7 +150,7 @@ TYPED_TEST_SUITE(DerivativesOf, Precisions, PrecisionName);
 TYPED_TEST(DerivativesOf, EverySizeAgreesWithOneColumnAtATime) {
   using T = TypeParam;
   for (int n = 1; n <= 70; n += n < 40 ? 1 : 7) {
-    const Model<double> parameters = chain(7, n);
+    const Model<double> parameters = n % 3 == 0 ? long_chain(7, n) : chain(7, n);
     const State<double> state = random_state(parameters, 8);
     const Derivatives<long double> truth =
         one_at_a_time(parameters.cast<long double>(), state.cast<long double>());
@@ -186,7 +183,7 @@ TYPED_TEST(DerivativesOf, NothingIsWrittenOutside) {
 TYPED_TEST(DerivativesOf, TorqueGivesASymmetricMatrixToTheBit) {
   using T = TypeParam;
   std::vector<Family> all = all_families();
-  for (const Family& family : long_chains()) all.push_back(family);
+  all.push_back({"long_chain", [](std::uint64_t seed) { return long_chain(seed, 45); }});
   for (const Family& family : all) {
     const Model<double> model = family.make(5);
     const Derivatives<T> out =
@@ -295,7 +292,7 @@ TEST(StructuredDerivatives, FlopsGrowAsTheirEquationsSay) {
   const double joints = small / 40 - 40 * pairs;
   EXPECT_LE(pairs, 140);
   EXPECT_GE(pairs, 80) << "does it count?";
-  EXPECT_LE(joints, 1700);
+  EXPECT_LE(joints, 1400);
   RecordProperty("flops_a_pair", std::to_string(pairs));
   RecordProperty("flops_a_joint", std::to_string(joints));
 }
