@@ -464,14 +464,17 @@ void filter(const StructuredModel<S>& model, const T* tau, const T* qd, Derivati
     set(table, Terms::Q, k, Qx);
     set(table, Terms::Q + 6, k, Qy);
     set(table, Terms::Q + 12, k, Qz);
-    const Size<T> trace = {P.Axx + P.Ayy + P.Azz, P.Cxx + P.Cyy + P.Czz};
+    // What P- is, and rounding errors of what it was: in common axes HP+ = 0 but for them.
+    const T past = T(S(0.25));
+    const Size<T> left = {past * size.moment + (P.Axx + P.Ayy + P.Azz),
+                          past * size.force + (P.Cxx + P.Cyy + P.Czz)};
     if (link.slides)
       cross_joint<true>(k, body.r, tau[k], qd[k], ws, P, z, Qx, Qy, Qz, size);
     else
       cross_joint<false>(k, body.r, tau[k], qd[k], ws, P, z, Qx, Qy, Qz, size);
     carried = link.hangs_on_previous;
     if (link.parent < 0) continue;
-    size = trace;
+    size = left;
     if (link.kind != Kind::cyclic) {
       const Triple<T> r = ws.joints[k].r;
       size.moment = two * (size.moment + dot(r, r) * size.force);
