@@ -16,7 +16,7 @@
 #include <array>
 #include <vector>
 
-#include "algorithms/structured/derivative_terms.hpp"
+#include "algorithms/structured/derivative_filter.hpp"
 
 namespace kalmarm {
 
