@@ -50,27 +50,34 @@ struct Placements {
 
 namespace detail {
 
+// cos and sin of every hinge's q + phase.
+template <class T, class S, class Placed>
+void set_angles(const StructuredModel<S>& model, const T* q, Placed& placed) {
+  for (int k = 0; k < model.nv(); ++k)
+    if (const StructuredLink<S>& link = model.link(k); link.coordinate == Coordinate::angle)
+      placed.angle[link.varying] = q[link.q_index] + T(link.offset);
+  sin_cos(placed.angle, placed.sin, placed.cos);
+  for (int k = 0; k < model.nv(); ++k) {
+    const StructuredLink<S>& link = model.link(k);
+    if (link.coordinate != Coordinate::angle) continue;
+    const T c = placed.cos[link.varying], s = placed.sin[link.varying];
+    placed.cos[link.varying] = link.phase.c * c - link.phase.s * s;
+    placed.sin[link.varying] = link.phase.s * c + link.phase.c * s;
+  }
+}
+
 // Where the links are.
 template <class T, class S, class Workspace>
 void set_placements(const StructuredModel<S>& model, const T* q, Workspace& ws) {
   using Kind = typename StructuredLink<S>::Kind;
+  set_angles(model, q, ws);
   for (int k = 0; k < model.nv(); ++k) {
     const StructuredLink<S>& link = model.link(k);
     const T* const at = q + link.q_index;
-    if (link.coordinate == Coordinate::angle)
-      ws.angle[link.varying] = *at + T(link.offset);
-    else if (link.kind == Kind::screws)
+    if (link.kind == Kind::screws && link.slides)
       ws.links[k].d = *at + T(link.offset);
     else if (link.kind == Kind::matrix)
       set_matrix(link, model.uncommon(link).E, at, ws.matrices[link.varying]);
-  }
-  sin_cos(ws.angle, ws.sin, ws.cos);
-  for (int k = 0; k < model.nv(); ++k) {
-    const StructuredLink<S>& link = model.link(k);
-    if (link.coordinate != Coordinate::angle) continue;
-    const T c = ws.cos[link.varying], s = ws.sin[link.varying];
-    ws.cos[link.varying] = link.phase.c * c - link.phase.s * s;
-    ws.sin[link.varying] = link.phase.s * c + link.phase.c * s;
   }
 }
 

@@ -66,7 +66,8 @@ template <class T>
 
 // Lambda+ g.
 template <class T>
-[[gnu::always_inline]] inline Sixfold<T> times(const Articulated<T>& L, const Sixfold<T>& g) {
+[[gnu::always_inline]] inline Sixfold<T> lambda_times(const Articulated<T>& L,
+                                                      const Sixfold<T>& g) {
   return {L.Bxx * g.u + L.Byx * g.v + L.Bzx * g.w + (L.Cxx * g.x + L.Cxy * g.y + L.Cxz * g.z),
           L.Bxy * g.u + L.Byy * g.v + L.Bzy * g.w + (L.Cxy * g.x + L.Cyy * g.y + L.Cyz * g.z),
           L.Bxz * g.u + L.Byz * g.v + L.Bzz * g.w + (L.Cxz * g.x + L.Cyz * g.y + L.Czz * g.z),
@@ -105,7 +106,7 @@ void structured_lambda(const StructuredModel<S>& model, const StructuredFactors<
       }
     }
     const Sixfold<T> g = at.g;
-    Sixfold<T> y = detail::times(L, g);
+    Sixfold<T> y = detail::lambda_times(L, g);
     const T alpha =
         at.inverse_D + ((g.x * y.x + g.y * y.y + g.z * y.z) + (g.u * y.u + g.v * y.v + g.w * y.w));
     ws.alpha[k] = alpha;

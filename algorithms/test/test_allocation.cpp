@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "algorithms/solver.hpp"
+#include "algorithms/structured/derivatives.hpp"
 #include "algorithms/structured/dynamics.hpp"
 #include "algorithms/structured/inverse.hpp"
 #include "algorithms/structured/mass.hpp"
@@ -111,6 +112,23 @@ TYPED_TEST(Allocation, StructuredInverseAndMassAllocateOnlyWhenTheyAreMade) {
     EXPECT_EQ(allocations_of([&] { inverse.diagonal(x); }), 0);
     EXPECT_EQ(allocations_of([&] { mass.mass(state.q, X); }), 0);
     EXPECT_TRUE(inverted && factored);
+  }
+}
+
+TYPED_TEST(Allocation, StructuredDerivativesAllocateOnlyWhenTheyAreMade) {
+  using T = TypeParam;
+  for (const Model<double>& parameters : {floating_base(61), chain(61, 53)}) {
+    const Model<T> model = parameters.template cast<T>();
+    const State<T> state = random_state(parameters, 62).template cast<T>();
+    StructuredDerivatives<T> solver(model);
+    MatrixX<T> dq(model.nv(), model.nv()), dqd = dq, dtau = dq;
+    VectorX<T> a(model.nv());
+    Outcome outcome;
+    EXPECT_EQ(allocations_of([&] {
+                outcome = solver.derivatives(state.q, state.qd, state.tau, dq, dqd, dtau, a);
+              }),
+              0);
+    EXPECT_TRUE(outcome);
   }
 }
 

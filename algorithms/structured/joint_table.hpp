@@ -1,0 +1,152 @@
+// Numbers of every joint, which can be worked on joint by joint or for a register's width of
+// joints at once: blocks of `lanes` joints, in each block one row for every number.
+#pragma once
+
+#include <Eigen/Core>
+#include <limits>
+#include <type_traits>
+#include <vector>
+
+#include "algorithms/spatial/pack.hpp"
+#include "algorithms/structured/articulated.hpp"
+
+namespace kalmarm {
+
+// The type that works on several T at once: float and double have one, of any other T it is one.
+template <class T>
+struct WideOf {
+  using type = T;
+};
+template <>
+struct WideOf<float> {
+  using type = WidePack<float>;
+};
+template <>
+struct WideOf<double> {
+  using type = WidePack<double>;
+};
+template <class T>
+using Wide = typename WideOf<T>::type;
+
+template <class T>
+inline constexpr int lanes_of = Lanes<Wide<T>>::count;
+
+template <class T>
+using AlignedVector = std::vector<T, Eigen::aligned_allocator<T>>;
+
+template <class T>
+[[gnu::always_inline]] inline Wide<T> load(const T* from) {
+  if constexpr ((lanes_of<T>) > 1)
+    return Wide<T>::load(from);
+  else
+    return *from;
+}
+template <class T>
+[[gnu::always_inline]] inline void store(const Wide<T>& x, T* to) {
+  if constexpr ((lanes_of<T>) > 1)
+    x.store(to);
+  else
+    *to = x;
+}
+
+// The first `count` lanes; `room` says whether all of them may be written, in which case the others
+// keep what is there.
+template <class T>
+[[gnu::always_inline]] inline void store_some(const Wide<T>& x, int count, bool room, T* to) {
+  constexpr int lanes = lanes_of<T>;
+  if constexpr (lanes == 1) {
+    *to = x;
+  } else {
+    if (count >= lanes) return x.store(to);
+    typename Wide<T>::Mask lane;
+    if (room) {
+      for (int i = 0; i < lanes; ++i) lane[i] = i;
+      const Wide<T> there = Wide<T>::load(to);
+      Wide<T>::of(lane < count ? x.v : there.v).store(to);
+    } else {
+      for (int i = 0; i < count; ++i) to[i] = x[i];
+    }
+  }
+}
+
+// x, or 0 where it is so small that its products would underflow: what a joint does to one far away
+// fades out, and arithmetic on denormal numbers takes a hundred times as long.
+template <class W>
+[[gnu::always_inline]] inline W without_tiny(const W& x) {
+  if constexpr (Lanes<W>::count > 1) {
+    using T = typename Lanes<W>::Scalar;
+    constexpr T tiny = std::numeric_limits<T>::min() / std::numeric_limits<T>::epsilon();
+    return W::of(((x.v > tiny) | (x.v < -tiny)) ? x.v : W(T(0)).v);
+  } else {
+    return x;
+  }
+}
+
+template <class T>
+struct Triple {
+  T x, y, z;
+
+  friend Triple operator+(const Triple& a, const Triple& b) {
+    return {a.x + b.x, a.y + b.y, a.z + b.z};
+  }
+  friend Triple operator-(const Triple& a, const Triple& b) {
+    return {a.x - b.x, a.y - b.y, a.z - b.z};
+  }
+  friend Triple operator*(const T& a, const Triple& b) { return {a * b.x, a * b.y, a * b.z}; }
+};
+
+template <class T>
+[[gnu::always_inline]] inline T dot(const Triple<T>& a, const Triple<T>& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+template <class T>
+[[gnu::always_inline]] inline Triple<T> cross(const Triple<T>& a, const Triple<T>& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+template <class T, int numbers>
+class JointTable {
+ public:
+  static constexpr int lanes = lanes_of<T>;
+
+  explicit JointTable(int joints)
+      : blocks_((joints + lanes - 1) / lanes), data_(blocks_ * numbers * lanes, T(0)) {}
+
+  int blocks() const { return blocks_; }
+
+  T& at(int number, int joint) {
+    return data_[(joint / lanes * numbers + number) * lanes + joint % lanes];
+  }
+  const T& at(int number, int joint) const {
+    return data_[(joint / lanes * numbers + number) * lanes + joint % lanes];
+  }
+  void set(int number, int joint, const Triple<T>& x) {
+    at(number, joint) = x.x;
+    at(number + 1, joint) = x.y;
+    at(number + 2, joint) = x.z;
+  }
+  Triple<T> triple(int number, int joint) const {
+    return {at(number, joint), at(number + 1, joint), at(number + 2, joint)};
+  }
+
+  // Of all joints of a block.
+  const T* row(int number, int block) const { return &data_[(block * numbers + number) * lanes]; }
+  T* row(int number, int block) { return &data_[(block * numbers + number) * lanes]; }
+  Wide<T> load(int number, int block) const { return kalmarm::load(row(number, block)); }
+  void store(int number, int block, const Wide<T>& x) { kalmarm::store(x, row(number, block)); }
+  Triple<Wide<T>> load3(int number, int block) const {
+    return {load(number, block), load(number + 1, block), load(number + 2, block)};
+  }
+  void store3(int number, int block, const Triple<Wide<T>>& x) {
+    store(number, block, x.x);
+    store(number + 1, block, x.y);
+    store(number + 2, block, x.z);
+  }
+
+ private:
+  int blocks_;
+  AlignedVector<T> data_;
+};
+
+}  // namespace kalmarm
