@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <type_traits>
 
+#include "algorithms/structured/derivatives.hpp"
 #include "algorithms/structured/dynamics.hpp"
 #include "algorithms/structured/inverse.hpp"
 #include "algorithms/structured/mass.hpp"
@@ -21,8 +22,12 @@ class Structured final : public Peer {
         batch_(model.cast<T>()),
         inverse_(model.cast<T>()),
         mass_(model.cast<T>()),
+        derivatives_(model.cast<T>()),
         a_(model.nv()),
-        matrix_(model.nv(), model.nv()) {}
+        matrix_(model.nv(), model.nv()),
+        dq_(matrix_),
+        dqd_(matrix_),
+        dtau_(matrix_) {}
 
   std::string name() const override {
     constexpr bool root = std::is_same_v<Form, SquareRootForm>;
@@ -31,7 +36,8 @@ class Structured final : public Peer {
   std::string version() const override { return ""; }
   bool is_float32() const override { return std::is_same_v<T, float>; }
   bool can(Task task) const override {
-    return task == Task::mass ? std::is_same_v<Form, CovarianceForm> : task != Task::derivatives;
+    const bool conventional_only = task == Task::mass || task == Task::derivatives;
+    return !conventional_only || std::is_same_v<Form, CovarianceForm>;
   }
   bool has_batch() const override { return true; }
   double flops(Task task) const override {
@@ -68,15 +74,24 @@ class Structured final : public Peer {
     mass_.mass(q_[i], matrix_);
     return true;
   }
-  void get_matrix(int, double* out) const override {
-    Eigen::Map<MatrixX<double>>(out, a_.size(), a_.size()) =
-        matrix_.transpose().template cast<double>();
+  bool derivatives(int i) override {
+    return static_cast<bool>(
+        derivatives_.derivatives(q_[i], qd_[i], tau_[i], dq_, dqd_, dtau_, a_));
+  }
+  void get_matrix(int, double* out) const override { put(matrix_, out); }
+  void get_derivatives(int, double* dq, double* dqd, double* dtau) const override {
+    put(dq_, dq);
+    put(dqd_, dqd);
+    put(dtau_, dtau);
   }
   void get_acceleration(int i, double* a) const override {
     std::copy_n(batched_ ? &a_rows_[i * model_.nv()] : a_.data(), model_.nv(), a);
   }
 
  private:
+  static void put(const MatrixX<T>& x, double* out) {
+    Eigen::Map<MatrixX<double>>(out, x.rows(), x.cols()) = x.transpose().template cast<double>();
+  }
   int states() const override { return static_cast<int>(q_.size()); }
 
   const Model<double>& model_;
@@ -84,11 +99,12 @@ class Structured final : public Peer {
   StructuredBatch<T, Form> batch_;
   StructuredInverse<T, Form> inverse_;
   StructuredMass<T> mass_;
+  StructuredDerivatives<T> derivatives_;
   std::vector<VectorX<T>> q_, qd_, tau_;
   std::vector<T> q_rows_, qd_rows_, tau_rows_, a_rows_;
   std::vector<Outcome> outcomes_;
   VectorX<T> a_;
-  MatrixX<T> matrix_;
+  MatrixX<T> matrix_, dq_, dqd_, dtau_;
   bool batched_ = false;
 };
 
