@@ -117,11 +117,7 @@ class SolverOf final : public Solver<T> {
     Outcome outcome = V::factor(model_, rm_, ws_);
     if (!outcome) return outcome;
     V::acceleration(model_, rm_, tau, ws_, a);
-    if constexpr (requires { ws_.refinement; }) {
-      outcome.error = ws_.refinement.error;
-      outcome.steps = ws_.refinement.steps;
-      outcome.widened = ws_.refinement.widened;
-    }
+    report_refinement(ws_, outcome);
     return check_finite(a, outcome);
   }
 

@@ -22,6 +22,16 @@ struct Refinement {
   bool widened = false;  // by factors of a wider precision (wide_refined.hpp)
 };
 
+// What a workspace has to say of its last acceleration, if it refines.
+template <class Workspace>
+void report_refinement(const Workspace& ws, Outcome& out) {
+  if constexpr (requires { ws.refinement; }) {
+    out.error = ws.refinement.error;
+    out.steps = ws.refinement.steps;
+    out.widened = ws.refinement.widened;
+  }
+}
+
 template <class T>
 struct RefinementWorkspace {
   InverseDynamics<T> newton_euler;

@@ -61,7 +61,7 @@ template <class S>
 class StructuredDerivatives {
  public:
   explicit StructuredDerivatives(const Model<S>& model)
-      : model_(model), workspace_(model_), plain_(model) {}
+      : model_(model), workspace_(model_), fallback_(model, model_) {}
 
   // da_dq, da_dqd, da_dtau = M^-1 (nv x nv, every entry is written; M^-1 is symmetric to the bit)
   // and a (nv) from q (nq), qd and tau (nv), in SI units. On failure none is to be used.
@@ -75,15 +75,15 @@ class StructuredDerivatives {
     structured_derivatives(model_, q.data(), qd.data(), tau.data(), workspace_, da_dq.data(),
                            da_dqd.data(), da_dtau.data(), a.data());
     const S margin = workspace_.terms.margin, check = workspace_.terms.check;
-    if (!plain_.suspects(margin, check)) return {};
-    const Outcome out = plain_.factor(q.data());
+    if (!fallback_.suspects(model_, q.data(), margin, check)) return {};
+    const Outcome out = fallback_.factor(q.data());
     return out && check != S(0) ? Outcome{.status = Outcome::Status::not_finite} : out;
   }
 
  private:
   StructuredModel<S> model_;
   DerivativeWorkspace<S> workspace_;
-  detail::Plain<S, Sequential<Conventional>> plain_;  // a verdict; it has no derivatives
+  detail::Fallback<S, CovarianceForm> fallback_;  // a verdict: it has no derivatives
 };
 
 }  // namespace kalmarm

@@ -2,8 +2,9 @@
 // by the conventional form or the square-root form.
 //
 // The sweeps leave two numbers for every lane: how far D(k) stays above the net, at the joint that
-// comes nearest, and whether all accelerations are finite. Only a suspect pays for more: the plain
-// variant that the form is written out of looks into it, and gives the answer in its place.
+// comes nearest, and whether all accelerations are finite. Only a suspect pays for more: where a
+// second look does not clear it, a variant of inverse_mass/ looks into it, and gives the answer in
+// its place: the plain one of the conventional form, the most careful one of the square-root form.
 #pragma once
 
 #include <algorithm>
@@ -12,6 +13,7 @@
 
 #include "algorithms/inverse_mass/factored_bias.hpp"
 #include "algorithms/inverse_mass/sequential.hpp"
+#include "algorithms/inverse_mass/wide_refined.hpp"
 #include "algorithms/riccati/array.hpp"
 #include "algorithms/riccati/conventional.hpp"
 #include "algorithms/spatial/lanes.hpp"
@@ -21,7 +23,7 @@
 namespace kalmarm {
 
 struct CovarianceForm {
-  using Plain = Sequential<Conventional>;
+  using Fallback = Sequential<Conventional>;
   template <class T>
   using Workspace = StructuredWorkspace<T>;
 
@@ -40,10 +42,17 @@ struct CovarianceForm {
       structured_factor(model, q, factors);
     }
   };
+
+  // A second look at a suspect: none.
+  template <class S>
+  struct Second {
+    explicit Second(const StructuredModel<S>&) {}
+    static bool clears(const StructuredModel<S>&, const S*) { return false; }
+  };
 };
 
 struct SquareRootForm {
-  using Plain = FactoredBias<ArrayGivens>;
+  using Fallback = WideRefined<FactoredBias<ArrayGivens>>;
   template <class T>
   using Workspace = SquareRootWorkspace<T>;
 
@@ -64,19 +73,43 @@ struct SquareRootForm {
       square_root_factor(model, q, zeros, ws, factors);
     }
   };
+
+  // The net is made of composite inertias, which grow with the cube of a chain's length: in float32
+  // it catches long chains. P of the other form tells them from singular ones, for less than the
+  // fallback takes.
+  template <class S>
+  struct Second {
+    StructuredFactors<S> factors;
+
+    explicit Second(const StructuredModel<S>& model) : factors(model) {}
+
+    bool clears(const StructuredModel<S>& model, const S* q) {
+      structured_factor(model, q, factors);
+      return factors.margin > S(0);
+    }
+  };
 };
 
 namespace detail {
 
-// What looks into suspects: V of inverse_mass/.
-template <class S, class V>
-class Plain {
- public:
-  explicit Plain(const Model<S>& model)
-      : model_(model), rm_(model_), ws_(model_), tau_(model.nv()), a_(model.nv()) {}
+// What looks into suspects.
+template <class S, class Form>
+class Fallback {
+  using V = typename Form::Fallback;
 
-  static bool suspects(const S& margin, const S& check) {
-    return !(margin > S(0)) || check != S(0);
+ public:
+  Fallback(const Model<S>& model, const StructuredModel<S>& structured)
+      : model_(model),
+        rm_(model_),
+        ws_(model_),
+        tau_(model.nv()),
+        a_(model.nv()),
+        second_(structured) {}
+
+  // From what the sweeps have left for a state q.
+  bool suspects(const StructuredModel<S>& structured, const S* q, const S& margin, const S& check) {
+    if (check != S(0)) return true;
+    return !(margin > S(0)) && !second_.clears(structured, q);
   }
 
   Outcome factor(const S* q) {
@@ -87,10 +120,11 @@ class Plain {
   [[gnu::noinline]] Outcome acceleration(const S* q, const S* qd, const S* tau, S* a) {
     set_position(model_, q, rm_);
     set_velocity(model_, qd, rm_);  // V may factor the bias with M
-    const Outcome out = factor();
+    Outcome out = factor();
     if (!out) return out;
     std::copy_n(tau, model_.nv(), tau_.data());
     V::acceleration(model_, rm_, tau_, ws_, a_);
+    report_refinement(ws_, out);
     std::copy_n(a_.data(), model_.nv(), a);
     return a_.allFinite() ? out : Outcome{.status = Outcome::Status::not_finite};
   }
@@ -133,6 +167,7 @@ class Plain {
   RandomModel<S> rm_;
   typename V::template Workspace<S> ws_;
   VectorX<S> tau_, a_;
+  typename Form::template Second<S> second_;
 };
 
 }  // namespace detail
@@ -141,21 +176,21 @@ template <class S, class Form = CovarianceForm>
 class StructuredDynamics {
  public:
   explicit StructuredDynamics(const Model<S>& model)
-      : model_(model), workspace_(model_), plain_(model) {}
+      : model_(model), workspace_(model_), fallback_(model, model_) {}
 
   // a (nv) from q (nq), qd and tau (nv). On failure a is not to be used.
   Outcome acceleration(const VectorX<S>& q, const VectorX<S>& qd, const VectorX<S>& tau,
                        VectorX<S>& a) {
     Form::acceleration(model_, q.data(), qd.data(), tau.data(), workspace_, a.data());
     const S margin = workspace_.margin, check = workspace_.check;
-    if (!plain_.suspects(margin, check)) return {};
-    return plain_.acceleration(q.data(), qd.data(), tau.data(), a.data());
+    if (!fallback_.suspects(model_, q.data(), margin, check)) return {};
+    return fallback_.acceleration(q.data(), qd.data(), tau.data(), a.data());
   }
 
  private:
   StructuredModel<S> model_;
   typename Form::template Workspace<S> workspace_;
-  detail::Plain<S, typename Form::Plain> plain_;
+  detail::Fallback<S, Form> fallback_;
 };
 
 // One thread's: several on parts of the same arrays do not disturb each other.
@@ -167,7 +202,7 @@ class StructuredBatch {
   explicit StructuredBatch(const Model<S>& model)
       : model_(model),
         workspace_(model_),
-        plain_(model),
+        fallback_(model, model_),
         q_(model.nq()),
         qd_(model.nv()),
         tau_(model.nv()),
@@ -188,8 +223,8 @@ class StructuredBatch {
       from_lanes(a_, nv, states, a);
       for (int i = 0; i < states; ++i) {
         const S margin = workspace_.margin[i], check = workspace_.check[i];
-        if (!plain_.suspects(margin, check)) continue;
-        outcomes[i] = plain_.acceleration(q + i * nq, qd + i * nv, tau + i * nv, a + i * nv);
+        if (!fallback_.suspects(model_, q + i * nq, margin, check)) continue;
+        outcomes[i] = fallback_.acceleration(q + i * nq, qd + i * nv, tau + i * nv, a + i * nv);
         failed += !outcomes[i];
       }
       q += states * nq;
@@ -204,7 +239,7 @@ class StructuredBatch {
  private:
   StructuredModel<S> model_;
   typename Form::template Workspace<P> workspace_;
-  detail::Plain<S, typename Form::Plain> plain_;
+  detail::Fallback<S, Form> fallback_;
   std::vector<P> q_, qd_, tau_, a_;
 };
 

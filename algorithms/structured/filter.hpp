@@ -50,7 +50,7 @@ struct Placements {
 
 namespace detail {
 
-// cos and sin of every hinge's q + phase.
+// cos and sin of every hinge's angle.
 template <class T, class S, class Placed>
 void set_angles(const StructuredModel<S>& model, const T* q, Placed& placed) {
   for (int k = 0; k < model.nv(); ++k)
@@ -61,8 +61,8 @@ void set_angles(const StructuredModel<S>& model, const T* q, Placed& placed) {
     const StructuredLink<S>& link = model.link(k);
     if (link.coordinate != Coordinate::angle) continue;
     const T c = placed.cos[link.varying], s = placed.sin[link.varying];
-    placed.cos[link.varying] = link.phase.c * c - link.phase.s * s;
-    placed.sin[link.varying] = link.phase.s * c + link.phase.c * s;
+    placed.cos[link.varying] = link.quarters.c * c - link.quarters.s * s;
+    placed.sin[link.varying] = link.quarters.s * c + link.quarters.c * s;
   }
 }
 

@@ -2,7 +2,7 @@
 //
 //   M^-1 = (I - L*) D^-1 (I - L)                      (3.3): lanes are columns (columns.hpp)
 //   M^-1(m,j) = n(m)' phi psi(m+1) ... phi g(j),  psi = I - g H:  long chains, by blocks.hpp
-// A suspect is looked into, and answered, by the plain variant (dynamics.hpp).
+// A suspect is looked into, and answered, by the fallback (dynamics.hpp).
 #pragma once
 
 #include <algorithm>
@@ -64,7 +64,7 @@ class StructuredInverse {
         paths_(model_, by_blocks_ ? 0 : model_.nv(), lanes),
         all_(model_.nv(), 1),
         block_(model_.nv()),
-        plain_(model) {}
+        fallback_(model, model_) {}
 
   // X (nv x nv) = M^-1 at q (nq), both triangles, symmetric to the last bit. About 195 nv + 44 nv^2
   // flops, of long chains 2500 nv + 8 nv^2. On failure X is not to be used.
@@ -75,7 +75,7 @@ class StructuredInverse {
       blocks_.fill(detail::InverseOfChain<S>{model_, factors_, lambda_}, model_.nv(), X.data());
       S check = S(0);
       for (const S& alpha : lambda_.alpha) check += alpha * S(0);
-      return suspects(check) ? plain_.inverse(q.data(), X) : Outcome{};
+      return suspects(q, check) ? fallback_.inverse(q.data(), X) : Outcome{};
     }
     S check = S(0);
     int i = 0;
@@ -85,7 +85,7 @@ class StructuredInverse {
                             : columns(first, count, path, many_, X);
     });
     mirror(model_.nv(), X.data());
-    return suspects(check) ? plain_.inverse(q.data(), X) : Outcome{};
+    return suspects(q, check) ? fallback_.inverse(q.data(), X) : Outcome{};
   }
 
   // The factors at q (nq), for what follows. On failure that is not to be used. About 195 nv flops.
@@ -93,13 +93,13 @@ class StructuredInverse {
     factoring_.factor(model_, q.data(), factors_);
     S check = S(0);
     for (const auto& at : factors_.links) check += at.inverse_D * S(0);
-    by_plain_ = suspects(check);
-    return by_plain_ ? plain_.factor(q.data()) : Outcome{};
+    by_fallback_ = suspects(q, check);
+    return by_fallback_ ? fallback_.factor(q.data()) : Outcome{};
   }
 
   // x (nv) = M^-1 tau (nv), after factor. About 87 nv flops.
   void solve(const VectorX<S>& tau, VectorX<S>& x) {
-    if (by_plain_) return plain_.solve(tau, x);
+    if (by_fallback_) return fallback_.solve(tau, x);
     const int last = model_.nv() - 1;
     detail::sweep_inward(
         model_, factors_, last, all_.data(), [&](int k) { return tau[k]; }, one_);
@@ -108,7 +108,7 @@ class StructuredInverse {
 
   // X (nv x m) = M^-1 T (nv x m), after factor. About 87 nv m flops.
   void solve(const MatrixX<S>& T, MatrixX<S>& X) {
-    if (by_plain_) return plain_.solve(T, X);
+    if (by_fallback_) return fallback_.solve(T, X);
     const int nv = model_.nv(), m = static_cast<int>(T.cols());
     for (int first = 0; first < m; first += few) {
       const int count = std::min(few, m - first);
@@ -124,7 +124,7 @@ class StructuredInverse {
 
   // x (nv) = the diagonal of M^-1, after factor. About 250 nv flops.
   void diagonal(VectorX<S>& x) {
-    if (by_plain_) return plain_.diagonal(x);
+    if (by_fallback_) return fallback_.diagonal(x);
     structured_lambda(model_, factors_, lambda_);
     for (int k = 0; k < model_.nv(); ++k) x[k] = lambda_.alpha[k];
   }
@@ -150,7 +150,9 @@ class StructuredInverse {
     return sum;
   }
 
-  bool suspects(const S& check) const { return plain_.suspects(factors_.margin, check); }
+  bool suspects(const VectorX<S>& q, const S& check) {
+    return fallback_.suspects(model_, q.data(), factors_.margin, check);
+  }
 
   StructuredModel<S> model_;
   typename Form::template Factoring<S> factoring_;
@@ -162,10 +164,10 @@ class StructuredInverse {
   ColumnsWorkspace<Many> many_;
   ColumnsWorkspace<S> one_;
   ColumnPaths paths_;
-  std::vector<char> all_;   // links: a path for any tau
-  std::vector<Few> block_;  // of right-hand sides
-  bool by_plain_ = false;   // the factors that are kept
-  detail::Plain<S, typename Form::Plain> plain_;
+  std::vector<char> all_;     // links: a path for any tau
+  std::vector<Few> block_;    // of right-hand sides
+  bool by_fallback_ = false;  // the factors that are kept
+  detail::Fallback<S, Form> fallback_;
 };
 
 }  // namespace kalmarm

@@ -2,9 +2,9 @@
 // z, so that most numbers of phi(parent,k) become 0 or 1.
 //
 //   phi(parent,k) = T(p) Rz(theta) Rx(alpha) Rz(angle) Tz(d)       T: translation, R: rotation
-// angle = q + phase at a hinge, d = q + offset at a slide; all else is constant. The phase is kept
-// as its cosine and sine, so that right angles are exact. A link's frame may be turned about its
-// axis and moved along it; this is spent on one child, the heir, so that there
+// angle = q + offset + quarters of a turn at a hinge, d = q + offset at a slide; all else is
+// constant. A right angle is quarters alone, and exact. A link's frame may be turned about its axis
+// and moved along it; this is spent on one child, the heir, so that there
 //   theta = 0 and p = (a, 0, 0)
 // as in modified Denavit-Hartenberg: the origin is the foot of the common perpendicular of the
 // link's axis and its heir's.
@@ -70,8 +70,8 @@ struct StructuredLink {
   int varying = -1;   // of the joint's angle in the list of angles, or of its matrix
   int uncommon = -1;  // of its UncommonPlacement
 
-  S offset = S(0), d = S(0);  // offset: added to q; of a hinge -ref
-  Direction<S> phase{S(1), S(0)};
+  S offset = S(0), d = S(0);
+  Direction<S> quarters{S(1), S(0)};  // of a turn, added to q + offset: 0, 1 or -1 each
   Turn<S> alpha{S(1), S(0)};
   Vector3<S> p = Vector3<S>::Zero();
 };
@@ -130,6 +130,13 @@ class StructuredModel {
   template <class W>
   static Direction<W> sum(const Direction<W>& a, const Direction<W>& b) {
     return {a.c * b.c - a.s * b.s, a.s * b.c + a.c * b.s};
+  }
+
+  template <class W>
+  static Direction<W> nearest_quarters(const Direction<W>& angle) {
+    using std::abs;
+    if (abs(angle.c) >= abs(angle.s)) return {W(angle.c < W(0) ? -1 : 1), W(0)};
+    return {W(0), W(angle.s < W(0) ? -1 : 1)};
   }
 
   template <class W>
@@ -204,6 +211,7 @@ class StructuredModel {
 
   template <class W>
   void set_link(const Model<W>& model, const Frame<W>& frame, int k) {
+    using std::atan2;
     using std::sqrt;
     using Kind = typename StructuredLink<S>::Kind;
     const Joint<W>& joint = model.joint(k);
@@ -231,8 +239,10 @@ class StructuredModel {
     if (joint.slides) {
       link.offset = S(d - joint.ref);
     } else {
-      link.offset = S(-joint.ref);
-      link.phase = {S(angle.c), S(angle.s)};
+      const Direction<W> quarters = nearest_quarters(angle);
+      const Direction<W> rest = sum(angle, {quarters.c, W(-quarters.s)});
+      link.offset = S(atan2(rest.s, rest.c) - joint.ref);
+      link.quarters = {S(quarters.c), S(quarters.s)};
       link.d = S(d);
     }
     const Vector3<W> along(W(0), -d * frame.alpha.s, d * frame.alpha.c);
