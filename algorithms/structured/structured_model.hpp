@@ -109,7 +109,7 @@ class StructuredModel {
     // phi(parent,k) at q = ref, in the parent's new frame.
     void place(const Matrix3<W>& rotation, const Vector3<W>& translation) {
       using std::sqrt;
-      E = rotation;
+      E = without_rounding(rotation);
       p = translation;
       alpha = {E(2, 2), sqrt(E(0, 2) * E(0, 2) + E(1, 2) * E(1, 2))};
       theta = direction_of(W(-E(1, 2)), E(0, 2));
@@ -117,6 +117,14 @@ class StructuredModel {
       angle = direction_of(rest(0, 0), W(-rest(0, 1)));
     }
   };
+
+  // What is rounding alone would become subnormal where it is multiplied with itself.
+  template <class W>
+  static Matrix3<W> without_rounding(const Matrix3<W>& R) {
+    using std::abs;
+    const W resolution = W(16) * unit_roundoff<W>();
+    return R.unaryExpr([&](const W& x) { return abs(x) > resolution ? x : W(0); });
+  }
 
   // Of (x, y); (1, 0) where that is zero.
   template <class W>
