@@ -245,27 +245,32 @@ template <class T, class C>
 template <class C>
 [[gnu::always_inline]] inline void turn(const Direction<C>&, Zero, Zero, Zero&, Zero&) {}
 
+// A block of two axes, and a symmetric one. Functions, since gcc does not inline every lambda where
+// a file has much else.
+template <class C, class T>
+[[gnu::always_inline]] inline void turn_tensor(const Turn<C>& by, T& xx, T& xy, T& yx, T& yy) {
+  const T h = xx - yy, u = xy + yx;
+  const T delta = by.ss * h + by.cs * u, epsilon = by.cs * h - by.ss * u;
+  xx -= delta;
+  yy += delta;
+  xy += epsilon;
+  yx += epsilon;
+}
+template <class C, class T>
+[[gnu::always_inline]] inline void turn_symmetric(const Turn<C>& by, T& xx, T& xy, T& yy) {
+  const T h = xx - yy, u = xy + xy;
+  const T delta = by.ss * h + by.cs * u;
+  xy += by.cs * h - by.ss * u;
+  xx -= delta;
+  yy += delta;
+}
+
 // Rz P Rz'. 46 flops with a row of zeros.
 template <class T, class R, class L, class C>
 [[gnu::always_inline]] inline void rotate_z(const Turn<C>& by, Articulated<T, R, L>& P) {
-  const auto turn_tensor = [&](T& xx, T& xy, T& yx, T& yy) {
-    const T h = xx - yy, u = xy + yx;
-    const T delta = by.ss * h + by.cs * u, epsilon = by.cs * h - by.ss * u;
-    xx -= delta;
-    yy += delta;
-    xy += epsilon;
-    yx += epsilon;
-  };
-  const auto turn_symmetric = [&](T& xx, T& xy, T& yy) {
-    const T h = xx - yy, u = xy + xy;
-    const T delta = by.ss * h + by.cs * u;
-    xy += by.cs * h - by.ss * u;
-    xx -= delta;
-    yy += delta;
-  };
-  turn_symmetric(P.Axx, P.Axy, P.Ayy);
-  turn_tensor(P.Bxx, P.Bxy, P.Byx, P.Byy);
-  turn_symmetric(P.Cxx, P.Cxy, P.Cyy);
+  turn_symmetric(by, P.Axx, P.Axy, P.Ayy);
+  turn_tensor(by, P.Bxx, P.Bxy, P.Byx, P.Byy);
+  turn_symmetric(by, P.Cxx, P.Cxy, P.Cyy);
   turn(by, P.Axz, P.Ayz, P.Axz, P.Ayz);
   turn(by, P.Bxz, P.Byz, P.Bxz, P.Byz);
   turn(by, P.Bzx, P.Bzy, P.Bzx, P.Bzy);

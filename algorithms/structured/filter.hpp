@@ -157,12 +157,13 @@ template <bool slides, bool noise, class T, class S, class Workspace, class Ride
   auto& at = ws.links[k];
   T D, inverse_D;
   Sixfold<T> g;
-  auto P_plus = [&] {
+  auto P_plus = [&]() __attribute__((always_inline)) {
     if constexpr (slides)
       return measure_slide<noise>(P, body.r, D, inverse_D, g);
     else
       return measure_turn<noise>(P, body.r, D, inverse_D, g);
-  }();
+  }
+  ();
   at.g = g;
   const T net = T(SingularityTest<S, 1>::net());
   ws.margin = min(ws.margin, T(D - net * (slides ? size.force : size.moment)));

@@ -77,7 +77,7 @@ template <class T, class S>
   const T m = T(body.m), cx = T(body.c[0]), cy = T(body.c[1]), cz = T(body.c[2]);
   const T xx = wx * wx, yy = wy * wy, zz = wz * wz;
   const T xz_squares = xx - zz, yz_squares = yy - zz, xy = wx * wy, xz = wx * wz, yz = wy * wz;
-  const auto zeta = [&](int i) {
+  const auto zeta = [&](int i) __attribute__((always_inline)) {
     const auto Z = body.Z.row(i);
     return T(Z[0] * xz_squares + Z[1] * yz_squares + Z[2] * xy + Z[3] * xz + Z[4] * yz);
   };
@@ -126,7 +126,7 @@ template <bool noise, class T>
     const auto z = eliminate<Column::z, true>(first.pivot, P.l3, P.l2, P.l1);
     const T D1 = first.pivot.weight, D2 = weight_with<Column::z>(D1, P.l3),
             D3 = weight_with<Column::z>(D2, P.l2);
-    const auto with_z = [](const auto& row, const auto& entry) {
+    const auto with_z = [](const auto& row, const auto& entry) __attribute__((always_inline)) {
       return make_row<T>(row.x, row.y, entry, row.u, row.v, row.w, row.zeta, row.weight);
     };
     return Measured{z.pivot,
@@ -160,7 +160,7 @@ template <bool noise, class T>
     const auto first = eliminate<Column::w, true>(rotor, P.l3);
     const auto w = eliminate<Column::w, true>(first.pivot, P.l2, P.l1);
     const T D1 = first.pivot.weight, D2 = weight_with<Column::w>(D1, P.l2);
-    const auto with_w = [](const auto& row, const auto& entry) {
+    const auto with_w = [](const auto& row, const auto& entry) __attribute__((always_inline)) {
       return make_row<T>(row.x, row.y, row.z, row.u, row.v, entry, row.zeta, row.weight);
     };
     return Measured{w.pivot,
@@ -265,7 +265,7 @@ template <bool noise, class T, class S>
   const Direction<T> joint{ws.cos[link.varying], ws.sin[link.varying]};
   const auto& parent = ws.links[link.parent];
   const auto body = body_rows(model.factored(link.parent), parent.wx, parent.wy, parent.wz);
-  const auto moved = [&](const auto& row) {
+  const auto moved = [&](const auto& row) __attribute__((always_inline)) {
     if constexpr (std::is_same_v<std::decay_t<decltype(row)>, None>)
       return None{};
     else
@@ -283,7 +283,7 @@ template <bool noise, class T, class S>
 // column in which none is left has a row of least weight.
 template <bool slides, class S, class T, class Rows>
 [[gnu::always_inline]] inline void cycle(const Rows& rows, FullTriangle<T>& P) {
-  const auto turned = [](const auto& r) {
+  const auto turned = [](const auto& r) __attribute__((always_inline)) {
     return make_row<T>(r.z, r.x, r.y, r.w, r.u, r.v, r.zeta, r.weight);
   };
   const T zero = T(S(0)), least = T(least_weight<S>());
