@@ -75,7 +75,7 @@ class StructuredDerivatives {
     structured_derivatives(model_, q.data(), qd.data(), tau.data(), workspace_, da_dq.data(),
                            da_dqd.data(), da_dtau.data(), a.data());
     const S margin = workspace_.terms.margin, check = workspace_.terms.check;
-    if (!fallback_.suspects(model_, q.data(), margin, check)) return {};
+    if (!fallback_.suspects(model_, q.data(), margin, check, [](int) { return S(0); })) return {};
     const Outcome out = fallback_.factor(q.data());
     return out && check != S(0) ? Outcome{.status = Outcome::Status::not_finite} : out;
   }

@@ -47,7 +47,10 @@ struct CovarianceForm {
   template <class S>
   struct Second {
     explicit Second(const StructuredModel<S>&) {}
-    static bool clears(const StructuredModel<S>&, const S*) { return false; }
+    template <class F>
+    static bool clears(const StructuredModel<S>&, const S*, const F&) {
+      return false;
+    }
   };
 };
 
@@ -76,16 +79,21 @@ struct SquareRootForm {
 
   // The net is made of composite inertias, which grow with the cube of a chain's length: in float32
   // it catches long chains. P of the other form tells them from singular ones, for less than the
-  // fallback takes.
+  // fallback takes. The two have to agree on every D: rows of least weight would show there.
   template <class S>
   struct Second {
     StructuredFactors<S> factors;
 
     explicit Second(const StructuredModel<S>& model) : factors(model) {}
 
-    bool clears(const StructuredModel<S>& model, const S* q) {
+    // inverse_D(k): by the rows.
+    template <class F>
+    bool clears(const StructuredModel<S>& model, const S* q, const F& inverse_D) {
       structured_factor(model, q, factors);
-      return factors.margin > S(0);
+      bool agree = factors.margin > S(0);
+      for (int k = 0; k < model.nv() && agree; ++k)
+        agree = std::abs(inverse_D(k) / factors.links[k].inverse_D - S(1)) < S(0.01);
+      return agree;
     }
   };
 };
@@ -106,10 +114,12 @@ class Fallback {
         a_(model.nv()),
         second_(structured) {}
 
-  // From what the sweeps have left for a state q.
-  bool suspects(const StructuredModel<S>& structured, const S* q, const S& margin, const S& check) {
+  // From what the sweeps have left for a state q; inverse_D(k) is called by the square-root form.
+  template <class F>
+  bool suspects(const StructuredModel<S>& structured, const S* q, const S& margin, const S& check,
+                const F& inverse_D) {
     if (check != S(0)) return true;
-    return !(margin > S(0)) && !second_.clears(structured, q);
+    return !(margin > S(0)) && !second_.clears(structured, q, inverse_D);
   }
 
   Outcome factor(const S* q) {
@@ -183,7 +193,13 @@ class StructuredDynamics {
                        VectorX<S>& a) {
     Form::acceleration(model_, q.data(), qd.data(), tau.data(), workspace_, a.data());
     const S margin = workspace_.margin, check = workspace_.check;
-    if (!fallback_.suspects(model_, q.data(), margin, check)) return {};
+    const auto inverse_D = [&](int k) {
+      if constexpr (std::is_same_v<Form, SquareRootForm>)
+        return workspace_.inverse_D[k];
+      else
+        return S(0);
+    };
+    if (!fallback_.suspects(model_, q.data(), margin, check, inverse_D)) return {};
     return fallback_.acceleration(q.data(), qd.data(), tau.data(), a.data());
   }
 
@@ -223,7 +239,13 @@ class StructuredBatch {
       from_lanes(a_, nv, states, a);
       for (int i = 0; i < states; ++i) {
         const S margin = workspace_.margin[i], check = workspace_.check[i];
-        if (!fallback_.suspects(model_, q + i * nq, margin, check)) continue;
+        const auto inverse_D = [&](int k) {
+          if constexpr (std::is_same_v<Form, SquareRootForm>)
+            return workspace_.inverse_D[k][i];
+          else
+            return S(0);
+        };
+        if (!fallback_.suspects(model_, q + i * nq, margin, check, inverse_D)) continue;
         outcomes[i] = fallback_.acceleration(q + i * nq, qd + i * nv, tau + i * nv, a + i * nv);
         failed += !outcomes[i];
       }

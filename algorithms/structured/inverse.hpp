@@ -151,7 +151,8 @@ class StructuredInverse {
   }
 
   bool suspects(const VectorX<S>& q, const S& check) {
-    return fallback_.suspects(model_, q.data(), factors_.margin, check);
+    return fallback_.suspects(model_, q.data(), factors_.margin, check,
+                              [&](int k) { return factors_.links[k].inverse_D; });
   }
 
   StructuredModel<S> model_;

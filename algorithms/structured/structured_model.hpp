@@ -14,10 +14,11 @@
 // Ball and free joints keep their frames: a matrix that depends on q, then two followers, whose phi
 // is a cyclic permutation (model.hpp).
 //
-// Everything is worked out in the next wider precision and rounded once.
+// Everything is worked out in a wider precision and rounded once.
 #pragma once
 
 #include <cmath>
+#include <type_traits>
 #include <vector>
 
 #include "algorithms/model/model.hpp"
@@ -82,7 +83,10 @@ class StructuredModel {
   template <class Given>
   explicit StructuredModel(const Model<Given>& model)
       : nq_(model.nq()), links_(model.nv()), bodies_(model.nv()), factored_(model.nv()) {
-    lower(model.template cast<Wider<Given>>());
+    // A float's tilt of 1e-16 is no rounding yet, which in double it could be.
+    using Next = Wider<Given>;
+    lower(
+        model.template cast<std::conditional_t<std::is_same_v<Given, float>, Wider<Next>, Next>>());
   }
 
   int nv() const { return static_cast<int>(links_.size()); }
