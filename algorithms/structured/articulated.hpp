@@ -403,6 +403,17 @@ Articulated<T> cycle(const Articulated<T>& P) {
           P.Bxy, P.Byz, P.Byx, P.Byy, P.Czz, P.Cxz, P.Cxx, P.Cyz, P.Cxy, P.Cyy};
 }
 
+// P x.
+template <class T>
+[[gnu::always_inline]] inline Sixfold<T> times(const Articulated<T>& P, const Sixfold<T>& x) {
+  return {P.Axx * x.x + P.Axy * x.y + P.Axz * x.z + P.Bxx * x.u + P.Bxy * x.v + P.Bxz * x.w,
+          P.Axy * x.x + P.Ayy * x.y + P.Ayz * x.z + P.Byx * x.u + P.Byy * x.v + P.Byz * x.w,
+          P.Axz * x.x + P.Ayz * x.y + P.Azz * x.z + P.Bzx * x.u + P.Bzy * x.v + P.Bzz * x.w,
+          P.Bxx * x.x + P.Byx * x.y + P.Bzx * x.z + P.Cxx * x.u + P.Cxy * x.v + P.Cxz * x.w,
+          P.Bxy * x.x + P.Byy * x.y + P.Bzy * x.z + P.Cxy * x.u + P.Cyy * x.v + P.Cyz * x.w,
+          P.Bxz * x.x + P.Byz * x.y + P.Bzz * x.z + P.Cxz * x.u + P.Cyz * x.v + P.Czz * x.w};
+}
+
 // P+ c. A hinge's c has no z, a slide's no moment.
 template <class T, class R, class L>
 [[gnu::always_inline]] inline void add_times(const Articulated<T, R, L>& P, const Sixfold<T>& c,

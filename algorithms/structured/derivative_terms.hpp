@@ -186,17 +186,6 @@ template <class A, class F>
   f(15, P.Cxx), f(16, P.Cxy), f(17, P.Cyy), f(18, P.Cxz), f(19, P.Cyz), f(20, P.Czz);
 }
 
-// P x.
-template <class T>
-[[gnu::always_inline]] inline Sixfold<T> times(const Articulated<T>& P, const Sixfold<T>& x) {
-  return {P.Axx * x.x + P.Axy * x.y + P.Axz * x.z + P.Bxx * x.u + P.Bxy * x.v + P.Bxz * x.w,
-          P.Axy * x.x + P.Ayy * x.y + P.Ayz * x.z + P.Byx * x.u + P.Byy * x.v + P.Byz * x.w,
-          P.Axz * x.x + P.Ayz * x.y + P.Azz * x.z + P.Bzx * x.u + P.Bzy * x.v + P.Bzz * x.w,
-          P.Bxx * x.x + P.Byx * x.y + P.Bzx * x.z + P.Cxx * x.u + P.Cxy * x.v + P.Cxz * x.w,
-          P.Bxy * x.x + P.Byy * x.y + P.Bzy * x.z + P.Cxy * x.u + P.Cyy * x.v + P.Cyz * x.w,
-          P.Bxz * x.x + P.Byz * x.y + P.Bzz * x.z + P.Cxz * x.u + P.Cyz * x.v + P.Czz * x.w};
-}
-
 // P - g u'.
 template <class T>
 [[gnu::always_inline]] inline void subtract(const Sixfold<T>& g, const Sixfold<T>& u,

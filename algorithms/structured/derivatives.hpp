@@ -74,8 +74,8 @@ class StructuredDerivatives {
     (void)fits;
     structured_derivatives(model_, q.data(), qd.data(), tau.data(), workspace_, da_dq.data(),
                            da_dqd.data(), da_dtau.data(), a.data());
-    const S margin = workspace_.terms.margin, check = workspace_.terms.check;
-    if (!fallback_.suspects(model_, q.data(), margin, check, [](int) { return S(0); })) return {};
+    const S check = workspace_.terms.check;
+    if (!fallback_.suspects(model_, q.data(), workspace_.terms, check)) return {};
     const Outcome out = fallback_.factor(q.data());
     return out && check != S(0) ? Outcome{.status = Outcome::Status::not_finite} : out;
   }

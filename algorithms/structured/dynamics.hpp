@@ -22,6 +22,28 @@
 
 namespace kalmarm {
 
+namespace detail {
+
+template <class S>
+S number(const S& x, int) {
+  return x;
+}
+template <class S, int n>
+S number(const Pack<S, n>& x, int lane) {
+  return x[lane];
+}
+
+template <class T>
+auto inverse_D(const SquareRootWorkspace<T>& swept, int k, int lane) {
+  return number(swept.inverse_D[k], lane);
+}
+template <class S>
+S inverse_D(const StructuredFactors<S>& swept, int k, int) {
+  return swept.links[k].inverse_D;
+}
+
+}  // namespace detail
+
 struct CovarianceForm {
   using Fallback = Sequential<Conventional>;
   template <class T>
@@ -47,8 +69,8 @@ struct CovarianceForm {
   template <class S>
   struct Second {
     explicit Second(const StructuredModel<S>&) {}
-    template <class F>
-    static bool clears(const StructuredModel<S>&, const S*, const F&) {
+    template <class Swept>
+    static bool clears(const StructuredModel<S>&, const S*, const Swept&, int) {
       return false;
     }
   };
@@ -86,13 +108,14 @@ struct SquareRootForm {
 
     explicit Second(const StructuredModel<S>& model) : factors(model) {}
 
-    // inverse_D(k): by the rows.
-    template <class F>
-    bool clears(const StructuredModel<S>& model, const S* q, const F& inverse_D) {
+    // swept: where the rows have left 1 / D.
+    template <class Swept>
+    bool clears(const StructuredModel<S>& model, const S* q, const Swept& swept, int lane) {
       structured_factor(model, q, factors);
       bool agree = factors.margin > S(0);
       for (int k = 0; k < model.nv() && agree; ++k)
-        agree = std::abs(inverse_D(k) / factors.links[k].inverse_D - S(1)) < S(0.01);
+        agree = std::abs(detail::inverse_D(swept, k, lane) / factors.links[k].inverse_D - S(1)) <
+                S(0.01);
       return agree;
     }
   };
@@ -114,12 +137,12 @@ class Fallback {
         a_(model.nv()),
         second_(structured) {}
 
-  // From what the sweeps have left for a state q; inverse_D(k) is called by the square-root form.
-  template <class F>
-  bool suspects(const StructuredModel<S>& structured, const S* q, const S& margin, const S& check,
-                const F& inverse_D) {
-    if (check != S(0)) return true;
-    return !(margin > S(0)) && !second_.clears(structured, q, inverse_D);
+  // From what the sweeps have left of a state q, in a lane of `swept`.
+  template <class Swept, class T>
+  bool suspects(const StructuredModel<S>& structured, const S* q, const Swept& swept,
+                const T& check, int lane = 0) {
+    if (number(check, lane) != S(0)) return true;
+    return !(number(swept.margin, lane) > S(0)) && !second_.clears(structured, q, swept, lane);
   }
 
   Outcome factor(const S* q) {
@@ -192,14 +215,7 @@ class StructuredDynamics {
   Outcome acceleration(const VectorX<S>& q, const VectorX<S>& qd, const VectorX<S>& tau,
                        VectorX<S>& a) {
     Form::acceleration(model_, q.data(), qd.data(), tau.data(), workspace_, a.data());
-    const S margin = workspace_.margin, check = workspace_.check;
-    const auto inverse_D = [&](int k) {
-      if constexpr (std::is_same_v<Form, SquareRootForm>)
-        return workspace_.inverse_D[k];
-      else
-        return S(0);
-    };
-    if (!fallback_.suspects(model_, q.data(), margin, check, inverse_D)) return {};
+    if (!fallback_.suspects(model_, q.data(), workspace_, workspace_.check)) return {};
     return fallback_.acceleration(q.data(), qd.data(), tau.data(), a.data());
   }
 
@@ -238,14 +254,7 @@ class StructuredBatch {
       Form::acceleration(model_, q_.data(), qd_.data(), tau_.data(), workspace_, a_.data());
       from_lanes(a_, nv, states, a);
       for (int i = 0; i < states; ++i) {
-        const S margin = workspace_.margin[i], check = workspace_.check[i];
-        const auto inverse_D = [&](int k) {
-          if constexpr (std::is_same_v<Form, SquareRootForm>)
-            return workspace_.inverse_D[k][i];
-          else
-            return S(0);
-        };
-        if (!fallback_.suspects(model_, q + i * nq, margin, check, inverse_D)) continue;
+        if (!fallback_.suspects(model_, q + i * nq, workspace_, workspace_.check, i)) continue;
         outcomes[i] = fallback_.acceleration(q + i * nq, qd + i * nv, tau + i * nv, a + i * nv);
         failed += !outcomes[i];
       }

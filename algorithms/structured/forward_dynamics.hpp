@@ -13,7 +13,7 @@
 //   z-(parent) += phi z+                                                   (4.4)
 // base to tips:
 //   l+ = phi' l-(parent) + c,  a = e+ - g' l+,  l- = l+ + H' a             (4.10), (4.9), (4.11)
-// Where r = 0, H l- = e+ - sum over j != h of g_j l+_j. About 430 flops a hinge that is an heir,
+// Where r = 0, H l- = e+ - sum over j != h of g_j l+_j. About 440 flops a hinge that is an heir,
 // and its sine and cosine.
 #pragma once
 
@@ -91,13 +91,8 @@ void set_velocity(const StructuredModel<S>& model, const T* qd, StructuredWorksp
         c.w = turned.w;
       }
     } else {
-      const T first = wx, first_u = ux;
-      wx = wy;
-      wy = wz;
-      wz = first;
-      ux = uy;
-      uy = uz;
-      uz = first_u;
+      cycle_back(wx, wy, wz);
+      cycle_back(ux, uy, uz);
     }
     if (link.kind != Kind::cyclic) {
       ux = wx;

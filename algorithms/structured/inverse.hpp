@@ -151,8 +151,7 @@ class StructuredInverse {
   }
 
   bool suspects(const VectorX<S>& q, const S& check) {
-    return fallback_.suspects(model_, q.data(), factors_.margin, check,
-                              [&](int k) { return factors_.links[k].inverse_D; });
+    return fallback_.suspects(model_, q.data(), factors_, check);
   }
 
   StructuredModel<S> model_;

@@ -64,16 +64,12 @@ template <class T>
   rotate(back, L);
 }
 
-// Lambda+ g.
+// Lambda+ g: L stands with its halves exchanged.
 template <class T>
 [[gnu::always_inline]] inline Sixfold<T> lambda_times(const Articulated<T>& L,
                                                       const Sixfold<T>& g) {
-  return {L.Bxx * g.u + L.Byx * g.v + L.Bzx * g.w + (L.Cxx * g.x + L.Cxy * g.y + L.Cxz * g.z),
-          L.Bxy * g.u + L.Byy * g.v + L.Bzy * g.w + (L.Cxy * g.x + L.Cyy * g.y + L.Cyz * g.z),
-          L.Bxz * g.u + L.Byz * g.v + L.Bzz * g.w + (L.Cxz * g.x + L.Cyz * g.y + L.Czz * g.z),
-          L.Axx * g.u + L.Axy * g.v + L.Axz * g.w + (L.Bxx * g.x + L.Bxy * g.y + L.Bxz * g.z),
-          L.Axy * g.u + L.Ayy * g.v + L.Ayz * g.w + (L.Byx * g.x + L.Byy * g.y + L.Byz * g.z),
-          L.Axz * g.u + L.Ayz * g.v + L.Azz * g.w + (L.Bzx * g.x + L.Bzy * g.y + L.Bzz * g.z)};
+  const Sixfold<T> y = times(L, Sixfold<T>{g.u, g.v, g.w, g.x, g.y, g.z});
+  return {y.u, y.v, y.w, y.x, y.y, y.z};
 }
 
 }  // namespace detail

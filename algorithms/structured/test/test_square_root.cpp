@@ -233,6 +233,19 @@ TYPED_TEST(SquareRootBatches, SingularMechanismIsReportedAndRegularOneIsNot) {
   }
 }
 
+TYPED_TEST(SquareRootBatches, ModerateLoadsAreNoSuspects) {
+  using T = TypeParam;
+  const double ratio = std::is_same_v<T, float> ? 1e4 : 1e12;
+  for (int seed = 0; seed < 20; ++seed) {
+    const Model<double> model = heavy_tip(seed, ratio, false);
+    const State<T> state = random_state(model, seed + 1000).template cast<T>();
+    StructuredDynamics<T, SquareRootForm> dynamics(model.cast<T>());
+    VectorX<T> a = poisoned<T>(model.nv());
+    const Outcome outcome = dynamics.acceleration(state.q, state.qd, state.tau, a);
+    EXPECT_TRUE(outcome && !outcome.suspect) << "seed " << seed;
+  }
+}
+
 TYPED_TEST(SquareRootBatches, WhatWasLookedIntoIsMarked) {
   using T = TypeParam;
   const Model<double> heavy = heavy_tip(1, 1e16, true), light = heavy_tip(1, 1, true);
