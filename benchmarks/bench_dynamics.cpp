@@ -6,7 +6,6 @@
 // second.
 #include <benchmark/benchmark.h>
 
-#include <cstdio>
 #include <limits>
 #include <memory>
 #include <string>
@@ -14,9 +13,8 @@
 
 #include "algorithms/structured/dynamics.hpp"
 #include "benchmarks/case.hpp"
-#include "benchmarks/context.hpp"
+#include "benchmarks/driver.hpp"
 #include "benchmarks/flops.hpp"
-#include "robots/program.hpp"
 
 namespace kalmarm {
 namespace {
@@ -70,16 +68,12 @@ void add_all(std::shared_ptr<const Case> c) {
          pool);
 }
 
-int run(const std::vector<std::string>& scenes, std::uint64_t seed) {
+void add_scenes(const std::vector<std::string>& scenes, std::uint64_t seed) {
   for (const std::string& what : scenes) {
     const auto c = std::make_shared<const Case>(load_scene(what), seed);
     add_all<double>(c);
     add_all<float>(c);
   }
-  add_context(timed_call);
-  benchmark::RunSpecifiedBenchmarks();
-  benchmark::Shutdown();
-  return 0;
 }
 
 }  // namespace
@@ -87,17 +81,6 @@ int run(const std::vector<std::string>& scenes, std::uint64_t seed) {
 
 int main(int argc, char** argv) {
   using namespace kalmarm;
-  choose_openblas_kernels(argv);  // before Initialize takes its flags out of argv
-  benchmark::Initialize(&argc, argv, [] {
-    std::printf(
-        "Usage: bench_dynamics SCENE... [--seed S] [flags of Google Benchmark]\n\n  SCENE: %s\n\n",
-        scene_help);
-    benchmark::PrintDefaultHelp();
-  });
-  CLI::App app("Time of forward dynamics by the fast path.", "bench_dynamics");
-  std::vector<std::string> scenes;
-  std::uint64_t seed = 1;
-  app.add_option("SCENE", scenes, scene_help)->required();
-  app.add_option("--seed", seed, "of the random states")->capture_default_str();
-  return run_program(app, argc, argv, [&] { return run(scenes, seed); });
+  return Driver{"bench_dynamics", "Time of forward dynamics by the fast path.", timed_call}.run(
+      argc, argv, add_scenes);
 }

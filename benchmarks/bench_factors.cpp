@@ -5,7 +5,6 @@
 // it is timed (case.hpp).
 #include <benchmark/benchmark.h>
 
-#include <cstdio>
 #include <limits>
 #include <memory>
 #include <string>
@@ -13,9 +12,8 @@
 
 #include "algorithms/solver.hpp"
 #include "benchmarks/case.hpp"
-#include "benchmarks/context.hpp"
+#include "benchmarks/driver.hpp"
 #include "robots/mujoco_solver.hpp"
-#include "robots/program.hpp"
 
 namespace kalmarm {
 namespace {
@@ -56,7 +54,7 @@ void add_contenders(std::shared_ptr<const Case> c, std::shared_ptr<const Pool<T>
       add<T>(variant.name, std::shared_ptr<Solver<T>>(variant.make(model)), c, pool);
 }
 
-int run(const std::vector<std::string>& scenes, std::uint64_t seed) {
+void add_scenes(const std::vector<std::string>& scenes, std::uint64_t seed) {
   for (const std::string& what : scenes) {
     const auto c = std::make_shared<const Case>(load_scene(what), seed);
     const auto float64 = std::make_shared<const Pool<double>>(c->states);
@@ -64,10 +62,6 @@ int run(const std::vector<std::string>& scenes, std::uint64_t seed) {
     add_contenders<float>(c, std::make_shared<const Pool<float>>(c->states));
     add<double>("MuJoCo", std::make_shared<MujocoSolver>(mujoco_of(c->scene)), c, float64);
   }
-  add_context(timed_call);
-  benchmark::RunSpecifiedBenchmarks();
-  benchmark::Shutdown();
-  return 0;
 }
 
 }  // namespace
@@ -75,17 +69,7 @@ int run(const std::vector<std::string>& scenes, std::uint64_t seed) {
 
 int main(int argc, char** argv) {
   using namespace kalmarm;
-  choose_openblas_kernels(argv);  // before Initialize takes its flags out of argv
-  benchmark::Initialize(&argc, argv, [] {
-    std::printf(
-        "Usage: bench_factors SCENE... [--seed S] [flags of Google Benchmark]\n\n  SCENE: %s\n\n",
-        scene_help);
-    benchmark::PrintDefaultHelp();
-  });
-  CLI::App app("Time of factoring M and of solving with factors that are kept.", "bench_factors");
-  std::vector<std::string> scenes;
-  std::uint64_t seed = 1;
-  app.add_option("SCENE", scenes, scene_help)->required();
-  app.add_option("--seed", seed, "of the random states")->capture_default_str();
-  return run_program(app, argc, argv, [&] { return run(scenes, seed); });
+  return Driver{"bench_factors", "Time of factoring M and of solving with factors that are kept.",
+                timed_call}
+      .run(argc, argv, add_scenes);
 }

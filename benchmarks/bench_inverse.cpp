@@ -7,7 +7,6 @@
 // the accuracy programs judge that.
 #include <benchmark/benchmark.h>
 
-#include <cstdio>
 #include <limits>
 #include <memory>
 #include <string>
@@ -16,9 +15,8 @@
 #include "algorithms/model/mass_matrix.hpp"
 #include "algorithms/solver.hpp"
 #include "benchmarks/case.hpp"
-#include "benchmarks/context.hpp"
+#include "benchmarks/driver.hpp"
 #include "robots/mujoco_solver.hpp"
-#include "robots/program.hpp"
 
 namespace kalmarm {
 namespace {
@@ -131,7 +129,7 @@ void add_variants(std::shared_ptr<const Case> c, std::shared_ptr<const Pool<T>> 
   add_mass<T>(c, pool);
 }
 
-int run(const std::vector<std::string>& scenes, std::uint64_t seed, bool exhibits) {
+void add_scenes(const std::vector<std::string>& scenes, std::uint64_t seed, bool exhibits) {
   for (const std::string& what : scenes) {
     auto c = std::make_shared<const Case>(load_scene(what), seed);
     auto float64 = std::make_shared<const Pool<double>>(c->states);
@@ -145,10 +143,6 @@ int run(const std::vector<std::string>& scenes, std::uint64_t seed, bool exhibit
   add_benchmark(
       "harness/empty/none/none", [] { return std::string(); },
       [](int i) { benchmark::DoNotOptimize(i); });
-  add_context(timed_call);
-  benchmark::RunSpecifiedBenchmarks();
-  benchmark::Shutdown();
-  return 0;
 }
 
 }  // namespace
@@ -156,20 +150,15 @@ int run(const std::vector<std::string>& scenes, std::uint64_t seed, bool exhibit
 
 int main(int argc, char** argv) {
   using namespace kalmarm;
-  choose_openblas_kernels(argv);  // before Initialize takes its flags out of argv
-  benchmark::Initialize(&argc, argv, [] {
-    std::printf(
-        "Usage: bench_inverse SCENE... [--seed S] [--exhibits] [flags of Google Benchmark]\n\n  "
-        "SCENE: %s\n\n",
-        scene_help);
-    benchmark::PrintDefaultHelp();
-  });
-  CLI::App app("Time of forward dynamics, M^-1 and M for every variant.", "bench_inverse");
-  std::vector<std::string> scenes;
-  std::uint64_t seed = 1;
-  app.add_option("SCENE", scenes, scene_help)->required();
-  app.add_option("--seed", seed, "of the random states")->capture_default_str();
   bool exhibits = false;
-  app.add_flag("--exhibits", exhibits, "the accuracy laboratory's variants too");
-  return run_program(app, argc, argv, [&] { return run(scenes, seed, exhibits); });
+  return Driver{"bench_inverse", "Time of forward dynamics, M^-1 and M for every variant.",
+                timed_call, "[--exhibits] "}
+      .run(
+          argc, argv,
+          [&](const std::vector<std::string>& scenes, std::uint64_t seed) {
+            add_scenes(scenes, seed, exhibits);
+          },
+          [&](CLI::App& app) {
+            app.add_flag("--exhibits", exhibits, "the accuracy laboratory's variants too");
+          });
 }

@@ -22,13 +22,12 @@
 
 #include "algorithms/test/allocations.hpp"
 #include "benchmarks/case.hpp"
-#include "benchmarks/context.hpp"
+#include "benchmarks/derivative_check.hpp"
+#include "benchmarks/driver.hpp"
 #include "benchmarks/peak.hpp"
-#include "benchmarks/peers/derivative_check.hpp"
 #include "benchmarks/peers/mechanism.hpp"
 #include "benchmarks/peers/peer.hpp"
 #include "robots/mujoco_solver.hpp"
-#include "robots/program.hpp"
 
 namespace kalmarm {
 namespace {
@@ -172,7 +171,7 @@ std::string judge(const Contest& contest, const Peer& peer, Task task, int i) {
     peer.get_derivatives(i, dq.data(), dqd.data(), dtau.data());
     const double error =
         derivative_error(truth.scene.model, *contest.reference, truth.states[i], dq, dqd, dtau);
-    const double bound = std::max(1e-6, truth.bound<T>(truth.condition[i]));
+    const double bound = derivative_bound(truth.bound<T>(truth.condition[i]));
     return error <= bound ? "" : wrong(error, bound);
   }
   if (task == Task::inverse || task == Task::mass) {
@@ -237,7 +236,7 @@ void add_tasks(std::shared_ptr<const Contest> contest) {
   }
 }
 
-int run(const std::vector<std::string>& scenes, std::uint64_t seed) {
+void add_scenes(const std::vector<std::string>& scenes, std::uint64_t seed) {
   const auto modules = load_modules();
   std::set<std::string> versions;
   for (const std::string& what : scenes) {
@@ -250,10 +249,6 @@ int run(const std::vector<std::string>& scenes, std::uint64_t seed) {
   for (const std::string& version : versions)
     if (!version.empty()) all += (all.empty() ? "" : "; ") + version;
   benchmark::AddCustomContext("peers", all);
-  add_context(timed_call);
-  benchmark::RunSpecifiedBenchmarks();
-  benchmark::Shutdown();
-  return 0;
 }
 
 }  // namespace
@@ -261,17 +256,10 @@ int run(const std::vector<std::string>& scenes, std::uint64_t seed) {
 
 int main(int argc, char** argv) {
   using namespace kalmarm;
-  choose_openblas_kernels(argv);  // before Initialize takes its flags out of argv
-  benchmark::Initialize(&argc, argv, [] {
-    std::printf(
-        "Usage: bench_peers [SCENE...] [--seed S] [flags of Google Benchmark]\n\n  SCENE: %s\n\n",
-        scene_help);
-    benchmark::PrintDefaultHelp();
-  });
-  CLI::App app("Time of the fast path against other libraries.", "bench_peers");
-  std::vector<std::string> scenes = {"iiwa14", "chain:31", "g1", "chain:100", "chain:500"};
-  std::uint64_t seed = 1;
-  app.add_option("SCENE", scenes, scene_help)->capture_default_str();
-  app.add_option("--seed", seed, "of the random states")->capture_default_str();
-  return run_program(app, argc, argv, [&] { return run(scenes, seed); });
+  return Driver{"bench_peers",
+                "Time of the fast path against other libraries.",
+                timed_call,
+                "",
+                {"iiwa14", "chain:31", "g1", "chain:100", "chain:500"}}
+      .run(argc, argv, add_scenes);
 }

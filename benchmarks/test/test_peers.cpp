@@ -6,8 +6,8 @@
 
 #include "algorithms/solver.hpp"
 #include "algorithms/test/models.hpp"
+#include "benchmarks/derivative_check.hpp"
 #include "benchmarks/peers/body_axes.hpp"
-#include "benchmarks/peers/derivative_check.hpp"
 #include "benchmarks/peers/mechanism.hpp"
 
 namespace kalmarm::test {
