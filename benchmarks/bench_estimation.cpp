@@ -77,7 +77,7 @@ std::string verify_gradient(const Chain& c) {
   double sum = 0;
   for (int k = 0; k < c.process.size(); ++k) {
     const SpatialInertia<double>& M = c.scene.model.M(k);
-    InertialGradient<double> theta;
+    InertialVector<double> theta;
     theta << M.m, M.h, M.I(0, 0), M.I(1, 1), M.I(2, 2), M.I(0, 1), M.I(0, 2), M.I(1, 2);
     sum += gradient.inertia[k].dot(theta);
   }

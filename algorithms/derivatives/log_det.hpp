@@ -9,27 +9,24 @@
 //   d log det M   = (M^-1)(k,k) dr(k)
 //   d log p(T)    = 1/2 (a(k)^2 - (M^-1)(k,k)) dr(k)
 //
-// A body has ten inertial parameters, in which M(k) is linear:
-//   m, h = m c (3), I_o = (Ixx, Iyy, Izz, Ixy, Ixz, Iyz),  M(k) = [I_o h~; -h~ m 1]
-// so a symmetric weight S = [A B; B' C] turns tr(dM S) into
+// M(k) = [I_o h~; -h~ m 1] is linear in a body's ten parameters (inertial_parameters.hpp): a
+// symmetric weight S = [A B; B' C] turns tr(dM S) into
 //   tr C dm + 2 (vee B)' dh + A : dI_o,   vee B = (B_21 - B_12, B_02 - B_20, B_10 - B_01)
 #pragma once
 
 #include <vector>
 
+#include "algorithms/derivatives/inertial_parameters.hpp"
 #include "algorithms/estimation/filter_smoother.hpp"
 
 namespace kalmarm {
 
-template <class T>
-using InertialGradient = Eigen::Matrix<T, 10, 1>;  // over m, h, (Ixx, Iyy, Izz, Ixy, Ixz, Iyz)
-
 // The gradient of tr(M(k) S) over the ten parameters, for a symmetric S.
 template <class T>
-InertialGradient<T> inertial_gradient(const Matrix6<T>& S) {
+InertialVector<T> inertial_gradient(const Matrix6<T>& S) {
   const auto A = S.template topLeftCorner<3, 3>();
   const auto B = S.template topRightCorner<3, 3>();
-  InertialGradient<T> out;
+  InertialVector<T> out;
   out << S.template bottomRightCorner<3, 3>().trace(),                                     //
       T(2) * (B(2, 1) - B(1, 2)), T(2) * (B(0, 2) - B(2, 0)), T(2) * (B(1, 0) - B(0, 1)),  //
       A(0, 0), A(1, 1), A(2, 2), T(2) * A(0, 1), T(2) * A(0, 2), T(2) * A(1, 2);
@@ -38,8 +35,8 @@ InertialGradient<T> inertial_gradient(const Matrix6<T>& S) {
 
 template <class T>
 struct LogDetGradient {
-  std::vector<InertialGradient<T>> inertia;  // of every link
-  std::vector<T> r;                          // of every joint's noise
+  std::vector<InertialVector<T>> inertia;  // of every link
+  std::vector<T> r;                        // of every joint's noise
 };
 
 // log det M, after set_state_covariances.

@@ -11,6 +11,7 @@
 #pragma once
 
 #include <cassert>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -86,6 +87,19 @@ class Model {
   const SpatialInertia<T>& M(int k) const { return inertia_[k].M; }
   const Matrix6<T>& W(int k) const { return inertia_[k].W; }
   const Matrix3<T>& E(int k) const { return E_[k]; }
+
+  // Another inertia or joint noise, as a fit tries them. M is all that is given of the inertia: the
+  // forms W and V, which ask for principal axes, become NaN, and updates that need them must not
+  // be used.
+  void set_inertia(int k, const SpatialInertia<T>& M) {
+    RigidBody<T>& body = joints_[k].body;
+    body.mass = M.m;
+    body.com = M.h / M.m;
+    body.axes.coeffs().setConstant(T(std::numeric_limits<double>::quiet_NaN()));
+    body.moments.setConstant(T(std::numeric_limits<double>::quiet_NaN()));
+    inertia_[k] = LinkInertia<T>(M, body.com);
+  }
+  void set_noise(int k, const T& r) { joints_[k].r = r; }
 
   // The same robot with its parameters rounded to U.
   template <class U>

@@ -8,6 +8,8 @@
 // and would lose I_cm beside m c'c.
 #pragma once
 
+#include <limits>
+
 #include "algorithms/spatial/spatial.hpp"
 
 namespace kalmarm {
@@ -112,6 +114,16 @@ struct LinkInertia {
       : M(body), weighted(body), W(weighted.W()), massless(body.massless()) {
     const auto E = weighted.V.template topLeftCorner<3, 3>();
     I_cm = E * body.moments.asDiagonal() * E.transpose();
+  }
+
+  // Of M alone, V and W NaN; com = h / m.
+  LinkInertia(const SpatialInertia<T>& inertia, const Vector3<T>& com)
+      : M(inertia), massless(false) {
+    const T unknown(std::numeric_limits<double>::quiet_NaN());
+    weighted.V.setConstant(unknown);
+    weighted.w.setConstant(unknown);
+    W.setConstant(unknown);
+    I_cm = M.I + cross_matrix(M.h) * cross_matrix(com);
   }
 
   // Seen from another frame: phi M phi', phi W, phi V.

@@ -217,7 +217,7 @@ TEST(LogDet, ParametersAreThoseOfAMovingBody) {  // tr(M x x') = 2 x kinetic ene
   const RigidBody<double> body = random_body(random);
   const SpatialInertia<double> M(body);
   const Vector6<double> x = random.vector(6);
-  InertialGradient<double> parameters;
+  InertialVector<double> parameters;
   parameters << M.m, M.h, M.I(0, 0), M.I(1, 1), M.I(2, 2), M.I(0, 1), M.I(0, 2), M.I(1, 2);
   const Vector3<double> w = x.head<3>(), v = x.tail<3>();
   const Vector3<double> spin = rotation(body.axes).transpose() * w, vc = v + w.cross(body.com);
