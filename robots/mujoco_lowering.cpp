@@ -14,6 +14,7 @@ namespace {
 
 using Quaternion = Eigen::Quaternion<double>;
 using Vec3 = Vector3<double>;
+using Frame = LinkFrame;
 
 // A turn that takes e_z to `axis`; exact for the coordinate axes.
 Quaternion turn_z_to(const Vec3& axis) {
@@ -26,17 +27,6 @@ Quaternion turn_z_to(const Vec3& axis) {
   if (axis == Vec3(0, -1, 0)) return to_y * flip;
   return Quaternion::FromTwoVectors(Vec3::UnitZ(), axis);
 }
-
-// Where a frame stands in the axes of a lowered link.
-struct Frame {
-  int link = -1;
-  Quaternion R = Quaternion::Identity();
-  Vec3 p = Vec3::Zero();
-
-  Frame then(const Vec3& translation, const Quaternion& rotation) const {
-    return {link, R * rotation, p + R * translation};
-  }
-};
 
 // Two rigid bodies on one link become one.
 RigidBody<double> welded(const RigidBody<double>& a, const RigidBody<double>& b) {
@@ -84,6 +74,8 @@ class Lowering {
     }
     return {std::move(joints_), std::move(names_), static_cast<int>(m_->nq), vec3(m_->opt.gravity)};
   }
+
+  std::vector<LinkFrame> frames() && { return std::move(frames_); }
 
  private:
   void add_body(int body) {
@@ -190,5 +182,6 @@ class Lowering {
 }  // namespace
 
 Model<double> MujocoModel::lower() const { return Lowering(get()).model(); }
+std::vector<LinkFrame> MujocoModel::body_frames() const { return Lowering(get()).frames(); }
 
 }  // namespace kalmarm

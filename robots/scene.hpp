@@ -40,6 +40,17 @@ std::vector<std::string> shipped_robots();
 // velocities and torques N(0,1).
 std::vector<State> random_states(const Scene& scene, int count, std::uint64_t seed);
 
+// Friction of the joints as the robot's file has it: viscous [N m s or N s/m] and Coulomb [N m or
+// N] (nv each); zero for a family. No solver here adds it.
+struct JointFriction {
+  VectorX<double> viscous, coulomb;
+};
+JointFriction friction_of(const Scene& scene);
+
+// The body of link k as people call it: the file's body that carries the joint, the DoF's name
+// where there is none (a family, a link between the DoF of a joint of several).
+std::string link_name(const Scene& scene, int k);
+
 // The same mechanism in MuJoCo. Throws InputError where MuJoCo cannot hold it.
 std::shared_ptr<const MujocoModel> mujoco_of(const Scene& scene);
 
