@@ -45,15 +45,26 @@ Vector6<T> link_force(const Model<T>& model, const RandomModel<T>& rm, int k, co
   return z;
 }
 
+// a(k) of the link from its parent's, already in a.
+template <bool with_bias, class T>
+void set_acceleration(const Model<T>& model, const RandomModel<T>& rm, int k, const T& qdd,
+                      std::vector<Vector6<T>>& a) {
+  const int parent = model.parent(k);
+  if (parent >= 0)
+    a[k] = rm.phi[k].motion_from_parent(a[parent]);
+  else if constexpr (with_bias)
+    a[k] = rm.phi[k].motion_from_parent(base_acceleration(model));
+  else
+    a[k].setZero();
+  if constexpr (with_bias) a[k] += rm.c[k];
+  a[k][model.joint(k).axis()] += qdd;
+}
+
 template <bool with_bias, class T, class A>
 void newton_euler(const Model<T>& model, const RandomModel<T>& rm, const A& qdd,
                   InverseDynamics<T>& ws, Eigen::Ref<VectorX<T>> tau) {
-  const Vector6<T> a0 = with_bias ? base_acceleration(model) : Vector6<T>(Vector6<T>::Zero());
   for (int k = 0; k < model.nv(); ++k) {
-    const int parent = model.parent(k);
-    ws.a[k] = rm.phi[k].motion_from_parent(parent < 0 ? a0 : ws.a[parent]);
-    if constexpr (with_bias) ws.a[k] += rm.c[k];
-    ws.a[k][model.joint(k).axis()] += qdd[k];
+    set_acceleration<with_bias>(model, rm, k, T(qdd[k]), ws.a);
     ws.z[k] = link_force<with_bias>(model, rm, k, ws.a[k]);
   }
   for (int k = model.nv() - 1; k >= 0; --k) {
@@ -64,6 +75,14 @@ void newton_euler(const Model<T>& model, const RandomModel<T>& rm, const A& qdd,
 }
 
 }  // namespace detail
+
+// a(k) of every link from qdd (nv values), after set_position and set_velocity. About 40 flops a
+// link.
+template <class T, class A>
+void link_accelerations(const Model<T>& model, const RandomModel<T>& rm, const A& qdd,
+                        std::vector<Vector6<T>>& a) {
+  for (int k = 0; k < model.nv(); ++k) detail::set_acceleration<true>(model, rm, k, T(qdd[k]), a);
+}
 
 // tau (nv values) from qdd (nv values), after set_position and set_velocity. About 180 flops a
 // link.
