@@ -46,7 +46,8 @@ std::optional<Scene> load_family(const std::string& what) {
 
 Scene from_file(const fs::path& path, const std::string& name) {
   Scene scene;
-  scene.mujoco = MujocoModel::load(path.string());
+  scene.file = path.string();
+  scene.mujoco = MujocoModel::load(scene.file);
   scene.model = scene.mujoco->lower();
   scene.name = name + ":" + std::to_string(scene.model.nv());
   const mjModel* m = scene.mujoco->get();

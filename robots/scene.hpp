@@ -22,6 +22,7 @@ struct Scene {
   Model<double> model;
   std::shared_ptr<const MujocoModel> mujoco;  // null for a family until mujoco_of() is called
   std::vector<std::array<double, 2>> range;   // of every entry of q; quaternions are drawn apart
+  std::string file;                           // empty for a family
   bool at_rest = false;                       // q = 0 and qd = 0 belong to the scene
 };
 

@@ -27,6 +27,7 @@ inline constexpr const char* samples_help =
 struct Samples {
   VectorX<double> time;             // [s], increasing
   MatrixX<double> q, qd, qdd, tau;  // nq, nv, nv, nv x count, a sample a column; qdd may be empty
+  MatrixX<double> mass;             // lower triangles of M, row by row; simulated samples alone
   int normalized = 0;               // quaternions that did not have unit length and were normalised
 
   int count() const { return static_cast<int>(time.size()); }
