@@ -18,10 +18,10 @@ namespace kalmarm {
 
 // What a fit has changed, by DoF k of the lowered model; what is not named stays.
 struct FittedParameters {
-  std::map<int, SpatialInertia<double>> inertia;  // of link k, about its origin in its axes
-  std::map<int, double> armature;                 // r(k) [kg m^2 or kg]
-  std::map<int, double> viscous;                  // damping [N m s or N s/m]
-  std::map<int, double> coulomb;                  // frictionloss [N m or N]
+  std::map<int, SpatialInertia<double>> inertia = {};  // of link k, about its origin in its axes
+  std::map<int, double> armature = {};                 // r(k) [kg m^2 or kg]
+  std::map<int, double> viscous = {};                  // damping [N m s or N s/m]
+  std::map<int, double> coulomb = {};                  // frictionloss [N m or N]
 };
 
 // The MJCF text, its numbers with 17 digits; `note` becomes a comment at its beginning. The text

@@ -1,5 +1,4 @@
 // MujocoModel::lower: from a compiled model to one-DoF joints.
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -8,6 +7,7 @@
 #include "robots/input_error.hpp"
 #include "robots/mujoco_model.hpp"
 #include "robots/mujoco_shim.hpp"
+#include "robots/principal_axes.hpp"
 
 namespace kalmarm {
 namespace {
@@ -32,19 +32,15 @@ Quaternion turn_z_to(const Vec3& axis) {
 RigidBody<double> welded(const RigidBody<double>& a, const RigidBody<double>& b) {
   if (a.massless()) return b;
   if (b.massless()) return a;
-  RigidBody<double> out;
-  out.mass = a.mass + b.mass;
-  out.com = (a.mass * a.com + b.mass * b.com) / out.mass;
+  const double mass = a.mass + b.mass;
+  const Vec3 com = (a.mass * a.com + b.mass * b.com) / mass;
   Matrix3<double> I = Matrix3<double>::Zero();
   for (const RigidBody<double>* body : {&a, &b}) {
-    const Matrix3<double> E = rotation(body->axes), d = cross_matrix<double>(body->com - out.com);
+    const Matrix3<double> E = rotation(body->axes), d = cross_matrix<double>(body->com - com);
     I += E * body->moments.asDiagonal() * E.transpose() - body->mass * d * d;
   }
-  const Eigen::SelfAdjointEigenSolver<Matrix3<double>> eigen(I);
-  Matrix3<double> axes = eigen.eigenvectors();
-  if (axes.determinant() < 0) axes.col(0) = -axes.col(0);
-  out.axes = Quaternion(axes);
-  out.moments = eigen.eigenvalues().cwiseMax(0.0);
+  RigidBody<double> out = with_principal_axes(mass, com, I);
+  out.moments = out.moments.cwiseMax(0.0);
   return out;
 }
 
