@@ -25,7 +25,9 @@ struct Case {
   VectorX<double> qdd;
 
   explicit Case(const Family& family)
-      : model(family.make(71)), state(random_state(model, 72)), qdd(Random(73).vector(model.nv())) {}
+      : model(family.make(71)),
+        state(random_state(model, 72)),
+        qdd(Random(73).vector(model.nv())) {}
 };
 
 inline ParameterVector<double> random_direction(const Case& at, std::uint64_t seed) {

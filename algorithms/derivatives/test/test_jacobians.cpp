@@ -120,7 +120,9 @@ TEST_P(JacobiansOf, AgreeWithDualNumbersColumnByColumn) {
     const Quantities<double> truth = by_jets(at_, direction, Residuals{});
     const Quantities<double> size = jacobians.times(random_direction(at_, 9));
     for (const auto& [name, value] : truth)
-      EXPECT_LE((columns.at(name) - value).norm(), jet_tolerance * (value.norm() + size.at(name).norm())) << name;
+      EXPECT_LE((columns.at(name) - value).norm(),
+                jet_tolerance * (value.norm() + size.at(name).norm()))
+          << name;
   };
   for (int k = 0; k < at_.model.nv(); ++k) {
     SCOPED_TRACE("link " + std::to_string(k));
