@@ -64,11 +64,11 @@ struct Mechanism {
   static Model<T> shifted(const Model<double>& model, const ParameterVector<double>& direction,
                           const T& step) {
     Model<T> out = model.cast<T>();
-    if (step == T(0)) return out;
     for (int k = 0; k < model.nv(); ++k) {
-      const InertialVector<T> change = step * direction.theta[k].template cast<T>();
-      if (!change.isZero(T(0)))
-        out.set_inertia(k, spatial_inertia<T>(inertial_parameters(out.M(k)) + change));
+      const InertialVector<double>& theta = direction.theta[k];
+      if (!theta.isZero(0))
+        out.set_inertia(
+            k, spatial_inertia<T>(inertial_parameters(out.M(k)) + step * theta.template cast<T>()));
       out.set_noise(k, out.joint(k).r + step * direction.r[k]);
     }
     return out;
