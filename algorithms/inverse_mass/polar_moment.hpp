@@ -20,8 +20,7 @@ struct PolarMoment {
   T m = T(0), J = T(0);
 
   PolarMoment() = default;
-  explicit PolarMoment(const RigidBody<T>& body)
-      : m(body.mass), J(body.mass * body.com.squaredNorm() + body.moments.sum() / T(2)) {}
+  explicit PolarMoment(const SpatialInertia<T>& M) : m(M.m), J(M.I.trace() / T(2)) {}
 
   void add_child(const PolarMoment& child, const Vector3<T>& p) {
     using std::sqrt;
@@ -37,7 +36,7 @@ template <class T>
 std::vector<PolarMoment<T>> body_polar_moments(const Model<T>& model) {
   std::vector<PolarMoment<T>> out;
   out.reserve(model.nv());
-  for (int k = 0; k < model.nv(); ++k) out.emplace_back(model.joint(k).body);
+  for (int k = 0; k < model.nv(); ++k) out.emplace_back(model.M(k));
   return out;
 }
 

@@ -21,6 +21,7 @@
 #pragma once
 
 #include <cmath>
+#include <limits>
 #include <type_traits>
 #include <vector>
 
@@ -62,12 +63,21 @@ struct RoundingScale {
   }
 };
 
+// NaN for a scalar that is more than a number, as a dual number is.
+template <class T>
+double as_double(const T& x) {
+  if constexpr (requires { static_cast<double>(x); })
+    return static_cast<double>(x);
+  else
+    return std::numeric_limits<double>::quiet_NaN();
+}
+
 template <class T>
 Outcome outcome_at(int k, const T& D, const T& scale) {
   Outcome out;
   out.joint = k;
-  out.D = static_cast<double>(D);
-  out.scale = static_cast<double>(scale);
+  out.D = as_double(D);
+  out.scale = as_double(scale);
   return out;
 }
 
