@@ -1,5 +1,4 @@
 // MujocoModel::lower: from a compiled model to one-DoF joints.
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -8,12 +7,14 @@
 #include "robots/input_error.hpp"
 #include "robots/mujoco_model.hpp"
 #include "robots/mujoco_shim.hpp"
+#include "robots/principal_axes.hpp"
 
 namespace kalmarm {
 namespace {
 
 using Quaternion = Eigen::Quaternion<double>;
 using Vec3 = Vector3<double>;
+using Frame = LinkFrame;
 
 // A turn that takes e_z to `axis`; exact for the coordinate axes.
 Quaternion turn_z_to(const Vec3& axis) {
@@ -27,34 +28,19 @@ Quaternion turn_z_to(const Vec3& axis) {
   return Quaternion::FromTwoVectors(Vec3::UnitZ(), axis);
 }
 
-// Where a frame stands in the axes of a lowered link.
-struct Frame {
-  int link = -1;
-  Quaternion R = Quaternion::Identity();
-  Vec3 p = Vec3::Zero();
-
-  Frame then(const Vec3& translation, const Quaternion& rotation) const {
-    return {link, R * rotation, p + R * translation};
-  }
-};
-
 // Two rigid bodies on one link become one.
 RigidBody<double> welded(const RigidBody<double>& a, const RigidBody<double>& b) {
   if (a.massless()) return b;
   if (b.massless()) return a;
-  RigidBody<double> out;
-  out.mass = a.mass + b.mass;
-  out.com = (a.mass * a.com + b.mass * b.com) / out.mass;
+  const double mass = a.mass + b.mass;
+  const Vec3 com = (a.mass * a.com + b.mass * b.com) / mass;
   Matrix3<double> I = Matrix3<double>::Zero();
   for (const RigidBody<double>* body : {&a, &b}) {
-    const Matrix3<double> E = rotation(body->axes), d = cross_matrix<double>(body->com - out.com);
+    const Matrix3<double> E = rotation(body->axes), d = cross_matrix<double>(body->com - com);
     I += E * body->moments.asDiagonal() * E.transpose() - body->mass * d * d;
   }
-  const Eigen::SelfAdjointEigenSolver<Matrix3<double>> eigen(I);
-  Matrix3<double> axes = eigen.eigenvectors();
-  if (axes.determinant() < 0) axes.col(0) = -axes.col(0);
-  out.axes = Quaternion(axes);
-  out.moments = eigen.eigenvalues().cwiseMax(0.0);
+  RigidBody<double> out = with_principal_axes(mass, com, I);
+  out.moments = out.moments.cwiseMax(0.0);
   return out;
 }
 
@@ -84,6 +70,8 @@ class Lowering {
     }
     return {std::move(joints_), std::move(names_), static_cast<int>(m_->nq), vec3(m_->opt.gravity)};
   }
+
+  std::vector<LinkFrame> frames() && { return std::move(frames_); }
 
  private:
   void add_body(int body) {
@@ -190,5 +178,6 @@ class Lowering {
 }  // namespace
 
 Model<double> MujocoModel::lower() const { return Lowering(get()).model(); }
+std::vector<LinkFrame> MujocoModel::body_frames() const { return Lowering(get()).frames(); }
 
 }  // namespace kalmarm

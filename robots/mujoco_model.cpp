@@ -4,18 +4,23 @@
 
 #include "robots/input_error.hpp"
 #include "robots/mujoco_shim.hpp"
+#include "robots/mujoco_spec.hpp"
 #include "robots/mujoco_strip.hpp"
 
 namespace kalmarm {
-namespace {
-
-using SpecPtr = std::unique_ptr<mjSpec, void (*)(mjSpec*)>;
-
 std::string one_line(std::string text) {
   for (char& c : text)
     if (c == '\n' || c == '\r') c = ' ';
   while (!text.empty() && text.back() == ' ') text.pop_back();
   return text;
+}
+
+SpecPtr parse_spec(const std::string& path) {
+  if (!std::filesystem::is_regular_file(path)) throw InputError(path + ": no such file");
+  char error[1024] = "";
+  SpecPtr spec(mj_parseXML(path.c_str(), nullptr, error, sizeof error), mj_deleteSpec);
+  if (!spec) throw InputError(path + ": " + one_line(error));
+  return spec;
 }
 
 std::shared_ptr<const MujocoModel> compile(mjSpec* spec, const std::string& what) {
@@ -26,8 +31,6 @@ std::shared_ptr<const MujocoModel> compile(mjSpec* spec, const std::string& what
   return out;
 }
 
-}  // namespace
-
 void install_mujoco_handlers() {
   mju_user_error = [](const char* message) { throw InputError("MuJoCo: " + one_line(message)); };
   mju_user_warning = [](const char*) {};
@@ -35,10 +38,7 @@ void install_mujoco_handlers() {
 
 std::shared_ptr<const MujocoModel> MujocoModel::load(const std::string& path) {
   install_mujoco_handlers();
-  if (!std::filesystem::is_regular_file(path)) throw InputError(path + ": no such file");
-  char error[1024] = "";
-  const SpecPtr spec(mj_parseXML(path.c_str(), nullptr, error, sizeof error), mj_deleteSpec);
-  if (!spec) throw InputError(path + ": " + one_line(error));
+  const SpecPtr spec = parse_spec(path);
   try {
     strip(spec.get());
     auto out = compile(spec.get(), path);

@@ -27,6 +27,18 @@
 
 namespace kalmarm {
 
+// Where a frame stands in the axes of a lowered link.
+struct LinkFrame {
+  int link = -1;  // -1: the world
+  Eigen::Quaternion<double> R = Eigen::Quaternion<double>::Identity();
+  Vector3<double> p = Vector3<double>::Zero();  // [m]
+
+  LinkFrame then(const Vector3<double>& translation,
+                 const Eigen::Quaternion<double>& rotation) const {
+    return {link, R * rotation, p + R * translation};
+  }
+};
+
 class MujocoModel {
  public:
   // From an MJCF or URDF file. Throws InputError with file, element and MuJoCo's reason.
@@ -41,6 +53,7 @@ class MujocoModel {
 
   const mjModel* get() const { return model_.get(); }
   Model<double> lower() const;
+  std::vector<LinkFrame> body_frames() const;  // of MuJoCo's bodies, in its order
 
  private:
   std::unique_ptr<mjModel, void (*)(mjModel*)> model_;

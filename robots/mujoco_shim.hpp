@@ -3,7 +3,16 @@
 
 #include <mujoco/mujoco.h>
 
+#include <type_traits>
+
 static_assert(mjVERSION_HEADER >= 3010000, "MuJoCo 3.10 or later is needed: run scripts/setup");
+
+// How many digits MuJoCo writes into XML, 6 unless told: not in its headers, but exported. Null
+// where a release does not have them.
+extern "C" {
+__attribute__((weak)) int _mjPRIVATE__get_xml_precision();
+__attribute__((weak)) void _mjPRIVATE__set_xml_precision(int digits);
+}
 
 namespace kalmarm {
 
@@ -22,6 +31,36 @@ inline int actuator_count(const mjModel* m) {
 #else
   return static_cast<int>(m->nu);
 #endif
+}
+
+// MuJoCo writes all digits of a double while this lives.
+class AllDigits {
+ public:
+  AllDigits() {
+    if (!exported()) return;
+    before_ = _mjPRIVATE__get_xml_precision();
+    _mjPRIVATE__set_xml_precision(17);
+  }
+  AllDigits(const AllDigits&) = delete;
+  AllDigits& operator=(const AllDigits&) = delete;
+  ~AllDigits() {
+    if (exported()) _mjPRIVATE__set_xml_precision(before_);
+  }
+
+ private:
+  static bool exported() { return _mjPRIVATE__get_xml_precision && _mjPRIVATE__set_xml_precision; }
+  int before_ = 0;
+};
+
+// Linear damping of a joint: the first of several coefficients, or a number in older releases.
+inline void set_damping(mjsJoint* joint, double value) {
+  const auto first = []<class D>(D& damping) -> double& {
+    if constexpr (std::is_array_v<D>)
+      return damping[0];
+    else
+      return damping;
+  };
+  first(joint->damping) = value;
 }
 
 }  // namespace kalmarm

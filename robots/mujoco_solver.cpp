@@ -28,6 +28,12 @@ void MujocoSolver::make_mass(const VectorX<double>& q) {
   mj_makeM(m, d);
 }
 
+void MujocoSolver::make_bias(const VectorX<double>& qd) {
+  std::copy(qd.begin(), qd.end(), data_->qvel);
+  mj_comVel(model_->get(), data_.get());
+  mj_rne(model_->get(), data_.get(), 0, rhs_.data());
+}
+
 Outcome MujocoSolver::factor(const VectorX<double>& q) {
   const mjModel* m = model_->get();
   mjData* d = data_.get();
@@ -45,13 +51,9 @@ Outcome MujocoSolver::factor(const VectorX<double>& q) {
 
 Outcome MujocoSolver::acceleration(const VectorX<double>& q, const VectorX<double>& qd,
                                    const VectorX<double>& tau, VectorX<double>& a) {
-  const mjModel* m = model_->get();
-  mjData* d = data_.get();
   const Outcome outcome = factor(q);
   if (!outcome) return outcome;
-  std::copy(qd.begin(), qd.end(), d->qvel);
-  mj_comVel(m, d);
-  mj_rne(m, d, 0, rhs_.data());
+  make_bias(qd);
   rhs_ = tau - rhs_;
   solve(rhs_, a);
   return a.allFinite() ? outcome : Outcome{.status = Outcome::Status::not_finite};
@@ -74,6 +76,14 @@ Outcome MujocoSolver::factors(const VectorX<double>&, VectorX<double>&, MatrixX<
 
 Vector6<double> MujocoSolver::P_plus_times(int, const Vector6<double>&) const {
   throw InputError("MuJoCo has no covariance P");
+}
+
+void MujocoSolver::inverse_dynamics(const VectorX<double>& q, const VectorX<double>& qd,
+                                    const VectorX<double>& qdd, VectorX<double>& tau) {
+  make_mass(q);
+  make_bias(qd);
+  mj_mulM(model_->get(), data_.get(), tau.data(), qdd.data());
+  tau += rhs_;
 }
 
 void MujocoSolver::mass(const VectorX<double>& q, MatrixX<double>& M) {

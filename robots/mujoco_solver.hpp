@@ -2,6 +2,7 @@
 //   M      mj_kinematics, mj_comPos, mj_makeM
 //   M^-1   mj_factorM (L'DL, sparse over branches), mj_solveM on the unit vectors
 //   a      mj_comVel, mj_rne for the bias (gravity, velocity terms), mj_solveM on tau - bias
+//   tau    mj_mulM on the acceleration, plus the bias
 // Neither contacts, limits, damping, springs, actuators nor constraints are called.
 #pragma once
 
@@ -25,11 +26,16 @@ class MujocoSolver final : public Solver<double> {
   Outcome factors(const VectorX<double>& q, VectorX<double>& D, MatrixX<double>& g) override;
   Vector6<double> P_plus_times(int k, const Vector6<double>& x) const override;
 
+  // tau = M qdd + bias, armature included (nv values); qd and qdd have nv values.
+  void inverse_dynamics(const VectorX<double>& q, const VectorX<double>& qd,
+                        const VectorX<double>& qdd, VectorX<double>& tau);
+
   // M (nv x nv), both triangles.
   void mass(const VectorX<double>& q, MatrixX<double>& M);
 
  private:
   void make_mass(const VectorX<double>& q);
+  void make_bias(const VectorX<double>& qd);  // into rhs_, after make_mass
 
   std::shared_ptr<const MujocoModel> model_;
   std::unique_ptr<mjData, void (*)(mjData*)> data_;

@@ -6,16 +6,10 @@
 #include <vector>
 
 #include "robots/input_error.hpp"
+#include "robots/mujoco_spec.hpp"
 
 namespace kalmarm {
 namespace {
-
-std::vector<mjsElement*> elements(mjSpec* spec, mjtObj type) {
-  std::vector<mjsElement*> out;
-  for (mjsElement* e = mjs_firstElement(spec, type); e; e = mjs_nextElement(spec, e))
-    out.push_back(e);
-  return out;
-}
 
 std::string name_of(mjsElement* element) { return mjs_getString(mjs_getName(element)); }
 

@@ -46,7 +46,8 @@ std::optional<Scene> load_family(const std::string& what) {
 
 Scene from_file(const fs::path& path, const std::string& name) {
   Scene scene;
-  scene.mujoco = MujocoModel::load(path.string());
+  scene.file = path.string();
+  scene.mujoco = MujocoModel::load(scene.file);
   scene.model = scene.mujoco->lower();
   scene.name = name + ":" + std::to_string(scene.model.nv());
   const mjModel* m = scene.mujoco->get();
@@ -122,6 +123,25 @@ std::vector<State> random_states(const Scene& scene, int count, std::uint64_t se
     for (double& entry : state.qd) entry = normal(random);
   }
   return states;
+}
+
+JointFriction friction_of(const Scene& scene) {
+  const int nv = scene.model.nv();
+  if (!scene.mujoco) return {VectorX<double>::Zero(nv), VectorX<double>::Zero(nv)};
+  const mjModel* m = scene.mujoco->get();
+  using Values = Eigen::Map<const VectorX<double>>;
+  return {Values(m->dof_damping, nv), Values(m->dof_frictionloss, nv)};
+}
+
+std::string link_name(const Scene& scene, int k) {
+  if (!scene.mujoco) return scene.model.name(k);
+  const std::vector<LinkFrame> bodies = scene.mujoco->body_frames();
+  const auto carrier = std::find_if(bodies.begin(), bodies.end(),
+                                    [&](const LinkFrame& body) { return body.link == k; });
+  if (carrier == bodies.end()) return scene.model.name(k);
+  const char* name =
+      mj_id2name(scene.mujoco->get(), mjOBJ_BODY, static_cast<int>(carrier - bodies.begin()));
+  return name && *name ? name : scene.model.name(k);
 }
 
 std::shared_ptr<const MujocoModel> mujoco_of(const Scene& scene) {

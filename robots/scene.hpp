@@ -22,6 +22,7 @@ struct Scene {
   Model<double> model;
   std::shared_ptr<const MujocoModel> mujoco;  // null for a family until mujoco_of() is called
   std::vector<std::array<double, 2>> range;   // of every entry of q; quaternions are drawn apart
+  std::string file;                           // empty for a family
   bool at_rest = false;                       // q = 0 and qd = 0 belong to the scene
 };
 
@@ -39,6 +40,17 @@ std::vector<std::string> shipped_robots();
 // to pi and -1/2 m to 1/2 m where there are none), orientations uniform, free bodies within 1 m,
 // velocities and torques N(0,1).
 std::vector<State> random_states(const Scene& scene, int count, std::uint64_t seed);
+
+// Friction of the joints as the robot's file has it: viscous [N m s or N s/m] and Coulomb [N m or
+// N] (nv each); zero for a family. No solver here adds it.
+struct JointFriction {
+  VectorX<double> viscous, coulomb;
+};
+JointFriction friction_of(const Scene& scene);
+
+// The body of link k as people call it: the file's body that carries the joint, the DoF's name
+// where there is none (a family, a link between the DoF of a joint of several).
+std::string link_name(const Scene& scene, int k);
 
 // The same mechanism in MuJoCo. Throws InputError where MuJoCo cannot hold it.
 std::shared_ptr<const MujocoModel> mujoco_of(const Scene& scene);

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "algorithms/model/inverse_dynamics.hpp"
 #include "algorithms/model/mass_matrix.hpp"
 #include "algorithms/solver.hpp"
 #include "robots/mujoco_solver.hpp"
@@ -60,6 +61,59 @@ void expect_agreement(const Scene& scene, int nv) {
   const Difference difference = against_mujoco(scene, 20);
   EXPECT_LE(difference.mass, 1e-13);
   EXPECT_LE(difference.acceleration, 1e-10);
+}
+
+// Our inverse dynamics by Newton and Euler against MuJoCo's M and bias.
+TEST(InverseDynamics, AgreesWithMujoco) {
+  for (const char* robot : {"panda", "go2", "shadow_hand", "tree:9"}) {
+    const Scene scene = load_scene(robot);
+    const Model<double>& model = scene.model;
+    MujocoSolver mujoco(mujoco_of(scene));
+    RandomModel<double> rm(model);
+    InverseDynamics<double> ws(model);
+    VectorX<double> tau(model.nv()), tau_mujoco(model.nv());
+    for (const State& state : random_states(scene, 10, 5)) {
+      const VectorX<double> qdd = 3 * state.tau;
+      set_position(model, state.q, rm);
+      set_velocity(model, state.qd, rm);
+      inverse_dynamics(model, rm, qdd, ws, Eigen::Ref<VectorX<double>>(tau));
+      mujoco.inverse_dynamics(state.q, state.qd, qdd, tau_mujoco);
+      EXPECT_LE((tau - tau_mujoco).norm(), 1e-13 * tau.norm()) << robot;
+    }
+  }
+}
+
+TEST(InverseDynamics, UndoesMujocosAcceleration) {
+  const Scene scene = load_scene("panda");
+  MujocoSolver mujoco(scene.mujoco);
+  VectorX<double> a(scene.model.nv()), tau(scene.model.nv());
+  for (const State& state : random_states(scene, 10, 5)) {
+    ASSERT_TRUE(mujoco.acceleration(state.q, state.qd, state.tau, a));
+    mujoco.inverse_dynamics(state.q, state.qd, a, tau);
+    EXPECT_LE((tau - state.tau).norm(), 1e-11 * state.tau.norm());
+  }
+}
+
+TEST(JointFriction, IsWhatTheFileSays) {
+  const Scene scene = scene_of(robot(body("<joint axis='1 0 0' damping='3' frictionloss='.5'/>",
+                                          body("<joint type='ball' damping='2'/>"))));
+  const JointFriction friction = friction_of(scene);
+  EXPECT_EQ(friction.viscous, (VectorX<double>(4) << 3, 2, 2, 2).finished());
+  EXPECT_EQ(friction.coulomb, (VectorX<double>(4) << 0.5, 0, 0, 0).finished());
+  EXPECT_EQ(friction_of(load_scene("chain:3")).viscous, VectorX<double>::Zero(3));
+}
+
+TEST(LinkName, IsTheBodyThatCarriesTheJoint) {
+  const Scene scene =
+      scene_of(robot("<body name='arm'><joint name='a'/><joint name='b' axis='1 0 0'/>" +
+                     std::string(inertia) + "<body name='tool'>" + inertia + "</body></body>"));
+  EXPECT_EQ(link_name(scene, 0), "a");  // no body between the two joints
+  EXPECT_EQ(link_name(scene, 1), "arm");
+  const Scene go2 = load_scene("go2");
+  EXPECT_EQ(link_name(go2, 5), "base");
+  EXPECT_EQ(link_name(go2, 6), "FL_hip");
+  const Scene chain = load_scene("chain:3");
+  EXPECT_EQ(link_name(chain, 2), chain.model.name(2));
 }
 
 TEST(Lowering, HingeOffItsBodysOrigin) {

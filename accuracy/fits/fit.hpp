@@ -1,0 +1,53 @@
+// Fits a robot's parameters to samples, with Ceres: Levenberg and Marquardt on the residuals of
+// residuals.hpp in the coordinates of parameters.hpp.
+//
+// What the data do not see is held near the start, the prior: rows w (x - x0) are added, with the
+// weight w falling 1e-1, 1e-3, 1e-5 times the size of the data's rows, and at last the weight that
+// was asked for (0: none, and steps of Levenberg and Marquardt move nothing that the data do not
+// see). A residual that is linear in the columns is reduced to the triangle of its Jacobian before.
+// The likelihood's sigma is estimated from w'w between rounds.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "accuracy/fits/residuals.hpp"
+
+namespace kalmarm {
+
+enum class Differentiation { analytic, automatic, numeric };
+
+struct FitOptions {
+  Residual residual = Residual::inverse_dynamics;
+  Differentiation differentiation = Differentiation::analytic;
+  double prior = 0;        // weight of the start's values against the data, in the end
+  double mass_within = 0;  // masses stay within this factor of the start; 0: any
+  double com_within = 0;   // centres of mass stay this near to the start [m]; 0: anywhere
+  int iterations = 200;    // at most, in a round
+};
+
+struct Iteration {
+  int round;
+  double cost, gradient, seconds;
+  VectorX<double> values;  // columns
+};
+
+struct Fit {
+  Mechanics<double> robot;
+  std::vector<Iteration> iterations;
+  bool usable = false;
+  std::string message;  // the solver's
+  double seconds = 0;
+  double sigma = 0;            // root mean square of the residuals
+  MatrixX<double> R;           // triangle of J over the columns, at the solution
+  MatrixX<double> covariance;  // of the columns, where the data see them
+};
+
+Fit fit(const Mechanics<double>& start, const FreeParameters& free, const Samples& samples,
+        const FitOptions& options);
+
+// Of the residuals, a row of them; of the likelihood's those of w alone.
+double root_mean_square(const Mechanics<double>& robot, const Samples& samples,
+                        const ResidualOptions& options);
+
+}  // namespace kalmarm

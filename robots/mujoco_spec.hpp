@@ -1,0 +1,32 @@
+// What is done with MuJoCo's specifications (mjSpec) in more than one place.
+#pragma once
+
+#include <mujoco/mujoco.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "robots/mujoco_model.hpp"
+
+namespace kalmarm {
+
+using SpecPtr = std::unique_ptr<mjSpec, void (*)(mjSpec*)>;
+
+// MuJoCo's message without line ends.
+std::string one_line(std::string text);
+
+// Parses an MJCF or URDF file. Throws InputError with the file.
+SpecPtr parse_spec(const std::string& path);
+
+// Throws InputError with `what` and MuJoCo's reason.
+std::shared_ptr<const MujocoModel> compile(mjSpec* spec, const std::string& what);
+
+inline std::vector<mjsElement*> elements(mjSpec* spec, mjtObj type) {
+  std::vector<mjsElement*> out;
+  for (mjsElement* e = mjs_firstElement(spec, type); e; e = mjs_nextElement(spec, e))
+    out.push_back(e);
+  return out;
+}
+
+}  // namespace kalmarm
