@@ -5,6 +5,12 @@
 #include <limits>
 #include <vector>
 
+#include "algorithms/derivatives/acceleration_jacobian.hpp"
+#include "algorithms/derivatives/factor_gradient.hpp"
+#include "algorithms/derivatives/innovation_jacobian.hpp"
+#include "algorithms/derivatives/mass_jacobian.hpp"
+#include "algorithms/inverse_mass/sequential.hpp"
+#include "algorithms/riccati/conventional.hpp"
 #include "algorithms/solver.hpp"
 #include "algorithms/structured/derivatives.hpp"
 #include "algorithms/structured/dynamics.hpp"
@@ -129,6 +135,47 @@ TYPED_TEST(Allocation, StructuredDerivativesAllocateOnlyWhenTheyAreMade) {
               }),
               0);
     EXPECT_TRUE(outcome);
+  }
+}
+
+TYPED_TEST(Allocation, ParameterDerivativesAllocateOnlyTheirWorkspaces) {
+  using T = TypeParam;
+  for (const Model<double>& parameters : {floating_base(61), chain(61, 36)}) {
+    const Model<T> model = parameters.template cast<T>();
+    const State<T> state = random_state(parameters, 62).template cast<T>();
+    const int nv = model.nv();
+    RandomModel<T> rm(model);
+    set_position(model, state.q, rm);
+    set_velocity(model, state.qd, rm);
+    typename Sequential<Conventional>::template Workspace<T> ws(model);
+    ASSERT_TRUE(factor(model, rm, ws.factors));
+    VectorX<T> a(nv), w(nv);
+    Sequential<Conventional>::acceleration(model, rm, state.tau, ws, a);
+
+    RowMatrixX<T> by_theta(nv, body_parameters * nv), by_r(nv, nv), by_tau(nv, nv);
+    RowMatrixX<T> M_by_theta(lower_triangle_size(nv), by_theta.cols());
+    RowMatrixX<T> M_by_r(M_by_theta.rows(), nv);
+    Regressor<T> regressor_ws(model);
+    AccelerationJacobian<T> acceleration_ws(model);
+    Innovations<T> innovation_ws(model);
+    InnovationJacobian<T> jacobian_ws(model);
+    MassJacobian<T> mass_ws(model);
+    const ParameterVector<T> direction(model);
+    FactorDirection<T> forward(model);
+    const FactorAdjoint<T> adjoint(model);
+    FactorGradient<T> reverse(model);
+    ParameterVector<T> gradient(model);
+    const long count = allocations_of([&] {
+      regressor(model, rm, a, regressor_ws, by_theta);
+      acceleration_jacobian(model, rm, ws.factors, a, acceleration_ws, by_theta, by_r, by_tau);
+      innovations(model, rm, ws.factors, a, state.tau, innovation_ws, w);
+      innovation_jacobian(model, rm, ws.factors, a, innovation_ws.sweeps.e, jacobian_ws, by_theta,
+                          by_r, by_tau);
+      mass_jacobian(model, rm, mass_ws, M_by_theta, M_by_r);
+      factor_direction(model, rm, ws.factors, ws.sweeps, a, direction, forward);
+      factor_gradient(model, rm, ws.factors, ws.sweeps, a, adjoint, reverse, gradient);
+    });
+    EXPECT_EQ(count, 0);
   }
 }
 
