@@ -3,7 +3,7 @@
 # Debian's alternatives point libopenblas.so, libblas.so and liblapack.so at the threaded build wherever that is
 # installed, so the serial one is linked by its own folder. LAPACKE is linked from its archive: liblapacke.so would load
 # the alternative's liblapack.so.3, which does not work on top of the serial libopenblas.so.0. For the same reason no
-# program can link both this target and Ceres.
+# program can link both this target and Ceres' library (its headers alone it can).
 
 find_library(KalmarmOpenBLAS_LIBRARY openblas PATH_SUFFIXES openblas-serial)
 find_library(KalmarmOpenBLAS_LAPACKE liblapacke.a)
