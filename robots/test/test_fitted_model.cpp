@@ -191,6 +191,14 @@ TEST(SavedFile, DefaultsAndActuatorsThatHaveArmature) {
             "<actuator><motor joint='b' gear='3' armature='.2'/></actuator>"));
 }
 
+TEST(SavedFile, SpringsGivenByTheirTimeConstant) {
+  const TemporaryFile file(robot("", body("<joint axis='1 0 0' springdamper='.2 .7'/>")), ".xml");
+  expect_kept(file.path());
+  const auto stiffness = [](const Scene& scene) { return scene.mujoco->get()->jnt_stiffness[0]; };
+  const Scene scene = load_scene(file.path());
+  EXPECT_DOUBLE_EQ(stiffness(saved_scene(file.path(), random_parameters(scene))), stiffness(scene));
+}
+
 TEST(SavedFile, Urdf) {
   const std::string link =
       "<inertial><origin xyz='.1 0 .2' rpy='.1 .2 .3'/><mass value='2'/>"
