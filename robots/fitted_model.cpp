@@ -76,7 +76,6 @@ void set_inertias(mjSpec* spec, const MujocoModel& compiled, const Model<double>
                   const FittedParameters& fitted) {
   spec->compiler.boundmass = spec->compiler.boundinertia = 0;
   spec->compiler.settotalmass = -1;
-  spec->compiler.balanceinertia = 0;
   spec->compiler.inertiafromgeom = mjINERTIAFROMGEOM_AUTO;
   const std::vector<LinkFrame> frames = compiled.body_frames();
   const auto carrier = [&](int link) {  // welded bodies come after the one that has the joint

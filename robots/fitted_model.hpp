@@ -25,7 +25,7 @@ struct FittedParameters {
 };
 
 // The MJCF text, its numbers with 17 digits; `note` becomes a comment at its beginning. The text
-// has been read again, and gives the same inertias and armatures to 1e-9. Throws InputError with
+// has been read again, and gives the same kinematics, inertias and armatures to 1e-9. Throws InputError with
 // file and joint: a pseudo-inertia that is not positive semidefinite, a link without a body
 // (between the DoF of a joint of several), a negative armature or friction, different ones for the
 // DoF of one joint, what MuJoCo cannot hold.
