@@ -27,8 +27,8 @@ struct AccelerationJacobian {
 };
 
 // da/dtheta (nv x 10 nv), da/dr and da/dtau (nv x nv) at the acceleration a (nv values) that the
-// torque causes, from gains of the same state; every entry is written. About 95 flops a pair of
-// joints and 80 for its M^-1.
+// torque causes, from gains of the same state; every entry is written. About 160 flops a
+// pair of joints.
 template <class T, class V>
 void acceleration_jacobian(const Model<T>& model, const RandomModel<T>& rm, const Gains<T>& gains,
                            const V& a, AccelerationJacobian<T>& ws, RowMatrixRef<T> by_theta,

@@ -63,7 +63,7 @@ void innovations(const Model<T>& model, const RandomModel<T>& rm, const Gains<T>
 }
 
 // dw/dtheta (nv x 10 nv), dw/dr and dw/dtau = D^-1/2 (I - L) (nv x nv) at qdd (nv values), with e+
-// left by innovations(); every entry is written. About 210 flops a pair of a joint and a link
+// left by innovations(); every entry is written. About 245 flops a pair of a joint and a link
 // outboard of it.
 template <class T, class V>
 void innovation_jacobian(const Model<T>& model, const RandomModel<T>& rm, const Gains<T>& gains,
