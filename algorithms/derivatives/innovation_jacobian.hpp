@@ -49,7 +49,7 @@ struct InnovationJacobian {
       : subtrees(model), forces(model), h(model.nv()), s(model.nv()) {}
 };
 
-// w (nv values) from qdd and tau (nv values each), from gains of the same state. About 270 flops a
+// w (nv values) from qdd and tau (nv values each), from gains of the same state. About 250 flops a
 // link.
 template <class T, class A, class V>
 void innovations(const Model<T>& model, const RandomModel<T>& rm, const Gains<T>& gains,

@@ -1,4 +1,7 @@
 // Jacobians of the residuals of an identification, against differences and dual numbers.
+#include <cmath>
+#include <limits>
+
 #include "algorithms/derivatives/acceleration_jacobian.hpp"
 #include "algorithms/derivatives/innovation_jacobian.hpp"
 #include "algorithms/derivatives/log_D_jacobian.hpp"
