@@ -59,6 +59,17 @@ RigidBody<double> compiled_inertia(const mjModel* m, int body) {
           {moments[0], moments[1], moments[2]}};
 }
 
+// The free joint of a body whose axes MuJoCo's compiler turns into its principal ones; null where
+// it does not.
+mjsJoint* aligning_joint(const mjSpec* spec, mjsBody* body) {
+  mjsElement* e = mjs_firstChild(body, mjOBJ_JOINT, 0);
+  if (!e || mjs_firstChild(body, mjOBJ_BODY, 0)) return nullptr;
+  mjsJoint* joint = mjs_asJoint(e);
+  const bool aligned = joint->align == mjALIGNFREE_TRUE ||
+                       (joint->align == mjALIGNFREE_AUTO && spec->compiler.alignfree);
+  return joint->type == mjJNT_FREE && aligned ? joint : nullptr;
+}
+
 // Every body that moves gets its inertia in words, and the compiler's options that would change it
 // are off.
 void set_inertias(mjSpec* spec, const MujocoModel& compiled, const Model<double>& model,
@@ -82,11 +93,20 @@ void set_inertias(mjSpec* spec, const MujocoModel& compiled, const Model<double>
     const int link = frames[id].link;
     if (link < 0) continue;
     const auto found = fitted.inertia.find(link);
-    set_inertia(mjs_asBody(e), found == fitted.inertia.end() ? compiled_inertia(compiled.get(), id)
-                               : id == carrier(link)
-                                   ? seen_from(frames[id], found->second, model.name(link))
-                                   : RigidBody<double>());
+    mjsBody* body = mjs_asBody(e);
+    if (mjsJoint* joint = aligning_joint(spec, body)) {
+      if (found != fitted.inertia.end())
+        throw InputError("link of joint '" + model.name(link) +
+                         "': its axes are aligned with its " +
+                         "inertia (alignfree), which cannot change");
+      joint->align = mjALIGNFREE_TRUE;
+      continue;
+    }
+    set_inertia(body, found == fitted.inertia.end() ? compiled_inertia(compiled.get(), id)
+                      : id == carrier(link) ? seen_from(frames[id], found->second, model.name(link))
+                                            : RigidBody<double>());
   }
+  spec->compiler.alignfree = 0;  // MuJoCo does not write that a joint is an exception
 }
 
 // What all DoF of a joint have in common; nothing where it is not given.

@@ -102,6 +102,21 @@ void expect_unchanged(const std::string& file) {
   EXPECT_LE(mass_difference(saved_scene(file, {}), load_scene(file).model), 1e-13);
 }
 
+// Expects a one-line refusal with every word in it.
+void expect_refused(const std::string& file, const FittedParameters& fitted,
+                    std::vector<std::string> words) {
+  words.push_back(file);
+  try {
+    save_fitted(file, fitted, "a note");
+    ADD_FAILURE() << "was accepted";
+  } catch (const InputError& e) {
+    const std::string message = e.what();
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    for (const std::string& word : words)
+      EXPECT_NE(message.find(word), std::string::npos) << message;
+  }
+}
+
 class SavedRobot : public testing::TestWithParam<std::string> {};
 
 TEST_P(SavedRobot, HasTheFittedParameters) { expect_kept(shipped_file(GetParam())); }
@@ -155,10 +170,18 @@ TEST(SavedFile, CompilerOptionsThatChangeInertias) {
     expect_kept_and_unchanged(robot(options, arm));
 }
 
-TEST(SavedFile, FreeBaseAlignedWithItsInertia) {
-  expect_kept_and_unchanged(
-      robot("alignfree='true'", body("<freejoint/>", body("<joint axis='1 0 0'/>"))));
-  expect_kept_and_unchanged(robot("", body("<freejoint align='true'/>")));
+TEST(SavedFile, AFreeBodyAlignedWithItsInertiaKeepsIt) {
+  const std::string child = body("<joint axis='1 0 0'/>");
+  for (const std::string& base :
+       {body("<freejoint name='base'/>"), body("<freejoint name='base' align='true'/>")}) {
+    const TemporaryFile file(robot("alignfree='true'", base), ".xml");
+    expect_unchanged(file.path());
+    expect_refused(file.path(), {.inertia = {{5, load_scene(file.path()).model.M(5)}}},
+                   {"base:r:z", "alignfree"});
+  }
+  for (const std::string& base : {body("<freejoint align='true'/>", child),
+                                  body("<freejoint/>", child), body("<freejoint align='false'/>")})
+    expect_kept_and_unchanged(robot("alignfree='true'", base));
 }
 
 TEST(SavedFile, DefaultsAndActuatorsThatHaveArmature) {
@@ -229,21 +252,6 @@ TEST(SavedFile, CarriesTheNoteWhateverItSays) {
   EXPECT_NE(text.find("<!--rms - - 3 <&> \"x\" - - - end- -->"), std::string::npos)
       << text.substr(0, 200);
   whole(text);
-}
-
-// Expects a one-line refusal with every word in it.
-void expect_refused(const std::string& file, const FittedParameters& fitted,
-                    std::vector<std::string> words) {
-  words.push_back(file);
-  try {
-    save_fitted(file, fitted, "a note");
-    ADD_FAILURE() << "was accepted";
-  } catch (const InputError& e) {
-    const std::string message = e.what();
-    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
-    for (const std::string& word : words)
-      EXPECT_NE(message.find(word), std::string::npos) << message;
-  }
 }
 
 TEST(SavedFile, RefusesWhatNoRobotHas) {
