@@ -1,7 +1,6 @@
 // The whitened innovations of a torque residual, and their derivatives over theta, r and tau.
 //
-//   w = D^-1/2 (I - L) Delta,   Delta = tau - ID(q, q', q'')          w'w = Delta' M^-1 Delta,
-//   (3.3)
+//   w = D^-1/2 (I - L) Delta,   Delta = tau - ID(q, q', q'')          (3.3): w'w = Delta'M^-1 Delta
 // by the filter without bias, tips to base:
 //   z-(k) = sum over children c of phi(k,c) z+(c)                     (4.4)
 //   e-(k) = Delta(k) - H z-,   w = e- / sqrt D,   e+ = e- / D         (4.2), (4.6)
@@ -19,6 +18,7 @@
 // Joint noise acts behind joint b's measurement, where dP+ = g g'dr, dDelta = -q'' dr:
 //   dw(k) = 1/sqrt D(k) (L(k,b) (q''(b) + e+(b) - g's+) - 1/2 e+(k) L(k,b)^2) dr(b)
 //   dw(b) = -1/sqrt D(b) (q''(b) + 1/2 e+(b)) dr(b)
+// Over tau it is D^-1/2 (I - L) itself.
 #pragma once
 
 #include <cmath>
