@@ -148,7 +148,7 @@ class Fitter {
     ceres::Solver::Options solver;
     solver.linear_solver_type = reduced ? ceres::DENSE_QR : ceres::DENSE_NORMAL_CHOLESKY;
     solver.max_num_iterations = options_.iterations;
-    solver.function_tolerance = roughly ? 1e-3 : 1e-20;
+    solver.function_tolerance = roughly ? 1e-3 : 1e-8;  // far below what noise says
     solver.gradient_tolerance = 1e-20;
     solver.parameter_tolerance = roughly ? 1e-6 : 1e-14;
     solver.max_num_consecutive_invalid_steps = 20;
@@ -159,6 +159,7 @@ class Fitter {
     ceres::Solver::Summary summary;
     ceres::Solve(solver, &problem, &summary);
     out_.usable = summary.IsSolutionUsable();
+    out_.converged = summary.termination_type == ceres::CONVERGENCE;
     out_.message = summary.message;
     free_.apply(blocks_.pointers.data(), out_.robot);
   }

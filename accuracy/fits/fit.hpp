@@ -37,7 +37,7 @@ struct Iteration {
 struct Fit {
   Mechanics<double> robot;
   std::vector<Iteration> iterations;
-  bool usable = false;
+  bool usable = false, converged = false;
   std::string message;  // the solver's
   double seconds = 0;
   double sigma = 0;            // root mean square of the residuals

@@ -51,8 +51,7 @@ RankAndCondition regressor_condition(const Scene& scene, const Samples& samples)
   return rank_and_condition(triangle.R());
 }
 
-BaseParameters base_parameters(const MatrixX<double>& R, const VectorX<double>& units,
-                               const std::vector<std::string>& names) {
+BaseParameters base_parameters(const MatrixX<double>& R, const VectorX<double>& units) {
   BaseParameters out;
   const auto [rank, condition] = rank_and_condition(R * units.asDiagonal());
   out.rank = rank;
@@ -79,18 +78,26 @@ BaseParameters base_parameters(const MatrixX<double>& R, const VectorX<double>& 
       if (std::abs(entry) < 1e-7) entry = 0;
     map.row(i) = map.row(i) * units.cwiseInverse().asDiagonal() * units[column];
     if ((map.row(i).array() != 0).count() == 1) out.alone.push_back(column);
-    std::string text = names[column];
-    for (int j = 0; j < n; ++j) {
-      if (j == column || map(i, j) == 0) continue;
-      char number[32];
-      std::snprintf(number, sizeof number, " %c %.3g ", map(i, j) < 0 ? '-' : '+',
-                    std::abs(map(i, j)));
-      text += number + names[j];
-    }
-    out.text.push_back(text);
   }
   std::sort(out.alone.begin(), out.alone.end());
   out.map = std::move(map);
+  return out;
+}
+
+std::vector<std::string> in_words(const BaseParameters& base,
+                                  const std::vector<std::string>& names) {
+  std::vector<std::string> out;
+  for (int i = 0; i < base.rank; ++i) {
+    std::string text = names[base.columns[i]];
+    for (int j = 0; j < base.map.cols(); ++j) {
+      if (j == base.columns[i] || base.map(i, j) == 0) continue;
+      char number[32];
+      std::snprintf(number, sizeof number, " %c %.3g ", base.map(i, j) < 0 ? '-' : '+',
+                    std::abs(base.map(i, j)));
+      text += number + names[j];
+    }
+    out.push_back(text);
+  }
   return out;
 }
 
@@ -121,8 +128,7 @@ MatrixX<double> jacobian_triangle(const Mechanics<double>& robot, const FreePara
 }
 
 Lost lost_parameters(const Scene& scene, const Mechanics<double>& robot, const FreeParameters& free,
-                     Residual kind, const MatrixX<double>& R,
-                     const std::vector<std::string>& names) {
+                     Residual kind, const MatrixX<double>& R) {
   const int n = free.columns(), nv = scene.model.nv();
   const std::vector<State> states = random_states(scene, 3 * n / nv + 10, 1);
   Samples random;
@@ -142,8 +148,7 @@ Lost lost_parameters(const Scene& scene, const Mechanics<double>& robot, const F
   const Residual linear = is_linear(kind) ? kind : Residual::inverse_dynamics;
   const VectorX<double> units = column_units(robot, free);
   const BaseParameters base = base_parameters(
-      jacobian_triangle(robot, free, random, residual_options(linear, robot, random)), units,
-      names);
+      jacobian_triangle(robot, free, random, residual_options(linear, robot, random)), units);
   Lost out{base.rank, {}};
   const Eigen::JacobiSVD<MatrixX<double>> svd(R * units.asDiagonal(), Eigen::ComputeFullV);
   const int rank = rank_and_condition(R * units.asDiagonal()).rank;
@@ -152,7 +157,8 @@ Lost lost_parameters(const Scene& scene, const Mechanics<double>& robot, const F
   for (int i = 0; i < base.rank; ++i) {
     const VectorX<double> row =
         base.map.row(i).transpose().cwiseProduct(units) / units[base.columns[i]];
-    if ((row.transpose() * unseen).norm() > 1e-6 * row.norm()) out.text.push_back(base.text[i]);
+    if ((row.transpose() * unseen).norm() > 1e-6 * row.norm())
+      out.columns.push_back(base.columns[i]);
   }
   return out;
 }

@@ -56,25 +56,26 @@ RankAndCondition regressor_condition(const Scene& scene, const Samples& samples)
 struct BaseParameters {
   int rank = 0;
   double condition = 0;
-  std::vector<int> columns;       // of theta_1, one for each
-  MatrixX<double> map;            // beta = map theta, rank x columns
-  std::vector<std::string> text;  // such as "Izz(link2) + 0.31 m(link3) + …"
-  std::vector<int> unseen;        // columns that the data do not see at all
-  std::vector<int> alone;         // columns that the data see on their own
+  std::vector<int> columns;  // of theta_1, one for each
+  MatrixX<double> map;       // beta = map theta, rank x columns
+  std::vector<int> unseen;   // columns that the data do not see at all
+  std::vector<int> alone;    // columns that the data see on their own
 };
 
-// R of J, units of its columns, their names.
-BaseParameters base_parameters(const MatrixX<double>& R, const VectorX<double>& units,
-                               const std::vector<std::string>& names);
+// R of J, units of its columns.
+BaseParameters base_parameters(const MatrixX<double>& R, const VectorX<double>& units);
+
+// Every base parameter in words, such as "Izz(link2) + 0.31 m(link3)".
+std::vector<std::string> in_words(const BaseParameters& base,
+                                  const std::vector<std::string>& names);
 
 // Base parameters that random motion would show and the data, with triangle R, do not.
 struct Lost {
-  int rank;                       // of random motion
-  std::vector<std::string> text;  // one for each that is lost, wholly or in part
+  int rank = 0;              // of random motion
+  std::vector<int> columns;  // that lead those which are lost, wholly or in part
 };
 Lost lost_parameters(const Scene& scene, const Mechanics<double>& robot, const FreeParameters& free,
-                     Residual kind, const MatrixX<double>& R,
-                     const std::vector<std::string>& names);
+                     Residual kind, const MatrixX<double>& R);
 
 // Triangle of the residuals' Jacobian over the columns, of all samples.
 MatrixX<double> jacobian_triangle(const Mechanics<double>& robot, const FreeParameters& free,

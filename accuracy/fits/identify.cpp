@@ -203,7 +203,7 @@ class Identification {
     before_ = torque_error(start_, test_);
     if (!result.usable) return false;
     after_ = torque_error(result.robot, test_);
-    return after_.total <= before_.total;
+    return after_.total <= std::max(before_.total, 1e-6);
   }
 
   void report(const Fit& result, bool usable) {
@@ -218,6 +218,8 @@ class Identification {
                {"columns", names_},
                {"warnings", json::array()}};
     add_iterations(result);
+    if (!result.converged)
+      record_["warnings"].push_back("the solver has not converged: " + result.message);
     if (!result.usable) return;
     record_["residual_rms"] = result.sigma;
     record_["values"] = to_json(free_.values_of(result.robot));
@@ -253,15 +255,15 @@ class Identification {
 
   void add_identifiability(const Fit& result) {
     const VectorX<double> units = column_units(start_, free_);
-    const BaseParameters base = base_parameters(result.R, units, names_);
-    const Lost lost =
-        lost_parameters(scene_, start_, free_, options_.fit.residual, result.R, names_);
+    const BaseParameters base = base_parameters(result.R, units);
+    const std::vector<std::string> words = in_words(base, names_);
+    const Lost lost = lost_parameters(scene_, start_, free_, options_.fit.residual, result.R);
     record_["rank"] = base.rank;
     record_["condition"] = base.condition;
     record_["unseen"] = picked(base.unseen, names_);
     record_["alone"] = picked(base.alone, names_);
     record_["rank_of_random_motion"] = lost.rank;
-    record_["lost"] = lost.text;
+    record_["lost"] = picked(lost.columns, names_);
     if (lost.rank > base.rank)
       record_["warnings"].push_back("too little excitation: the data see " +
                                     std::to_string(base.rank) + " of " + std::to_string(lost.rank) +
@@ -277,7 +279,7 @@ class Identification {
     if (truth_) truth = base.map * free_.values_of(*truth_);
     json& out = record_["base_parameters"] = json::array();
     for (int i = 0; i < base.rank; ++i) {
-      json entry{{"name", base.text[i]},
+      json entry{{"name", words[i]},
                  {"unit", units[base.columns[i]]},
                  {"fitted", fitted[i]},
                  {"low", fitted[i] - 1.96 * deviation[i]},
