@@ -76,7 +76,6 @@ void set_inertias(mjSpec* spec, const MujocoModel& compiled, const Model<double>
                   const FittedParameters& fitted) {
   spec->compiler.boundmass = spec->compiler.boundinertia = 0;
   spec->compiler.settotalmass = -1;
-  spec->compiler.balanceinertia = 0;
   spec->compiler.inertiafromgeom = mjINERTIAFROMGEOM_AUTO;
   const std::vector<LinkFrame> frames = compiled.body_frames();
   const auto carrier = [&](int link) {  // welded bodies come after the one that has the joint
@@ -130,6 +129,11 @@ void set_joints(mjSpec* spec, const mjModel* m, const Model<double>& model,
     mjsJoint* joint = mjs_asJoint(e);
     const int id = mjs_getId(e), first = m->jnt_dofadr[id];
     const int count = static_cast<int>(std::count(m->dof_jntid, m->dof_jntid + m->nv, id));
+    if (joint->springdamper[0] > 0) {  // which MuJoCo turns into numbers by means of the inertia
+      linear(joint->stiffness) = m->jnt_stiffness[id];
+      linear(joint->damping) = m->dof_damping[first];
+      std::fill(joint->springdamper, joint->springdamper + 2, 0.0);
+    }
     if (const auto r = common(fitted.armature, first, count, "armature", model)) {
       joint->armature = *r;
       for (mjsElement* a : elements(spec, mjOBJ_ACTUATOR))
@@ -138,7 +142,7 @@ void set_joints(mjSpec* spec, const mjModel* m, const Model<double>& model,
           mjs_asActuator(a)->armature = 0;
     }
     if (const auto d = common(fitted.viscous, first, count, "damping", model))
-      set_damping(joint, *d);
+      linear(joint->damping) = *d;
     if (const auto c = common(fitted.coulomb, first, count, "frictionloss", model))
       joint->frictionloss = *c;
   }

@@ -52,15 +52,14 @@ class AllDigits {
   int before_ = 0;
 };
 
-// Linear damping of a joint: the first of several coefficients, or a number in older releases.
-inline void set_damping(mjsJoint* joint, double value) {
-  const auto first = []<class D>(D& damping) -> double& {
-    if constexpr (std::is_array_v<D>)
-      return damping[0];
-    else
-      return damping;
-  };
-  first(joint->damping) = value;
+// The linear one of a joint's coefficients of stiffness or damping: the first, or the only one in
+// older releases.
+template <class Coefficients>
+double& linear(Coefficients& coefficients) {
+  if constexpr (std::is_array_v<Coefficients>)
+    return coefficients[0];
+  else
+    return coefficients;
 }
 
 }  // namespace kalmarm

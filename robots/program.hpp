@@ -1,7 +1,6 @@
 // What every program shares: its command line, its progress line, and how it ends.
 #pragma once
 
-#include <cblas.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -14,6 +13,8 @@
 
 #include "robots/input_error.hpp"
 
+extern "C" char* openblas_get_corename() __attribute__((weak));  // null where it is not linked
+
 namespace kalmarm {
 
 inline constexpr const char* scene_help =
@@ -25,8 +26,8 @@ inline constexpr const char* scene_help =
 // OPENBLAS_CORETYPE=Haswell; the library reads it only when it is loaded. Call it first in main.
 inline void choose_openblas_kernels([[maybe_unused]] char** argv) {
 #ifdef __x86_64__
-  if (std::string(openblas_get_corename()) != "Prescott" || !__builtin_cpu_supports("avx2") ||
-      std::getenv("OPENBLAS_CORETYPE"))
+  if (!openblas_get_corename || std::string(openblas_get_corename()) != "Prescott" ||
+      !__builtin_cpu_supports("avx2") || std::getenv("OPENBLAS_CORETYPE"))
     return;
   setenv("OPENBLAS_CORETYPE", "Haswell", 1);
   execv("/proc/self/exe", argv);  // returns only where it fails: then the slow kernels it is

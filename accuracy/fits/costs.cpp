@@ -2,7 +2,6 @@
 
 #include <ceres/dynamic_autodiff_cost_function.h>
 #include <ceres/dynamic_numeric_diff_cost_function.h>
-#include <ceres/normal_prior.h>
 
 #include "accuracy/fits/jacobians.hpp"
 
@@ -140,6 +139,29 @@ class Linear final : public ceres::DynamicCostFunction {
   VectorX<double> y_;
 };
 
+// Not ceres::NormalPrior: Eigen's vectors may not pass between Ceres' library and this one, which
+// are compiled for different processors and so align them differently.
+class Prior final : public ceres::DynamicCostFunction {
+ public:
+  Prior(const VectorX<double>& x0, double weight) : x0_(x0), weight_(weight) {
+    AddParameterBlock(static_cast<int>(x0.size()));
+    SetNumResiduals(static_cast<int>(x0.size()));
+  }
+
+  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
+    const auto n = x0_.size();
+    Eigen::Map<VectorX<double>>(residuals, n) =
+        weight_ * (Eigen::Map<const VectorX<double>>(blocks[0], n) - x0_);
+    if (jacobians && jacobians[0])
+      Eigen::Map<RowMajor>(jacobians[0], n, n) = weight_ * MatrixX<double>::Identity(n, n);
+    return true;
+  }
+
+ private:
+  VectorX<double> x0_;
+  double weight_;
+};
+
 }  // namespace
 
 std::unique_ptr<ceres::CostFunction> make_cost(const Mechanics<double>& robot,
@@ -167,8 +189,7 @@ std::unique_ptr<ceres::CostFunction> make_linear_cost(const FreeParameters& free
 }
 
 std::unique_ptr<ceres::CostFunction> make_prior(const VectorX<double>& x0, double weight) {
-  return std::make_unique<ceres::NormalPrior>(
-      weight * MatrixX<double>::Identity(x0.size(), x0.size()), x0);
+  return std::make_unique<Prior>(x0, weight);
 }
 
 }  // namespace kalmarm

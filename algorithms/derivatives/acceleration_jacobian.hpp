@@ -1,5 +1,5 @@
-// Derivatives of a = M^-1 (tau - bias), forward dynamics, over theta, r and tau. From tau = Y(q,
-// q', a) theta + diag(r) a (regressor.hpp), all at the same tau or all at the same parameters:
+// Derivatives of a = M^-1 (tau - bias), forward dynamics, over theta, r and tau. Since
+// tau = Y(q, q', a) theta + diag(r) a (regressor.hpp) and its derivative by a is M,
 //
 //   da = M^-1 (dtau - Y dtheta - diag(a) dr),   M^-1 = (I - L*) D^-1 (I - L)           (3.3)
 // Row i of M^-1 Y, at link b's parameters, is y'A(b) with y the velocity of link b at joint
@@ -27,8 +27,8 @@ struct AccelerationJacobian {
 };
 
 // da/dtheta (nv x 10 nv), da/dr and da/dtau (nv x nv) at the acceleration a (nv values) that the
-// torque causes, from gains of the same state; every entry is written. About 95 flops a pair of
-// joints and 80 for its M^-1.
+// torque causes, from gains of the same state; every entry is written. About 160 flops a pair
+// of joints.
 template <class T, class V>
 void acceleration_jacobian(const Model<T>& model, const RandomModel<T>& rm, const Gains<T>& gains,
                            const V& a, AccelerationJacobian<T>& ws, RowMatrixRef<T> by_theta,

@@ -62,7 +62,7 @@ Vector6<T> l_plus(const Model<T>& model, const Sweeps<T>& sweeps, const VectorX<
 }
 
 // All of ws along `direction`, from the gains of the same state and the sweeps that gave a (nv
-// values). About 600 flops a link.
+// values). About 900 flops a link.
 template <class T>
 void factor_direction(const Model<T>& model, const RandomModel<T>& rm, const Gains<T>& gains,
                       const Sweeps<T>& sweeps, const VectorX<T>& a,

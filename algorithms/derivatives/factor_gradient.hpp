@@ -62,7 +62,7 @@ void close_loop(const Vector6<T>& g, int h, Matrix6<T>& P) {
 }  // namespace detail
 
 // out = the gradient of f from its adjoint, with the gains of the same state and the sweeps that
-// gave a (nv values). About 600 flops a link.
+// gave a (nv values). About 1050 flops a link.
 template <class T>
 void factor_gradient(const Model<T>& model, const RandomModel<T>& rm, const Gains<T>& gains,
                      const Sweeps<T>& sweeps, const VectorX<T>& a, const FactorAdjoint<T>& adjoint,

@@ -14,8 +14,8 @@ namespace kalmarm {
 
 enum class Loop { open, closed };  // K, L
 
-// K or L and its derivative (nv x nv each; every entry is written), after factor_direction. 60
-// flops a pair of a joint and one inboard of it, 90 with the loop closed.
+// K or L and its derivative (nv x nv each; every entry is written), after factor_direction. 84
+// flops a pair of a joint and one inboard of it, 120 with the loop closed.
 template <class T>
 void gain_operator(const Model<T>& model, const RandomModel<T>& rm, const Gains<T>& gains,
                    const FactorDirection<T>& direction, Loop loop,

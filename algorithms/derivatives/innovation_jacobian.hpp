@@ -1,7 +1,6 @@
 // The whitened innovations of a torque residual, and their derivatives over theta, r and tau.
 //
-//   w = D^-1/2 (I - L) Delta,   Delta = tau - ID(q, q', q'')          w'w = Delta' M^-1 Delta,
-//   (3.3)
+//   w = D^-1/2 (I - L) Delta,   Delta = tau - ID(q, q', q'')          (3.3): w'w = Delta'M^-1 Delta
 // by the filter without bias, tips to base:
 //   z-(k) = sum over children c of phi(k,c) z+(c)                     (4.4)
 //   e-(k) = Delta(k) - H z-,   w = e- / sqrt D,   e+ = e- / D         (4.2), (4.6)
@@ -19,6 +18,7 @@
 // Joint noise acts behind joint b's measurement, where dP+ = g g'dr, dDelta = -q'' dr:
 //   dw(k) = 1/sqrt D(k) (L(k,b) (q''(b) + e+(b) - g's+) - 1/2 e+(k) L(k,b)^2) dr(b)
 //   dw(b) = -1/sqrt D(b) (q''(b) + 1/2 e+(b)) dr(b)
+// Over tau it is D^-1/2 (I - L) itself.
 #pragma once
 
 #include <cmath>
@@ -49,7 +49,7 @@ struct InnovationJacobian {
       : subtrees(model), forces(model), h(model.nv()), s(model.nv()) {}
 };
 
-// w (nv values) from qdd and tau (nv values each), from gains of the same state. About 270 flops a
+// w (nv values) from qdd and tau (nv values each), from gains of the same state. About 250 flops a
 // link.
 template <class T, class A, class V>
 void innovations(const Model<T>& model, const RandomModel<T>& rm, const Gains<T>& gains,
@@ -63,7 +63,7 @@ void innovations(const Model<T>& model, const RandomModel<T>& rm, const Gains<T>
 }
 
 // dw/dtheta (nv x 10 nv), dw/dr and dw/dtau = D^-1/2 (I - L) (nv x nv) at qdd (nv values), with e+
-// left by innovations(); every entry is written. About 210 flops a pair of a joint and a link
+// left by innovations(); every entry is written. About 245 flops a pair of a joint and a link
 // outboard of it.
 template <class T, class V>
 void innovation_jacobian(const Model<T>& model, const RandomModel<T>& rm, const Gains<T>& gains,

@@ -14,8 +14,7 @@ namespace kalmarm {
 // written. About 90 flops a pair of a joint and a link outboard of it.
 template <class T>
 void log_D_jacobian(const Model<T>& model, const RandomModel<T>& rm, const Gains<T>& gains,
-                    InnovationJacobian<T>& ws, Eigen::Ref<RowMatrixX<T>> by_theta,
-                    Eigen::Ref<RowMatrixX<T>> by_r) {
+                    InnovationJacobian<T>& ws, RowMatrixRef<T> by_theta, RowMatrixRef<T> by_r) {
   constexpr int n = body_parameters;
   by_theta.setZero();
   by_r.setZero();

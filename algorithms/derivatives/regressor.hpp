@@ -42,7 +42,7 @@ void set_link_forces(const Model<T>& model, const RandomModel<T>& rm, const V& q
 }
 
 // Y (nv x 10 nv; every entry is written) at qdd (nv values), after set_position and set_velocity.
-// [Nm or N per unit of theta.] 92 flops a pair of a joint and a link outboard of it.
+// [Nm or N per unit of theta.] 105 flops a pair of a joint and a link outboard of it.
 template <class T, class V>
 void regressor(const Model<T>& model, const RandomModel<T>& rm, const V& qdd, Regressor<T>& ws,
                RowMatrixRef<T> Y) {

@@ -191,6 +191,25 @@ TEST(SavedFile, DefaultsAndActuatorsThatHaveArmature) {
             "<actuator><motor joint='b' gear='3' armature='.2'/></actuator>"));
 }
 
+// At the boundary of what is physical rounding must not decide.
+TEST(SavedFile, FlatBodies) {
+  for (const double width : {0.1, 0.3, 1.0}) {
+    const RigidBody<double> flat = {
+        2.3, {0.7, -1.9, 3.1}, {0.8, 0.1, -0.3, 0.5}, {width, 0.2, width + 0.2}};
+    const SpatialInertia<double> M(flat);
+    const Scene saved = saved_scene(shipped_file("two_link"), {.inertia = {{1, M}}});
+    EXPECT_LE((saved.model.M(1).I - M.I).norm(), 1e-12 * M.I.norm());
+  }
+}
+
+TEST(SavedFile, SpringsGivenByTheirTimeConstant) {
+  const TemporaryFile file(robot("", body("<joint axis='1 0 0' springdamper='.2 .7'/>")), ".xml");
+  expect_kept(file.path());
+  const auto stiffness = [](const Scene& scene) { return scene.mujoco->get()->jnt_stiffness[0]; };
+  const Scene scene = load_scene(file.path());
+  EXPECT_DOUBLE_EQ(stiffness(saved_scene(file.path(), random_parameters(scene))), stiffness(scene));
+}
+
 TEST(SavedFile, Urdf) {
   const std::string link =
       "<inertial><origin xyz='.1 0 .2' rpy='.1 .2 .3'/><mass value='2'/>"

@@ -1,6 +1,10 @@
 // Jacobians of the residuals of an identification, against differences and dual numbers.
+#include <cmath>
+#include <limits>
+
 #include "algorithms/derivatives/acceleration_jacobian.hpp"
 #include "algorithms/derivatives/innovation_jacobian.hpp"
+#include "algorithms/derivatives/log_D_jacobian.hpp"
 #include "algorithms/derivatives/mass_jacobian.hpp"
 #include "algorithms/derivatives/regressor.hpp"
 #include "algorithms/derivatives/test/support.hpp"
@@ -37,7 +41,10 @@ struct Residuals {
     Innovations<T> ws(m.model);
     VectorX<T> w(m.model.nv());
     innovations(m.model, m.rm, m.ws.factors, m.qdd, m.tau, ws, w);
-    return {{"ID", torque(m)}, {"a", m.a}, {"w", w}, {"M", mass_triangle(m)}};
+    using std::log;
+    VectorX<T> log_D(m.model.nv());
+    for (int k = 0; k < m.model.nv(); ++k) log_D[k] = log(m.ws.factors.D[k]);
+    return {{"ID", torque(m)}, {"a", m.a}, {"w", w}, {"M", mass_triangle(m)}, {"log D", log_D}};
   }
 };
 
@@ -63,7 +70,7 @@ struct Jacobian {
 };
 
 struct Jacobians {
-  Jacobian torque, acceleration, innovation, mass;
+  Jacobian torque, acceleration, innovation, log_D, mass;
 
   explicit Jacobians(const Mechanism<double>& m)
       : Jacobians(m, m.model.nv(), lower_triangle_size(m.model.nv())) {
@@ -83,6 +90,9 @@ struct Jacobians {
     innovation_jacobian(m.model, m.rm, m.ws.factors, m.qdd, innovation_ws.sweeps.e, jacobian_ws,
                         innovation.by_theta, innovation.by_r, innovation.by_tau);
 
+    log_D_jacobian(m.model, m.rm, m.ws.factors, jacobian_ws, log_D.by_theta, log_D.by_r);
+    log_D.by_tau.setZero();
+
     MassJacobian<double> mass_ws(m.model);
     mass_jacobian(m.model, m.rm, mass_ws, mass.by_theta, mass.by_r);
     mass.by_tau.setZero();
@@ -92,12 +102,13 @@ struct Jacobians {
     return {{"ID", torque.times(x)},
             {"a", acceleration.times(x)},
             {"w", innovation.times(x)},
+            {"log D", log_D.times(x)},
             {"M", mass.times(x)}};
   }
 
  private:
   Jacobians(const Mechanism<double>&, int nv, int pairs)
-      : torque(nv, nv), acceleration(nv, nv), innovation(nv, nv), mass(pairs, nv) {}
+      : torque(nv, nv), acceleration(nv, nv), innovation(nv, nv), log_D(nv, nv), mass(pairs, nv) {}
 };
 
 Mechanism<double> unshifted(const Case& at) { return {at, ParameterVector<double>(at.model), 0}; }
