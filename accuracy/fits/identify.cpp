@@ -232,6 +232,7 @@ class Identification {
                {"seconds", result.seconds},
                {"columns", names_},
                {"warnings", json::array()}};
+    if (truth_) record_["noise"] = options_.simulation.noise;
     add_iterations(result);
     if (!result.usable) return;
     record_["residual_rms"] = result.sigma;
