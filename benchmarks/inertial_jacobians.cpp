@@ -190,15 +190,24 @@ class Factored final : public ceres::CostFunction {
     for (const int k : problem_.bodies) {
       const InertialVector<double> x = Eigen::Map<const InertialVector<double>>(*blocks++);
       const InertialMatrix<double> theta_by_x = sign * log_cholesky_jacobian(x);
-      Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, body_parameters, Eigen::RowMajor>>(
-          *jacobians++, problem_.rows(), body_parameters)
-          .noalias() =
-          by_theta_.middleCols<body_parameters>(body_parameters * k).lazyProduct(theta_by_x);
+      Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, body_parameters, Eigen::RowMajor>> J(
+          *jacobians++, problem_.rows(), body_parameters);
+      const int rows = rows_of(k);
+      J.topRows(rows).noalias() =
+          by_theta_.block(0, body_parameters * k, rows, body_parameters).lazyProduct(theta_by_x);
+      J.bottomRows(problem_.rows() - rows).setZero();
     }
     return true;
   }
 
  private:
+  // The first rows, behind which link k's columns are zero: it is felt inboard, where numbers are
+  // smaller, and everywhere in M^-1.
+  int rows_of(int k) const {
+    if (problem_.task == Task::forward_dynamics) return problem_.rows();
+    return problem_.task == Task::mass_matrix ? lower_triangle_size(k + 1) : k + 1;
+  }
+
   const Problem& problem_;
   mutable Residual<double> residual_;
   mutable Regressor<double> regressor_;

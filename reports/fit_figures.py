@@ -4,7 +4,7 @@ import altair as alt
 
 from charts import NUMBER, TIME, Style, error_scale, filtered, frame, log_axis
 from data import Jacobian, scene_size
-from fits import BaseParameter, Identification, Prediction
+from fits import Identification
 from text import error_text, share_text, three_digits, time_text
 
 JOINT = "joint"  # the parameter that says whose torque is drawn
@@ -17,12 +17,14 @@ JACOBIAN_TOOLTIPS = {
     "error_text": "relative error",
 }
 CONVERGENCE_TOOLTIPS = {
+    "scene": "scene",
     "variant": "residual",
     "iteration": "iteration",
     "time_text": "time",
     "error_text": "error",
 }
 PARAMETER_TOOLTIPS = {
+    "scene": "scene",
     "name": "base parameter",
     "true_text": "true",
     "fitted_text": "fitted",
@@ -31,8 +33,6 @@ PARAMETER_TOOLTIPS = {
     "holds": "holds the truth",
 }
 TORQUE_TOOLTIPS = {"time": "time [s]", "measured": "measured", "fitted": "fitted", "start": "start"}
-
-MARK = {"filled": True, "size": 55, "opacity": 1}
 
 
 def work_precision(jacobians: list[Jacobian], style: Style):
@@ -67,6 +67,7 @@ def convergence(fits: list[Identification], style: Style):
     """Error of the base parameters against iterations, a line a residual."""
     rows = [
         {
+            "scene": fit.scene,
             "variant": fit.residual,
             "iteration": i,
             "error": step.error,
@@ -88,13 +89,14 @@ def convergence(fits: list[Identification], style: Style):
         **_series(style, CONVERGENCE_TOOLTIPS),
     )
     line = drawn.mark_line(strokeWidth=1.25, opacity=0.7)
-    return alt.layer(line, _marks(drawn, style), **frame(rows))
+    return alt.layer(line, _marks(drawn, style, 25), **frame(rows))
 
 
-def intervals(parameters: list[BaseParameter]):
+def intervals(fit: Identification):
     """Fitted minus true in the parameter's own size, with its interval; zero is the truth."""
     rows = [
         {
+            "scene": fit.scene,
             "place": i + 1,
             "name": parameter.name,
             **{
@@ -107,7 +109,7 @@ def intervals(parameters: list[BaseParameter]):
             },
             "holds": "yes" if parameter.holds_truth else "no",
         }
-        for i, parameter in enumerate(parameters)
+        for i, parameter in enumerate(fit.base_parameters)
     ]
     title = "(fitted − true) / size of the parameter"
     tooltip = [alt.Tooltip(f"{name}:N", title=title) for name, title in PARAMETER_TOOLTIPS.items()]
@@ -116,7 +118,7 @@ def intervals(parameters: list[BaseParameter]):
         scale=alt.Scale(domain=["yes", "no"], range=["var(--good)", "var(--bad)"]),
         legend=None,
     )
-    axis = alt.Axis(title="base parameter, in the order of the rank-revealing QR", format="d")
+    axis = alt.Axis(title="base parameter, the best seen first", format="d")
     drawn = alt.Chart().encode(
         x=alt.X("place:Q", axis=axis, scale=alt.Scale(nice=False, padding=8)),
         color=colour,
@@ -128,15 +130,16 @@ def intervals(parameters: list[BaseParameter]):
     return alt.layer(
         truth.encode(y="y:Q"),
         drawn.mark_rule(strokeWidth=1.5).encode(y=alt.Y("low:Q", title=title), y2="high:Q"),
-        drawn.mark_point(shape="circle", **MARK).encode(y="fitted:Q"),
+        drawn.mark_point(shape="circle", filled=True, size=40, opacity=1).encode(y="fitted:Q"),
         **frame(rows),
     )
 
 
-def torques(predictions: list[Prediction], first: str):
+def torques(fit: Identification, first: str):
     """Held-out torque of the chosen joint: measured, by the fitted robot and by the start."""
     rows = [
         {
+            "scene": fit.scene,
             JOINT: prediction.joint,
             **{
                 name: float(f"{value:.4g}")
@@ -145,7 +148,7 @@ def torques(predictions: list[Prediction], first: str):
                 )
             },
         }
-        for prediction in predictions
+        for prediction in fit.predictions
         for values in zip(*prediction[1:], strict=True)
     ]
     tooltip = [alt.Tooltip(f"{name}:Q", title=title) for name, title in TORQUE_TOOLTIPS.items()]
@@ -158,22 +161,19 @@ def torques(predictions: list[Prediction], first: str):
         range=["currentColor", "var(--good)", "var(--bad)"],
     )
 
-    def series(name: str) -> dict:
+    def series(name: str):
         legend = alt.Legend(title=None, orient="top", symbolType="circle")
-        return {
-            "y": alt.Y(f"{name}:Q", title="torque [N m or N]"),
-            "color": alt.ColorDatum(name, scale=colour, legend=legend),
-        }
+        return drawn.transform_calculate(series=f"'{name}'").encode(
+            y=alt.Y(f"{name}:Q", title="torque [N m or N]"),
+            color=alt.Color("series:N", scale=colour, legend=legend),
+        )
 
     return alt.layer(
-        drawn.mark_line(strokeWidth=1, strokeDash=[4, 3], opacity=0.8).encode(**series("start")),
-        drawn.mark_line(strokeWidth=1.5).encode(**series("fitted")),
-        drawn.mark_point(shape="circle", filled=True, size=14, opacity=0.8).encode(
-            **series("measured")
-        ),
+        series("start").mark_line(strokeWidth=1, strokeDash=[4, 3], opacity=0.8),
+        series("fitted").mark_line(strokeWidth=1.5),
+        series("measured").mark_point(shape="circle", filled=True, size=14, opacity=0.8),
         **frame(rows),
     )
-
 
 
 def _series(style: Style, tooltips: dict[str, str]) -> dict:
@@ -183,6 +183,7 @@ def _series(style: Style, tooltips: dict[str, str]) -> dict:
     }
 
 
-def _marks(drawn, style: Style):
+def _marks(drawn, style: Style, size: int = 55):
     shape = alt.Shape("variant:N", scale=style.variant_shape, legend=None)
-    return drawn.encode(shape=shape).mark_point(stroke=style.page, strokeWidth=0.5, **MARK)
+    look = {"filled": True, "opacity": 1, "stroke": style.page, "strokeWidth": 0.5}
+    return drawn.encode(shape=shape).mark_point(size=size, **look)

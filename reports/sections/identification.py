@@ -1,5 +1,7 @@
 """Inertial parameters fitted to motion: convergence, intervals, held-out torques, what is seen."""
 
+from collections import defaultdict
+
 import charts
 import fit_figures
 import palette
@@ -38,14 +40,15 @@ def section(data: Data) -> Section | None:
             "from masses, centres and radii of gyration 50 % off. Only combinations of the "
             "parameters can be seen in the motion, the base parameters; a rank-revealing QR of "
             "the Jacobian finds them. Their error is the largest of all, in each one’s own size.",
-            "The motion of the held-out samples is another one than that of the fit. Their error "
-            "is the root mean square of the torque error over that of the torque (NRMSE). A body is "
+            "The held-out samples are of another motion than those of the fit. The error of their "
+            "torques is its root mean square over that of the torques (NRMSE). A body is "
             "physical if its pseudo-inertia’s smallest eigenvalue is positive; the coordinates of "
-            "the fit keep it so. Simulated motion has the model’s own joints and no friction that "
+            "the fit keep it so, but where a body that the data hardly see shrinks to a plane or "
+            "a line it is 0 to rounding. Simulated motion has the model’s own joints and no friction that "
             "the model does not know, and noise is added to torques alone: that a real robot is "
             "fitted as well is not shown here.",
         ],
-        statements=[text for fit in fits for text in _seen(fit)],
+        statements=_not_seen(fits) + _warnings(fits),
         variants=style.variants,
         figures=figures,
         tables=[_table(fits)],
@@ -63,7 +66,7 @@ def _intervals(fit: Identification) -> Figure:
     held = sum(parameter.holds_truth for parameter in parameters)
     return Figure(
         f"{fit.title}: fitted against true",
-        fit_figures.intervals(parameters),
+        fit_figures.intervals(fit),
         fit_figures.PARAMETER_TOOLTIPS,
         notes=[f"{held} of {len(parameters)} intervals of 95 % hold the truth."],
     )
@@ -74,25 +77,33 @@ def _torques(fit: Identification) -> Figure:
     choice = Choice(fit_figures.JOINT, "Joint", [(joint, joint) for joint in joints], joints[0])
     return Figure(
         f"{fit.title}: held-out torque",
-        fit_figures.torques(fit.predictions, choice.first),
+        fit_figures.torques(fit, choice.first),
         fit_figures.TORQUE_TOOLTIPS,
         choices=[choice],
     )
 
 
-def _seen(fit: Identification) -> list[str]:
-    """What the data did not see, and the program's own warnings."""
-    statements = []
-    if fit.unseen:
-        statements.append(
-            f"{fit.title}: {len(fit.unseen)} of {fit.parameters} parameters are in nothing that "
-            f"the data see and stay at the start: {_named(fit.unseen)}."
-        )
-    if fit.lost:
-        statements.append(
-            f"{fit.title}: this motion loses what another would show: {_named(fit.lost)}."
-        )
-    return statements + [f"{fit.title}: warning: {text}." for text in fit.warnings]
+def _not_seen(fits: list[Identification]) -> list[str]:
+    """One statement for all fits of a scene of which it is true."""
+    fits_of = defaultdict(list)
+    for fit in fits:
+        if fit.unseen:
+            text = (
+                f"{len(fit.unseen)} of {fit.parameters} parameters are in nothing that the data "
+                f"see and stay at the start: {_named(fit.unseen)}."
+            )
+            fits_of[fit.scene, text].append(fit.residual)
+        if fit.lost:
+            text = f"this motion does not show what another would: {_named(fit.lost)}."
+            fits_of[fit.scene, text].append(fit.residual)
+    return [
+        f"{scene}, {', '.join(dict.fromkeys(residuals))}: {text}"
+        for (scene, text), residuals in fits_of.items()
+    ]
+
+
+def _warnings(fits: list[Identification]) -> list[str]:
+    return [f"{fit.title}: warning: {text}." for fit in fits for text in fit.warnings]
 
 
 def _named(names: list[str]) -> str:
