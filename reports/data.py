@@ -1,4 +1,4 @@
-"""What a run recorded: errors, times, agreement with MuJoCo, equations, simulations, fits, stress."""
+"""What a run recorded: errors, times, agreement with MuJoCo, equations, simulations, fits."""
 
 from collections import Counter
 from dataclasses import dataclass, field

@@ -1,4 +1,4 @@
-"""The records of `identify`: fits of inertial parameters, and their reader's checks."""
+"""The records of `identify`, fits of inertial parameters, and what is checked of them."""
 
 import math
 from typing import NamedTuple
@@ -70,7 +70,8 @@ def identification(record: dict) -> Identification:
     """Of a document of `identify`. Raises ValueError, KeyError or TypeError on what is none."""
     base = [_base_parameter(entry) for entry in record.get("base_parameters", [])]
     nrmse = record.get("torque_nrmse", {})
-    eigenvalues = [_finite(body["smallest_eigenvalue"]) for body in record.get("pseudo_inertia", [])]
+    bodies = record.get("pseudo_inertia", [])
+    eigenvalues = [_finite(body["smallest_eigenvalue"]) for body in bodies]
     return Identification(
         record["robot"],
         record["residual"],

@@ -44,9 +44,9 @@ def section(data: Data) -> Section | None:
             "torques is its root mean square over that of the torques (NRMSE). A body is "
             "physical if its pseudo-inertia’s smallest eigenvalue is positive; the coordinates of "
             "the fit keep it so, but where a body that the data hardly see shrinks to a plane or "
-            "a line it is 0 to rounding. Simulated motion has the model’s own joints and no friction that "
-            "the model does not know, and noise is added to torques alone: that a real robot is "
-            "fitted as well is not shown here.",
+            "a line it is 0 to rounding. Simulated motion has the model’s own joints and no "
+            "friction that the model does not know, and noise is added to torques alone: that a "
+            "real robot is fitted as well is not shown here.",
         ],
         statements=_not_seen(fits) + _warnings(fits),
         variants=style.variants,

@@ -42,7 +42,8 @@ def fit(residual: str, noise: float | None = 0.0, **changes) -> dict:
         "base_error_of_start": 0.5,
         "torque_nrmse": {"start": 0.3, "fitted": error, "joints": [error, error]},
         "pseudo_inertia": [
-            {"body": body, "smallest_eigenvalue": value} for body, value in (("a", 0.5), ("b", 0.02))
+            {"body": body, "smallest_eigenvalue": least}
+            for body, least in (("a", 0.5), ("b", 0.02))
         ],
         "base_parameters": base,
         "prediction": {"time": TIMES, "joints": joints},

@@ -88,7 +88,8 @@ def test_what_is_not_seen_is_said_once_of_all_fits_with_the_same(read):
 
 
 def test_held_out_torques_are_those_of_the_noisy_fit_joint_by_joint(read):
-    section = identification_section.section(read(fit("innovations"), fit("inverse_dynamics", 0.01)))
+    data = read(fit("innovations"), fit("inverse_dynamics", 0.01))
+    section = identification_section.section(data)
     (figure,) = [figure for figure in section.figures if "torque" in figure.title]
     assert figure.title == f"{NOISY}: held-out torque"
     assert [option for option, _ in figure.choices[0].options] == JOINTS
@@ -124,7 +125,7 @@ def test_a_missing_key_is_named():
 
 
 def test_the_same_fit_twice_is_refused(read):
-    with pytest.raises(DataError, match="fit of arm:2/innovations/analytic/0.0 is recorded 2 times"):
+    with pytest.raises(DataError, match="fit of arm:2/innovations/analytic/0.0 is recorded 2"):
         read(fit("innovations"), fit("innovations"))
 
 
