@@ -8,8 +8,8 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "algorithms/derivatives/acceleration_jacobian.hpp"
@@ -45,7 +45,7 @@ bool has_inverse(Task task) { return task == Task::forward_dynamics || task == T
 // What all of a task's contenders are given. The sample is set before each call.
 struct Problem {
   Task task;
-  const Case& scene_case;
+  const Case& measured;
   const Model<double>& model;
   std::vector<int> bodies;  // links with mass
   std::vector<InertialVector<double>> x;
@@ -53,7 +53,7 @@ struct Problem {
   const State* state = nullptr;
   const VectorX<double>* qdd = nullptr;
 
-  Problem(Task what, const Case& c) : task(what), scene_case(c), model(c.scene.model) {
+  Problem(Task what, const Case& c) : task(what), measured(c), model(c.scene.model) {
     for (int k = 0; k < model.nv(); ++k)
       if (!model.inertia(k).massless) bodies.push_back(k);
     for (const int k : bodies) x.push_back(to_log_cholesky(model.M(k)));
@@ -69,7 +69,7 @@ struct Problem {
   }
   // Accelerations are the next state's velocities.
   void choose(int i) {
-    const std::vector<State>& states = scene_case.states;
+    const std::vector<State>& states = measured.states;
     state = &states[i];
     qdd = &states[(i + 1) % states.size()].qd;
   }
@@ -148,7 +148,8 @@ class Residual {
   MatrixX<T> M_;
 };
 
-// The factored derivatives over theta, then J_x = J d theta / d x body by body.
+// The factored derivatives over theta, then J_x = J d theta / d x body by body. All Jacobians have
+// to be asked for.
 class Factored final : public ceres::CostFunction {
  public:
   explicit Factored(const Problem& problem)
@@ -294,14 +295,14 @@ MatrixX<double> wide_jacobian(const Problem& problem) {
 
 // What a task's contenders share; the truth is worked out when the first of them is verified.
 struct TaskCase {
-  std::shared_ptr<const Case> scene_case;
+  std::shared_ptr<const Case> measured;
   Problem problem;
   std::vector<MatrixX<double>> truth;
 
-  TaskCase(Task task, std::shared_ptr<const Case> c) : scene_case(c), problem(task, *c) {}
+  TaskCase(Task task, std::shared_ptr<const Case> c) : measured(c), problem(task, *c) {}
 
   // Of long robots the first state alone, whose truth takes seconds.
-  int verified() const { return problem.model.nv() <= 20 ? scene_case->verified() : 1; }
+  int verified() const { return problem.model.nv() <= 20 ? measured->verified() : 1; }
   const MatrixX<double>& right(int i) {
     while (static_cast<int>(truth.size()) <= i) {
       problem.choose(static_cast<int>(truth.size()));
@@ -314,10 +315,10 @@ struct TaskCase {
 // `lost`: what the method itself multiplies the roundoff by.
 void add(const std::string& variant, double lost, std::shared_ptr<TaskCase> task,
          const std::function<std::unique_ptr<ceres::CostFunction>(const Problem&)>& make) {
-  const std::string name = name_of<double>(name_of(task->problem.task), variant, *task->scene_case);
+  const std::string name = name_of<double>(name_of(task->problem.task), variant, *task->measured);
   benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& run) {
     Problem& problem = task->problem;
-    std::string flaw = problem.is_physical() ? task->scene_case->flaw : "a body is not physical";
+    std::string flaw = problem.is_physical() ? task->measured->flaw : "a body is not physical";
     Contender contender(problem, make(problem));
     double worst = 0;
     for (int i = 0; i < task->verified() && flaw.empty(); ++i) {
@@ -329,8 +330,8 @@ void add(const std::string& variant, double lost, std::shared_ptr<TaskCase> task
         break;
       }
       const double error = (contender.jacobian() - right).norm() / right.norm();
-      const double condition = has_inverse(problem.task) ? task->scene_case->condition[i] : 1;
-      const double bound = task->scene_case->bound<double>(lost * condition);
+      const double condition = has_inverse(problem.task) ? task->measured->condition[i] : 1;
+      const double bound = task->measured->bound<double>(lost * condition);
       if (!(error <= bound)) flaw = wrong(error, bound);
       worst = std::max(worst, error);
     }
