@@ -1,34 +1,48 @@
 #include "accuracy/fits/costs.hpp"
 
+#include <ceres/autodiff_cost_function.h>
 #include <ceres/dynamic_autodiff_cost_function.h>
 #include <ceres/dynamic_numeric_diff_cost_function.h>
+
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <utility>
 
 #include "accuracy/fits/jacobians.hpp"
 
 namespace kalmarm {
 namespace {
 
-using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-// Splits J over the columns into Ceres' Jacobians of the blocks: J_x = J d theta / d x.
-void to_blocks(const FreeParameters& free, const MatrixX<double>& J, double const* const* blocks,
-               double** jacobians, int first_row, int rows) {
-  int column = 0, block = 0;
-  for (const int size : free.block_sizes()) {
-    if (double* out = jacobians[block]) {
-      Eigen::Map<RowMajor> to(out, rows, size);
-      auto of_block = to.middleRows(first_row, J.rows());
-      if (block < static_cast<int>(free.bodies.size())) {
-        const InertialVector<double> x = Eigen::Map<const InertialVector<double>>(blocks[block]);
-        of_block.noalias() = J.middleCols<body_parameters>(column) * log_cholesky_jacobian(x);
-      } else {
-        of_block = J.middleCols(column, size);
-      }
-    }
-    column += size;
-    ++block;
+// J over the columns becomes Ceres' Jacobians of the blocks: J_x = J d theta / d x.
+class ToBlocks {
+ public:
+  ToBlocks(const FreeParameters& free, double const* const* blocks) : sizes_(free.block_sizes()) {
+    for (std::size_t b = 0; b < free.bodies.size(); ++b)
+      of_bodies_.push_back(log_cholesky_jacobian(
+          InertialVector<double>(Eigen::Map<const InertialVector<double>>(blocks[b]))));
   }
-}
+
+  // Into the rows from first_row on, of `rows`.
+  void operator()(const MatrixX<double>& J, int first_row, int rows, double** jacobians) const {
+    int column = 0;
+    for (std::size_t b = 0; b < sizes_.size(); ++b) {
+      if (jacobians[b]) {
+        auto to = Eigen::Map<RowMatrixX<double>>(jacobians[b], rows, sizes_[b])
+                      .middleRows(first_row, J.rows());
+        if (b < of_bodies_.size())
+          to.noalias() = J.middleCols<body_parameters>(column).lazyProduct(of_bodies_[b]);
+        else
+          to = J.middleCols(column, sizes_[b]);
+      }
+      column += sizes_[b];
+    }
+  }
+
+ private:
+  std::vector<int> sizes_;
+  std::vector<InertialMatrix<double>> of_bodies_;
+};
 
 void set_sizes(const FreeParameters& free, int rows, ceres::DynamicCostFunction& cost) {
   for (const int size : free.block_sizes()) cost.AddParameterBlock(size);
@@ -59,11 +73,13 @@ class Analytic final : public ceres::DynamicCostFunction {
   bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
     if (!finite(blocks, parameter_block_sizes())) return false;
     free_.apply(blocks, robot_);
+    std::optional<ToBlocks> to_blocks;
+    if (jacobians) to_blocks.emplace(free_, blocks);
     for (int i = 0; i < count_; ++i) {
       double* out = residuals + i * rows_;
       if (!sample_.evaluate(robot_, samples_, first_ + i, out, jacobians ? &J_ : nullptr))
         return false;
-      if (jacobians) to_blocks(free_, J_, blocks, jacobians, i * rows_, num_residuals());
+      if (jacobians) (*to_blocks)(J_, i * rows_, num_residuals(), jacobians);
     }
     return true;
   }
@@ -129,7 +145,7 @@ class Linear final : public ceres::DynamicCostFunction {
       ++block;
     }
     Eigen::Map<VectorX<double>>(residuals, num_residuals()) = R_ * p - y_;
-    if (jacobians) to_blocks(free_, R_, blocks, jacobians, 0, num_residuals());
+    if (jacobians) ToBlocks(free_, blocks)(R_, 0, num_residuals(), jacobians);
     return true;
   }
 
@@ -139,21 +155,55 @@ class Linear final : public ceres::DynamicCostFunction {
   VectorX<double> y_;
 };
 
-// Not ceres::NormalPrior: Eigen's vectors may not pass between Ceres' library and this one, which
-// are compiled for different processors and so align them differently.
-class Prior final : public ceres::DynamicCostFunction {
+// V = U0^-1 U, and the diagonal's share f(v) = v^2 - 1 - 2 log v as a square.
+class BodyPrior {
  public:
-  Prior(const VectorX<double>& x0, double weight) : x0_(x0), weight_(weight) {
-    AddParameterBlock(static_cast<int>(x0.size()));
-    SetNumResiduals(static_cast<int>(x0.size()));
+  BodyPrior(const InertialVector<double>& x0, double weight) : x0_(x0), weight_(weight) {
+    S0_ << std::exp(x0[1]), x0[4], x0[6], 0, std::exp(x0[2]), x0[5], 0, 0, std::exp(x0[3]);
   }
 
-  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
-    const auto n = x0_.size();
-    Eigen::Map<VectorX<double>>(residuals, n) =
-        weight_ * (Eigen::Map<const VectorX<double>>(blocks[0], n) - x0_);
-    if (jacobians && jacobians[0])
-      Eigen::Map<RowMajor>(jacobians[0], n, n) = weight_ * MatrixX<double>::Identity(n, n);
+  template <class T>
+  bool operator()(const T* x, T* out) const {
+    using std::exp;
+    const T alpha = x[0] - x0_[0], scale = weight_ * exp(alpha);
+    out[0] = diagonal(alpha);
+    for (int i = 1; i < 4; ++i) out[i] = diagonal(alpha + x[i] - x0_[i]);
+    Eigen::Matrix<T, 3, 3> rest;  // above S0's diagonal: S, and t - t0
+    rest << x[4], x[6], x[7] - x0_[7], exp(x[2]), x[5], x[8] - x0_[8], T(0), exp(x[3]),
+        x[9] - x0_[9];
+    const Eigen::Matrix<T, 3, 3> V =
+        S0_.cast<T>().template triangularView<Eigen::Upper>().solve(rest);
+    const std::pair<int, int> entries[] = {{0, 0}, {0, 1}, {1, 1}, {0, 2}, {1, 2}, {2, 2}};
+    for (int i = 0; i < 6; ++i) out[4 + i] = scale * V(entries[i].first, entries[i].second);
+    return true;
+  }
+
+ private:
+  // sqrt f(e^x) with the sign of x.
+  template <class T>
+  T diagonal(const T& x) const {
+    using std::exp;
+    using std::sqrt;
+    if (abs(x) < T(1e-4)) return weight_ * std::numbers::sqrt2 * x * (1.0 + x / 3.0);
+    const T root = weight_ * sqrt(exp(2.0 * x) - 1.0 - 2.0 * x);
+    return x < T(0) ? T(-root) : root;
+  }
+
+  InertialVector<double> x0_;
+  Matrix3<double> S0_;
+  double weight_;
+};
+
+// Not ceres::NormalPrior: Eigen's vectors may not pass between Ceres' library and this one, which
+// are compiled for different processors and so align them differently.
+class ScalarPrior {
+ public:
+  ScalarPrior(const VectorX<double>& x0, double weight) : x0_(x0), weight_(weight) {}
+
+  template <class T>
+  bool operator()(T const* const* blocks, T* out) const {
+    for (int i = 0; i < x0_.size(); ++i)
+      out[i] = weight_ / (x0_[i] > 0 ? x0_[i] : 1) * (blocks[0][i] - x0_[i]);
     return true;
   }
 
@@ -188,8 +238,18 @@ std::unique_ptr<ceres::CostFunction> make_linear_cost(const FreeParameters& free
   return std::make_unique<Linear>(free, R, y);
 }
 
-std::unique_ptr<ceres::CostFunction> make_prior(const VectorX<double>& x0, double weight) {
-  return std::make_unique<Prior>(x0, weight);
+std::unique_ptr<ceres::CostFunction> make_body_prior(const InertialVector<double>& x0,
+                                                     double weight) {
+  using Cost = ceres::AutoDiffCostFunction<BodyPrior, body_parameters, body_parameters>;
+  return std::make_unique<Cost>(new BodyPrior(x0, weight));
+}
+
+std::unique_ptr<ceres::CostFunction> make_scalar_prior(const VectorX<double>& x0, double weight) {
+  auto out = std::make_unique<ceres::DynamicAutoDiffCostFunction<ScalarPrior>>(
+      new ScalarPrior(x0, weight));
+  out->AddParameterBlock(static_cast<int>(x0.size()));
+  out->SetNumResiduals(static_cast<int>(x0.size()));
+  return out;
 }
 
 }  // namespace kalmarm

@@ -23,7 +23,14 @@ std::unique_ptr<ceres::CostFunction> make_linear_cost(const FreeParameters& free
                                                       const MatrixX<double>& R,
                                                       const VectorX<double>& y);
 
-// weight (x - x0) of one block.
-std::unique_ptr<ceres::CostFunction> make_prior(const VectorX<double>& x0, double weight);
+// A body's distance from its prior, whatever its axes and units: half the sum of squares is
+// weight^2 / 2 times the divergence of the pseudo-inertias (Lee, Wensing and Park, T-RO 2020)
+//   d(J, J0) = tr(J0^-1 J) - log det(J0^-1 J) - 4 = |V|^2 - 2 sum of log V_ii - 4,   V = U0^-1 U
+//   V = e^(alpha - alpha0) [S0^-1 S  S0^-1 (t - t0); 0 1]
+std::unique_ptr<ceres::CostFunction> make_body_prior(const InertialVector<double>& x0,
+                                                     double weight);
+
+// weight (x - x0) / x0 of armature or friction; where x0 is zero, weight x.
+std::unique_ptr<ceres::CostFunction> make_scalar_prior(const VectorX<double>& x0, double weight);
 
 }  // namespace kalmarm

@@ -1,11 +1,13 @@
 // Fits a robot's parameters to samples, with Ceres: Levenberg and Marquardt on the residuals of
 // residuals.hpp in the coordinates of parameters.hpp.
 //
-// What the data do not see is held near the start, the prior: rows w (x - x0) are added, with the
-// weight w falling 1e-1, 1e-3, 1e-5 times the size of the data's rows, and at last the weight that
-// was asked for (0: none, and steps of Levenberg and Marquardt move nothing that the data do not
-// see). A residual that is linear in the columns is reduced to the triangle of its Jacobian before.
-// The likelihood's sigma is estimated from w'w between rounds.
+// What the data do not see is held near the start, the prior, and all bodies inside of what is
+// physical: the divergence of costs.hpp is added with a weight w that falls from 1e-1 to 1e-5 of
+// the size of the data's rows, round by round. In the last round it is what was asked for; 0: none,
+// and the steps of Levenberg and Marquardt, now quadratically convergent, move nothing that the
+// data do not see. (From 1e-1 to none in one round, bodies end on the boundary, and hundreds of
+// steps bring them back.) A residual that is linear in the columns is reduced to the triangle of
+// its Jacobian before. The likelihood's sigma is estimated from w'w between rounds.
 #pragma once
 
 #include <string>

@@ -13,10 +13,12 @@
 namespace kalmarm {
 namespace {
 
-constexpr double seen = 1e-9;  // of the largest singular value
+constexpr double seen = 1e-9;  // of the largest singular value, or of the longest column
 
+// 1 / x of what is not rounding beside the largest; else 0.
 VectorX<double> inverse_or_zero(VectorX<double> x) {
-  for (double& value : x) value = value > 0 ? 1 / value : 0;
+  const double least = seen * x.maxCoeff();
+  for (double& value : x) value = value > least ? 1 / value : 0;
   return x;
 }
 
@@ -52,7 +54,7 @@ RankAndCondition regressor_condition(const Scene& scene, const Samples& samples)
 BaseParameters base_parameters(const MatrixX<double>& R, const VectorX<double>& units,
                                const std::vector<std::string>& names) {
   BaseParameters out;
-  const auto [rank, condition] = rank_and_condition(R);
+  const auto [rank, condition] = rank_and_condition(R * units.asDiagonal());
   out.rank = rank;
   out.condition = condition;
   const int n = static_cast<int>(R.cols());
@@ -75,7 +77,7 @@ BaseParameters base_parameters(const MatrixX<double>& R, const VectorX<double>& 
     const int column = order[i];
     for (double& entry : map.row(i))
       if (std::abs(entry) < 1e-7) entry = 0;
-    map.row(i) = map.row(i) * inverse_or_zero(units).asDiagonal() * units[column];
+    map.row(i) = map.row(i) * units.cwiseInverse().asDiagonal() * units[column];
     if ((map.row(i).array() != 0).count() == 1) out.alone.push_back(column);
     std::string text = names[column];
     for (int j = 0; j < n; ++j) {
@@ -144,7 +146,7 @@ Lost lost_parameters(const Scene& scene, const Mechanics<double>& robot, const F
       names);
   Lost out{base.rank, {}};
   const Eigen::JacobiSVD<MatrixX<double>> svd(R * units.asDiagonal(), Eigen::ComputeFullV);
-  const int rank = rank_and_condition(R).rank;
+  const int rank = rank_and_condition(R * units.asDiagonal()).rank;
   if (rank >= base.rank) return out;
   const MatrixX<double> unseen = svd.matrixV().rightCols(n - rank);
   for (int i = 0; i < base.rank; ++i) {

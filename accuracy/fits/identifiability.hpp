@@ -46,8 +46,8 @@ struct RankAndCondition {
   }
 };
 
-// Singular values below 1e-9 of the largest are zero: those of what no motion can excite are near
-// 1e-15.
+// Columns shorter than 1e-9 of the longest, and singular values below 1e-9 of the largest, are
+// zero: those of what no motion can excite are near 1e-15.
 RankAndCondition rank_and_condition(const MatrixX<double>& R);
 
 // Of the regressor of torques, over the inertial parameters of all links.

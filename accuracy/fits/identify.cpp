@@ -124,21 +124,6 @@ void spoil(const FreeParameters& free, double error, std::uint64_t seed, Mechani
   free.apply(pointers.data(), robot);
 }
 
-Samples part(const Samples& samples, int first, int count) {
-  Samples out;
-  out.time = samples.time.segment(first, count);
-  const auto columns = [&](const MatrixX<double>& all) -> MatrixX<double> {
-    if (all.size() == 0) return {};
-    return all.middleCols(first, count);
-  };
-  out.q = columns(samples.q);
-  out.qd = columns(samples.qd);
-  out.qdd = columns(samples.qdd);
-  out.tau = columns(samples.tau);
-  out.mass = columns(samples.mass);
-  return out;
-}
-
 json to_json(const VectorX<double>& x) {
   json out = json::array();
   for (const double value : x) out.push_back(std::isfinite(value) ? json(value) : json(nullptr));

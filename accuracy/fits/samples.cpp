@@ -238,4 +238,32 @@ std::string to_csv(const Scene& scene, const Samples& samples) {
   return text + '\n';
 }
 
+namespace {
+
+template <class Columns>
+Samples select(const Samples& samples, const Columns& columns) {
+  Samples out;
+  out.time = samples.time(columns);
+  const auto of = [&](const MatrixX<double>& all) -> MatrixX<double> {
+    if (all.size() == 0) return {};
+    return all(Eigen::all, columns);
+  };
+  out.q = of(samples.q);
+  out.qd = of(samples.qd);
+  out.qdd = of(samples.qdd);
+  out.tau = of(samples.tau);
+  out.mass = of(samples.mass);
+  return out;
+}
+
+}  // namespace
+
+Samples part(const Samples& samples, int first, int count) {
+  return select(samples, Eigen::seqN(first, count));
+}
+
+Samples every(const Samples& samples, int stride) {
+  return select(samples, Eigen::seqN(0, (samples.count() + stride - 1) / stride, stride));
+}
+
 }  // namespace kalmarm

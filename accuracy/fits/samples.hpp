@@ -35,6 +35,10 @@ struct Samples {
   State state(int i) const { return {q.col(i), qd.col(i), tau.col(i)}; }
 };
 
+// `count` samples from `first` on, and every `stride`-th sample.
+Samples part(const Samples& samples, int first, int count);
+Samples every(const Samples& samples, int stride);
+
 // Names of the entries of q, as columns have them after "q:" (nq of them).
 std::vector<std::string> position_names(const Model<double>& model);
 
