@@ -1,9 +1,10 @@
 // bench_derivatives: time of the derivatives of forward dynamics with respect to q, q' and tau, by
-// the fast path, and by forward differences through its forward dynamics.
+// the fast path, and by forward differences through its forward dynamics; and of the Jacobians over
+// inertial parameters that a fit needs (inertial_jacobians.hpp).
 //
-// Names are task/variant/scene/precision. Both are verified before they are timed, by
-// derivative_check.hpp: what failed or is wrong is reported as an error and is not timed. Forward
-// differences lose half the digits, and are held to what is left.
+// Names are task/variant/scene/precision. All are verified before they are timed, those of
+// motion by derivative_check.hpp: what failed or is wrong is reported as an error and is not timed.
+// Forward differences lose half the digits, and are held to what is left.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -17,14 +18,18 @@
 #include "benchmarks/case.hpp"
 #include "benchmarks/derivative_check.hpp"
 #include "benchmarks/driver.hpp"
+#include "benchmarks/inertial_jacobians.hpp"
 
 namespace kalmarm {
 namespace {
 
 constexpr const char* timed_call =
-    "From q, qd and tau to the acceleration and its derivatives with respect to all three, nv x nv "
-    "each, both triangles: kinematics, velocity and bias terms, gravity, the test for singularity. "
-    "Memory is taken before. One state a call, the next of a pool.";
+    "derivatives: from q, qd and tau to the acceleration and its derivatives with respect to all "
+    "three, nv x nv each, both triangles: kinematics, velocity and bias terms, gravity, the test "
+    "for "
+    "singularity. jacobian_*: from the log-Cholesky coordinates of all bodies to the residual of "
+    "one sample and its Jacobian over them: inertias, kinematics, velocity terms, factors. Memory "
+    "is taken before. One state a call, the next of a pool.";
 
 // Forward differences: 3 nv + 1 accelerations. tau enters linearly, so its step is 1.
 template <class T>
@@ -116,6 +121,7 @@ void add_scenes(const std::vector<std::string>& scenes, std::uint64_t seed) {
     const auto c = std::make_shared<const Case>(load_scene(what), seed);
     add_all<double>(c);
     add_all<float>(c);
+    add_inertial_jacobians(c);
   }
 }
 
@@ -124,6 +130,7 @@ void add_scenes(const std::vector<std::string>& scenes, std::uint64_t seed) {
 
 int main(int argc, char** argv) {
   using namespace kalmarm;
-  return Driver{"bench_derivatives", "Time of the derivatives of forward dynamics.", timed_call}
+  return Driver{"bench_derivatives", "Time of derivatives of forward dynamics and of fits.",
+                timed_call}
       .run(argc, argv, add_scenes);
 }

@@ -125,7 +125,17 @@ inline void count(benchmark::State& run, double flops, int states) {
         Counter(states, Counter::kIsIterationInvariantRate | Counter::kInvert);
 }
 
-// Registers `call(i)`, the work on state i of the pool, to be timed once `verify` finds no flaw.
+// Times `call(i)`, the work on state i of the pool.
+template <class Call>
+void time_calls(benchmark::State& run, const Call& call) {
+  int i = 0;
+  for (auto _ : run) {
+    call(i);
+    if (++i == batch_size) i = 0;
+  }
+}
+
+// Registers `call(i)` to be timed once `verify` finds no flaw.
 template <class Verify, class Call>
 void add_benchmark(const std::string& name, Verify verify, Call call, double flops = 0) {
   benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& run) {
@@ -133,11 +143,7 @@ void add_benchmark(const std::string& name, Verify verify, Call call, double flo
       run.SkipWithError(flaw.c_str());
       return;
     }
-    int i = 0;
-    for (auto _ : run) {
-      call(i);
-      if (++i == batch_size) i = 0;
-    }
+    time_calls(run, call);
     count(run, flops, 1);
   })->Unit(benchmark::kNanosecond);
 }

@@ -1,10 +1,11 @@
-"""What a run recorded: errors, times, agreement with MuJoCo, equations, simulations, stress."""
+"""What a run recorded: errors, times, agreement with MuJoCo, equations, simulations, fits."""
 
 from collections import Counter
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
+from fits import Identification
 from laboratory import Laboratory
 from stress import Family, Integration, Stress
 
@@ -46,6 +47,13 @@ class Call(NamedTuple):
     flops: float | None
     rate: float | None  # FLOP/s
     peak: float | None  # FLOP/s of fused multiply-adds alone, as the same file measured it
+
+
+class Jacobian(NamedTuple):
+    """A timed Jacobian over inertial parameters, and its error; None where it was not timed."""
+
+    time: Time
+    error: float | None
 
 
 class Residual(NamedTuple):
@@ -127,6 +135,9 @@ class Data:
     dynamics_contexts: list[dict] = field(default_factory=list)
     peers: list[Call] = field(default_factory=list)  # the fast path and peers, in one run
     peers_contexts: list[dict] = field(default_factory=list)
+    jacobians: list[Jacobian] = field(default_factory=list)
+    jacobians_contexts: list[dict] = field(default_factory=list)
+    fits: list[Identification] = field(default_factory=list)
     stress: Stress = field(default_factory=Stress)
     stress_families: list[Family] = field(default_factory=list)
     stress_variants: dict[str, str] = field(default_factory=dict)  # name: equation
@@ -140,12 +151,16 @@ class Data:
     @property
     def all_contexts(self) -> list[dict]:
         return (
-            self.contexts + self.estimation_contexts + self.dynamics_contexts + self.peers_contexts
+            self.contexts
+            + self.estimation_contexts
+            + self.dynamics_contexts
+            + self.peers_contexts
+            + self.jacobians_contexts
         )
 
     @property
     def all_times(self) -> list[Time]:
-        calls = [call.time for call in self.dynamics + self.peers]
+        calls = [call.time for call in self.dynamics + self.peers + self.jacobians]
         return self.times + self.estimation + calls
 
     @property

@@ -87,6 +87,15 @@ FAMILIES = {
     "QuasiMonteCarlo": [("#0b8a6f", "#35d9b5")],
     "SigmaPoints": [("#a8123c", "#f0708f")],
     "Recursion": [("#b35209", "#ffae66")],
+    "Factored": [("#248430", "#82d085")],
+    "AutoDiff": [("#22508a", "#7fb2f0")],
+    "NumericDiff": [("#b35209", "#ffae66")],
+    "NumericDiffCentral": [("#8a1f4b", "#f08cb4")],
+    "inverse_dynamics": [("#22508a", "#7fb2f0")],
+    "forward_dynamics": [("#b35209", "#ffae66")],
+    "innovations": [("#248430", "#82d085")],
+    "mass_matrix": [("#5f6368", "#b9bec5")],
+    "likelihood": [("#9a3fb5", "#e2a8f5")],
 }
 UNKNOWN_FAMILIES = [
     [
@@ -143,6 +152,13 @@ SHADES = {
     "SigmaPoints": 0,
     "Recursion": 0,
 }
+RESIDUALS = {  # of a fit
+    "inverse_dynamics": "circle",
+    "forward_dynamics": "triangle-up",
+    "innovations": "diamond",
+    "mass_matrix": "square",
+    "likelihood": "triangle-down",
+}
 METHODS = {  # ways to simulate the random model
     "MonteCarlo": "circle",
     "Antithetic": "triangle-up",
@@ -175,7 +191,7 @@ def colours(variants) -> dict[str, tuple[str, str]]:
 
 def shape(variant: str) -> str:
     """Of a variant where precisions have no shapes."""
-    return METHODS.get(variant, "circle")
+    return (METHODS | RESIDUALS).get(variant, "circle")
 
 
 def shapes(precisions) -> dict[str, str]:

@@ -9,7 +9,20 @@ from collections import Counter, defaultdict
 from pathlib import Path
 
 import stress_readers
-from data import Call, Data, DataError, Equation, Error, Paper, Precision, Residual, Sample, Time
+from data import (
+    Call,
+    Data,
+    DataError,
+    Equation,
+    Error,
+    Jacobian,
+    Paper,
+    Precision,
+    Residual,
+    Sample,
+    Time,
+)
+from fits import identification
 from stress import U, Family, Integration
 
 COLUMNS = ["scene", "n", "variant", "precision", "task", "state", "measure", "value", "outcome"]
@@ -149,6 +162,12 @@ def read_peers(path: Path, data: Data) -> None:
     data.peers_contexts.append(context)
 
 
+def read_jacobians(path: Path, data: Data) -> None:
+    jacobians, context = _benchmarks(path, _jacobians)
+    data.jacobians += jacobians
+    data.jacobians_contexts.append(context)
+
+
 def _benchmarks(path: Path, records) -> tuple[list, dict]:
     """What `records` makes of the rows of each benchmark, and the context."""
     document = _read_json(path)
@@ -182,6 +201,10 @@ def _calls(runs: dict[str, list[dict]]) -> list[Call]:
             time = time._replace(nanoseconds=time.nanoseconds / _states(name, rows))
         calls.append(Call(time, flops, rate, peaks.get(time.precision)))
     return calls
+
+
+def _jacobians(runs: dict[str, list[dict]]) -> list[Jacobian]:
+    return [Jacobian(_time(name, rows), _counter(rows, "error")) for name, rows in runs.items()]
 
 
 def _time(name: str, rows: list[dict]) -> Time:
@@ -247,6 +270,16 @@ def read_mujoco(path: Path, data: Data) -> None:
             data.mujoco.append(robot | {"mujoco": document["mujoco"], "pass": bool(robot["pass"])})
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise DataError(f"{path}: not an agreement record: {_reason(error)}") from None
+
+
+def read_fit(path: Path, data: Data) -> None:
+    document = _read_json(path)
+    try:
+        fit = identification(document)
+        _scene(fit.scene)
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise DataError(f"{path}: not a record of a fit: {_reason(error)}") from None
+    data.fits.append(fit)
 
 
 def read_paper(path: Path, data: Data) -> None:
@@ -315,6 +348,8 @@ READERS = {
     "dynamics": read_dynamics,
     "batch": read_dynamics,
     "peers": read_peers,
+    "jacobians": read_jacobians,
+    "identify": read_fit,
     "stress": read_stress,
     "families": read_families,
     "integration": read_integration,
@@ -359,6 +394,8 @@ def _records(data: Data) -> tuple:
         data.estimation,
         data.dynamics,
         data.peers,
+        data.jacobians,
+        data.fits,
         data.stress,
         data.integrations,
     )
@@ -372,6 +409,8 @@ def _refuse_repeats(data: Data) -> None:
         "time of the recursions": (row[:4] for row in data.estimation),
         "time of the fast path": (call.time[:4] for call in data.dynamics),
         "time against peers": (call.time[:4] for call in data.peers),
+        "time of a Jacobian": (jacobian.time[:4] for jacobian in data.jacobians),
+        "fit": (fit[:4] for fit in data.fits),
         "agreement": ((robot["scene"],) for robot in data.mujoco),
         "check of the paper": ((paper.scene,) for paper in data.papers),
         "sample": (row[:5] for row in data.samples),

@@ -217,6 +217,7 @@ class Identification {
                {"seconds", result.seconds},
                {"columns", names_},
                {"warnings", json::array()}};
+    if (truth_) record_["noise"] = options_.simulation.noise;
     add_iterations(result);
     if (!result.converged)
       record_["warnings"].push_back("the solver has not converged: " + result.message);

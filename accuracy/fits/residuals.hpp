@@ -17,11 +17,11 @@
 
 #include "accuracy/fits/parameters.hpp"
 #include "accuracy/fits/samples.hpp"
+#include "algorithms/derivatives/fit_filter.hpp"
 #include "algorithms/derivatives/innovation_jacobian.hpp"
 #include "algorithms/derivatives/mass_jacobian.hpp"
 #include "algorithms/inverse_mass/sequential.hpp"
 #include "algorithms/model/mass_matrix.hpp"
-#include "algorithms/riccati/conventional.hpp"
 
 namespace kalmarm {
 
@@ -43,32 +43,6 @@ inline int rows(Residual kind, int nv) {
   if (kind == Residual::mass_matrix) return lower_triangle_size(nv);
   return kind == Residual::likelihood ? 2 * nv : nv;
 }
-
-// Filter and smoother by the conventional update, for a model that changes: the test for
-// singularity of factors.hpp knows one model only.
-template <class T>
-struct FitFilter {
-  struct Factors : Gains<T> {
-    Conventional::Workspace<T> update;
-
-    explicit Factors(const Model<T>& model) : Gains<T>(model, false), update(model) {}
-  };
-  Factors factors;
-  Sweeps<T> sweeps;
-
-  explicit FitFilter(const Model<T>& model) : factors(model), sweeps(model) {}
-
-  // False where a D(k) is not positive.
-  bool factor(const Model<T>& model, const RandomModel<T>& rm) {
-    Conventional::start(model, rm, factors.update);
-    for (int k = model.nv() - 1; k >= 0; --k) {
-      factors.D[k] = Conventional::measure(model, k, factors.update, factors.g[k]);
-      if (!(factors.D[k] > T(0))) return false;
-      if (model.parent(k) >= 0) Conventional::propagate(model, rm, k, factors.update);
-    }
-    return true;
-  }
-};
 
 // Residuals of one sample after the other, in precision T.
 template <class T>

@@ -9,6 +9,8 @@ from sections import (
     error_against_time,
     fast_path,
     glance,
+    identification,
+    jacobians,
     limitations,
     method,
     mujoco,
@@ -34,6 +36,8 @@ SECTIONS = [
     paper.section,
     cost.section,
     simulation.section,
+    identification.section,
+    jacobians.section,
     method.section,
     limitations.section,
 ]
