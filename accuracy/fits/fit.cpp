@@ -4,6 +4,7 @@
 #include <ceres/iteration_callback.h>
 #include <ceres/problem.h>
 #include <ceres/solver.h>
+#include <glog/logging.h>
 
 #include <algorithm>
 #include <chrono>
@@ -153,6 +154,7 @@ class Fitter {
     solver.parameter_tolerance = roughly ? 1e-6 : 1e-14;
     solver.max_num_consecutive_invalid_steps = 20;
     solver.logging_type = ceres::SILENT;
+    FLAGS_minloglevel = google::GLOG_FATAL;  // a step that goes too far is taken back, not told
     solver.update_state_every_iteration = true;
     Recorder recorder(free_, start_, blocks_, round_++, began_, out_.iterations);
     solver.callbacks.push_back(&recorder);
