@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <type_traits>
 #include <utility>
 
@@ -108,6 +109,19 @@ void transpose(Pack<S, n>* rows) {
       out[2 * i + 1] = detail::interleave<P, n / 2>(rows[i], rows[i + n / 2], lanes);
     }
     for (int i = 0; i < n; ++i) rows[i] = out[i];
+  }
+}
+
+// x, or 0 where it is so small that its products would underflow: what a joint does to one far away
+// fades out, and arithmetic on denormal numbers takes a hundred times as long.
+template <class W>
+[[gnu::always_inline]] inline W without_tiny(const W& x) {
+  if constexpr (Lanes<W>::count > 1) {
+    using T = typename Lanes<W>::Scalar;
+    constexpr T tiny = std::numeric_limits<T>::min() / std::numeric_limits<T>::epsilon();
+    return W::of(((x.v > tiny) | (x.v < -tiny)) ? x.v : W(T(0)).v);
+  } else {
+    return x;
   }
 }
 

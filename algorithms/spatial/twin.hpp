@@ -45,4 +45,9 @@ struct Lanes<Twin<P>> {
   static constexpr int count = 2 * Lanes<P>::count;
 };
 
+template <class P>
+[[gnu::always_inline]] inline Twin<P> without_tiny(const Twin<P>& x) {
+  return {without_tiny(x.a), without_tiny(x.b)};
+}
+
 }  // namespace kalmarm

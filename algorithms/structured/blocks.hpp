@@ -164,8 +164,8 @@ class Blocks {
 
   static void advance(const Rows& Phi, Sixfold<Lane>& Z) {
     const auto row = [&](int c) {
-      return (Z.x * Phi.at[0][c] + Z.y * Phi.at[1][c] + Z.z * Phi.at[2][c]) +
-             (Z.u * Phi.at[3][c] + Z.v * Phi.at[4][c] + Z.w * Phi.at[5][c]);
+      return without_tiny((Z.x * Phi.at[0][c] + Z.y * Phi.at[1][c] + Z.z * Phi.at[2][c]) +
+                          (Z.u * Phi.at[3][c] + Z.v * Phi.at[4][c] + Z.w * Phi.at[5][c]));
     };
     const Lane x = row(0), y = row(1), z = row(2), u = row(3), v = row(4), w = row(5);
     Z.x = x;

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <limits>
 #include <type_traits>
 #include <vector>
 
@@ -66,19 +65,6 @@ template <class T>
     } else {
       for (int i = 0; i < count; ++i) to[i] = x[i];
     }
-  }
-}
-
-// x, or 0 where it is so small that its products would underflow: what a joint does to one far away
-// fades out, and arithmetic on denormal numbers takes a hundred times as long.
-template <class W>
-[[gnu::always_inline]] inline W without_tiny(const W& x) {
-  if constexpr (Lanes<W>::count > 1) {
-    using T = typename Lanes<W>::Scalar;
-    constexpr T tiny = std::numeric_limits<T>::min() / std::numeric_limits<T>::epsilon();
-    return W::of(((x.v > tiny) | (x.v < -tiny)) ? x.v : W(T(0)).v);
-  } else {
-    return x;
   }
 }
 
