@@ -102,7 +102,7 @@ class Fitter {
   Fit run() && {
     const bool likelihood = options_.residual == Residual::likelihood;
     rounds(likelihood ? Residual::innovations : options_.residual,
-           {1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 0});
+           {1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 0});
     for (int i = 0; likelihood && i < 2; ++i) rounds(Residual::likelihood, {0});
     out_.seconds = std::chrono::duration<double>(Clock::now() - began_).count();
     finish();
@@ -149,7 +149,7 @@ class Fitter {
     ceres::Solver::Options solver;
     solver.linear_solver_type = reduced ? ceres::DENSE_QR : ceres::DENSE_NORMAL_CHOLESKY;
     solver.max_num_iterations = options_.iterations;
-    solver.function_tolerance = roughly ? 1e-3 : 1e-8;  // far below what noise says
+    solver.function_tolerance = roughly ? 1e-5 : 1e-8;  // far below what noise says
     solver.gradient_tolerance = 1e-20;
     solver.parameter_tolerance = roughly ? 1e-6 : 1e-14;
     solver.max_num_consecutive_invalid_steps = 20;

@@ -2,7 +2,7 @@
 // residuals.hpp in the coordinates of parameters.hpp.
 //
 // What the data do not see is held near the start, the prior, and all bodies inside of what is
-// physical: the divergence of costs.hpp is added with a weight w that falls from 1e-1 to 1e-5 of
+// physical: the divergence of costs.hpp is added with a weight w that falls from 1e-1 to 1e-7 of
 // the size of the data's rows, round by round. In the last round it is what was asked for; 0: none,
 // and the steps of Levenberg and Marquardt, now quadratically convergent, move nothing that the
 // data do not see. (From 1e-1 to none in one round, bodies end on the boundary, and hundreds of

@@ -86,6 +86,11 @@ MatrixX<double> jacobian_triangle(const Mechanics<double>& robot, const FreePara
 MatrixX<double> linear_triangle(const Mechanics<double>& robot, const FreeParameters& free,
                                 const Samples& samples, const ResidualOptions& options);
 
+// Names of the columns, such as "Ixx(link3)" and "armature(joint2)".
+std::vector<std::string> column_names(const FreeParameters& free,
+                                      const std::vector<std::string>& bodies,
+                                      const std::vector<std::string>& dofs);
+
 // Sizes by which columns are measured: the robot's mean mass m, radius l = sqrt(tr I_o / m) of the
 // bodies; m, m l, m l^2; of armature and friction 1.
 VectorX<double> column_units(const Mechanics<double>& robot, const FreeParameters& free);

@@ -3,18 +3,15 @@
 // --simulate makes the data with MuJoCo from a hidden model: torques (and mass matrices) along an
 // optimised trajectory, with noise; the last fifth is along another, random one, and is held out.
 // Of --data the last fifth is held out. The fitted file is written where the fit is usable: the
-// solver ended well and the held-out torques are predicted no worse than by the start. Exit 1
+// solver ended well and the error of held-out torques is at most a tenth above the start's. Exit 1
 // otherwise, with nothing written but the JSON, which says so.
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <boost/random/mersenne_twister.hpp>
-#include <boost/random/normal_distribution.hpp>
 #include <cmath>
 #include <cstdio>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <set>
 
 #include "accuracy/fits/differentiate.hpp"
 #include "accuracy/fits/fit.hpp"
@@ -22,6 +19,7 @@
 #include "accuracy/fits/prediction.hpp"
 #include "accuracy/fits/samples.hpp"
 #include "accuracy/fits/simulated_samples.hpp"
+#include "accuracy/fits/start.hpp"
 #include "robots/fitted_model.hpp"
 #include "robots/program.hpp"
 #include "robots/scene.hpp"
@@ -56,74 +54,6 @@ struct Options {
   double start_error = 0, hold_out = 0.2;
 };
 
-[[noreturn]] void refuse_free(const std::string& name, const std::vector<std::string>& known) {
-  std::string names;
-  for (const std::string& one : known) names += ", " + one;
-  throw InputError("--free " + name + ": is none of armature, viscous, coulomb" + names);
-}
-
-FreeParameters free_parameters(const Options& options, const Scene& scene,
-                               const std::vector<std::string>& bodies) {
-  const Model<double>& model = scene.model;
-  FreeParameters out;
-  std::vector<int> massive, all;
-  std::vector<std::string> known;
-  for (int k = 0; k < model.nv(); ++k) {
-    all.push_back(k);
-    if (model.inertia(k).massless) continue;
-    massive.push_back(k);
-    known.push_back(bodies[k]);
-  }
-  std::set<int> chosen;
-  for (const std::string& name : options.free) {
-    if (name == "armature") {
-      out.armature = all;
-    } else if (name == "viscous") {
-      out.viscous = all;
-    } else if (name == "coulomb") {
-      out.coulomb = all;
-    } else if (name == "bodies") {
-      chosen.insert(massive.begin(), massive.end());
-    } else {
-      const auto it = std::find(known.begin(), known.end(), name);
-      if (it == known.end()) refuse_free(name, known);
-      chosen.insert(massive[it - known.begin()]);
-    }
-  }
-  out.bodies.assign(chosen.begin(), chosen.end());
-  return out;
-}
-
-// Throws where a free body of the start has no log-Cholesky coordinates.
-void check_physical(const Mechanics<double>& robot, const FreeParameters& free,
-                    const std::vector<std::string>& bodies, const std::string& name) {
-  for (const int k : free.bodies)
-    if (!to_log_cholesky(robot.model.M(k)).allFinite())
-      throw InputError(name + ": body '" + bodies[k] +
-                       "' is not physical (mass and principal moments must be positive, and each "
-                       "moment less than the sum of the others): leave it out of --free");
-}
-
-// Moves masses, centres and radii of gyration by the factors 1 + error or 1 - error at random.
-void spoil(const FreeParameters& free, double error, std::uint64_t seed, Mechanics<double>& robot) {
-  boost::random::mt19937_64 random(seed);
-  const auto factor = [&] { return random() % 2 ? 1 + error : 1 - error; };
-  std::vector<VectorX<double>> blocks = free.blocks_of(robot);
-  std::vector<double*> pointers;
-  for (std::size_t b = 0; b < blocks.size(); ++b) {
-    VectorX<double>& x = blocks[b];
-    pointers.push_back(x.data());
-    if (b >= free.bodies.size()) {
-      for (double& value : x) value *= factor();
-      continue;
-    }
-    x[0] += std::log(factor()) / 2;
-    for (int i = 1; i < 4; ++i) x[i] += std::log(factor()) / 2;
-    for (int i = 4; i < body_parameters; ++i) x[i] *= factor();
-  }
-  free.apply(pointers.data(), robot);
-}
-
 json to_json(const VectorX<double>& x) {
   json out = json::array();
   for (const double value : x) out.push_back(std::isfinite(value) ? json(value) : json(nullptr));
@@ -155,7 +85,7 @@ class Identification {
     if (!options.out.empty() && scene_.file.empty())
       throw InputError("--out: " + scene_.name + " has no file that could be written again");
     for (int k = 0; k < scene_.model.nv(); ++k) bodies_.push_back(link_name(scene_, k));
-    free_ = free_parameters(options, scene_, bodies_);
+    free_ = free_parameters(options.free, scene_.model, bodies_);
     if (free_.columns() == 0) throw InputError("--free: nothing is left to fit");
     names_ = column_names(free_, bodies_, scene_.model.names());
     start_ = mechanics_of(scene_);
@@ -203,7 +133,7 @@ class Identification {
     before_ = torque_error(start_, test_);
     if (!result.usable) return false;
     after_ = torque_error(result.robot, test_);
-    return after_.total <= std::max(before_.total, 1e-6);
+    return after_.total <= 1.1 * before_.total + 1e-6;  // a start that is right already is as good
   }
 
   void report(const Fit& result, bool usable) {

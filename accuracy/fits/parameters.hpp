@@ -94,9 +94,4 @@ struct FreeParameters {
   }
 };
 
-// Names of the columns, such as "Ixx(link3)" and "armature(joint2)".
-std::vector<std::string> column_names(const FreeParameters& free,
-                                      const std::vector<std::string>& bodies,
-                                      const std::vector<std::string>& dofs);
-
 }  // namespace kalmarm

@@ -115,7 +115,7 @@ def _table(fits: list[Identification]) -> Table:
     return Table(
         "Every fit. Seen: base parameters of all parameters. cond J: of the Jacobian over the base "
         "parameters. A fit is usable if the solver ended well and the held-out torques are "
-        "predicted no worse than by the start.",
+        "predicted no worse than by the start (within a tenth).",
         [
             "Scene:N",
             "Residual",
