@@ -119,10 +119,10 @@ class Fitter {
     const int enough = std::max(200, 5 * free_.columns() / start_.model.nv());
     const int stride = reduced ? 1 : std::max(1, samples_.count() / enough);
     const Samples few = every(samples_, stride);
+    const MatrixX<double> Rp = linear_triangle(out_.robot, free_, few, residual);
+    const MatrixX<double> R = Rp.leftCols(free_.columns());
     for (const double weight : weights) {
       const Samples& samples = weight > 0 ? few : samples_;
-      const MatrixX<double> Rp = linear_triangle(out_.robot, free_, samples, residual);
-      const MatrixX<double> R = Rp.leftCols(free_.columns());
       ceres::Problem problem;
       if (reduced) {
         problem.AddResidualBlock(make_linear_cost(free_, R, Rp.col(free_.columns())).release(),
@@ -135,7 +135,8 @@ class Fitter {
                                        .release(),
                                    nullptr, blocks_.pointers);
       }
-      const double size = (R * block_jacobian(free_, blocks_)).norm() / std::sqrt(free_.columns());
+      const double size = (R * block_jacobian(free_, blocks_)).norm() *
+                          std::sqrt(samples.count() / (few.count() * double(free_.columns())));
       if (const double w = std::max(weight, options_.prior); w > 0) add_priors(w * size, problem);
       solve(problem, reduced, weight > 0);
       if (!out_.usable) return;
@@ -196,7 +197,10 @@ class Fitter {
   void finish() {
     if (!out_.usable) return;
     out_.R = jacobian_triangle(out_.robot, free_, samples_, residual_);
-    out_.covariance = out_.sigma * out_.sigma * covariance_of(free_, out_.R, blocks_);
+    const double n =
+        static_cast<double>(samples_.count()) * data_rows(residual_.kind, start_.model.nv());
+    const double freedom = n - rank_and_condition(out_.R).rank;  // 0: infinite intervals
+    out_.covariance = out_.sigma * out_.sigma * n / freedom * covariance_of(free_, out_.R, blocks_);
   }
 
   const Mechanics<double>& start_;
@@ -222,7 +226,7 @@ double root_mean_square(const Mechanics<double>& robot, const Samples& samples,
                         const ResidualOptions& options) {
   SampleResidual<double> sample(robot.model, options);
   VectorX<double> r(rows(options.kind, robot.model.nv()));
-  const auto of_data = options.kind == Residual::likelihood ? r.size() / 2 : r.size();
+  const int of_data = data_rows(options.kind, robot.model.nv());
   double sum = 0;
   for (int i = 0; i < samples.count(); ++i) {
     sample.evaluate(robot, samples, i, r.data());

@@ -39,9 +39,12 @@ struct ResidualOptions {
   double log_D_shift = 0;  // C: log D + C stays positive
 };
 
+// Residuals of a sample that its data make, and all of them.
+inline int data_rows(Residual kind, int nv) {
+  return kind == Residual::mass_matrix ? lower_triangle_size(nv) : nv;
+}
 inline int rows(Residual kind, int nv) {
-  if (kind == Residual::mass_matrix) return lower_triangle_size(nv);
-  return kind == Residual::likelihood ? 2 * nv : nv;
+  return kind == Residual::likelihood ? 2 * nv : data_rows(kind, nv);
 }
 
 // Residuals of one sample after the other, in precision T.
