@@ -2,22 +2,18 @@
 #
 # Debian's alternatives point libopenblas.so, libblas.so and liblapack.so at the threaded build wherever that is
 # installed, so the serial one is linked by its own folder. LAPACKE is linked from its archive: liblapacke.so would load
-# the alternative's liblapack.so.3, which does not work on top of the serial libopenblas.so.0. Ceres loads it, too: a
-# program that links both also links OpenBLAS::serial_lapack, whose libraries of the same names are then loaded first.
+# the alternative's liblapack.so.3, which does not work on top of the serial libopenblas.so.0. Ceres' library loads it,
+# too: no program can link both; its cost functions alone (Ceres::cost_functions) it can.
 
 find_library(KalmarmOpenBLAS_LIBRARY openblas PATH_SUFFIXES openblas-serial)
 find_library(KalmarmOpenBLAS_LAPACKE liblapacke.a)
-find_library(KalmarmOpenBLAS_LAPACK lapack PATH_SUFFIXES openblas-serial)
-find_library(KalmarmOpenBLAS_BLAS blas PATH_SUFFIXES openblas-serial)
 find_path(KalmarmOpenBLAS_INCLUDE_DIR cblas.h PATH_SUFFIXES openblas-serial)
-mark_as_advanced(KalmarmOpenBLAS_LIBRARY KalmarmOpenBLAS_LAPACKE KalmarmOpenBLAS_LAPACK KalmarmOpenBLAS_BLAS
-                 KalmarmOpenBLAS_INCLUDE_DIR)
+mark_as_advanced(KalmarmOpenBLAS_LIBRARY KalmarmOpenBLAS_LAPACKE KalmarmOpenBLAS_INCLUDE_DIR)
 
 include(FindPackageHandleStandardArgs)
 find_package_handle_standard_args(
   KalmarmOpenBLAS
-  REQUIRED_VARS KalmarmOpenBLAS_LIBRARY KalmarmOpenBLAS_LAPACKE KalmarmOpenBLAS_LAPACK KalmarmOpenBLAS_BLAS
-                KalmarmOpenBLAS_INCLUDE_DIR
+  REQUIRED_VARS KalmarmOpenBLAS_LIBRARY KalmarmOpenBLAS_LAPACKE KalmarmOpenBLAS_INCLUDE_DIR
   REASON_FAILURE_MESSAGE "run scripts/setup, which installs it")
 
 if(KalmarmOpenBLAS_FOUND AND NOT TARGET OpenBLAS::serial)
@@ -25,7 +21,4 @@ if(KalmarmOpenBLAS_FOUND AND NOT TARGET OpenBLAS::serial)
   target_include_directories(OpenBLAS::serial INTERFACE "${KalmarmOpenBLAS_INCLUDE_DIR}")
   target_link_libraries(OpenBLAS::serial INTERFACE "${KalmarmOpenBLAS_LAPACKE}"
                                                    "${KalmarmOpenBLAS_LIBRARY}")
-  add_library(OpenBLAS::serial_lapack INTERFACE IMPORTED)
-  target_link_libraries(OpenBLAS::serial_lapack INTERFACE "${KalmarmOpenBLAS_LAPACK}"
-                                                          "${KalmarmOpenBLAS_BLAS}")
 endif()
