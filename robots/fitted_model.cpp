@@ -7,11 +7,11 @@
 #include <optional>
 #include <vector>
 
+#include "algorithms/spatial/principal_axes.hpp"
 #include "robots/input_error.hpp"
 #include "robots/mujoco_shim.hpp"
 #include "robots/mujoco_spec.hpp"
 #include "robots/mujoco_strip.hpp"
-#include "robots/principal_axes.hpp"
 
 namespace kalmarm {
 namespace {
@@ -26,7 +26,7 @@ RigidBody<double> seen_from(const LinkFrame& frame, const SpatialInertia<double>
   const Matrix3<double> E = rotation(frame.R);
   const Matrix3<double> I_cm = M.I + cross_matrix(M.h) * cross_matrix(com);
   RigidBody<double> body =
-      with_principal_axes(M.m, E.transpose() * (com - frame.p), E.transpose() * I_cm * E);
+      with_principal_axes<double>(M.m, E.transpose() * (com - frame.p), E.transpose() * I_cm * E);
   Vector3<double>& J = body.moments;
   const double rounding = 1e-12 * M.I.trace();
   if (!(M.m >= 0 && std::isfinite(M.m) && M.h.allFinite() && J[0] >= -rounding &&

@@ -4,10 +4,10 @@
 #include <utility>
 #include <vector>
 
+#include "algorithms/spatial/principal_axes.hpp"
 #include "robots/input_error.hpp"
 #include "robots/mujoco_model.hpp"
 #include "robots/mujoco_shim.hpp"
-#include "robots/principal_axes.hpp"
 
 namespace kalmarm {
 namespace {
@@ -26,22 +26,6 @@ Quaternion turn_z_to(const Vec3& axis) {
   if (axis == Vec3(-1, 0, 0)) return to_x * flip;
   if (axis == Vec3(0, -1, 0)) return to_y * flip;
   return Quaternion::FromTwoVectors(Vec3::UnitZ(), axis);
-}
-
-// Two rigid bodies on one link become one.
-RigidBody<double> welded(const RigidBody<double>& a, const RigidBody<double>& b) {
-  if (a.massless()) return b;
-  if (b.massless()) return a;
-  const double mass = a.mass + b.mass;
-  const Vec3 com = (a.mass * a.com + b.mass * b.com) / mass;
-  Matrix3<double> I = Matrix3<double>::Zero();
-  for (const RigidBody<double>* body : {&a, &b}) {
-    const Matrix3<double> E = rotation(body->axes), d = cross_matrix<double>(body->com - com);
-    I += E * body->moments.asDiagonal() * E.transpose() - body->mass * d * d;
-  }
-  RigidBody<double> out = with_principal_axes(mass, com, I);
-  out.moments = out.moments.cwiseMax(0.0);
-  return out;
 }
 
 Vec3 vec3(const mjtNum* x) { return {x[0], x[1], x[2]}; }
