@@ -1,21 +1,26 @@
 // evaluate: one variant on given or random states -> JSON.
 //
+// What the question does not need is left out (pruning/plan.hpp), unless --no-pruning says so.
+// "asked" names the DoF of the results where these are not all, "sites" those of J M^-1 J'.
+//
 // A variant that answers but warns (outcome.hpp) says so in the state: "warning", with the joint
 // and its numbers, "error_estimate" and "refinement_steps" where it has them, "widened" where it
 // was refined by factors of a wider precision. `--variant auto` chooses (recommend.hpp); a state
 // that it had to give to another variant names it.
+#include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 
 #include "accuracy/real.hpp"
 #include "accuracy/recommend.hpp"
-#include "algorithms/model/mass_matrix.hpp"
-#include "algorithms/solver.hpp"
+#include "algorithms/pruning/answer.hpp"
 #include "robots/mujoco_solver.hpp"
 #include "robots/program.hpp"
+#include "robots/question.hpp"
 #include "robots/scene.hpp"
 #include "robots/state_file.hpp"
 
@@ -26,7 +31,7 @@ using nlohmann::json;
 
 struct Options {
   std::string scene, variant, precision, states, out;
-  std::vector<std::string> want = {"mass", "inverse", "acceleration"};
+  QuestionOptions question;
   int random = 0, digits = 50;
   double tolerance = 1e-6;
   std::uint64_t seed = 1;
@@ -57,7 +62,7 @@ json to_json(const MatrixX<T>& X) {
 }
 
 template <class T>
-std::unique_ptr<Solver<T>> make_contender(const Options& options, const Scene& scene,
+std::unique_ptr<Solver<T>> make_contender(const Options& options, const Scene& scene, Kernel kernel,
                                           const Model<T>& model) {
   if (options.variant == mujoco_variant) {
     if constexpr (std::is_same_v<T, double>)
@@ -65,7 +70,7 @@ std::unique_ptr<Solver<T>> make_contender(const Options& options, const Scene& s
     else
       unknown_variant(options, "has no precision " + options.precision);
   }
-  if (auto solver = make_solver<T>(options.variant, model)) return solver;
+  if (auto solver = solvers_of<T>(options.variant)(kernel, model)) return solver;
   for (const auto& variant : registered_variants<double>())
     if (variant.name == options.variant)
       unknown_variant(options, "has no precision " + options.precision);
@@ -109,7 +114,7 @@ void add_outcome(const Outcome& outcome, const Scene& scene, json& entry) {
 }
 
 // Of one state. Where the outcome is a failure the entry is not whole.
-struct Answer {
+struct Result {
   json entry;
   Outcome outcome;
 
@@ -128,76 +133,108 @@ struct Answer {
   }
 };
 
-using Evaluator = std::function<Answer(const State&)>;
+using Evaluator = std::function<Result(const State&)>;
 
 template <class T>
 class Evaluation {
  public:
-  Evaluation(const Options& options, const Scene& scene)
-      : model_(scene.model.cast<T>()),
-        solver_(make_contender<T>(options, scene, model_)),
-        want_(options.want.begin(), options.want.end()),
-        rm_(model_),
-        composite_(model_) {
-    if (wants("factors") && !solver_->has_factors())
+  Evaluation(const Options& options, const Scene& scene, const Plan& plan)
+      : want_(options.question.want.begin(), options.question.want.end()),
+        answer_(std::make_shared<Answer<T>>(plan, [&](Kernel kernel, const Model<T>& model) {
+          return make_contender<T>(options, scene, kernel, model);
+        })) {
+    if (options.variant == mujoco_variant)
+      mujoco_ = std::make_shared<MujocoSolver>(mujoco_of(scene));
+    if (!wants("factors")) return;
+    if (options.question.asks()) throw InputError("factors are those of the whole robot");
+    factored_ = make_contender<T>(options, scene, Kernel::spatial, scene.model.cast<T>());
+    if (!factored_->has_factors())
       throw InputError("variant '" + options.variant + "' has no factors D and g");
   }
 
-  Answer operator()(const State& state) {
+  Result operator()(const State& state) {
     const VectorX<T> q = state.q.cast<T>(), qd = state.qd.cast<T>(), tau = state.tau.cast<T>();
-    Answer out;
+    const int asked = answer_->nv(), nv = static_cast<int>(tau.size());
+    Result out;
     out.entry = {
         {"qpos", to_json(state.q)}, {"qvel", to_json(state.qd)}, {"tau", to_json(state.tau)}};
-    if (wants("mass")) out.entry["mass"] = to_json(mass(q));
+    if (wants("mass")) out.entry["mass"] = to_json(mass(state.q, q));
     if (wants("inverse")) {
-      MatrixX<T> X = poisoned(nv(), nv());
-      if (!out.take(solver_->inverse(q, X))) return out;
+      MatrixX<T> X = poisoned(asked, asked);
+      if (!out.take(answer_->inverse(q, X))) return out;
       out.entry["inverse"] = to_json(X);
     }
+    if (wants("diagonal")) {
+      VectorX<T> x = poisoned(asked, 1);
+      if (!out.take(answer_->diagonal(q, x))) return out;
+      out.entry["diagonal"] = to_json(x);
+    }
+    if (wants("log_det")) {
+      T x = std::numeric_limits<T>::quiet_NaN();
+      if (!out.take(answer_->log_det(q, x))) return out;
+      out.entry["log_det"] = static_cast<double>(x);
+    }
+    if (wants("operational")) {
+      MatrixX<T> X = poisoned(answer_->rows(), answer_->rows());
+      if (!out.take(answer_->operational(q, X))) return out;
+      out.entry["operational"] = to_json(X);
+    }
     if (wants("acceleration")) {
-      VectorX<T> a = poisoned(nv(), 1);
-      if (!out.take(solver_->acceleration(q, qd, tau, a))) return out;
+      VectorX<T> a = poisoned(asked, 1);
+      if (!out.take(answer_->acceleration(q, qd, tau, a))) return out;
       out.entry["acceleration"] = to_json(a);
     }
     if (wants("factors")) {
-      VectorX<T> D = poisoned(nv(), 1);
-      MatrixX<T> g = poisoned(6, nv());
-      if (!out.take(solver_->factors(q, D, g))) return out;
+      VectorX<T> D = poisoned(nv, 1);
+      MatrixX<T> g = poisoned(6, nv);
+      if (!out.take(factored_->factors(q, D, g))) return out;
       out.entry["factors"] = {{"D", to_json(D)}, {"g", to_json<T>(MatrixX<T>(g.transpose()))}};
     }
     return out;
   }
 
  private:
-  int nv() const { return model_.nv(); }
   bool wants(const char* what) const { return want_.contains(what); }
 
   static MatrixX<T> poisoned(int rows, int columns) {
     return MatrixX<T>::Constant(rows, columns, std::numeric_limits<T>::quiet_NaN());
   }
 
-  MatrixX<T> mass(const VectorX<T>& q) {
-    MatrixX<T> M = poisoned(nv(), nv());
-    if (auto* mujoco = dynamic_cast<MujocoSolver*>(solver_.get())) {
-      if constexpr (std::is_same_v<T, double>) mujoco->mass(q, M);
-    } else {
-      set_position(model_, q, rm_);
-      mass_matrix(model_, rm_, composite_, Eigen::Ref<MatrixX<T>>(M));
+  MatrixX<T> mass(const VectorX<double>& position, const VectorX<T>& q) {
+    MatrixX<T> M = poisoned(answer_->nv(), answer_->nv());
+    if (mujoco_) {
+      MatrixX<double> theirs(M.rows(), M.cols());
+      mujoco_->mass(position, theirs);
+      return theirs.cast<T>();
     }
+    answer_->mass(q, M);
     return M;
   }
 
-  Model<T> model_;
-  std::shared_ptr<Solver<T>> solver_;  // shared: std::function wants to copy
   std::set<std::string> want_;
-  RandomModel<T> rm_;
-  CompositeInertia<T> composite_;
+  std::shared_ptr<Answer<T>> answer_;     // shared: std::function wants to copy
+  std::shared_ptr<Solver<T>> factored_;   // for the factors of the whole robot
+  std::shared_ptr<MujocoSolver> mujoco_;  // for its M
 };
 
-Evaluator evaluator(const Options& options, const Scene& scene) {
-  if (options.precision == "float32") return Evaluation<float>(options, scene);
-  if (options.precision == "float64") return Evaluation<double>(options, scene);
-  return Evaluation<Real>(options, scene);
+Plan plan_of(const Options& options, const Scene& scene, const Question& question) {
+  const std::set<Rule> able = rules_for(options.variant), given = rules_of(options.question);
+  std::set<Rule> rules;
+  std::set_intersection(able.begin(), able.end(), given.begin(), given.end(),
+                        std::inserter(rules, rules.end()));
+  if (options.variant == mujoco_variant) {
+    if (!question.locked.empty()) unknown_variant(options, "cannot lock joints");
+    if (question.want.contains(Want::log_det)) unknown_variant(options, "has no log det M");
+    rules.clear();
+  }
+  return make_plan(scene.model, question, rules);
+}
+
+Evaluator evaluator(const Options& options, const Scene& scene, const Question& question) {
+  const Plan plan = plan_of(options, scene, question);
+  if (options.precision == "float32") return Evaluation<float>(options, scene, plan);
+  if (options.precision == "float64") return Evaluation<double>(options, scene, plan);
+  return Evaluation<Real>(options, scene, plan);
 }
 
 // States of one kind, told in one line on stderr: the first of them, and how many there are.
@@ -239,15 +276,28 @@ std::string describe(const Loss& loss, const Request& request) {
   return text;
 }
 
-Automatic choose(const Options& options, const Scene& scene, const std::vector<State>& states) {
-  const std::set<std::string> want(options.want.begin(), options.want.end());
+// Of the parts that the question leaves, the worst.
+Loss predict(const Plan& plan, const Request& request, const std::vector<State>& states) {
+  Loss loss;
+  for (const Part& part : plan.parts) {
+    LossPredictor predict(part.reduction.model, request.inverse && !request.acceleration);
+    for (const State& state : states)
+      loss.worsen(predict(state.q(part.reduction.q_whole),
+                          {state.tau(part.reduction.dofs), state.qd(part.reduction.dofs)}));
+  }
+  return loss;
+}
+
+Automatic choose(const Options& options, const Scene& scene, const Question& question,
+                 const std::vector<State>& states) {
+  const std::set<std::string> want(options.question.want.begin(), options.question.want.end());
   if (want.contains("factors")) throw InputError("--variant auto gives no factors");
   if (options.precision == "mp") throw InputError("--variant auto is for float32 and float64");
-  const Request request{want.contains("acceleration"), want.contains("inverse"), options.tolerance,
+  const bool acceleration = want.contains("acceleration");
+  const Request request{acceleration, !acceleration || want.contains("inverse"), options.tolerance,
                         options.precision};
-  LossPredictor predict(scene.model, request.inverse && !request.acceleration);
-  Loss loss;
-  for (const State& state : states) loss.worsen(predict(state.q, {state.tau, state.qd}));
+  const Loss loss =
+      predict(make_plan(scene.model, question, {Rule::locked_joints}), request, states);
   const Choice choice = recommend(loss, request);
   std::fprintf(stderr,
                "evaluate: auto: %s in %s, predicted error %.1g %s the tolerance %.3g (%s)\n",
@@ -263,9 +313,10 @@ Automatic choose(const Options& options, const Scene& scene, const std::vector<S
 }
 
 json evaluate(const Options& options, const std::optional<Automatic>& automatic, const Scene& scene,
-              const std::vector<State>& states) {
-  const Evaluator answer = evaluator(options, scene);
-  const Evaluator again = automatic ? evaluator(automatic->recommended, scene) : Evaluator();
+              const Question& question, const std::vector<State>& states) {
+  const Evaluator answer = evaluator(options, scene, question);
+  const Evaluator again =
+      automatic ? evaluator(automatic->recommended, scene, question) : Evaluator();
   Note warnings, changes, inaccurate;
   json out = json::array();
   {
@@ -274,7 +325,7 @@ json evaluate(const Options& options, const std::optional<Automatic>& automatic,
       const std::string where = place(scene, out.size());
       progress.step("state " + std::to_string(out.size()));
       const Options* by = &options;
-      Answer a = answer(state);
+      Result a = answer(state);
       if (automatic && automatic->leaves(a.outcome)) {
         changes.add(where + describe(a.outcome, scene) + "; went on with " +
                     automatic->recommended.variant);
@@ -312,26 +363,36 @@ int run(const Options& options) {
   if (options.out.empty()) throw InputError("--out is required");
 
   const Scene scene = load_scene(options.scene);
+  const Question question = question_of(scene, options.question);
   std::vector<State> states;
   if (!options.states.empty()) {
     StateFile file = read_states(scene, options.states);
     if (file.normalized > 0)
       std::fprintf(stderr, "evaluate: note: %d quaternion(s) normalised in %s\n", file.normalized,
                    options.states.c_str());
-    states = std::move(file.states);
+    for (const State& state : file.states)
+      states.push_back(checked_state(scene, question, state, place(scene, states.size())));
   } else {
     states = random_states(scene, options.random > 0 ? options.random : 1, options.seed);
+    for (State& state : states) state = asked_state(scene, question, state);
   }
 
   std::optional<Automatic> choice;
-  if (options.variant == automatic) choice = choose(options, scene, states);
+  if (options.variant == automatic) choice = choose(options, scene, question, states);
   Options used = choice ? choice->chosen : options;
   if (used.precision.empty()) used.precision = "float64";
   const Digits digits(options.digits);
-  const json document = {
-      {"robot", scene.name},         {"nv", scene.model.nv()},
-      {"dofs", scene.model.names()}, {"variant", used.variant},
-      {"precision", used.precision}, {"states", evaluate(used, choice, scene, states)}};
+  json document = {{"robot", scene.name},
+                   {"nv", scene.model.nv()},
+                   {"dofs", scene.model.names()},
+                   {"variant", used.variant},
+                   {"precision", used.precision}};
+  const Plan plan = plan_of(used, scene, question);
+  if (static_cast<int>(plan.asked.size()) < scene.model.nv()) {
+    for (const int k : plan.asked) document["asked"].push_back(scene.model.name(k));
+  }
+  if (!question.sites.empty()) document["sites"] = options.question.sites;
+  document["states"] = evaluate(used, choice, scene, question, states);
   write_file(options.out, document.dump() + "\n");
   return 0;
 }
@@ -344,6 +405,7 @@ int main(int argc, char** argv) {
   CLI::App app("One variant on given or random states: M, M^-1 and a = M^-1 (tau - bias) as JSON.",
                "evaluate");
   Options options;
+  options.question.want = {"mass", "inverse", "acceleration"};
   app.add_option("SCENE", options.scene, scene_help);
   app.add_flag("--list", options.list, "print the variants, one a line");
   app.add_option("--variant", options.variant,
@@ -362,10 +424,14 @@ int main(int argc, char** argv) {
       ->check(CLI::PositiveNumber)
       ->excludes(file);
   app.add_option("--seed", options.seed, "of the random states")->capture_default_str();
-  app.add_option("--want", options.want, "any of mass, inverse, acceleration, factors")
+  app.add_option("--want", options.question.want,
+                 "any of mass, inverse, acceleration, diagonal (of M^-1), log_det (of M), "
+                 "operational (J M^-1 J'), factors")
       ->delimiter(',')
-      ->check(CLI::IsMember({"mass", "inverse", "acceleration", "factors"}))
+      ->check(CLI::IsMember(
+          {"mass", "inverse", "acceleration", "diagonal", "log_det", "operational", "factors"}))
       ->capture_default_str();
+  options.question.add_to(app);
   app.add_option("--out", options.out, "output file");
   return run_program(app, argc, argv, [&] { return run(options); });
 }

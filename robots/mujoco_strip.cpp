@@ -60,15 +60,20 @@ std::vector<const mjsBody*> strip_static_inertias(mjSpec* spec) {
 
 }  // namespace
 
-void strip(mjSpec* spec) {
+void strip(mjSpec* spec, Sites sites) {
   refuse_coupling_armature(spec);
   for (const mjtObj type : {mjOBJ_KEY, mjOBJ_SENSOR, mjOBJ_TUPLE, mjOBJ_NUMERIC, mjOBJ_TEXT,
                             mjOBJ_EXCLUDE, mjOBJ_PAIR, mjOBJ_EQUALITY})
     for (mjsElement* e : elements(spec, type)) mjs_delete(spec, e);
   for (mjsElement* e : elements(spec, mjOBJ_ACTUATOR))
     if (mjs_asActuator(e)->armature == 0) mjs_delete(spec, e);
-  for (const mjtObj type : {mjOBJ_TENDON, mjOBJ_SKIN, mjOBJ_CAMERA, mjOBJ_LIGHT, mjOBJ_SITE})
+  for (const mjtObj type : {mjOBJ_TENDON, mjOBJ_SKIN, mjOBJ_CAMERA, mjOBJ_LIGHT})
     for (mjsElement* e : elements(spec, type)) mjs_delete(spec, e);
+  for (mjsElement* e : elements(spec, mjOBJ_SITE))
+    if (sites == Sites::kept)
+      mjs_setString(mjs_asSite(e)->material, "");
+    else
+      mjs_delete(spec, e);
 
   const std::vector<const mjsBody*> fixed = strip_static_inertias(spec);
   std::vector<std::string> meshes;

@@ -6,7 +6,9 @@
 
 namespace kalmarm {
 
+enum class Sites { stripped, kept };
+
 // Throws InputError where armature couples joints.
-void strip(mjSpec* spec);
+void strip(mjSpec* spec, Sites sites = Sites::stripped);
 
 }  // namespace kalmarm

@@ -98,6 +98,20 @@ Scene load_scene(const std::string& what) {
                    ") nor a family (" + joined(known) + ")");
 }
 
+VectorX<double> home_position(const Scene& scene) {
+  if (scene.mujoco)
+    return Eigen::Map<const VectorX<double>>(scene.mujoco->get()->qpos0, scene.model.nq());
+  VectorX<double> q = VectorX<double>::Zero(scene.model.nq());
+  for (int k = 0; k < scene.model.nv(); ++k) {
+    const Joint<double>& joint = scene.model.joint(k);
+    if (joint.coordinate == Coordinate::quaternion)
+      q[joint.q_index] = 1;
+    else if (joint.q_entries() == 1)
+      q[joint.q_index] = joint.ref;
+  }
+  return q;
+}
+
 std::vector<State> random_states(const Scene& scene, int count, std::uint64_t seed) {
   boost::random::mt19937_64 random(seed);
   boost::random::normal_distribution<double> normal;

@@ -33,6 +33,9 @@ Scene load_scene(const std::string& what);
 // A model made by the program: positions between -pi and pi.
 Scene generated_scene(const std::string& name, const Model<double>& model);
 
+// q (nq) as the scene's file starts; of a family every joint at its reference.
+VectorX<double> home_position(const Scene& scene);
+
 // Names that load_scene knows without a path, for help texts and error messages.
 std::vector<std::string> shipped_robots();
 

@@ -1,0 +1,224 @@
+#include "algorithms/pruning/plan.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+#include "algorithms/planar/plane.hpp"
+#include "algorithms/planar/translational.hpp"
+
+namespace kalmarm {
+namespace {
+
+constexpr double infinite_noise = 1e30;  // representable, with room, in float32
+
+bool needs_dofs(const Question& question) {
+  return std::any_of(question.want.begin(), question.want.end(),
+                     [](Want want) { return want != Want::operational; });
+}
+
+class Planning {
+ public:
+  Planning(const Model<double>& whole, const Question& question, const std::set<Rule>& rules)
+      : whole_(whole), rules_(rules), fate_(whole.nv(), Fate::free) {
+    plan_.question = question;
+    plan_.nv = whole.nv();
+    plan_.partial_answers = rules.contains(Rule::partial_answers);
+    hold();
+    ask();
+    drop_trees();
+    drop_massless_branches();
+    make_parts();
+    for (Part& part : plan_.parts) choose_kernel(part);
+    if (plan_.partial_answers) report_partial_answers();
+    std::sort(plan_.acted.begin(), plan_.acted.end(),
+              [](const Acted& a, const Acted& b) { return a.rule < b.rule; });
+  }
+
+  Plan plan() && { return std::move(plan_); }
+
+ private:
+  void hold() {
+    const Question& question = plan_.question;
+    if (rules_.contains(Rule::locked_joints))
+      for (const int k : question.locked) fate_[k] = Fate::locked;
+    else
+      for (const int k : question.locked) whole_.set_noise(k, infinite_noise);
+    reduced_ = reduce(whole_, fate_, question.q, &standing_);
+    if (rules_.contains(Rule::locked_joints)) act(Rule::locked_joints, question.locked);
+
+    const Model<double>& model = reduced_.model;
+    tree_.resize(model.nv());
+    for (int k = 0; k < model.nv(); ++k)
+      tree_[k] = model.parent(k) < 0 ? trees_++ : tree_[model.parent(k)];
+  }
+
+  void ask() {
+    const Question& question = plan_.question;
+    std::vector<char> held(whole_.nv(), 0);
+    for (const int k : question.locked) held[k] = 1;
+    if (!question.dofs.empty()) {
+      plan_.asked = question.dofs;
+    } else if (needs_dofs(question)) {
+      for (int k = 0; k < whole_.nv(); ++k)
+        if (!held[k]) plan_.asked.push_back(k);
+    }
+    asked_.assign(reduced_.model.nv(), 0);
+    std::vector<int> reduced_of(whole_.nv(), -1);
+    for (int k = 0; k < reduced_.model.nv(); ++k) reduced_of[reduced_.dofs[k]] = k;
+    for (const int k : plan_.asked) asked_[reduced_of[k]] = 1;
+    sited_.assign(reduced_.model.nv(), 0);
+    for (const Site<double>& site : question.sites)
+      if (site.link >= 0 && standing_[site.link].link >= 0) sited_[standing_[site.link].link] = 1;
+  }
+
+  void drop_trees() {
+    dropped_.assign(reduced_.model.nv(), 0);
+    if (!rules_.contains(Rule::untouched_trees) || plan_.question.want.contains(Want::log_det))
+      return;
+    std::vector<char> touched(trees_, 0);
+    for (int k = 0; k < reduced_.model.nv(); ++k) touched[tree_[k]] |= asked_[k] | sited_[k];
+    std::vector<int> dofs;
+    for (int k = 0; k < reduced_.model.nv(); ++k) {
+      if (touched[tree_[k]]) continue;
+      dropped_[k] = 1;
+      dofs.push_back(reduced_.dofs[k]);
+    }
+    act(Rule::untouched_trees, dofs);
+  }
+
+  // A link without inertia whose branch has none: D = 0 whatever q is.
+  void drop_massless_branches() {
+    const Model<double>& model = reduced_.model;
+    std::vector<char> carries(model.nv(), 0), needed(model.nv(), 0);
+    std::vector<int> dofs;
+    for (int k = model.nv() - 1; k >= 0; --k) {
+      needed[k] |= asked_[k] | sited_[k];
+      carries[k] |= !model.joint(k).body.massless();
+      if (model.parent(k) >= 0) {
+        carries[model.parent(k)] |= carries[k] | (model.joint(k).r > 0);
+        needed[model.parent(k)] |= needed[k];
+      }
+      if (carries[k] || model.joint(k).r > 0 || dropped_[k]) continue;
+      if (asked_[k] || needed[k] || !rules_.contains(Rule::massless_branches)) {
+        plan_.singular.push_back(reduced_.dofs[k]);
+      } else {
+        dropped_[k] = 1;
+        dofs.push_back(reduced_.dofs[k]);
+      }
+    }
+    std::reverse(dofs.begin(), dofs.end());
+    std::reverse(plan_.singular.begin(), plan_.singular.end());
+    act(Rule::massless_branches, dofs);
+  }
+
+  void make_parts() {
+    std::vector<int> kept;  // trees
+    for (int k = 0; k < reduced_.model.nv(); ++k)
+      if (!dropped_[k] &&
+          (kept.empty() || std::find(kept.begin(), kept.end(), tree_[k]) == kept.end()))
+        kept.push_back(tree_[k]);
+    if (kept.empty()) return;
+    if (!rules_.contains(Rule::separate_trees) || kept.size() == 1) {
+      add_part([](int) { return true; });
+      return;
+    }
+    for (const int tree : kept) add_part([=](int of) { return of == tree; });
+    act(Rule::separate_trees, remaining());
+  }
+
+  std::vector<int> remaining() const {
+    std::vector<int> dofs;
+    for (int k = 0; k < reduced_.model.nv(); ++k)
+      if (!dropped_[k]) dofs.push_back(reduced_.dofs[k]);
+    return dofs;
+  }
+
+  // Of the trees for which `has` holds.
+  template <class Has>
+  void add_part(const Has& has) {
+    std::vector<Fate> fate = fate_;
+    for (int k = 0; k < whole_.nv(); ++k) {
+      const int link = standing_[k].link;  // of reduced_
+      if (link >= 0 && (dropped_[link] || !has(tree_[link]))) fate[k] = Fate::dropped;
+    }
+    Part& part = plan_.parts.emplace_back();
+    std::vector<Standing> standing;
+    part.reduction = reduce(whole_, fate, plan_.question.q, &standing);
+    for (int k = 0; k < part.reduction.model.nv(); ++k)
+      if (std::binary_search(plan_.asked.begin(), plan_.asked.end(), part.reduction.dofs[k]))
+        part.asked.push_back(k);
+    const std::vector<Site<double>>& sites = plan_.question.sites;
+    for (int i = 0; i < static_cast<int>(sites.size()); ++i) {
+      if (sites[i].link < 0 || fate[sites[i].link] == Fate::dropped) continue;
+      const Standing& link = standing[sites[i].link];
+      if (link.link < 0) continue;
+      const Site<long double> site = sites[i].cast<long double>();
+      const Standing at = link.then(site.rotation, site.translation);
+      part.site_index.push_back(i);
+      part.sites.push_back(Site<long double>{at.link, at.rotation, at.translation}.cast<double>());
+    }
+  }
+
+  void choose_kernel(Part& part) {
+    const Model<double>& model = part.reduction.model;
+    const auto take = [&](Kernel kernel, Rule rule) {
+      part.kernel = kernel;
+      act(rule, part.reduction.dofs);
+    };
+    if (rules_.contains(Rule::translations) && is_translational(model))
+      take(Kernel::translational, Rule::translations);
+    else if (rules_.contains(Rule::planes) && find_plane(model))
+      take(Kernel::planar, Rule::planes);
+    else if (rules_.contains(Rule::rest) && plan_.question.at_rest &&
+             plan_.question.want.contains(Want::acceleration))
+      take(Kernel::spatial_at_rest, Rule::rest);
+  }
+
+  void report_partial_answers() {
+    const std::set<Want>& want = plan_.question.want;
+    const bool alone = want.contains(Want::diagonal) || want.contains(Want::log_det) ||
+                       want.contains(Want::operational);
+    std::vector<int> dofs;
+    for (const Part& part : plan_.parts) {
+      const int nv = part.reduction.model.nv();
+      if (alone || (want.contains(Want::inverse) && static_cast<int>(part.asked.size()) < nv))
+        dofs.insert(dofs.end(), part.reduction.dofs.begin(), part.reduction.dofs.end());
+    }
+    act(Rule::partial_answers, dofs);
+  }
+
+  // Adds to what the rule has done before.
+  void act(Rule rule, const std::vector<int>& dofs) {
+    if (dofs.empty()) return;
+    auto acted = std::find_if(plan_.acted.begin(), plan_.acted.end(),
+                              [&](const Acted& a) { return a.rule == rule; });
+    if (acted == plan_.acted.end()) acted = plan_.acted.insert(acted, {rule, {}});
+    acted->dofs.insert(acted->dofs.end(), dofs.begin(), dofs.end());
+  }
+
+  Model<double> whole_;
+  const std::set<Rule>& rules_;
+  Plan plan_;
+  std::vector<Fate> fate_;          // of the whole's links, before anything is dropped
+  Reduction reduced_;               // of them
+  std::vector<Standing> standing_;  // of the whole's links in reduced_
+  std::vector<int> tree_;           // of the links of reduced_
+  int trees_ = 0;
+  std::vector<char> asked_, sited_, dropped_;
+};
+
+}  // namespace
+
+std::set<Rule> rules_for(const std::string& variant) {
+  std::set<Rule> rules(all_rules().begin(), all_rules().end());
+  if (variant == "Structured") return rules;
+  for (const Rule rule : {Rule::translations, Rule::planes, Rule::rest}) rules.erase(rule);
+  if (variant != "StructuredSquareRoot") rules.erase(Rule::partial_answers);
+  return rules;
+}
+
+Plan make_plan(const Model<double>& whole, const Question& question, const std::set<Rule>& rules) {
+  return Planning(whole, question, rules).plan();
+}
+
+}  // namespace kalmarm
