@@ -1,10 +1,9 @@
 #include "accuracy/structured_condition.hpp"
 
-#include <boost/random/mersenne_twister.hpp>
-#include <boost/random/uniform_smallint.hpp>
 #include <cassert>
 
 #include "accuracy/measures.hpp"
+#include "accuracy/move.hpp"
 #include "algorithms/model/inverse_dynamics.hpp"
 
 namespace kalmarm {
@@ -15,48 +14,6 @@ constexpr unsigned fixed_digits = 160;
 using FixedReal = boost::multiprecision::number<
     boost::multiprecision::mpfr_float_backend<fixed_digits, boost::multiprecision::allocate_stack>,
     boost::multiprecision::et_off>;
-
-// One draw of signs after another.
-template <class S>
-class Move {
- public:
-  Move(const S& delta, std::uint64_t seed) : up_(1 + delta), down_(1 - delta), random_(seed) {}
-
-  void operator()(S& x) { x *= sign_(random_) ? up_ : down_; }
-
-  template <class Derived>
-  void operator()(Eigen::MatrixBase<Derived>& x) {
-    for (S& entry : x.reshaped()) (*this)(entry);
-  }
-
-  template <class Vector>
-  Vector moved(Vector x) {
-    (*this)(x);
-    return x;
-  }
-
-  Model<S> moved(const Model<S>& model) {
-    std::vector<Joint<S>> joints;
-    joints.reserve(model.nv());
-    for (int k = 0; k < model.nv(); ++k) {
-      Joint<S>& joint = joints.emplace_back(model.joint(k));
-      (*this)(joint.ref);
-      (*this)(joint.rotation.coeffs());
-      (*this)(joint.translation);
-      (*this)(joint.r);
-      (*this)(joint.body.mass);
-      (*this)(joint.body.com);
-      (*this)(joint.body.axes.coeffs());
-      (*this)(joint.body.moments);
-    }
-    return {std::move(joints), model.names(), model.nq(), moved(model.gravity())};
-  }
-
- private:
-  S up_, down_;
-  boost::random::mt19937_64 random_;
-  boost::random::uniform_smallint<int> sign_{0, 1};
-};
 
 // A model in one position, with one velocity after another.
 template <class S>
