@@ -16,11 +16,26 @@ Model<double> tree(int links) { return auto_tree(links, 2, 1, Vec3(0, 0, -9.81))
 
 Model<double> chain(int links) { return random_chain(links, 1987, 1); }
 
+Model<double> planar(int links) {
+  Draw draw(1987);
+  Joints joints(links);
+  for (int k = 0; k < links; ++k) {
+    Joint<double>& joint = joints[k];
+    joint.parent = k - 1;
+    joint.rotation = k == 0 ? draw.turn() : Eigen::Quaternion<double>::Identity();
+    if (k > 0) joint.translation = 2 * joints[k - 1].body.com;
+    joint.body = draw.body(1);
+  }
+  return assemble(std::move(joints), Vec3(0, 0, -9.81));
+}
+
 }  // namespace
 
 const std::vector<Family>& families() {
-  static const std::vector<Family> all = {
-      {"straight", true, straight}, {"chain", false, chain}, {"tree", false, tree}};
+  static const std::vector<Family> all = {{"straight", true, straight},
+                                          {"chain", false, chain},
+                                          {"tree", false, tree},
+                                          {"planar", false, planar}};
   return all;
 }
 

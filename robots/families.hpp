@@ -10,6 +10,8 @@
 //             (-pi, pi), offsets of unit length in random directions, m = 1, com at mid-offset,
 //             principal moments uniform in (0.04, 0.12) within the triangle inequality. One fixed
 //             seed: chain:N is the same robot everywhere. Random states.
+//   planar    the same bodies and offsets, but all axes are parallel, in a plane that is tilted.
+//             Random states.
 #pragma once
 
 #include <cstdint>

@@ -18,7 +18,8 @@ extern "C" char* openblas_get_corename() __attribute__((weak));  // null where i
 namespace kalmarm {
 
 inline constexpr const char* scene_help =
-    "MJCF or URDF file, shipped robot (robots/), or family:N (straight, chain, tree)";
+    "MJCF or URDF file, shipped robot or scene (robots/), or family:N (straight, chain, tree, "
+    "planar)";
 
 // OpenBLAS 0.3.21 does not know processors from 2022 on and falls back to its SSE3 kernels
 // ("Prescott"), which are 1.8 times slower at n = 500 and crash in strsm at n = 255. Where it did

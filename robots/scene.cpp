@@ -74,6 +74,14 @@ std::vector<std::string> shipped_robots() {
   return names;
 }
 
+std::vector<std::string> shipped_scenes() {
+  std::vector<std::string> names;
+  for (const fs::directory_entry& entry : fs::directory_iterator(robots_folder / "scenes"))
+    if (entry.path().extension() == ".xml") names.push_back(entry.path().stem().string());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
 Scene generated_scene(const std::string& name, const Model<double>& model) {
   Scene scene;
   scene.name = name;
@@ -84,18 +92,22 @@ Scene generated_scene(const std::string& name, const Model<double>& model) {
 
 Scene load_scene(const std::string& what) {
   if (std::optional<Scene> scene = load_family(what)) return *std::move(scene);
-  const std::vector<std::string> shipped = shipped_robots();
+  const std::vector<std::string> robots = shipped_robots(), scenes = shipped_scenes();
   const std::string name = what.substr(0, what.find(':'));
-  if (std::find(shipped.begin(), shipped.end(), name) != shipped.end()) {
-    Scene scene = from_file(robots_folder / name / (name + ".xml"), name);
-    if (what == name || what == scene.name) return scene;
-    throw InputError("scene '" + what + "': the robot that ships is " + scene.name);
-  }
+  const auto shipped = [&](const std::vector<std::string>& names, const fs::path& path) {
+    if (std::find(names.begin(), names.end(), name) == names.end()) return std::optional<Scene>();
+    Scene scene = from_file(path, name);
+    if (what != name && what != scene.name)
+      throw InputError("scene '" + what + "': the one that ships is " + scene.name);
+    return std::optional<Scene>(std::move(scene));
+  };
+  if (auto scene = shipped(robots, robots_folder / name / (name + ".xml"))) return *scene;
+  if (auto scene = shipped(scenes, robots_folder / "scenes" / (name + ".xml"))) return *scene;
   if (fs::is_regular_file(what)) return from_file(what, fs::path(what).stem().string());
   std::vector<std::string> known;
   for (const Family& family : families()) known.push_back(family.name + ":N");
-  throw InputError("scene '" + what + "' is neither a file, a shipped robot (" + joined(shipped) +
-                   ") nor a family (" + joined(known) + ")");
+  throw InputError("scene '" + what + "' is neither a file, a shipped robot (" + joined(robots) +
+                   ") or scene (" + joined(scenes) + ") nor a family (" + joined(known) + ")");
 }
 
 VectorX<double> home_position(const Scene& scene) {

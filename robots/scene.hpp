@@ -26,8 +26,8 @@ struct Scene {
   bool at_rest = false;                       // q = 0 and qd = 0 belong to the scene
 };
 
-// `what` is the path of an MJCF or URDF file, the name of a folder in robots/ (with or without its
-// size), or family:N. Throws InputError.
+// `what` is the path of an MJCF or URDF file, the name of a folder in robots/ or of a file in
+// robots/scenes/ (with or without its size), or family:N. Throws InputError.
 Scene load_scene(const std::string& what);
 
 // A model made by the program: positions between -pi and pi.
@@ -36,8 +36,9 @@ Scene generated_scene(const std::string& name, const Model<double>& model);
 // q (nq) as the scene's file starts; of a family every joint at its reference.
 VectorX<double> home_position(const Scene& scene);
 
-// Names that load_scene knows without a path, for help texts and error messages.
+// Names that load_scene knows without a path.
 std::vector<std::string> shipped_robots();
+std::vector<std::string> shipped_scenes();  // of several robots and things
 
 // States from a seed, the same on every machine: joint positions uniform within their limits (-pi
 // to pi and -1/2 m to 1/2 m where there are none), orientations uniform, free bodies within 1 m,

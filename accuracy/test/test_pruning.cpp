@@ -1,0 +1,248 @@
+// Whatever rules are on, the answer is the same, to 10 u kS: kS is what an answer that is as good
+// as its parameters may differ by, of every kind of answer worked out here by moving them.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "accuracy/move.hpp"
+#include "algorithms/pruning/answer.hpp"
+#include "robots/question.hpp"
+#include "robots/scene.hpp"
+#include "robots/sites.hpp"
+
+namespace kalmarm {
+namespace {
+
+using Rules = std::set<Rule>;
+
+struct Answers {
+  VectorX<double> a, diagonal;
+  MatrixX<double> X, M, operational;
+  double log_det = 0;
+
+  template <class T>
+  static Answers of(const Plan& plan, const State& state) {
+    Answer<T> answer(plan, solvers_of<T>("Structured"));
+    const VectorX<T> q = state.q.cast<T>(), qd = state.qd.cast<T>(), tau = state.tau.cast<T>();
+    const int nv = answer.nv();
+    VectorX<T> a(nv), diagonal(nv);
+    MatrixX<T> X(nv, nv), M(nv, nv), operational(answer.rows(), answer.rows());
+    T log_det(0);
+    const std::set<Want>& want = plan.question.want;
+    const auto expect_ok = [](const Outcome& outcome) {
+      EXPECT_TRUE(outcome) << to_string(outcome.status) << " at " << outcome.joint;
+    };
+    if (want.contains(Want::acceleration)) expect_ok(answer.acceleration(q, qd, tau, a));
+    if (want.contains(Want::inverse)) expect_ok(answer.inverse(q, X));
+    if (want.contains(Want::diagonal)) expect_ok(answer.diagonal(q, diagonal));
+    if (want.contains(Want::log_det)) expect_ok(answer.log_det(q, log_det));
+    if (want.contains(Want::mass)) answer.mass(q, M);
+    if (want.contains(Want::operational)) expect_ok(answer.operational(q, operational));
+    return {a.template cast<double>(),           diagonal.template cast<double>(),
+            X.template cast<double>(),           M.template cast<double>(),
+            operational.template cast<double>(), double(log_det)};
+  }
+};
+
+// Of symmetric matrices, entries by the roots of their diagonals'.
+double difference(const MatrixX<double>& X, const MatrixX<double>& right) {
+  const VectorX<double> size = right.diagonal().cwiseAbs().cwiseSqrt().cwiseMax(1e-300);
+  return (size.cwiseInverse().asDiagonal() * (X - right) * size.cwiseInverse().asDiagonal())
+      .cwiseAbs()
+      .maxCoeff();
+}
+
+double difference(Want want, const Answers& x, const Answers& right) {
+  switch (want) {
+    case Want::acceleration:
+      return (x.a - right.a).norm() / right.a.norm();
+    case Want::inverse:
+      return difference(x.X, right.X);
+    case Want::diagonal:
+      return (x.diagonal - right.diagonal).cwiseQuotient(right.diagonal).cwiseAbs().maxCoeff();
+    case Want::log_det:
+      return std::abs(x.log_det - right.log_det);
+    case Want::mass:
+      return difference(x.M, right.M);
+    case Want::operational:
+      return difference(x.operational, right.operational);
+  }
+  return 0;
+}
+
+// kS of every kind of answer, and never below 1: a result is rounded.
+std::vector<double> structured_conditions(const Scene& scene, const Question& question,
+                                          const State& state, const Answers& right) {
+  constexpr double delta = 1e-7;
+  constexpr int draws = 6;
+  std::vector<double> squares(question.want.size(), 0);
+  for (int draw = 0; draw < draws; ++draw) {
+    Move<double> move(delta, draw);
+    const Model<double> moved = move.moved(scene.model);
+    Question there = question;
+    for (Site<double>& site : there.sites) {
+      move(site.rotation.coeffs());
+      move(site.translation);
+    }
+    there.q = move.moved(question.q);
+    const State at{move.moved(state.q), move.moved(state.qd), move.moved(state.tau)};
+    const Answers answers = Answers::of<double>(make_plan(moved, there, {}), at);
+    std::size_t i = 0;
+    for (const Want want : question.want) {
+      const double d = difference(want, answers, right) / delta;
+      squares[i++] += d * d / draws;
+    }
+  }
+  for (double& x : squares) x = std::max(1.0, std::sqrt(x));
+  return squares;
+}
+
+// All rules, all but one, one alone.
+std::vector<Rules> selections() {
+  const Rules all(all_rules().begin(), all_rules().end());
+  std::vector<Rules> out{all};
+  for (const Rule rule : all) {
+    out.push_back(all);
+    out.back().erase(rule);
+    out.push_back({rule});
+  }
+  return out;
+}
+
+std::string names(const Rules& rules) {
+  std::string out;
+  for (const Rule rule : rules) out += std::string(" ") + to_string(rule);
+  return out;
+}
+
+void expect_same_answers(const Scene& scene, const Question& question, int seed) {
+  const State state = asked_state(scene, question, random_states(scene, 1, seed)[0]);
+  const Answers right = Answers::of<double>(make_plan(scene.model, question, {}), state);
+  const std::vector<double> kS = structured_conditions(scene, question, state, right);
+  for (const Rules& rules : selections()) {
+    const Plan plan = make_plan(scene.model, question, rules);
+    const Answers float64 = Answers::of<double>(plan, state);
+    const Answers float32 = Answers::of<float>(plan, state);
+    std::size_t i = 0;
+    for (const Want want : question.want) {
+      EXPECT_LE(difference(want, float64, right), 10 * unit_roundoff<double>() * kS[i])
+          << scene.name << " " << to_string(want) << ", kS " << kS[i] << ", by" << names(rules);
+      EXPECT_LE(difference(want, float32, right), 10 * unit_roundoff<float>() * kS[i])
+          << scene.name << " " << to_string(want) << " float32, kS " << kS[i] << ", by"
+          << names(rules);
+      ++i;
+    }
+  }
+}
+
+const std::vector<std::string> everything{"acceleration", "inverse", "diagonal", "log_det", "mass"};
+
+class Pruning : public testing::TestWithParam<std::string> {
+ protected:
+  Scene scene = load_scene(GetParam());
+
+  void ask(const QuestionOptions& options) {
+    expect_same_answers(scene, question_of(scene, options), 3);
+  }
+  QuestionOptions options(std::vector<std::string> want) {
+    QuestionOptions out;
+    out.want = std::move(want);
+    return out;
+  }
+  // Its joints by name, without the axes of those of several DoF.
+  std::vector<std::string> joints() const {
+    std::vector<std::string> out;
+    for (int k = 0; k < scene.model.nv(); ++k) {
+      std::string name = scene.model.name(k);
+      if (scene.model.joint(k).q_entries() != 1) name = name.substr(0, name.find(':'));
+      if (out.empty() || out.back() != name) out.push_back(name);
+    }
+    return out;
+  }
+};
+
+TEST_P(Pruning, OfNothingButTheQuestion) { ask(options(everything)); }
+
+TEST_P(Pruning, OfVelocities) {
+  QuestionOptions rest = options({"acceleration"});
+  rest.at_rest = true;
+  ask(rest);
+}
+
+TEST_P(Pruning, OfJointsNotAskedAbout) {
+  QuestionOptions some = options({"acceleration", "inverse", "diagonal", "mass"});
+  some.dofs = {joints().front(), joints().back()};
+  ask(some);
+}
+
+TEST_P(Pruning, OfLockedJoints) {
+  QuestionOptions locked = options(everything);
+  const std::vector<std::string> all = joints();
+  for (std::size_t i = 1; i < all.size(); i += 2) locked.locked.push_back(all[i]);
+  if (locked.locked.empty()) return;
+  ask(locked);
+  locked.locked = {all.front()};
+  ask(locked);
+}
+
+TEST_P(Pruning, OfAllButSites) {
+  QuestionOptions sites = options({"operational"});
+  const std::vector<NamedSite> known = sites_of(scene);
+  sites.sites = {known.back().name, known[known.size() / 2].name};
+  ask(sites);
+}
+
+INSTANTIATE_TEST_SUITE_P(Robots, Pruning, testing::ValuesIn(shipped_robots()),
+                         [](const auto& info) { return info.param; });
+INSTANTIATE_TEST_SUITE_P(Scenes, Pruning, testing::ValuesIn(shipped_scenes()),
+                         [](const auto& info) { return info.param; });
+INSTANTIATE_TEST_SUITE_P(Families, Pruning, testing::Values("planar:10", "chain:12", "tree:12"),
+                         [](const auto& info) {
+                           return info.param.substr(0, info.param.find(':'));
+                         });
+
+// The rules act where they should.
+TEST(Plans, NameTheRulesThatAct) {
+  const auto acted = [](const std::string& scene_name, const QuestionOptions& options) {
+    const Scene scene = load_scene(scene_name);
+    const Plan plan = make_plan(scene.model, question_of(scene, options),
+                                Rules(all_rules().begin(), all_rules().end()));
+    std::vector<std::string> out;
+    for (const Acted& rule : plan.acted) out.push_back(to_string(rule.rule));
+    return out;
+  };
+  using Names = std::vector<std::string>;
+  QuestionOptions options;
+  options.want = {"acceleration"};
+  EXPECT_EQ(acted("g1", options), Names{});
+  EXPECT_EQ(acted("planar:10", options), Names{"planes"});
+  EXPECT_EQ(acted("table", options), Names{"separate_trees"});
+  options.dofs = {"panda_joint*"};
+  EXPECT_EQ(acted("table", options), Names{"untouched_trees"});
+  options.dofs = {};
+  options.free = {"left_hip*", "left_knee*", "left_ankle*"};
+  EXPECT_EQ(acted("g1", options), (Names{"locked_joints"}));
+  options.free = {"cart_x", "cart_y"};
+  EXPECT_EQ(acted("moving_base", options), (Names{"locked_joints", "translations"}));
+  options.free = {"cart_*"};
+  options.want = {"inverse", "diagonal"};
+  EXPECT_EQ(acted("moving_base", options), (Names{"locked_joints", "planes", "partial_answers"}));
+}
+
+TEST(Plans, ALegAloneIsAChainOfItsJoints) {
+  const Scene scene = load_scene("g1");
+  QuestionOptions options;
+  options.want = {"acceleration"};
+  options.free = {"left_hip*", "left_knee*", "left_ankle*"};
+  const Plan plan = make_plan(scene.model, question_of(scene, options), {Rule::locked_joints});
+  ASSERT_EQ(plan.parts.size(), 1u);
+  EXPECT_EQ(plan.parts[0].reduction.model.nv(), 6);
+  EXPECT_EQ(plan.parts[0].reduction.model.nq(), 6);
+}
+
+}  // namespace
+}  // namespace kalmarm
