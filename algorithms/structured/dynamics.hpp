@@ -47,6 +47,7 @@ S inverse_D(const StructuredFactors<S>& swept, int k, int) {
 
 struct CovarianceForm {
   using Fallback = Sequential<Conventional>;
+  static constexpr bool at_rest = false;
   template <class T>
   using Workspace = StructuredWorkspace<T>;
 
@@ -79,6 +80,7 @@ struct CovarianceForm {
 
 struct SquareRootForm {
   using Fallback = WideRefined<FactoredBias<ArrayGivens>>;
+  static constexpr bool at_rest = false;
   template <class T>
   using Workspace = SquareRootWorkspace<T>;
 
@@ -153,7 +155,7 @@ class Fallback {
 
   [[gnu::noinline]] Outcome acceleration(const S* q, const S* qd, const S* tau, S* a) {
     set_position(model_, q, rm_);
-    set_velocity(model_, qd, rm_);  // V may factor the bias with M
+    if constexpr (!Form::at_rest) set_velocity(model_, qd, rm_);  // V may factor the bias with M
     Outcome out = factor();
     if (!out) return out;
     std::copy_n(tau, model_.nv(), tau_.data());
