@@ -14,6 +14,7 @@
 #include "algorithms/inverse_mass/factored_bias.hpp"
 #include "algorithms/inverse_mass/sequential.hpp"
 #include "algorithms/inverse_mass/wide_refined.hpp"
+#include "algorithms/partial_solver.hpp"
 #include "algorithms/riccati/array.hpp"
 #include "algorithms/riccati/conventional.hpp"
 #include "algorithms/spatial/lanes.hpp"
@@ -46,6 +47,7 @@ S inverse_D(const StructuredFactors<S>& swept, int k, int) {
 
 struct CovarianceForm {
   using Fallback = Sequential<Conventional>;
+  static constexpr bool at_rest = false;
   template <class T>
   using Workspace = StructuredWorkspace<T>;
 
@@ -78,6 +80,7 @@ struct CovarianceForm {
 
 struct SquareRootForm {
   using Fallback = WideRefined<FactoredBias<ArrayGivens>>;
+  static constexpr bool at_rest = false;
   template <class T>
   using Workspace = SquareRootWorkspace<T>;
 
@@ -152,14 +155,14 @@ class Fallback {
 
   [[gnu::noinline]] Outcome acceleration(const S* q, const S* qd, const S* tau, S* a) {
     set_position(model_, q, rm_);
-    set_velocity(model_, qd, rm_);  // V may factor the bias with M
+    if constexpr (!Form::at_rest) set_velocity(model_, qd, rm_);  // V may factor the bias with M
     Outcome out = factor();
     if (!out) return out;
     std::copy_n(tau, model_.nv(), tau_.data());
     V::acceleration(model_, rm_, tau_, ws_, a_);
     report_refinement(ws_, out);
     std::copy_n(a_.data(), model_.nv(), a);
-    return a_.allFinite() ? out : Outcome{.status = Outcome::Status::not_finite};
+    return checked(a_, out);
   }
 
   // After factor, these three.
@@ -182,14 +185,65 @@ class Fallback {
     }
   }
 
+  [[gnu::noinline]] Outcome diagonal(const S* q, VectorX<S>& x) {
+    const Outcome out = factor(q);
+    if (!out) return out;
+    diagonal(x);
+    return checked(x, out);
+  }
+
+  [[gnu::noinline]] Outcome log_det(const S* q, S& x) {
+    const Outcome out = factor(q);
+    if (!out) return out;
+    x = S(0);
+    for (const S& D : gains(ws_).D) x += std::log(D);
+    return std::isfinite(x) ? out : Outcome{.status = Outcome::Status::not_finite};
+  }
+
+  // What `selected` is about; takes its memory.
+  void select(const Selection<S>& selection) {
+    selection_ = selection;
+    J_.resize(6 * selection.sites.size(), model_.nv());
+    B_.resize(model_.nv(), selection.size());
+    x_.resize(model_.nv(), selection.size());
+  }
+
+  [[gnu::noinline]] Outcome selected(const S* q, MatrixX<S>& X) {
+    const Outcome out = factor(q);
+    if (!out) return out;
+    const int dofs = static_cast<int>(selection_.dofs.size());
+    B_.setZero();
+    for (int i = 0; i < dofs; ++i) B_(selection_.dofs[i], i) = S(1);
+    site_jacobian<S>(model_, rm_, selection_.sites, J_);
+    B_.rightCols(J_.rows()) = J_.transpose();
+    solve(B_, x_);
+    for (int j = 0; j < B_.cols(); ++j)
+      for (int i = j; i < B_.cols(); ++i) X(i, j) = X(j, i) = B_.col(i).dot(x_.col(j));
+    return checked(X, out);
+  }
+
   [[gnu::noinline]] Outcome inverse(const S* q, MatrixX<S>& X) {
     const Outcome out = factor(q);
     if (!out) return out;
     V::inverse(model_, rm_, ws_, X);
-    return X.allFinite() ? out : Outcome{.status = Outcome::Status::not_finite};
+    return checked(X, out);
   }
 
  private:
+  template <class X>
+  static Outcome checked(const X& x, const Outcome& out) {
+    return x.allFinite() ? out : Outcome{.status = Outcome::Status::not_finite};
+  }
+
+  // D and g of a filter, or of the one that is refined.
+  template <class Workspace>
+  static const Gains<S>& gains(const Workspace& ws) {
+    if constexpr (requires { ws.factors; })
+      return ws.factors;
+    else
+      return ws.inner.factors;
+  }
+
   Outcome factor() {
     Outcome out = V::factor(model_, rm_, ws_);
     out.suspect = static_cast<bool>(out);
@@ -200,6 +254,8 @@ class Fallback {
   RandomModel<S> rm_;
   typename V::template Workspace<S> ws_;
   VectorX<S> tau_, a_;
+  Selection<S> selection_;
+  MatrixX<S> J_, B_, x_;
   typename Form::template Second<S> second_;
 };
 

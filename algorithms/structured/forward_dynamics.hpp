@@ -186,8 +186,8 @@ void filter(const StructuredModel<S>& model, const T* tau, StructuredWorkspace<T
   filter<T>(model, ws, BiasedForces<T, S>{model, tau, ws});
 }
 
-// l and a of every link.
-template <class T, class S>
+// l and a of every link; at rest c is zero, and is not read.
+template <bool at_rest = false, class T, class S>
 void smooth(const StructuredModel<S>& model, StructuredWorkspace<T>& ws, T* a) {
   const T zero = T(S(0));
   Sixfold<T> l;
@@ -195,7 +195,6 @@ void smooth(const StructuredModel<S>& model, StructuredWorkspace<T>& ws, T* a) {
   for (int k = 0; k < model.nv(); ++k) {
     const StructuredLink<S>& link = model.link(k);
     const auto& at = ws.links[k];
-    const auto& c = at.c;
     if (link.parent < 0)
       l = {zero,
            zero,
@@ -206,12 +205,15 @@ void smooth(const StructuredModel<S>& model, StructuredWorkspace<T>& ws, T* a) {
     else if (!link.hangs_on_previous)
       l = ws.branches[model.link(link.parent).slot].l;
     motion_from_parent(model, link, ws, at.d, l);
-    l.u += c.u;
-    l.v += c.v;
-    l.w += c.w;
-    if (!link.slides) {
-      l.x += c.x;
-      l.y += c.y;
+    if constexpr (!at_rest) {
+      const auto& c = at.c;
+      l.u += c.u;
+      l.v += c.v;
+      l.w += c.w;
+      if (!link.slides) {
+        l.x += c.x;
+        l.y += c.y;
+      }
     }
     a[k] = smooth(link, at.g, at.e, l);
     ws.check += a[k] * zero;

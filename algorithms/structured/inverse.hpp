@@ -2,11 +2,14 @@
 //
 //   M^-1 = (I - L*) D^-1 (I - L)                      (3.3): lanes are columns (columns.hpp)
 //   M^-1(m,j) = n(m)' phi psi(m+1) ... phi g(j),  psi = I - g H:  long chains, by blocks.hpp
+//   diag M^-1 = 1/D + g'Lambda+ g (lambda.hpp),  log det M = sum of log D,  B'M^-1 B (selected.hpp)
 // A suspect is looked into, and answered, by the fallback (dynamics.hpp).
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <numbers>
 #include <vector>
 
 #include "algorithms/spatial/lanes.hpp"
@@ -14,6 +17,7 @@
 #include "algorithms/structured/columns.hpp"
 #include "algorithms/structured/dynamics.hpp"
 #include "algorithms/structured/lambda.hpp"
+#include "algorithms/structured/selected.hpp"
 
 namespace kalmarm {
 
@@ -47,6 +51,24 @@ struct InverseOfChain {
 };
 
 }  // namespace detail
+
+// log det M = -sum of log 1/D, as one product whose exponent is kept apart: nothing overflows, and the
+// error is about nv / 2 roundoffs. A number that is no D makes it infinite or NaN.
+template <class S>
+S log_det(const StructuredFactors<S>& factors) {
+  using std::frexp;
+  using std::log;
+  S mantissa = S(1);
+  long exponent = 0;
+  const auto normalise = [&exponent](const S& x) {
+    int own = 0;
+    const S out = frexp(x, &own);
+    exponent += own;
+    return out;
+  };
+  for (const auto& at : factors.links) mantissa = normalise(mantissa * normalise(at.inverse_D));
+  return -(log(mantissa) + S(exponent) * S(std::numbers::ln2));
+}
 
 template <class S, class Form = CovarianceForm>
 class StructuredInverse {
@@ -88,6 +110,36 @@ class StructuredInverse {
     return suspects(q, check) ? fallback_.inverse(q.data(), X) : Outcome{};
   }
 
+  // x (nv) = the diagonal of M^-1 at q (nq). About 445 nv flops. On failure x is not to be used.
+  Outcome diagonal(const VectorX<S>& q, VectorX<S>& x) {
+    factoring_.factor(model_, q.data(), factors_);
+    diagonal_of_factors(x);
+    S check = S(0);
+    for (const S& alpha : lambda_.alpha) check += alpha * S(0);
+    return suspects(q, check) ? fallback_.diagonal(q.data(), x) : Outcome{};
+  }
+
+  // x = log det M at q (nq). About 195 nv flops, and one logarithm. On failure x is not to be used.
+  Outcome log_det(const VectorX<S>& q, S& x) {
+    factoring_.factor(model_, q.data(), factors_);
+    x = kalmarm::log_det(factors_);
+    return suspects(q, S(x * S(0))) ? fallback_.log_det(q.data(), x) : Outcome{};
+  }
+
+  // What `selected` is about from now on; takes its memory. DoF and links are those of the model.
+  void select(const Selection<S>& selection) {
+    selected_.select(model_, selection);
+    fallback_.select(selection);
+  }
+
+  // X (size x size of the selection) = B'M^-1 B at q (nq), both triangles, symmetric to the last bit.
+  // About 195 nv flops, and what selected.hpp says. On failure X is not to be used.
+  Outcome selected(const VectorX<S>& q, MatrixX<S>& X) {
+    factoring_.factor(model_, q.data(), factors_);
+    const S check = selected_.fill(model_, factors_, X);
+    return suspects(q, check) ? fallback_.selected(q.data(), X) : Outcome{};
+  }
+
   // The factors at q (nq), for what follows. On failure that is not to be used. About 195 nv flops.
   Outcome factor(const VectorX<S>& q) {
     factoring_.factor(model_, q.data(), factors_);
@@ -125,8 +177,7 @@ class StructuredInverse {
   // x (nv) = the diagonal of M^-1, after factor. About 250 nv flops.
   void diagonal(VectorX<S>& x) {
     if (by_fallback_) return fallback_.diagonal(x);
-    structured_lambda(model_, factors_, lambda_);
-    for (int k = 0; k < model_.nv(); ++k) x[k] = lambda_.alpha[k];
+    diagonal_of_factors(x);
   }
 
  private:
@@ -150,6 +201,11 @@ class StructuredInverse {
     return sum;
   }
 
+  void diagonal_of_factors(VectorX<S>& x) {
+    structured_lambda(model_, factors_, lambda_);
+    for (int k = 0; k < model_.nv(); ++k) x[k] = lambda_.alpha[k];
+  }
+
   bool suspects(const VectorX<S>& q, const S& check) {
     return fallback_.suspects(model_, q.data(), factors_, check);
   }
@@ -158,6 +214,7 @@ class StructuredInverse {
   typename Form::template Factoring<S> factoring_;
   StructuredFactors<S> factors_;
   LambdaWorkspace<S> lambda_;
+  SelectedColumns<S> selected_;
   Blocks<S> blocks_;
   bool by_blocks_;  // where they are faster than columns
   ColumnsWorkspace<Few> few_;

@@ -82,7 +82,11 @@ class StructuredModel {
  public:
   template <class Given>
   explicit StructuredModel(const Model<Given>& model)
-      : nq_(model.nq()), links_(model.nv()), bodies_(model.nv()), factored_(model.nv()) {
+      : nq_(model.nq()),
+        links_(model.nv()),
+        bodies_(model.nv()),
+        factored_(model.nv()),
+        moves_(model.nv()) {
     // A float's tilt of 1e-16 is no rounding yet, which in double it could be.
     using Next = Wider<Given>;
     lower(
@@ -101,7 +105,21 @@ class StructuredModel {
     return uncommon_[link.uncommon];
   }
 
+  // phi from a frame on link k to the link, whose own frame has gone from that of Model to here.
+  Transform<S> phi_on_link(int k, const Transform<Wider<S>>& phi) const {
+    const Move& move = moves_[k];
+    const Matrix3<Wider<S>> back = about_z(move.gamma).transpose();
+    const Vector3<Wider<S>> p = back * (phi.p - move.shift * Vector3<Wider<S>>::UnitZ());
+    return {Matrix3<Wider<S>>(back * phi.R).template cast<S>(), p.template cast<S>()};
+  }
+
  private:
+  // Of a link's frame: Rz(gamma) T(0,0,shift).
+  struct Move {
+    Direction<Wider<S>> gamma{Wider<S>(1), Wider<S>(0)};
+    Wider<S> shift = Wider<S>(0);
+  };
+
   // Where link k's frame goes from that of Model: Rz(gamma) T(0,0,shift); and its placement there.
   template <class W>
   struct Frame {
@@ -241,6 +259,7 @@ class StructuredModel {
     link.kind = has_matrix(joint.coordinate)               ? Kind::matrix
                 : joint.coordinate == Coordinate::follower ? Kind::cyclic
                                                            : Kind::screws;
+    moves_[k] = {{Wider<S>(frame.gamma.c), Wider<S>(frame.gamma.s)}, Wider<S>(frame.shift)};
     link.p = frame.p.template cast<S>();
     link.turned = frame.theta.s != W(0) || frame.theta.c != W(1);
     link.is_heir = link.hangs_on_previous && joint.coordinate == Coordinate::angle &&
@@ -295,6 +314,7 @@ class StructuredModel {
   std::vector<StructuredBody<S>> bodies_;
   std::vector<FactoredBody<S>> factored_;  // the same bodies, for the square-root form
   std::vector<UncommonPlacement<S>> uncommon_;
+  std::vector<Move> moves_;
 };
 
 }  // namespace kalmarm

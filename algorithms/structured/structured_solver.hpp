@@ -5,14 +5,14 @@
 #include <limits>
 #include <string>
 
-#include "algorithms/solver.hpp"
+#include "algorithms/partial_solver.hpp"
 #include "algorithms/structured/dynamics.hpp"
 #include "algorithms/structured/inverse.hpp"
 
 namespace kalmarm {
 
 template <class T, class Form>
-class StructuredSolver final : public Solver<T> {
+class StructuredSolver final : public PartialSolver<T> {
  public:
   explicit StructuredSolver(const Model<T>& model) : dynamics_(model), inverse_(model) {}
 
@@ -23,6 +23,11 @@ class StructuredSolver final : public Solver<T> {
   Outcome factor(const VectorX<T>& q) override { return inverse_.factor(q); }
   void solve(const VectorX<T>& tau, VectorX<T>& x) override { inverse_.solve(tau, x); }
   Outcome inverse(const VectorX<T>& q, MatrixX<T>& X) override { return inverse_.inverse(q, X); }
+
+  Outcome diagonal(const VectorX<T>& q, VectorX<T>& x) override { return inverse_.diagonal(q, x); }
+  Outcome log_det(const VectorX<T>& q, T& x) override { return inverse_.log_det(q, x); }
+  void select(const Selection<T>& selection) override { inverse_.select(selection); }
+  Outcome selected(const VectorX<T>& q, MatrixX<T>& X) override { return inverse_.selected(q, X); }
 
   bool has_factors() const override { return false; }
   Outcome factors(const VectorX<T>& q, VectorX<T>&, MatrixX<T>&) override { return factor(q); }
