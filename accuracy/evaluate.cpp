@@ -15,8 +15,8 @@
 #include <optional>
 #include <set>
 
+#include "accuracy/plan_loss.hpp"
 #include "accuracy/real.hpp"
-#include "accuracy/recommend.hpp"
 #include "algorithms/pruning/answer.hpp"
 #include "robots/mujoco_solver.hpp"
 #include "robots/program.hpp"
@@ -274,18 +274,6 @@ std::string describe(const Loss& loss, const Request& request) {
     std::snprintf(text, sizeof text, "lost, in roundoffs: %.2g by cancellation, %.2g by Cholesky",
                   loss.cancellation, loss.cholesky);
   return text;
-}
-
-// Of the parts that the question leaves, the worst.
-Loss predict(const Plan& plan, const Request& request, const std::vector<State>& states) {
-  Loss loss;
-  for (const Part& part : plan.parts) {
-    LossPredictor predict(part.reduction.model, request.inverse && !request.acceleration);
-    for (const State& state : states)
-      loss.worsen(predict(state.q(part.reduction.q_whole),
-                          {state.tau(part.reduction.dofs), state.qd(part.reduction.dofs)}));
-  }
-  return loss;
 }
 
 Automatic choose(const Options& options, const Scene& scene, const Question& question,

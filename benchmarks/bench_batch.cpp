@@ -11,10 +11,10 @@
 #include <string>
 #include <vector>
 
+#include "algorithms/structured/flops.hpp"
 #include "algorithms/structured/threaded_batch.hpp"
 #include "benchmarks/case.hpp"
 #include "benchmarks/driver.hpp"
-#include "benchmarks/flops.hpp"
 
 namespace kalmarm {
 namespace {

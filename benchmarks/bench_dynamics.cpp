@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "algorithms/structured/dynamics.hpp"
+#include "algorithms/structured/flops.hpp"
 #include "benchmarks/case.hpp"
 #include "benchmarks/driver.hpp"
-#include "benchmarks/flops.hpp"
 
 namespace kalmarm {
 namespace {

@@ -149,7 +149,8 @@ std::set<Rule> rules_of(const QuestionOptions& options) {
 
 State asked_state(const Scene& scene, const Question& question, State state) {
   for (const int k : question.locked) {
-    const int first = scene.model.joint(k).q_index, count = scene.model.joint(k).q_entries();
+    const int first = scene.model.joint(k).q_index,
+              count = q_entries(scene.model.joint(k).coordinate);
     state.q.segment(first, count) = question.q.segment(first, count);
     state.qd[k] = 0;
   }
@@ -161,7 +162,8 @@ State checked_state(const Scene& scene, const Question& question, const State& s
                     const std::string& where) {
   const State asked = asked_state(scene, question, state);
   for (int k = 0; k < scene.model.nv(); ++k) {
-    const int first = scene.model.joint(k).q_index, count = scene.model.joint(k).q_entries();
+    const int first = scene.model.joint(k).q_index,
+              count = q_entries(scene.model.joint(k).coordinate);
     if (count > 0 && (asked.q.segment(first, count) - state.q.segment(first, count)).norm() > 1e-9)
       throw InputError(where + "joint '" + scene.model.name(k) + "' is locked at " +
                        std::to_string(asked.q[first]) + ", but qpos[" + std::to_string(first) +

@@ -118,7 +118,7 @@ VectorX<double> home_position(const Scene& scene) {
     const Joint<double>& joint = scene.model.joint(k);
     if (joint.coordinate == Coordinate::quaternion)
       q[joint.q_index] = 1;
-    else if (joint.q_entries() == 1)
+    else if (joint.coordinate == Coordinate::angle || joint.coordinate == Coordinate::distance)
       q[joint.q_index] = joint.ref;
   }
   return q;

@@ -158,7 +158,7 @@ class Pruning : public testing::TestWithParam<std::string> {
     std::vector<std::string> out;
     for (int k = 0; k < scene.model.nv(); ++k) {
       std::string name = scene.model.name(k);
-      if (scene.model.joint(k).q_entries() != 1) name = name.substr(0, name.find(':'));
+      if (q_entries(scene.model.joint(k).coordinate) != 1) name = name.substr(0, name.find(':'));
       if (out.empty() || out.back() != name) out.push_back(name);
     }
     return out;
@@ -220,7 +220,10 @@ TEST(Plans, NameTheRulesThatAct) {
   options.want = {"acceleration"};
   EXPECT_EQ(acted("g1", options), Names{});
   EXPECT_EQ(acted("planar:10", options), Names{"planes"});
+  EXPECT_EQ(acted("table", options), Names{});
+  options.want = {"inverse"};
   EXPECT_EQ(acted("table", options), Names{"separate_trees"});
+  options.want = {"acceleration"};
   options.dofs = {"panda_joint*"};
   EXPECT_EQ(acted("table", options), Names{"untouched_trees"});
   options.dofs = {};

@@ -43,18 +43,6 @@ struct Joint {
   RigidBody<T> body;  // of the link outboard of this DoF
 
   int axis() const { return slides ? 5 : 2; }
-  int q_entries() const {  // that it reads
-    switch (coordinate) {
-      case Coordinate::quaternion:
-        return 4;
-      case Coordinate::position:
-        return 3;
-      case Coordinate::follower:
-        return 0;
-      default:
-        return 1;
-    }
-  }
 
   template <class U>
   Joint<U> cast() const {

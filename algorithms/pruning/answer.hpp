@@ -24,8 +24,7 @@ std::unique_ptr<Solver<T>> make_structured_kernel(Kernel kernel, const Model<T>&
 
 // The solver of a part.
 template <class T>
-using MakeSolver =
-    std::function<std::unique_ptr<Solver<T>>(Kernel kernel, const Model<T>& model)>;
+using MakeSolver = std::function<std::unique_ptr<Solver<T>>(Kernel kernel, const Model<T>& model)>;
 
 // By a variant of the registry; they are null where it has none in precision T.
 template <class T>
@@ -226,12 +225,11 @@ class Answer {
       if (held[reduction.dofs[k]]) continue;
       w.v_in.add(reduction.dofs[k], k);
       const Joint<T>& joint = w.model.joint(k);
-      for (int i = 0; i < joint.q_entries(); ++i)
+      for (int i = 0; i < q_entries(joint.coordinate); ++i)
         w.q_in.add(reduction.q_whole[joint.q_index + i], joint.q_index + i);
     }
 
-    w.block = w.partial && question.want.contains(Want::inverse) &&
-              static_cast<int>(part.asked.size()) < nv;
+    w.block = w.partial && part.block;
     Selection<T> selection;
     for (const int k : part.asked) {
       const int place = static_cast<int>(

@@ -1,7 +1,8 @@
-// Instantiates the fast path's solvers of a plan's parts.
+// Instantiates the fast path's solvers of a plan's parts, but for the one in the registry.
 #include "algorithms/planar/planar_solver.hpp"
 #include "algorithms/planar/translational.hpp"
 #include "algorithms/pruning/answer.hpp"
+#include "algorithms/structured/at_rest.hpp"
 #include "algorithms/structured/structured_solver.hpp"
 
 namespace kalmarm {
@@ -10,7 +11,7 @@ template <class T>
 std::unique_ptr<Solver<T>> make_structured_kernel(Kernel kernel, const Model<T>& model) {
   switch (kernel) {
     case Kernel::spatial:
-      return std::make_unique<StructuredSolver<T, CovarianceForm>>(model);
+      return make_solver<T>("Structured", model);
     case Kernel::spatial_at_rest:
       return std::make_unique<StructuredSolver<T, AtRest>>(model);
     case Kernel::planar:

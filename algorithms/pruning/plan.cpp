@@ -1,7 +1,7 @@
 #include "algorithms/pruning/plan.hpp"
 
 #include <algorithm>
-#include <numeric>
+#include <utility>
 
 #include "algorithms/planar/plane.hpp"
 #include "algorithms/planar/translational.hpp"
@@ -28,7 +28,7 @@ class Planning {
     drop_trees();
     drop_massless_branches();
     make_parts();
-    for (Part& part : plan_.parts) choose_kernel(part);
+    report_kernels();
     if (plan_.partial_answers) report_partial_answers();
     std::sort(plan_.acted.begin(), plan_.acted.end(),
               [](const Acted& a, const Acted& b) { return a.rule < b.rule; });
@@ -111,19 +111,29 @@ class Planning {
     act(Rule::massless_branches, dofs);
   }
 
+  // Trees apart where their blocks of M or M^-1 are asked for, or where they are solved in another
+  // way; the others in one sweep.
   void make_parts() {
-    std::vector<int> kept;  // trees
+    std::vector<int> kept;
     for (int k = 0; k < reduced_.model.nv(); ++k)
-      if (!dropped_[k] &&
-          (kept.empty() || std::find(kept.begin(), kept.end(), tree_[k]) == kept.end()))
+      if (!dropped_[k] && std::find(kept.begin(), kept.end(), tree_[k]) == kept.end())
         kept.push_back(tree_[k]);
-    if (kept.empty()) return;
+    const std::set<Want>& want = plan_.question.want;
+    const bool blocks = want.contains(Want::inverse) || want.contains(Want::mass);
+    std::vector<int> together;
     if (!rules_.contains(Rule::separate_trees) || kept.size() == 1) {
-      add_part([](int) { return true; });
-      return;
+      together = kept;
+    } else {
+      for (const int tree : kept) {
+        Part part = part_of({tree});
+        if (blocks || part.kernel == Kernel::planar || part.kernel == Kernel::translational)
+          plan_.parts.push_back(std::move(part));
+        else
+          together.push_back(tree);
+      }
     }
-    for (const int tree : kept) add_part([=](int of) { return of == tree; });
-    act(Rule::separate_trees, remaining());
+    if (!together.empty()) plan_.parts.push_back(part_of(together));
+    if (plan_.parts.size() > 1) act(Rule::separate_trees, remaining());
   }
 
   std::vector<int> remaining() const {
@@ -133,15 +143,15 @@ class Planning {
     return dofs;
   }
 
-  // Of the trees for which `has` holds.
-  template <class Has>
-  void add_part(const Has& has) {
+  Part part_of(const std::vector<int>& trees) const {
     std::vector<Fate> fate = fate_;
     for (int k = 0; k < whole_.nv(); ++k) {
       const int link = standing_[k].link;  // of reduced_
-      if (link >= 0 && (dropped_[link] || !has(tree_[link]))) fate[k] = Fate::dropped;
+      if (link >= 0 &&
+          (dropped_[link] || std::find(trees.begin(), trees.end(), tree_[link]) == trees.end()))
+        fate[k] = Fate::dropped;
     }
-    Part& part = plan_.parts.emplace_back();
+    Part part;
     std::vector<Standing> standing;
     part.reduction = reduce(whole_, fate, plan_.question.q, &standing);
     for (int k = 0; k < part.reduction.model.nv(); ++k)
@@ -157,21 +167,29 @@ class Planning {
       part.site_index.push_back(i);
       part.sites.push_back(Site<long double>{at.link, at.rotation, at.translation}.cast<double>());
     }
+    part.kernel = kernel_for(part.reduction.model);
+    part.block = rules_.contains(Rule::partial_answers) &&
+                 plan_.question.want.contains(Want::inverse) &&
+                 2 * static_cast<int>(part.asked.size()) <= part.reduction.model.nv();
+    return part;
   }
 
-  void choose_kernel(Part& part) {
-    const Model<double>& model = part.reduction.model;
-    const auto take = [&](Kernel kernel, Rule rule) {
-      part.kernel = kernel;
-      act(rule, part.reduction.dofs);
-    };
+  Kernel kernel_for(const Model<double>& model) const {
     if (rules_.contains(Rule::translations) && is_translational(model))
-      take(Kernel::translational, Rule::translations);
-    else if (rules_.contains(Rule::planes) && find_plane(model))
-      take(Kernel::planar, Rule::planes);
-    else if (rules_.contains(Rule::rest) && plan_.question.at_rest &&
-             plan_.question.want.contains(Want::acceleration))
-      take(Kernel::spatial_at_rest, Rule::rest);
+      return Kernel::translational;
+    if (rules_.contains(Rule::planes) && find_plane(model)) return Kernel::planar;
+    if (rules_.contains(Rule::rest) && plan_.question.at_rest &&
+        plan_.question.want.contains(Want::acceleration))
+      return Kernel::spatial_at_rest;
+    return Kernel::spatial;
+  }
+
+  void report_kernels() {
+    for (const Part& part : plan_.parts)
+      for (const auto& [kernel, rule] : {std::pair{Kernel::translational, Rule::translations},
+                                         std::pair{Kernel::planar, Rule::planes},
+                                         std::pair{Kernel::spatial_at_rest, Rule::rest}})
+        if (part.kernel == kernel) act(rule, part.reduction.dofs);
   }
 
   void report_partial_answers() {
@@ -179,11 +197,9 @@ class Planning {
     const bool alone = want.contains(Want::diagonal) || want.contains(Want::log_det) ||
                        want.contains(Want::operational);
     std::vector<int> dofs;
-    for (const Part& part : plan_.parts) {
-      const int nv = part.reduction.model.nv();
-      if (alone || (want.contains(Want::inverse) && static_cast<int>(part.asked.size()) < nv))
+    for (const Part& part : plan_.parts)
+      if (alone || part.block)
         dofs.insert(dofs.end(), part.reduction.dofs.begin(), part.reduction.dofs.end());
-    }
     act(Rule::partial_answers, dofs);
   }
 
@@ -208,6 +224,20 @@ class Planning {
 };
 
 }  // namespace
+
+const char* to_string(Kernel kernel) {
+  switch (kernel) {
+    case Kernel::spatial:
+      return "spatial";
+    case Kernel::spatial_at_rest:
+      return "spatial_at_rest";
+    case Kernel::planar:
+      return "planar";
+    case Kernel::translational:
+      return "translational";
+  }
+  return "?";
+}
 
 std::set<Rule> rules_for(const std::string& variant) {
   std::set<Rule> rules(all_rules().begin(), all_rules().end());

@@ -29,10 +29,13 @@ namespace kalmarm {
 
 enum class Kernel { spatial, spatial_at_rest, planar, translational };
 
+const char* to_string(Kernel kernel);
+
 // Trees that are solved together.
 struct Part {
   Reduction reduction;
   Kernel kernel = Kernel::spatial;
+  bool block = false;               // of M^-1 a block is asked for, and is worked out alone
   std::vector<int> asked;           // DoF of its model
   std::vector<int> site_index;      // in the question, of its sites
   std::vector<Site<double>> sites;  // on its links

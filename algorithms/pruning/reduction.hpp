@@ -12,7 +12,7 @@
 #include <cmath>
 #include <vector>
 
-#include "algorithms/model/model.hpp"
+#include "algorithms/pruning/question.hpp"
 #include "algorithms/spatial/principal_axes.hpp"
 
 namespace kalmarm {
@@ -99,7 +99,8 @@ inline Reduction reduce(const Model<double>& whole, const std::vector<Fate>& fat
     }
     joint.parent = parent.link;
     joint.q_index = static_cast<int>(out.q_whole.size());
-    for (int i = 0; i < joint.q_entries(); ++i) out.q_whole.push_back(model.joint(k).q_index + i);
+    for (int i = 0; i < q_entries(joint.coordinate); ++i)
+      out.q_whole.push_back(model.joint(k).q_index + i);
     at[k].link = static_cast<int>(joints.size());
     joints.push_back(joint);
     names.push_back(model.name(k));

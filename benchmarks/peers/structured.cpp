@@ -5,9 +5,9 @@
 
 #include "algorithms/structured/derivatives.hpp"
 #include "algorithms/structured/dynamics.hpp"
+#include "algorithms/structured/flops.hpp"
 #include "algorithms/structured/inverse.hpp"
 #include "algorithms/structured/mass.hpp"
-#include "benchmarks/flops.hpp"
 #include "benchmarks/peers/peer.hpp"
 
 namespace kalmarm {

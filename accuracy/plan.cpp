@@ -1,0 +1,237 @@
+// plan: what is in a scene, what a question needs of it, what is left out and by which rule.
+//
+// With --tolerance also the precision that is enough, as `evaluate --variant auto` chooses it, for
+// random states of the scene.
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "accuracy/plan_loss.hpp"
+#include "algorithms/pruning/flops.hpp"
+#include "robots/inventory.hpp"
+#include "robots/program.hpp"
+#include "robots/question.hpp"
+
+namespace kalmarm {
+namespace {
+
+using nlohmann::json;
+
+struct Options {
+  std::string scene;
+  QuestionOptions question;
+  std::optional<double> tolerance;
+  int random = 20;
+  std::uint64_t seed = 1;
+  bool as_json = false;
+};
+
+// What a rule leaves out, of so many DoF.
+std::string meaning(const Plan& plan, const Acted& acted) {
+  const std::string count = std::to_string(acted.dofs.size());
+  const auto parts = [&](Kernel kernel) {
+    return std::to_string(std::count_if(plan.parts.begin(), plan.parts.end(),
+                                        [&](const Part& part) { return part.kernel == kernel; }));
+  };
+  switch (acted.rule) {
+    case Rule::locked_joints:
+      return count + " DoF stand still: their links are one body with their parents";
+    case Rule::untouched_trees:
+      return count + " DoF in trees that are not asked about";
+    case Rule::massless_branches:
+      return count + " DoF that move no inertia and are not asked about";
+    case Rule::separate_trees:
+      return std::to_string(plan.parts.size()) + " trees are solved apart";
+    case Rule::translations:
+      return parts(Kernel::translational) + " tree(s) of slides alone: no angles, constant factors";
+    case Rule::planes:
+      return parts(Kernel::planar) + " tree(s) in a plane: 3 of 6 dimensions";
+    case Rule::rest:
+      return "velocities and bias forces";
+    case Rule::partial_answers:
+      return "what is not asked for of M^-1";
+  }
+  return "";
+}
+
+// Links of what is left whose constant screws have zeros, by which sums are skipped.
+json structure(const Plan& plan) {
+  int dofs = 0, noise = 0, massless = 0;
+  for (const Part& part : plan.parts)
+    for (int k = 0; k < part.reduction.model.nv(); ++k) {
+      const Joint<double>& joint = part.reduction.model.joint(k);
+      ++dofs;
+      noise += joint.r > 0;
+      massless += joint.body.massless();
+    }
+  return {{"dofs", dofs}, {"with_armature", noise}, {"massless_links", massless}};
+}
+
+json flops_of(const Plan& pruned, const Plan& whole) {
+  json out;
+  for (const Want want : pruned.question.want)
+    out[to_string(want)] = {{"before", flops(whole, want)}, {"after", flops(pruned, want)}};
+  return out;
+}
+
+json precision(const Options& options, const Scene& scene, const Question& question) {
+  const auto wants = [&](Want want) { return question.want.contains(want); };
+  const Request request{wants(Want::acceleration), !wants(Want::acceleration), *options.tolerance};
+  std::vector<State> states = random_states(scene, options.random, options.seed);
+  for (State& state : states) state = asked_state(scene, question, std::move(state));
+  const Loss loss =
+      predict(make_plan(scene.model, question, {Rule::locked_joints}), request, states);
+  const Choice choice = recommend(loss, request);
+  return {{"tolerance", *options.tolerance},
+          {"precision", choice.precision},
+          {"variant", choice.variant},
+          {"predicted_error", choice.predicted},
+          {"enough", choice.predicted <= *options.tolerance},
+          {"states", options.random}};
+}
+
+json describe(const Options& options, const Scene& scene) {
+  const Question question = question_of(scene, options.question);
+  const Plan plan = make_plan(scene.model, question, rules_of(options.question));
+  const Plan whole = make_plan(scene.model, question, {});
+  const auto names = [&](const std::vector<int>& dofs) {
+    json out = json::array();
+    for (const int k : dofs) out.push_back(scene.model.name(k));
+    return out;
+  };
+
+  json out = {{"robot", scene.name}, {"nv", scene.model.nv()}};
+  const Inventory inventory = inventory_of(scene);
+  out["bodies"] = {{"all", inventory.bodies},
+                   {"moving", inventory.moving},
+                   {"welded", inventory.welded},
+                   {"fixed", inventory.fixed}};
+  out["elements"] = json::array();
+  for (const Inventory::Element& element : inventory.elements)
+    out["elements"].push_back(
+        {{"kind", element.kind}, {"in_file", element.given}, {"needed", element.kept}});
+  for (const Want want : question.want) out["want"].push_back(to_string(want));
+  out["asked"] = names(plan.asked);
+  out["locked"] = names(question.locked);
+  if (!options.question.sites.empty()) out["sites"] = options.question.sites;
+  out["rules"] = json::array();
+  for (const Acted& acted : plan.acted)
+    out["rules"].push_back({{"rule", to_string(acted.rule)},
+                            {"meaning", meaning(plan, acted)},
+                            {"dofs", names(acted.dofs)}});
+  out["parts"] = json::array();
+  for (const Part& part : plan.parts)
+    out["parts"].push_back(
+        {{"kernel", to_string(part.kernel)}, {"dofs", names(part.reduction.dofs)}});
+  out["singular"] = names(plan.singular);
+  out["left"] = structure(plan);
+  out["flops"] = flops_of(plan, whole);
+  if (options.tolerance) out["precision"] = precision(options, scene, question);
+  return out;
+}
+
+// "geom 31, light 2", of the elements whose number by `count` is not zero.
+template <class Count>
+std::string listed(const json& elements, const Count& count) {
+  std::string out;
+  for (const json& element : elements)
+    if (const int n = count(element); n > 0)
+      out +=
+          (out.empty() ? "" : ", ") + std::to_string(n) + " " + element["kind"].get<std::string>();
+  return out.empty() ? "nothing" : out;
+}
+
+std::string shortened(const json& names) {
+  constexpr std::size_t shown = 6;
+  std::string out;
+  for (std::size_t i = 0; i < std::min(names.size(), shown); ++i)
+    out += (i == 0 ? "" : ", ") + names[i].get<std::string>();
+  return names.size() > shown ? out + " ... (" + std::to_string(names.size()) + ")" : out;
+}
+
+void print(const json& plan) {
+  const auto line = [](const char* what, const std::string& text) {
+    std::printf("%-12s%s\n", what, text.c_str());
+  };
+  const json& bodies = plan["bodies"];
+  char text[200];
+  std::snprintf(
+      text, sizeof text, "%s: %d DoF; %d bodies: %d with joints, %d welded to others, %d fixed",
+      plan["robot"].get<std::string>().c_str(), plan["nv"].get<int>(), bodies["all"].get<int>(),
+      bodies["moving"].get<int>(), bodies["welded"].get<int>(), bodies["fixed"].get<int>());
+  line("scene", text);
+  const json& elements = plan["elements"];
+  line("not needed", listed(elements, [](const json& e) {
+         return e["in_file"].get<int>() - e["needed"].get<int>();
+       }));
+  line("needed", listed(elements, [](const json& e) { return e["needed"].get<int>(); }) +
+                     ", for inertia or armature");
+  std::string want;
+  for (const json& word : plan["want"])
+    want += (want.empty() ? "" : ", ") + word.get<std::string>();
+  line("asked", want + " of " + shortened(plan["asked"]));
+  if (!plan["locked"].empty()) line("locked", shortened(plan["locked"]));
+  if (plan.contains("sites")) line("sites", shortened(plan["sites"]));
+  for (const json& rule : plan["rules"])
+    line("left out", rule["meaning"].get<std::string>() + " (" + rule["rule"].get<std::string>() +
+                         "): " + shortened(rule["dofs"]));
+  if (plan["rules"].empty()) line("left out", "nothing");
+  std::snprintf(text, sizeof text, "%d DoF in %zu part(s), %d with armature, %d massless links",
+                plan["left"]["dofs"].get<int>(), plan["parts"].size(),
+                plan["left"]["with_armature"].get<int>(),
+                plan["left"]["massless_links"].get<int>());
+  line("left", text);
+  if (!plan["singular"].empty())
+    line("singular", shortened(plan["singular"]) + " move no inertia: M has no inverse");
+  for (const auto& [task, count] : plan["flops"].items()) {
+    const double before = count["before"], after = count["after"];
+    std::snprintf(text, sizeof text, "%s: %.3g before, %.3g after, %.2g times fewer", task.c_str(),
+                  before, after, before / after);
+    line("flops", text);
+  }
+  if (!plan.contains("precision")) return;
+  const json& choice = plan["precision"];
+  std::snprintf(
+      text, sizeof text, "%s by %s: predicted error %.1g %s %.3g, in %d random states",
+      choice["precision"].get<std::string>().c_str(), choice["variant"].get<std::string>().c_str(),
+      choice["predicted_error"].get<double>(), choice["enough"].get<bool>() ? "within" : "BEYOND",
+      choice["tolerance"].get<double>(), choice["states"].get<int>());
+  line("precision", text);
+}
+
+int run(const Options& options) {
+  const json plan = describe(options, load_scene(options.scene));
+  if (options.as_json)
+    std::printf("%s\n", plan.dump(2).c_str());
+  else
+    print(plan);
+  return 0;
+}
+
+}  // namespace
+}  // namespace kalmarm
+
+int main(int argc, char** argv) {
+  using namespace kalmarm;
+  CLI::App app("What a question about a scene needs, and what is left out by which rule.", "plan");
+  Options options;
+  options.question.want = {"acceleration"};
+  app.add_option("SCENE", options.scene, scene_help)->required();
+  app.add_option("--want", options.question.want,
+                 "any of acceleration, inverse, diagonal, log_det, mass, operational")
+      ->delimiter(',')
+      ->check(
+          CLI::IsMember({"acceleration", "inverse", "diagonal", "log_det", "mass", "operational"}))
+      ->capture_default_str();
+  options.question.add_to(app);
+  app.add_option("--tolerance", options.tolerance,
+                 "relative error that is allowed: which precision")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--random", options.random, "states that the precision is for")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--seed", options.seed, "of these states")->capture_default_str();
+  app.add_flag("--json", options.as_json, "print JSON");
+  return run_program(app, argc, argv, [&] { return run(options); });
+}

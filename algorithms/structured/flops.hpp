@@ -1,0 +1,54 @@
+// Flops of a call of the fast path, counted by running its sweeps once; sines and cosines are not
+// counted. They do not depend on the state.
+#pragma once
+
+#include <vector>
+
+#include "algorithms/spatial/count.hpp"
+#include "algorithms/structured/dynamics.hpp"
+#include "algorithms/structured/lambda.hpp"
+
+namespace kalmarm {
+
+namespace detail {
+
+template <class F>
+double counted(const F& f) {
+  Count::flops = 0;
+  f();
+  return static_cast<double>(Count::flops);
+}
+
+inline std::vector<Count> counts(const VectorX<double>& x) { return {x.begin(), x.end()}; }
+
+}  // namespace detail
+
+// Of one state's acceleration.
+template <class Form>
+double acceleration_flops(const Model<double>& parameters, const VectorX<double>& q,
+                          const VectorX<double>& qd, const VectorX<double>& tau) {
+  const StructuredModel<double> model(parameters);
+  typename Form::template Workspace<Count> ws(model);
+  const std::vector<Count> cq = detail::counts(q), cqd = detail::counts(qd),
+                           ctau = detail::counts(tau);
+  std::vector<Count> out(model.nv());
+  return detail::counted([&] {
+    Form::acceleration(model, cq.data(), cqd.data(), ctau.data(), ws, out.data());
+  });
+}
+
+// Of the factors, and of Lambda after them.
+struct FactorFlops {
+  double factors, lambda;
+};
+
+inline FactorFlops factor_flops(const Model<double>& parameters, const VectorX<double>& q) {
+  const StructuredModel<double> model(parameters);
+  StructuredFactors<Count> factors(model);
+  LambdaWorkspace<Count> lambda(model);
+  const std::vector<Count> cq = detail::counts(q);
+  return {detail::counted([&] { structured_factor(model, cq.data(), factors); }),
+          detail::counted([&] { structured_lambda(model, factors, lambda); })};
+}
+
+}  // namespace kalmarm

@@ -1,0 +1,195 @@
+// bench_pruning: time of an answer with and without what the question leaves out
+// (pruning/plan.hpp), in one run.
+//
+// Names are want/how/scene/precision; how is "whole" (no rule), "pruned" (all rules, or those left
+// by --without), or "alone": the scene of --alone, asked the same of all of its joints. Pruned
+// answers are verified against the whole one before they are timed. The context names the question
+// and the rules that acted.
+#include <benchmark/benchmark.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "algorithms/pruning/answer.hpp"
+#include "algorithms/pruning/flops.hpp"
+#include "benchmarks/case.hpp"
+#include "benchmarks/driver.hpp"
+#include "robots/question.hpp"
+
+namespace kalmarm {
+namespace {
+
+constexpr const char* timed_call =
+    "From q, qd and tau of the whole scene to what is asked: the copies of what is needed, "
+    "kinematics, factorisation and solution. The plan is made before, once a model. Each call "
+    "takes "
+    "the next of a pool of random states.";
+
+template <class T>
+struct Result {
+  VectorX<T> x;
+  MatrixX<T> X;
+  T number = T(0);
+
+  // Everything as one vector.
+  VectorX<double> all(Want want) const {
+    if (want == Want::log_det) return VectorX<double>::Constant(1, double(number));
+    if (want == Want::acceleration || want == Want::diagonal) return x.template cast<double>();
+    return X.template cast<double>().reshaped();
+  }
+};
+
+// One way to answer.
+template <class T>
+class Way {
+ public:
+  Way(const Scene& scene, const Question& question, const std::set<Rule>& rules, Want want)
+      : plan_(make_plan(scene.model, question, rules)),
+        answer_(plan_, solvers_of<T>("Structured")),
+        want_(want) {
+    const int n = want == Want::operational ? answer_.rows() : answer_.nv();
+    result_.x.setZero(n);
+    if (want != Want::acceleration && want != Want::diagonal) result_.X.setZero(n, n);
+  }
+
+  const Plan& plan() const { return plan_; }
+  const Result<T>& result() const { return result_; }
+
+  Outcome operator()(const VectorX<T>& q, const VectorX<T>& qd, const VectorX<T>& tau) {
+    switch (want_) {
+      case Want::acceleration:
+        return answer_.acceleration(q, qd, tau, result_.x);
+      case Want::inverse:
+        return answer_.inverse(q, result_.X);
+      case Want::diagonal:
+        return answer_.diagonal(q, result_.x);
+      case Want::log_det:
+        return answer_.log_det(q, result_.number);
+      case Want::mass:
+        answer_.mass(q, result_.X);
+        return {};
+      case Want::operational:
+        return answer_.operational(q, result_.X);
+    }
+    return {};
+  }
+
+ private:
+  Plan plan_;
+  Answer<T> answer_;
+  Want want_;
+  Result<T> result_;
+};
+
+template <class T>
+void add(const std::string& how, const std::string& scene, std::shared_ptr<Way<T>> way,
+         std::shared_ptr<Way<double>> right, Want want, std::shared_ptr<const Pool<T>> pool,
+         std::shared_ptr<const Pool<double>> exact) {
+  const auto verify = [=]() -> std::string {
+    for (int i = 0; i < 3; ++i) {
+      if (!(*right)(exact->q[i], exact->qd[i], exact->tau[i])) return "the whole answer failed";
+      if (!(*way)(pool->q[i], pool->qd[i], pool->tau[i])) return "failed";
+      const VectorX<double> x = way->result().all(want), y = right->result().all(want);
+      const double bound = 1e7 * static_cast<double>(unit_roundoff<T>());
+      const double error = (x - y).norm() / y.norm();
+      if (!(error <= bound)) return wrong(error, bound);
+    }
+    return "";
+  };
+  add_benchmark(
+      name_of(to_string(want), how, scene, std::is_same_v<T, float>), verify,
+      [=](int i) {
+        benchmark::DoNotOptimize((*way)(pool->q[i], pool->qd[i], pool->tau[i]));
+        benchmark::ClobberMemory();
+      },
+      flops(way->plan(), want));
+}
+
+template <class T>
+void add_scene(const std::string& name, const Scene& scene, const Question& question,
+               const std::set<Rule>& rules, const std::vector<std::string>& hows,
+               std::uint64_t seed) {
+  std::vector<State> states = random_states(scene, batch_size, seed);
+  for (State& state : states) state = asked_state(scene, question, std::move(state));
+  const auto pool = std::make_shared<const Pool<T>>(states);
+  const auto exact = std::make_shared<const Pool<double>>(states);
+  for (const Want want : question.want) {
+    const auto right = std::make_shared<Way<double>>(scene, question, std::set<Rule>(), want);
+    for (const std::string& how : hows)
+      add<T>(how, name,
+             std::make_shared<Way<T>>(scene, question, how == "whole" ? std::set<Rule>() : rules,
+                                      want),
+             right, want, pool, exact);
+  }
+}
+
+std::string listed(const std::vector<std::string>& words) {
+  std::string out;
+  for (const std::string& word : words) out += (out.empty() ? "" : ",") + word;
+  return out;
+}
+
+// What was asked, as the command line says it, and the rules that acted.
+void add_question_context(const Scene& scene, const QuestionOptions& options, const Plan& plan) {
+  std::string asked = "--want " + listed(options.want);
+  for (const auto& [flag, values] :
+       {std::pair{" --dofs ", &options.dofs}, std::pair{" --site ", &options.sites},
+        std::pair{" --locked ", &options.locked}, std::pair{" --free ", &options.free},
+        std::pair{" --without ", &options.without}})
+    if (!values->empty()) asked += flag + listed(*values);
+  if (options.at_rest) asked += " --at-rest";
+  std::vector<std::string> rules;
+  for (const Acted& acted : plan.acted) rules.push_back(to_string(acted.rule));
+  int left = 0;
+  for (const Part& part : plan.parts) left += part.reduction.model.nv();
+  benchmark::AddCustomContext("question", asked);
+  benchmark::AddCustomContext("rules", listed(rules));
+  benchmark::AddCustomContext("dofs", std::to_string(scene.model.nv()));
+  benchmark::AddCustomContext("dofs_left", std::to_string(left));
+}
+
+void add_scenes(const std::vector<std::string>& scenes, std::uint64_t seed,
+                const QuestionOptions& options, const std::string& alone) {
+  if (scenes.size() != 1) throw InputError("one scene at a time: a question names its joints");
+  const Scene scene = load_scene(scenes[0]);
+  const Question question = question_of(scene, options);
+  if (question.want.empty()) throw InputError("--want names nothing that can be timed");
+  const std::set<Rule> rules = rules_of(options);
+  add_question_context(scene, options, make_plan(scene.model, question, rules));
+  add_scene<double>(scene.name, scene, question, rules, {"whole", "pruned"}, seed);
+  add_scene<float>(scene.name, scene, question, rules, {"whole", "pruned"}, seed);
+  if (alone.empty()) return;
+  const Scene other = load_scene(alone);
+  QuestionOptions all;
+  all.want = options.want;
+  all.at_rest = options.at_rest;
+  add_scene<double>(scene.name, other, question_of(other, all), {}, {"alone"}, seed);
+  add_scene<float>(scene.name, other, question_of(other, all), {}, {"alone"}, seed);
+}
+
+}  // namespace
+}  // namespace kalmarm
+
+int main(int argc, char** argv) {
+  using namespace kalmarm;
+  QuestionOptions options;
+  std::string alone;
+  options.want = {"acceleration"};
+  return Driver{"bench_pruning", "Time of an answer with and without what a question leaves out.",
+                timed_call, "[--want WHAT] [--dofs JOINTS] [--locked JOINTS] [--alone SCENE] "}
+      .run(
+          argc, argv,
+          [&](const std::vector<std::string>& scenes, std::uint64_t seed) {
+            add_scenes(scenes, seed, options, alone);
+          },
+          [&](CLI::App& app) {
+            app.add_option("--want", options.want,
+                           "any of acceleration, inverse, diagonal, log_det, mass, operational")
+                ->delimiter(',')
+                ->check(CLI::IsMember(
+                    {"acceleration", "inverse", "diagonal", "log_det", "mass", "operational"}));
+            options.add_to(app);
+            app.add_option("--alone", alone, "a scene without the rest, to compare");
+          });
+}
