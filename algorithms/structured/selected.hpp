@@ -6,8 +6,8 @@
 // (I - L) (tau - H phi b) is the filter's e, of forces b on the links, so that
 //   a DoF:   tau = its unit vector
 //   a site:  z- of its link = -phi(link, site) x, for six unit vectors x
-// and in both cases e = 0 but on the way to the base, which is worked out once. Lanes are columns: a
-// site's six, or up to eight DoF. About 43 flops a link on the way and column, and one
+// and in both cases e = 0 but on the way to the base, which is worked out once. Lanes are columns:
+// a site's six, or up to eight DoF. About 43 flops a link on the way and column, and one
 // multiplication and addition for each number of X and link that both its columns pass.
 #pragma once
 
@@ -90,8 +90,7 @@ class SelectedColumns {
   };
 
   static Entry wrenches(const StructuredModel<S>& model, const Site<S>& site) {
-    const Transform<S> on_link =
-        model.phi_on_link(site.link, site.template cast<Wider<S>>().phi());
+    const Transform<S> on_link = model.phi_on_link(site.link, site.template cast<Wider<S>>().phi());
     MatrixPlacement<S> phi;
     for (int i = 0; i < 3; ++i) {
       phi.p[i] = on_link.p[i];
