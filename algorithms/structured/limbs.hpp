@@ -5,8 +5,8 @@
 // a body of unit inertia about its joint and of none else,
 //   P = H'H,  D = 1,  g = H',  P+ = 0 to the last bit
 // Where r = 0, r stands as 0 in lanes beside others with r > 0: the same P+, and g(axis) is set to
-// 1. Lanes take about twice a link's time for eight links, so that limbs are taken together where
-// they have twice the links of the longest.
+// 1. Lanes take about twice as long as one link, so that limbs are taken together where they have
+// two and a half times the links of the longest.
 #pragma once
 
 #include <algorithm>
@@ -42,7 +42,7 @@ class LimbsInLanes {
           limbs.begin() + std::min(limbs.size(), first + std::size_t(lanes)));
       int links = 0;
       for (const Limb& limb : group) links += limb.links;
-      if (links >= 2 * group[0].links) take(model, group);
+      if (2 * links >= 5 * group[0].links) take(model, group);
     }
   }
 

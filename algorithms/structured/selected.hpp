@@ -12,6 +12,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -33,7 +34,9 @@ class SelectedColumns {
       Chunk chunk{first, std::min(lanes, dofs - first)};
       std::vector<Entry> entries(model.nv());
       for (int i = 0; i < chunk.count; ++i) {
-        Entry& entry = entries[selection.dofs[first + i]];
+        const int dof = selection.dofs[first + i];
+        assert(dof >= 0 && dof < model.nv());
+        Entry& entry = entries[dof];
         entry.is_there = true;
         entry.tau += detail::Unit<Lane>::lane(i);
       }
@@ -41,6 +44,7 @@ class SelectedColumns {
     }
     for (int i = 0; i < static_cast<int>(selection.sites.size()); ++i) {
       const Site<S>& site = selection.sites[i];
+      assert(site.link >= -1 && site.link < model.nv());
       std::vector<Entry> entries(model.nv());
       if (site.link >= 0) entries[site.link] = wrenches(model, site);
       add_way(model, entries, Chunk{dofs + 6 * i, 6});
