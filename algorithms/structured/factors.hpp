@@ -1,11 +1,11 @@
 // g and D of every link from q alone: the filter without velocities and forces, whose factors are
-// kept for what follows (columns.hpp, lambda.hpp). About 195 flops a hinge that is an heir,
-// and its sine and cosine.
+// kept for what follows (columns.hpp, lambda.hpp); limbs of a tree in lanes (limbs.hpp). About 195
+// flops a hinge that is an heir, and its sine and cosine.
 #pragma once
 
 #include <vector>
 
-#include "algorithms/structured/filter.hpp"
+#include "algorithms/structured/limbs.hpp"
 
 namespace kalmarm {
 
@@ -26,21 +26,25 @@ struct StructuredFactors : Placements<T> {
   std::vector<Link> links;
   std::vector<Branch> branches;
   T margin;  // least D - net x size
+  Limbs<T> limbs;
 
   template <class S>
   explicit StructuredFactors(const StructuredModel<S>& model)
-      : Placements<T>(model), links(model.nv()), branches(model.slots()) {}
+      : Placements<T>(model), links(model.nv()), branches(model.slots()), limbs(model) {}
 };
 
 namespace detail {
 
 // The filter's rider where there is nothing to be carried.
-template <class T>
+template <class T, class S>
 struct NoForces {
   struct Load {};
 
+  const StructuredModel<S>& model;
   StructuredFactors<T>& factors;
 
+  void begin_all() const { factors.limbs.factor(model, factors); }
+  bool has_done(int k) const { return factors.limbs.have(k); }
   void begin(int, Load) const {}
   void add_body(int, Load) const {}
   void add_branch(int, Load) const {}
@@ -64,7 +68,7 @@ struct NoForces {
 template <class T, class S>
 void structured_factor(const StructuredModel<S>& model, const T* q, StructuredFactors<T>& factors) {
   detail::set_placements(model, q, factors);
-  detail::filter<T>(model, factors, detail::NoForces<T>{factors});
+  detail::filter<T>(model, factors, detail::NoForces<T, S>{model, factors});
 }
 
 }  // namespace kalmarm

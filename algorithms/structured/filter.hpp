@@ -4,6 +4,7 @@
 // (factors.hpp).
 //
 // A rider has a type Load of z and
+//   begin_all(), has_done(k)           what it does of the tree by itself, before the rest
 //   begin(k, z), add_body(k, z)            z- is new, or comes from link k + 1
 //   add_branch(slot, z), keep(slot, begun, z)            children that are not k + 1
 //   measured<slides, noise>(k, g, 1/D, P+, z)            z- becomes z+
@@ -205,11 +206,16 @@ template <class T, class S, class Workspace, class Rider>
                                           const Rider& rider) {
   ws.margin = T(S(1));
   for (auto& branch : ws.branches) branch.begun = false;
+  rider.begin_all();
   Articulated<T> P;
   Size<T> size;
   typename Rider::Load z;
   bool carried = false;  // P and z come from link k + 1
   for (int k = model.nv() - 1; k >= 0; --k) {
+    if (rider.has_done(k)) {
+      carried = false;
+      continue;
+    }
     const StructuredLink<S>& link = model.link(k);
     const StructuredBody<S>& body = model.body(k);
     const S trace_I = body.Ixx + body.Iyy + body.Izz + body.r, trace_m = S(3) * body.m + body.r;

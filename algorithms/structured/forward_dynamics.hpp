@@ -142,6 +142,9 @@ struct BiasedForces {
   const T* tau;
   StructuredWorkspace<T>& ws;
 
+  void begin_all() const {}
+  static constexpr bool has_done(int) { return false; }
+
   [[gnu::always_inline]] void begin(int k, Load& z) const {
     const auto& at = ws.links[k];
     bias<false>(model.body(k), at.wx, at.wy, at.wz, z);

@@ -52,8 +52,8 @@ struct InverseOfChain {
 
 }  // namespace detail
 
-// log det M = -sum of log 1/D, as one product whose exponent is kept apart: nothing overflows, and the
-// error is about nv / 2 roundoffs. A number that is no D makes it infinite or NaN.
+// log det M = -sum of log 1/D, as one product whose exponent is kept apart: nothing overflows, and
+// the error is about nv / 2 roundoffs. A number that is no D makes it infinite or NaN.
 template <class S>
 S log_det(const StructuredFactors<S>& factors) {
   using std::frexp;
@@ -132,8 +132,8 @@ class StructuredInverse {
     fallback_.select(selection);
   }
 
-  // X (size x size of the selection) = B'M^-1 B at q (nq), both triangles, symmetric to the last bit.
-  // About 195 nv flops, and what selected.hpp says. On failure X is not to be used.
+  // X (size x size of the selection) = B'M^-1 B at q (nq), both triangles, symmetric to the last
+  // bit. About 195 nv flops, and what selected.hpp says. On failure X is not to be used.
   Outcome selected(const VectorX<S>& q, MatrixX<S>& X) {
     factoring_.factor(model_, q.data(), factors_);
     const S check = selected_.fill(model_, factors_, X);

@@ -6,12 +6,13 @@
 // (I - L) (tau - H phi b) is the filter's e, of forces b on the links, so that
 //   a DoF:   tau = its unit vector
 //   a site:  z- of its link = -phi(link, site) x, for six unit vectors x
-// and in both cases e = 0 but on the way to the base, which is worked out once. Lanes are columns: a
-// site's six, or up to eight DoF. About 43 flops a link on the way and column, and one
+// and in both cases e = 0 but on the way to the base, which is worked out once. Lanes are columns:
+// a site's six, or up to eight DoF. About 43 flops a link on the way and column, and one
 // multiplication and addition for each number of X and link that both its columns pass.
 #pragma once
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -33,7 +34,9 @@ class SelectedColumns {
       Chunk chunk{first, std::min(lanes, dofs - first)};
       std::vector<Entry> entries(model.nv());
       for (int i = 0; i < chunk.count; ++i) {
-        Entry& entry = entries[selection.dofs[first + i]];
+        const int dof = selection.dofs[first + i];
+        assert(dof >= 0 && dof < model.nv());
+        Entry& entry = entries[dof];
         entry.is_there = true;
         entry.tau += detail::Unit<Lane>::lane(i);
       }
@@ -41,6 +44,7 @@ class SelectedColumns {
     }
     for (int i = 0; i < static_cast<int>(selection.sites.size()); ++i) {
       const Site<S>& site = selection.sites[i];
+      assert(site.link >= -1 && site.link < model.nv());
       std::vector<Entry> entries(model.nv());
       if (site.link >= 0) entries[site.link] = wrenches(model, site);
       add_way(model, entries, Chunk{dofs + 6 * i, 6});
@@ -90,8 +94,7 @@ class SelectedColumns {
   };
 
   static Entry wrenches(const StructuredModel<S>& model, const Site<S>& site) {
-    const Transform<S> on_link =
-        model.phi_on_link(site.link, site.template cast<Wider<S>>().phi());
+    const Transform<S> on_link = model.phi_on_link(site.link, site.template cast<Wider<S>>().phi());
     MatrixPlacement<S> phi;
     for (int i = 0; i < 3; ++i) {
       phi.p[i] = on_link.p[i];

@@ -12,6 +12,7 @@
 #include "algorithms/inverse_mass/sequential.hpp"
 #include "algorithms/riccati/conventional.hpp"
 #include "algorithms/solver.hpp"
+#include "algorithms/structured/at_rest.hpp"
 #include "algorithms/structured/derivatives.hpp"
 #include "algorithms/structured/dynamics.hpp"
 #include "algorithms/structured/inverse.hpp"
@@ -98,6 +99,7 @@ void expect_no_allocation_once_made() {
 TYPED_TEST(Allocation, StructuredDynamicsAllocatesOnlyWhenItIsMade) {
   expect_no_allocation_once_made<TypeParam, CovarianceForm>();
   expect_no_allocation_once_made<TypeParam, SquareRootForm>();
+  expect_no_allocation_once_made<TypeParam, AtRest>();
 }
 
 TYPED_TEST(Allocation, StructuredInverseAndMassAllocateOnlyWhenTheyAreMade) {
@@ -116,6 +118,15 @@ TYPED_TEST(Allocation, StructuredInverseAndMassAllocateOnlyWhenTheyAreMade) {
     EXPECT_EQ(allocations_of([&] { inverse.solve(state.tau, x); }), 0);
     EXPECT_EQ(allocations_of([&] { inverse.solve(taus, xs); }), 0);
     EXPECT_EQ(allocations_of([&] { inverse.diagonal(x); }), 0);
+    Outcome of_diagonal, of_log_det, of_selected;
+    T log_det = T(0);
+    const Selection<T> selection{{0, nv - 1, nv / 2}, {Site<T>{nv - 1}, Site<T>{nv / 2}}};
+    inverse.select(selection);
+    MatrixX<T> block(selection.size(), selection.size());
+    EXPECT_EQ(allocations_of([&] { of_diagonal = inverse.diagonal(state.q, x); }), 0);
+    EXPECT_EQ(allocations_of([&] { of_log_det = inverse.log_det(state.q, log_det); }), 0);
+    EXPECT_EQ(allocations_of([&] { of_selected = inverse.selected(state.q, block); }), 0);
+    EXPECT_TRUE(of_diagonal && of_log_det && of_selected);
     EXPECT_EQ(allocations_of([&] { mass.mass(state.q, X); }), 0);
     EXPECT_TRUE(inverted && factored);
   }

@@ -1,0 +1,253 @@
+// The filter of the fast path (filter.hpp) on the limbs of a tree, one limb in every lane.
+//
+// A limb is a run of hinges from a link that branches, or from the base, to a tip. Lanes end at
+// their limb's first joint together, so that shorter limbs begin later; until then a lane works on
+// a body of unit inertia about its joint and of none else,
+//   P = H'H,  D = 1,  g = H',  P+ = 0 to the last bit
+// Where r = 0, r stands as 0 in lanes beside others with r > 0: the same P+, and g(axis) is set to
+// 1. Lanes take about twice as long as one link, so that limbs are taken together where they have
+// two and a half times the links of the longest.
+#pragma once
+
+#include <algorithm>
+#include <cstring>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "algorithms/structured/filter.hpp"
+
+namespace kalmarm {
+
+// Where a scalar has no lanes.
+struct NoLimbs {
+  template <class Model>
+  explicit NoLimbs(const Model&) {}
+
+  static constexpr bool have(int) { return false; }
+  template <class Model, class Factors>
+  void factor(const Model&, Factors&) const {}
+};
+
+template <class S>
+class LimbsInLanes {
+ public:
+  explicit LimbsInLanes(const StructuredModel<S>& model) : taken_(model.nv(), 0) {
+    std::vector<Limb> limbs = limbs_of(model);
+    std::stable_sort(limbs.begin(), limbs.end(),
+                     [](const Limb& a, const Limb& b) { return a.links > b.links; });
+    for (std::size_t first = 0; first < limbs.size(); first += lanes) {
+      const std::vector<Limb> group(
+          limbs.begin() + first,
+          limbs.begin() + std::min(limbs.size(), first + std::size_t(lanes)));
+      int links = 0;
+      for (const Limb& limb : group) links += limb.links;
+      if (2 * links >= 5 * group[0].links) take(model, group);
+    }
+  }
+
+  // Whether link k is of a limb in a lane.
+  bool have(int k) const { return taken_[k]; }
+
+  // g and D of the limbs' links; what they put into the links that they hang on goes to their
+  // branches, and into the margin.
+  template <class Factors>
+  void factor(const StructuredModel<S>& model, Factors& factors) {
+    for (Group& group : groups_) factor(model, factors, group);
+  }
+
+ private:
+  static constexpr int lanes = 8;
+  using Lane = Pack<S, lanes>;
+
+  struct Limb {
+    int first, links;
+  };
+
+  // A joint of every lane.
+  struct Level {
+    int link[lanes];  // -1: the lane has not begun
+    bool noise = false, turned = false, has_y = false, has_z = false;
+    StructuredBody<Lane> body;
+    Turn<Lane> alpha{Lane(S(1)), Lane(S(0))}, theta = alpha;
+    Lane p[3], d = Lane(S(0));
+    Lane twice = Lane(S(0));  // 2, or 0 where nothing is to be carried on
+    Lane cos = Lane(S(1)), sin = Lane(S(0));
+  };
+  struct Group {
+    std::vector<Limb> limbs;
+    std::vector<Level> levels;  // tips to base
+  };
+
+  static std::vector<Limb> limbs_of(const StructuredModel<S>& model) {
+    std::vector<int> children(model.nv(), 0);
+    for (int k = 0; k < model.nv(); ++k)
+      if (model.link(k).parent >= 0) ++children[model.link(k).parent];
+    std::vector<Limb> limbs;
+    for (int tip = 0; tip < model.nv(); ++tip) {
+      if (children[tip] > 0) continue;
+      const auto is_hinge = [&](int k) { return model.link(k).coordinate == Coordinate::angle; };
+      int first = tip;
+      if (!is_hinge(first)) continue;
+      while (model.link(first).hangs_on_previous && children[first - 1] == 1 && is_hinge(first - 1))
+        --first;
+      const int parent = model.link(first).parent;
+      if (parent < 0 || model.link(parent).slot >= 0) limbs.push_back({first, tip - first + 1});
+    }
+    return limbs;
+  }
+
+  static void set(Lane& x, int lane, const S& value) { x.v[lane] = value; }
+  static void set(Turn<Lane>& x, int lane, const Turn<S>& value) {
+    set(x.c, lane, value.c);
+    set(x.s, lane, value.s);
+    set(x.ss, lane, value.ss);
+    set(x.cs, lane, value.cs);
+  }
+  static void set(StructuredBody<Lane>& x, int lane, const StructuredBody<S>& value) {
+    set(x.r, lane, value.r);
+    set(x.m, lane, value.m);
+    for (int i = 0; i < 3; ++i) set(x.h[i], lane, value.h[i]);
+    set(x.Ixx, lane, value.Ixx);
+    set(x.Ixy, lane, value.Ixy);
+    set(x.Ixz, lane, value.Ixz);
+    set(x.Iyy, lane, value.Iyy);
+    set(x.Iyz, lane, value.Iyz);
+    set(x.Izz, lane, value.Izz);
+    set(x.reach, lane, value.reach);
+  }
+
+  void take(const StructuredModel<S>& model, const std::vector<Limb>& limbs) {
+    Group group{limbs, std::vector<Level>(limbs[0].links)};
+    const int height = limbs[0].links;
+    for (int i = 0; i < height; ++i) {
+      Level& level = group.levels[i];
+      for (Lane& x : level.p) x = Lane(S(0));
+      StructuredBody<S> none;
+      none.Izz = S(1);
+      for (int lane = 0; lane < lanes; ++lane) {
+        level.link[lane] = -1;
+        set(level.body, lane, none);
+        if (lane >= static_cast<int>(limbs.size())) continue;
+        const int k = limbs[lane].first + height - 1 - i;
+        if (k >= limbs[lane].first + limbs[lane].links) continue;
+        const StructuredLink<S>& link = model.link(k);
+        taken_[k] = 1;
+        level.link[lane] = k;
+        level.noise |= link.noise;
+        level.turned |= link.turned;
+        level.has_y |= link.p[1] != S(0);
+        level.has_z |= link.p[2] != S(0);
+        set(level.body, lane, model.body(k));
+        set(level.alpha, lane, link.alpha);
+        if (link.turned) set(level.theta, lane, model.uncommon(link).theta);
+        for (int j = 0; j < 3; ++j) set(level.p[j], lane, link.p[j]);
+        set(level.d, lane, link.d);
+        set(level.twice, lane, S(2));
+      }
+    }
+    groups_.push_back(std::move(group));
+  }
+
+  template <class Factors>
+  static void factor(const StructuredModel<S>& model, Factors& factors, Group& group) {
+    const int limbs = static_cast<int>(group.limbs.size());
+    for (Level& level : group.levels)
+      for (int lane = 0; lane < limbs; ++lane)
+        if (level.link[lane] >= 0) {
+          const int at = model.link(level.link[lane]).varying;
+          set(level.cos, lane, factors.cos[at]);
+          set(level.sin, lane, factors.sin[at]);
+        }
+
+    const Lane zero = Lane(S(0));
+    Articulated<Lane> P = {zero, zero, zero, zero, zero, zero, zero, zero, zero, zero, zero,
+                           zero, zero, zero, zero, zero, zero, zero, zero, zero, zero};
+    Size<Lane> size = {zero, zero};
+    Lane margin = Lane(factors.margin);
+    for (const Level& level : group.levels) {
+      if (level.noise)
+        cross<true>(model, level, limbs, P, size, margin, factors);
+      else
+        cross<false>(model, level, limbs, P, size, margin, factors);
+    }
+    for (int lane = 0; lane < limbs; ++lane) {
+      factors.margin = std::min(factors.margin, margin[lane]);
+      const int parent = model.link(group.limbs[lane].first).parent;
+      if (parent >= 0) leave(P, size, lane, factors.branches[model.link(parent).slot]);
+    }
+  }
+
+  // Across the joints of a level, as in filter.hpp.
+  template <bool noise, class Factors>
+  [[gnu::always_inline]] static inline void cross(const StructuredModel<S>& model,
+                                                  const Level& level, int limbs,
+                                                  Articulated<Lane>& P, Size<Lane>& size,
+                                                  Lane& margin, Factors& factors) {
+    const StructuredBody<Lane>& body = level.body;
+    add_body(body, P);
+    size.moment += body.Ixx + body.Iyy + body.Izz + body.r;
+    size.force += Lane(S(3)) * body.m + body.r;
+    Lane D;
+    // A row of the factors a link: {d, 1/D, g} (factors.hpp).
+    Lane rows[lanes];
+    Sixfold<Lane> g;
+    auto P_plus = measure_turn<noise>(P, body.r, D, rows[1], g);
+    margin = min(margin, Lane(D - Lane(SingularityTest<S, 1>::net()) * size.moment));
+    size.moment = level.twice * (P.Axx + P.Ayy + P.Azz);
+    size.force = P.Cxx + P.Cyy + P.Czz;
+    size.moment += body.reach * size.force;
+
+    translate_z(level.d, P_plus);
+    rotate_z(Turn<Lane>(level.cos, level.sin), P_plus);
+    P = rotate_x(level.alpha, P_plus);
+    if (level.turned) rotate_z(level.theta, P);
+    translate_x(level.p[0], P);
+    if (level.has_y) translate_y(level.p[1], P);
+    if (level.has_z) translate_z(level.p[2], P);
+
+    rows[0] = Lane(S(0));
+    rows[2] = g.x;
+    rows[3] = g.y;
+    rows[4] = noise ? g.z : Lane(S(1));
+    rows[5] = g.u;
+    rows[6] = g.v;
+    rows[7] = g.w;
+    transpose(rows);
+    for (int lane = 0; lane < limbs; ++lane) {
+      const int k = level.link[lane];
+      if (k < 0) continue;
+      auto& at = factors.links[k];
+      static_assert(sizeof at == sizeof rows[lane]);
+      std::memcpy(&at, &rows[lane], sizeof at);
+      if (noise && !model.link(k).noise) at.g.z = S(1);
+    }
+  }
+
+  // One lane's P and size, for the branches of a link.
+  template <class Branch>
+  static void leave(const Articulated<Lane>& P, const Size<Lane>& size, int lane, Branch& branch) {
+    const Articulated<S> own = {
+        P.Axx[lane], P.Axy[lane], P.Ayy[lane], P.Axz[lane], P.Ayz[lane], P.Azz[lane], P.Bxx[lane],
+        P.Bxy[lane], P.Byx[lane], P.Byy[lane], P.Bxz[lane], P.Byz[lane], P.Bzx[lane], P.Bzy[lane],
+        P.Bzz[lane], P.Cxx[lane], P.Cxy[lane], P.Cyy[lane], P.Cxz[lane], P.Cyz[lane], P.Czz[lane]};
+    if (branch.begun) {
+      kalmarm::add(branch.P, own);
+      branch.size.moment += size.moment[lane];
+      branch.size.force += size.force[lane];
+    } else {
+      branch.P = own;
+      branch.size = {size.moment[lane], size.force[lane]};
+      branch.begun = true;
+    }
+  }
+
+  std::vector<char> taken_;
+  std::vector<Group> groups_;
+};
+
+// Those of T, if it has lanes.
+template <class T>
+using Limbs = std::conditional_t<std::is_floating_point_v<T>, LimbsInLanes<T>, NoLimbs>;
+
+}  // namespace kalmarm
