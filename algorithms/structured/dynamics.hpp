@@ -162,7 +162,7 @@ class Fallback {
     return a_.allFinite() ? out : Outcome{.status = Outcome::Status::not_finite};
   }
 
-  // After factor, these three.
+  // After factor, these four.
   void solve(const VectorX<S>& tau, VectorX<S>& x) { V::solve(model_, rm_, tau, ws_, x); }
 
   void solve(const MatrixX<S>& taus, MatrixX<S>& X) {
@@ -180,6 +180,13 @@ class Fallback {
       solve(tau_, a_);
       x[k] = a_[k];
     }
+  }
+
+  S log_det() const {
+    using std::log;
+    S sum = S(0);
+    for (const S& D : ws_.factors.D) sum += log(D);
+    return sum;
   }
 
   [[gnu::noinline]] Outcome inverse(const S* q, MatrixX<S>& X) {
