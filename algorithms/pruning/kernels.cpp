@@ -1,6 +1,6 @@
 // Instantiates the fast path's solvers of a plan's parts, but for the one in the registry.
 #include "algorithms/planar/planar_solver.hpp"
-#include "algorithms/planar/translational.hpp"
+#include "algorithms/planar/translational_solver.hpp"
 #include "algorithms/pruning/answer.hpp"
 #include "algorithms/structured/at_rest.hpp"
 #include "algorithms/structured/structured_solver.hpp"

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "algorithms/planar/plane.hpp"
-#include "algorithms/planar/translational.hpp"
+#include "algorithms/planar/translational_solver.hpp"
 
 namespace kalmarm {
 namespace {

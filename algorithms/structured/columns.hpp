@@ -34,8 +34,8 @@ struct ColumnsWorkspace {
 // Of every chunk of columns (lower_triangle.hpp) the links between them and the base.
 class ColumnPaths {
  public:
-  template <class S>
-  ColumnPaths(const StructuredModel<S>& model, int columns, int lanes) {
+  template <class Lowered>
+  ColumnPaths(const Lowered& model, int columns, int lanes) {
     for_each_chunk(columns, lanes, [&](int first, int count) {
       std::vector<char>& path = paths_.emplace_back(model.nv(), 0);
       for (int k = first + count - 1; k >= 0; --k) {

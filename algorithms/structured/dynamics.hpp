@@ -165,7 +165,7 @@ class Fallback {
     return checked(a_, out);
   }
 
-  // After factor, these three.
+  // After factor, these five.
   void solve(const VectorX<S>& tau, VectorX<S>& x) { V::solve(model_, rm_, tau, ws_, x); }
 
   void solve(const MatrixX<S>& taus, MatrixX<S>& X) {
@@ -185,6 +185,13 @@ class Fallback {
     }
   }
 
+  S log_det() const {
+    using std::log;
+    S sum = S(0);
+    for (const S& D : gains(ws_).D) sum += log(D);
+    return sum;
+  }
+
   [[gnu::noinline]] Outcome diagonal(const S* q, VectorX<S>& x) {
     const Outcome out = factor(q);
     if (!out) return out;
@@ -195,8 +202,7 @@ class Fallback {
   [[gnu::noinline]] Outcome log_det(const S* q, S& x) {
     const Outcome out = factor(q);
     if (!out) return out;
-    x = S(0);
-    for (const S& D : gains(ws_).D) x += std::log(D);
+    x = log_det();
     return std::isfinite(x) ? out : Outcome{.status = Outcome::Status::not_finite};
   }
 
