@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "accuracy/move.hpp"
+#include "accuracy/real.hpp"
 #include "algorithms/pruning/answer.hpp"
 #include "robots/question.hpp"
 #include "robots/scene.hpp"
@@ -25,8 +26,9 @@ struct Answers {
   double log_det = 0;
 
   template <class T>
-  static Answers of(const Plan& plan, const State& state) {
-    Answer<T> answer(plan, solvers_of<T>("Structured"));
+  static Answers of(const Plan& plan, const State& state,
+                    const std::string& variant = "Structured") {
+    Answer<T> answer(plan, solvers_of<T>(variant));
     const VectorX<T> q = state.q.cast<T>(), qd = state.qd.cast<T>(), tau = state.tau.cast<T>();
     const int nv = answer.nv();
     VectorX<T> a(nv), diagonal(nv);
@@ -65,7 +67,7 @@ double difference(Want want, const Answers& x, const Answers& right) {
     case Want::diagonal:
       return (x.diagonal - right.diagonal).cwiseQuotient(right.diagonal).cwiseAbs().maxCoeff();
     case Want::log_det:
-      return std::abs(x.log_det - right.log_det);
+      return std::abs(x.log_det - right.log_det) / std::max(1.0, std::abs(right.log_det));
     case Want::mass:
       return difference(x.M, right.M);
     case Want::operational:
@@ -101,10 +103,10 @@ std::vector<double> structured_conditions(const Scene& scene, const Question& qu
   return squares;
 }
 
-// All rules, all but one, one alone.
+// All rules, none, all but one, one alone.
 std::vector<Rules> selections() {
   const Rules all(all_rules().begin(), all_rules().end());
-  std::vector<Rules> out{all};
+  std::vector<Rules> out{all, {}};
   for (const Rule rule : all) {
     out.push_back(all);
     out.back().erase(rule);
@@ -121,7 +123,9 @@ std::string names(const Rules& rules) {
 
 void expect_same_answers(const Scene& scene, const Question& question, int seed) {
   const State state = asked_state(scene, question, random_states(scene, 1, seed)[0]);
-  const Answers right = Answers::of<double>(make_plan(scene.model, question, {}), state);
+  const Plan whole = make_plan(scene.model, question, {});
+  const Digits digits(60);
+  const Answers right = Answers::of<Real>(whole, state, "Sequential<ArrayMGS>");
   const std::vector<double> kS = structured_conditions(scene, question, state, right);
   for (const Rules& rules : selections()) {
     const Plan plan = make_plan(scene.model, question, rules);

@@ -78,6 +78,7 @@ struct Worker {
   std::unique_ptr<Solver<T>> solver;
   PartialSolver<T>* partial = nullptr;  // the same, where it answers in part
   bool block = false;                   // M^-1 by `selected`: not all of it is asked for
+  bool sums_D = false;                  // log det M by it: no D is that of a locked joint
   Model<T> model;
   RandomModel<T> rm;
   CompositeInertia<T> composite;
@@ -110,7 +111,7 @@ class Answer {
   int nv() const { return nv_; }      // DoF asked about, whose order is that of the whole
   int rows() const { return rows_; }  // of J
 
-  // a (nv()) from the whole robot's q (nq), qd and tau; what is held or does not matter is not
+  // a (nv()) from the whole robot's q (nq), qd and tau; what is locked or does not matter is not
   // looked at. On failure a result is not to be used; a joint is that of the whole.
   Outcome acceleration(const VectorX<T>& q, const VectorX<T>& qd, const VectorX<T>& tau,
                        VectorX<T>& a) {
@@ -163,7 +164,7 @@ class Answer {
       w.q_in(q, w.q);
       T part(0);
       Outcome outcome;
-      if (w.partial)
+      if (w.sums_D)
         outcome = w.partial->log_det(w.q, part);
       else
         outcome = by_cholesky(w, part);
@@ -215,14 +216,14 @@ class Answer {
     if (plan.partial_answers) w.partial = dynamic_cast<PartialSolver<T>*>(w.solver.get());
     const int nv = w.model.nv();
 
-    // What is held by noise keeps its place and stands still.
-    std::vector<char> held(plan.nv, 0);
-    for (const int k : question.locked) held[k] = 1;
+    // What is locked by noise keeps its place and stands still.
+    std::vector<char> locked(plan.nv, 0);
+    for (const int k : question.locked) locked[k] = 1;
     w.qd.setZero();
     w.tau.setZero();
     for (int i = 0; i < w.model.nq(); ++i) w.q[i] = T(question.q[reduction.q_whole[i]]);
     for (int k = 0; k < nv; ++k) {
-      if (held[reduction.dofs[k]]) continue;
+      if (locked[reduction.dofs[k]]) continue;
       w.v_in.add(reduction.dofs[k], k);
       const Joint<T>& joint = w.model.joint(k);
       for (int i = 0; i < q_entries(joint.coordinate); ++i)
@@ -230,6 +231,8 @@ class Answer {
     }
 
     w.block = w.partial && part.block;
+    w.sums_D =
+        w.partial && std::none_of(w.dofs.begin(), w.dofs.end(), [&](int k) { return locked[k]; });
     Selection<T> selection;
     for (const int k : part.asked) {
       const int place = static_cast<int>(
@@ -253,9 +256,9 @@ class Answer {
     w.XJ.resize(nv, w.J.rows());
     if (w.partial && selection.size() > 0) w.partial->select(selection);
     const bool whole = (question.want.contains(Want::inverse) && !w.block) ||
-                       question.want.contains(Want::mass) || !w.partial;
+                       question.want.contains(Want::mass) || !w.sums_D;
     if (whole) w.X.resize(nv, nv);
-    if (!w.partial) w.M.resize(part.asked.size(), part.asked.size());
+    if (!w.sums_D) w.M.resize(part.asked.size(), part.asked.size());
   }
 
   static void set_mass(Worker& w) {
