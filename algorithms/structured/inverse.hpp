@@ -119,8 +119,7 @@ class StructuredInverse {
   Outcome diagonal(const VectorX<S>& q, VectorX<S>& x) {
     factoring_.factor(model_, q.data(), factors_);
     diagonal_of_factors(x);
-    S check = S(0);
-    for (const S& alpha : lambda_.alpha) check += alpha * S(0);
+    const S check = (x * S(0)).sum();
     return suspects(q, check) ? fallback_.diagonal(q.data(), x) : Outcome{};
   }
 
