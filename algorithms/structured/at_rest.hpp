@@ -2,7 +2,7 @@
 // w, c and b vanish, and what is left of (4.2) to (4.11) is
 //   e = tau - H z-,  z+ = z- + g e,  z-(parent) += phi z+          tips to base, z- = 0 at the tips
 //   a = e / D - g' l+,  l+ = phi' l-(parent)                       base to tips, from -gravity
-// with the filter's g and D. About 285 flops a hinge that is an heir, and its sine and cosine.
+// with the filter's g and D. About 290 flops a hinge that is an heir, and its sine and cosine.
 #pragma once
 
 #include "algorithms/structured/dynamics.hpp"

@@ -236,9 +236,9 @@ class Fallback {
   }
 
  private:
-  template <class X>
-  static Outcome checked(const X& x, const Outcome& out) {
-    return x.allFinite() ? out : Outcome{.status = Outcome::Status::not_finite};
+  template <class Result>
+  static Outcome checked(const Result& result, const Outcome& out) {
+    return result.allFinite() ? out : Outcome{.status = Outcome::Status::not_finite};
   }
 
   // D and g of a filter, or of the one that is refined.

@@ -53,21 +53,26 @@ struct InverseOfChain {
 }  // namespace detail
 
 // log det M = -sum of log 1/D, as one product whose exponent is kept apart: nothing overflows, and
-// the error is about nv / 2 roundoffs. A number that is no D makes it infinite or NaN.
+// the error is about nv / 2 roundoffs. Not finite where a D is not, or is zero.
 template <class S>
 S log_det(const StructuredFactors<S>& factors) {
+  using std::abs;
   using std::frexp;
   using std::log;
-  S mantissa = S(1);
+  constexpr double small = 0x1p-60;
+  S product = S(1);
   long exponent = 0;
-  const auto normalise = [&exponent](const S& x) {
+  const auto mantissa = [&exponent](const S& x) {
     int own = 0;
     const S out = frexp(x, &own);
     exponent += own;
     return out;
   };
-  for (const auto& at : factors.links) mantissa = normalise(mantissa * normalise(at.inverse_D));
-  return -(log(mantissa) + S(exponent) * S(std::numbers::ln2));
+  for (const auto& at : factors.links) {
+    product *= mantissa(at.inverse_D);
+    if (abs(product) < S(small)) product = mantissa(product);
+  }
+  return -(log(product) + S(exponent) * S(std::numbers::ln2));
 }
 
 template <class S, class Form = CovarianceForm>
@@ -114,8 +119,7 @@ class StructuredInverse {
   Outcome diagonal(const VectorX<S>& q, VectorX<S>& x) {
     factoring_.factor(model_, q.data(), factors_);
     diagonal_of_factors(x);
-    S check = S(0);
-    for (const S& alpha : lambda_.alpha) check += alpha * S(0);
+    const S check = (x * S(0)).sum();
     return suspects(q, check) ? fallback_.diagonal(q.data(), x) : Outcome{};
   }
 
