@@ -7,11 +7,11 @@
 // Accelerations are those of material points at the links' origins, so that no other velocity term
 // is left. Tips to base:
 //   D = J + r,  g = (J; b) / D,  C+ = C - b b' / D      a hinge, H = (1; 0)    (3.6), (3.10)
-//   P+ = [0 0; 0 C+]                                    where r = 0; else J+ = r J / D, b+ = r b / D
-//   D = u'Cu + r, in the axes u and v of a slide, H = (0; u), v across u, in the same way
-//   e = tau - H z-,  z+ = z- + g e + P+ c,  H z+ = tau where r = 0            (4.2), (4.5)
-//   b- += b+ + C+ t,  J- += J+ + t'(b+ + (b+ + C+ t))   phi P+ phi'           (3.6)
-//   z- += phi z+: the moment gains t'z                                        (4.4)
+//   P+ = [0 0; 0 C+]                                    where r = 0; else J+ = r J / D, b+ = r b /
+//   D D = u'Cu + r, in the axes u and v of a slide, H = (0; u), v across u, in the same way e = tau
+//   - H z-,  z+ = z- + g e + P+ c,  H z+ = tau where r = 0            (4.2), (4.5) b- += b+ + C+ t,
+//   J- += J+ + t'(b+ + (b+ + C+ t))   phi P+ phi'           (3.6) z- += phi z+: the moment gains
+//   t'z                                        (4.4)
 // base to tips:
 //   l+ = phi' l-(parent) + c: the linear part gains t alpha                   (4.10)
 //   a = e / D - g'l+,  l- = l+ + H'a                                          (4.9), (4.11)
@@ -70,9 +70,16 @@ struct PlanarStep {
   T cx, cy;
 };
 
+// M, f and the sizes that a link alone brings.
+template <class T>
+struct PlanarBody {
+  T J, x, y, m, fx, fy, size_J, size_m;
+};
+
 template <class T>
 struct PlanarWorkspace {
-  // Of a link as it stands: t and c of the link that follows, b and f.
+  // Of a link as it stands: t and c of the hinge that hangs on it and is the next link, b, f,
+  // theta.
   enum Row {
     next_tx,
     next_ty,
@@ -85,6 +92,10 @@ struct PlanarWorkspace {
     body_y,
     bias_x,
     bias_y,
+    theta,
+    w,
+    sine,
+    cosine,
     rows
   };
 
@@ -105,8 +116,7 @@ struct PlanarWorkspace {
     Planar<T> z, l;
   };
 
-  JointTable<T, rows> table;
-  std::vector<T> theta, sin, cos, w;
+  JointTable<T, rows, Four<T>> table;
   std::vector<Link> links;
   std::vector<Apart> apart;
   std::vector<Branch> branches;
@@ -115,20 +125,33 @@ struct PlanarWorkspace {
 
   explicit PlanarWorkspace(const PlanarModel<T>& model)
       : table(model.nv()),
-        theta(model.home().blocks() * lanes_of<T>, T(0)),
-        sin(theta),
-        cos(theta),
-        w(theta),
         links(model.nv()),
         apart(model.apart().size()),
         branches(model.slots()) {}
 
-  // The rows of link k: row r is at [r * lanes_of<T>].
-  const T* at(int k) const { return &table.at(0, k); }
+  // The rows of link k: row r is at [r * four<T>].
+  const T* at(unsigned k) const {
+    constexpr unsigned n = four<T>;
+    return table.row(0, 0) + (k / n * (rows * n) + k % n);
+  }
+
+  template <bool forces>
+  [[gnu::always_inline]] PlanarBody<T> body(const PlanarLink<T>& link, int k) const {
+    constexpr int n = four<T>;
+    const T* const from = at(k);
+    return {link.J,
+            from[body_x * n],
+            from[body_y * n],
+            link.m,
+            forces ? from[bias_x * n] : T(0),
+            forces ? from[bias_y * n] : T(0),
+            link.J + link.r,
+            link.size_m};
+  }
 
   [[gnu::always_inline]] PlanarStep<T> step(const PlanarLink<T>& link, int k) const {
     if (link.apart >= 0) return apart[link.apart].step;
-    constexpr int n = lanes_of<T>;
+    constexpr int n = four<T>;
     const T* const from = at(k - 1);
     return {from[next_tx * n],    from[next_ty * n], from[next_tt_xx * n], from[next_tt_xy * n],
             from[next_tt_yy * n], from[next_cx * n], from[next_cy * n]};
@@ -137,55 +160,117 @@ struct PlanarWorkspace {
 
 namespace detail {
 
-// Angles, and turning where there is a velocity; t, c, b and f of every link.
+template <class T>
+[[gnu::always_inline]] inline void sin_cos_of(const Four<T>& x, Four<T>& s, Four<T>& c) {
+  using std::cos;
+  using std::sin;
+  if constexpr (four < T >> 1) {
+    sin_cos(x, s, c);
+  } else {
+    s = sin(x);
+    c = cos(x);
+  }
+}
+
+// What q or q' adds up to from the base, where link k is DoF k and hangs on link k - 1.
+template <class T>
+struct SumAlongChain {
+  Four<T> last = T(0);
+
+  // The next block of `count`.
+  [[gnu::always_inline]] Four<T> next(const Four<T>& x) {
+    if constexpr (four < T >> 1) {
+      const Four<T> sum = last + running_sum(x);
+      last = sum[four<T> - 1];
+      return sum;
+    } else {
+      return last = last + x;
+    }
+  }
+};
+
+// theta, and w where there is a velocity, of a tree.
 template <bool moving, class T>
-void set_state(const PlanarModel<T>& model, const T* q, const T* qd, PlanarWorkspace<T>& ws) {
-  using At = PlanarModel<T>;
+void set_sums(const PlanarModel<T>& model, const T* q, const T* qd, PlanarWorkspace<T>& ws) {
   using Ws = PlanarWorkspace<T>;
   T theta = T(0), w = T(0);
   for (int k = 0; k < model.nv(); ++k) {
     const PlanarLink<T>& link = model.link(k);
     if (!link.hangs_on_previous) {
-      theta = link.parent < 0 ? T(0) : ws.theta[link.parent];
-      if constexpr (moving) w = link.parent < 0 ? T(0) : ws.w[link.parent];
+      theta = link.parent < 0 ? T(0) : ws.table.at(Ws::theta, link.parent);
+      if constexpr (moving) w = link.parent < 0 ? T(0) : ws.table.at(Ws::w, link.parent);
     }
     if (!link.slides) {
       theta += link.sign * (q[link.q_index] - link.ref);
       if constexpr (moving) w += link.sign * qd[link.dof];
     }
-    ws.theta[k] = theta;
-    if constexpr (moving) ws.w[k] = w;
+    ws.table.at(Ws::theta, k) = theta;
+    if constexpr (moving) ws.table.at(Ws::w, k) = w;
   }
-  sin_cos(ws.theta, ws.sin, ws.cos);
-  for (int i = 0; i < ws.table.blocks(); ++i) {
-    const int first = i * lanes_of<T>;
-    const Wide<T> s = load(&ws.sin[first]), c = load(&ws.cos[first]);
-    const auto turn = [&](int home, int to, int curved) {
-      const Wide<T> x = model.home().load(home, i), y = model.home().load(home + 1, i);
-      const Wide<T> new_x = c * x - s * y, new_y = s * x + c * y;
-      ws.table.store(to, i, new_x);
-      ws.table.store(to + 1, i, new_y);
+}
+
+// Of link 8 i and the next ones of a block: t, b and, where there is a velocity, c and f.
+template <bool moving, class T>
+[[gnu::always_inline]] inline void set_block(const PlanarModel<T>& model, int i,
+                                             const Four<T>& theta, const Four<T>& w,
+                                             PlanarWorkspace<T>& ws) {
+  using Ws = PlanarWorkspace<T>;
+  using At = PlanarModel<T>;
+  Four<T> s, c;
+  sin_cos_of<T>(theta, s, c);
+  ws.table.store(Ws::sine, i, s);
+  ws.table.store(Ws::cosine, i, c);
+  const Four<T> ww = w * w;
+  const auto turn = [&](int home, int to, int curved) {
+    const Four<T> x = model.home().load(home, i), y = model.home().load(home + 1, i);
+    const Four<T> new_x = c * x - s * y, new_y = s * x + c * y;
+    ws.table.store(to, i, new_x);
+    ws.table.store(to + 1, i, new_y);
+    if constexpr (moving) {
+      ws.table.store(curved, i, -(ww * new_y));
+      ws.table.store(curved + 1, i, ww * new_x);
+    }
+  };
+  turn(At::next_tx, Ws::next_tx, Ws::next_cx);
+  turn(At::body_x, Ws::body_x, Ws::bias_x);
+  const Four<T> tx = ws.table.load(Ws::next_tx, i), ty = ws.table.load(Ws::next_ty, i);
+  ws.table.store(Ws::next_tt_xx, i, tx * tx);
+  ws.table.store(Ws::next_tt_xy, i, (tx + tx) * ty);
+  ws.table.store(Ws::next_tt_yy, i, ty * ty);
+}
+
+// Where the links are and how they turn: t, b, c and f of every link.
+template <bool moving, class T>
+void set_state(const PlanarModel<T>& model, const T* q, const T* qd, PlanarWorkspace<T>& ws) {
+  using At = PlanarModel<T>;
+  using Ws = PlanarWorkspace<T>;
+  constexpr int lanes = four<T>;
+  if (model.is_chain()) {
+    SumAlongChain<T> thetas, ws_of_links;
+    for (int i = 0; i < ws.table.blocks(); ++i) {
+      const int first = i * lanes, count = model.nv() - first;
+      const Four<T> sign = model.home().load(At::sign, i), ref = model.home().load(At::ref, i);
+      const Four<T> theta = thetas.next(sign * (load_first<Four<T>>(q + first, count) - ref));
+      Four<T> w = T(0);
       if constexpr (moving) {
-        const Wide<T> w = load(&ws.w[first]), ww = w * w;
-        ws.table.store(curved, i, -(ww * new_y));
-        ws.table.store(curved + 1, i, ww * new_x);
+        w = ws_of_links.next(sign * load_first<Four<T>>(qd + first, count));
+        ws.table.store(Ws::w, i, w);
       }
-    };
-    turn(At::next_tx, Ws::next_tx, Ws::next_cx);
-    turn(At::body_x, Ws::body_x, Ws::bias_x);
-    const Wide<T> tx = ws.table.load(Ws::next_tx, i), ty = ws.table.load(Ws::next_ty, i);
-    ws.table.store(Ws::next_tt_xx, i, tx * tx);
-    ws.table.store(Ws::next_tt_xy, i, (tx + tx) * ty);
-    ws.table.store(Ws::next_tt_yy, i, ty * ty);
+      set_block<moving>(model, i, theta, w, ws);
+    }
+  } else {
+    set_sums<moving>(model, q, qd, ws);
+    for (int i = 0; i < ws.table.blocks(); ++i)
+      set_block<moving>(model, i, ws.table.load(Ws::theta, i), ws.table.load(Ws::w, i), ws);
   }
   for (const int k : model.apart()) {
     const PlanarLink<T>& link = model.link(k);
     auto& apart = ws.apart[link.apart];
     T s = T(0), c = T(1), w = T(0);
     if (link.parent >= 0) {
-      s = ws.sin[link.parent];
-      c = ws.cos[link.parent];
-      if constexpr (moving) w = ws.w[link.parent];
+      s = ws.table.at(Ws::sine, link.parent);
+      c = ws.table.at(Ws::cosine, link.parent);
+      if constexpr (moving) w = ws.table.at(Ws::w, link.parent);
     }
     T tx = c * link.tx - s * link.ty, ty = s * link.tx + c * link.ty;
     apart.reach = link.reach;
@@ -302,19 +387,23 @@ template <bool full, class T>
   if constexpr (full) z.n += P.x * step.cx + P.y * step.cy;
 }
 
+// t'C t.
+template <class T>
+[[gnu::always_inline]] inline T across(const PlanarStep<T>& step, const PlanarInertia<T>& P) {
+  return step.tt_xx * P.xx + (step.tt_xy * P.xy + step.tt_yy * P.yy);
+}
+
+// b of P+ at the parent's origin, and what is there.
 template <bool full, class T>
-[[gnu::always_inline]] inline void to_parent(const PlanarStep<T>& step, const T& body_J,
-                                             const T& bx, const T& by, PlanarInertia<T>& P) {
-  T J = step.tt_xx * P.xx + body_J, x = step.tx * P.xx + bx, y = step.tx * P.xy + by;
-  J += step.tt_xy * P.xy + step.tt_yy * P.yy;
+[[gnu::always_inline]] inline void move_b(const PlanarStep<T>& step, const PlanarBody<T>& there,
+                                          PlanarInertia<T>& P) {
+  T x = step.tx * P.xx + there.x, y = step.tx * P.xy + there.y;
   x += step.ty * P.xy;
   y += step.ty * P.yy;
   if constexpr (full) {
-    J += P.J + T(2) * (step.tx * P.x + step.ty * P.y);
     x += P.x;
     y += P.y;
   }
-  P.J = J;
   P.x = x;
   P.y = y;
 }
@@ -352,88 +441,82 @@ template <class T, class G>
   return a;
 }
 
-// From the outboard side of joint k to the inboard one, and to the parent's origin, where M of
-// `body` is added.
+// From the outboard side of joint k to the inboard one, and to the parent's origin, to which is
+// added what is there. Where J+ = 0, J- of the parent is t'C-t - (t'b)^2 / D: it waits for nothing
+// but the division.
 template <bool forces, bool slides, bool noise, class T>
-[[gnu::always_inline]] inline void cross(const PlanarLink<T>& link, int k, const T& net,
-                                         const T* tau, PlanarWorkspace<T>& ws, PlanarInertia<T>& P,
+[[gnu::always_inline]] inline void cross(const PlanarLink<T>& link, const PlanarStep<T>& step,
+                                         const PlanarBody<T>& there, const T& net, const T& tau,
+                                         PlanarWorkspace<T>& ws, int k, PlanarInertia<T>& P,
                                          Planar<T>& z, T& size_J, T& size_m, T& margin) {
-  using Ws = PlanarWorkspace<T>;
   using std::min;
   constexpr bool full = slides || noise;  // J+ and b+ are not zero
-  constexpr int n = lanes_of<T>;
   auto& at = ws.links[k];
-  T ux, uy, reach = link.reach;
+  T ux, uy, reach = link.reach, J = there.J, tb;
   if constexpr (slides) {
     ux = ws.apart[link.apart].ux;
     uy = ws.apart[link.apart].uy;
     reach = ws.apart[link.apart].reach;
     measure_slide<noise>(link.r, ux, uy, P, at);
   } else {
+    if constexpr (!full) {
+      J += across(step, P);
+      tb = step.tx * P.x + step.ty * P.y;
+    }
     measure_turn<noise>(link.r, P, at);
   }
   margin = min(margin, T(at.D - net * (slides ? size_m : size_J)));
   if constexpr (forces) {
     if constexpr (slides)
-      at.e = gain_slide<noise>(ux, uy, at.g, tau[link.dof], z) * at.inverse_D;
+      at.e = gain_slide<noise>(ux, uy, at.g, tau, z) * at.inverse_D;
     else
-      at.e = gain_turn<noise>(at.g, T(link.sign * tau[link.dof]), z) * at.inverse_D;
-  }
-  if (link.parent < 0) return;
-  size_m = P.xx + P.yy;
-  size_J = reach * size_m;
-  if constexpr (full) size_J += T(2) * P.J;
-  const PlanarStep<T> step = ws.step(link, k);
-  if constexpr (forces) {
+      at.e = gain_turn<noise>(at.g, T(link.sign * tau), z) * at.inverse_D;
     add_times<full>(P, step, z);
     z.n += step.tx * z.x + step.ty * z.y;
+    z.x += there.fx;
+    z.y += there.fy;
   }
-  if (link.hangs_on_previous) {
-    const PlanarLink<T>& parent = (&link)[-1];
-    const T* const body = ws.at(k - 1);
-    to_parent<full>(step, parent.J, body[Ws::body_x * n], body[Ws::body_y * n], P);
-    P.xx += parent.m;
-    P.yy += parent.m;
-    size_J += parent.J + parent.r;
-    size_m += parent.size_m;
-    if constexpr (forces) {
-      z.x += body[Ws::bias_x * n];
-      z.y += body[Ws::bias_y * n];
-    }
+  const T trace = P.xx + P.yy;
+  size_m = trace + there.size_m;
+  size_J = reach * trace + there.size_J;
+  if constexpr (full) {
+    size_J += T(2) * P.J;
+    P.J += J + (T(2) * (step.tx * P.x + step.ty * P.y) + across(step, P));
   } else {
-    to_parent<full>(step, T(0), T(0), T(0), P);
+    P.J = J - (tb * tb) * at.inverse_D;
   }
+  move_b<full>(step, there, P);
+  P.xx += there.m;
+  P.yy += there.m;
 }
 
 // D and g of every link and ws.margin; with forces e+ too.
 template <bool forces, class T>
-void filter(const PlanarModel<T>& model, const T* tau, PlanarWorkspace<T>& ws) {
-  using Ws = PlanarWorkspace<T>;
-  const T net = model.net();
+[[gnu::optimize("no-tree-slp-vectorize")]] void filter(const PlanarModel<T>& model, const T* tau,
+                                                       PlanarWorkspace<T>& ws) {
+  const T net = model.net(), zero = T(0);
   PlanarInertia<T> P;
   Planar<T> z;
   T size_J, size_m, margin = T(1);
   for (auto& branch : ws.branches) {
-    branch.P = {T(0), T(0), T(0), T(0), T(0), T(0)};
-    branch.z = {T(0), T(0), T(0)};
-    branch.size_J = branch.size_m = T(0);
+    branch.P = {zero, zero, zero, zero, zero, zero};
+    branch.z = {zero, zero, zero};
+    branch.size_J = branch.size_m = zero;
   }
-  bool carried = false;  // P and z come from link k + 1, M(k) included
+  bool carried = false;  // P and z come from link k + 1, and link k is added
   for (int k = model.nv() - 1; k >= 0; --k) {
     const PlanarLink<T>& link = model.link(k);
     if (!carried) {
-      P.J = link.J;
-      P.x = ws.table.at(Ws::body_x, k);
-      P.y = ws.table.at(Ws::body_y, k);
-      P.xx = P.yy = link.m;
-      P.xy = T(0);
-      size_J = link.J + link.r;
-      size_m = link.size_m;
-      z.n = T(0);
-      if constexpr (forces) {
-        z.x = ws.table.at(Ws::bias_x, k);
-        z.y = ws.table.at(Ws::bias_y, k);
-      }
+      const PlanarBody<T> body = ws.template body<forces>(link, k);
+      P.J = body.J;
+      P.x = body.x;
+      P.y = body.y;
+      P.xx = P.yy = body.m;
+      P.xy = z.n = zero;
+      z.x = body.fx;
+      z.y = body.fy;
+      size_J = body.size_J;
+      size_m = body.size_m;
     }
     if (link.slot >= 0) {
       const auto& branch = ws.branches[link.slot];
@@ -442,8 +525,16 @@ void filter(const PlanarModel<T>& model, const T* tau, PlanarWorkspace<T>& ws) {
       size_J += branch.size_J;
       size_m += branch.size_m;
     }
+    carried = link.hangs_on_previous;
+    PlanarBody<T> there{zero, zero, zero, zero, zero, zero, zero, zero};
+    if (carried) there = ws.template body<forces>(model.link(k - 1), k - 1);
+    PlanarStep<T> step{zero, zero, zero, zero, zero, zero, zero};
+    if (link.parent >= 0) step = ws.step(link, k);
+    T force = zero;
+    if constexpr (forces) force = tau[link.dof];
     const auto across = [&]<bool slides, bool noise>() __attribute__((always_inline)) {
-      cross<forces, slides, noise>(link, k, net, tau, ws, P, z, size_J, size_m, margin);
+      cross<forces, slides, noise>(link, step, there, net, force, ws, k, P, z, size_J, size_m,
+                                   margin);
     };
     if (link.slides)
       link.noise ? across.template operator()<true, true>()
@@ -451,7 +542,6 @@ void filter(const PlanarModel<T>& model, const T* tau, PlanarWorkspace<T>& ws) {
     else
       link.noise ? across.template operator()<false, true>()
                  : across.template operator()<false, false>();
-    carried = link.hangs_on_previous;
     if (link.parent < 0 || carried) continue;
     auto& branch = ws.branches[model.link(link.parent).slot];
     add(P, branch.P);

@@ -9,8 +9,8 @@
 // A joint's axis is compared with its parent's, and then set right, so that nothing adds up along a
 // chain. It may be off by 8 u, u of the precision that the model is given in: a quaternion whose
 // numbers are rounded turns by up to 2 u more or less than it should, one that was multiplied from
-// two that are rounded by up to 6 u; and both sides count at a slide. To leave that out is to change
-// each placement by rounding. A chain whose axes were tilted on purpose is not planar.
+// two that are rounded by up to 6 u; and both sides count at a slide. To leave that out is to
+// change each placement by rounding. A chain whose axes were tilted on purpose is not planar.
 #pragma once
 
 #include <cmath>
@@ -39,7 +39,7 @@ struct HomeFrame {
 
 template <class W>
 struct Plane {
-  Matrix3<W> axes;               // its rows in the world's axes: two in the plane, and n
+  Matrix3<W> axes;                 // its rows in the world's axes: two in the plane, and n
   std::vector<HomeFrame<W>> home;  // of every link, in the plane's axes
 
   Vector3<W> normal() const { return axes.row(2).transpose(); }

@@ -1,5 +1,5 @@
-// Slides alone, in one to three dimensions: what moves does not turn, so that phi = 1 on forces, and
-// M does not depend on q.
+// Slides alone, in one to three dimensions: what moves does not turn, so that phi = 1 on forces,
+// and M does not depend on q.
 //
 //   D = u'P-u + r,  g = P-u / D,  P+ = P- - g (P-u)',  P-(parent) += P+        (3.6), (3.10)
 // with P 3 x 3 and u the slide's axis, in world axes: once a model, in a wider precision. A call is
@@ -48,8 +48,10 @@ class TranslationalFactors {
       log_det += log(D);
       swept.D[k] = D;
       swept.g[k] = g;
-      links_[k] = {slides[k].parent, T(W(1) / D), slides[k].axis.template cast<T>(),
-                   g.template cast<T>()};
+      links_[k].parent = slides[k].parent;
+      links_[k].inverse_D = T(W(1) / D);
+      links_[k].u = slides[k].axis.template cast<T>();
+      links_[k].g = g.template cast<T>();
     }
     log_det_ = T(log_det);
     VectorX<W> x(n);
