@@ -452,6 +452,7 @@ template <bool forces, bool slides, bool noise, class T>
   using std::min;
   constexpr bool full = slides || noise;  // J+ and b+ are not zero
   auto& at = ws.links[k];
+  const T trace = P.xx + P.yy, J_minus = P.J;  // what C+ and J+ are differences of
   T ux, uy, reach = link.reach, J = there.J, tb;
   if constexpr (slides) {
     ux = ws.apart[link.apart].ux;
@@ -476,11 +477,10 @@ template <bool forces, bool slides, bool noise, class T>
     z.x += there.fx;
     z.y += there.fy;
   }
-  const T trace = P.xx + P.yy;
   size_m = trace + there.size_m;
   size_J = reach * trace + there.size_J;
   if constexpr (full) {
-    size_J += T(2) * P.J;
+    size_J += T(2) * J_minus;
     P.J += J + (T(2) * (step.tx * P.x + step.ty * P.y) + across(step, P));
   } else {
     P.J = J - (tb * tb) * at.inverse_D;

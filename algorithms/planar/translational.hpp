@@ -37,14 +37,21 @@ class TranslationalFactors {
     const int n = nv();
     Swept<W> swept{slides, std::vector<W>(n), std::vector<Vector3<W>>(n)};
     std::vector<Matrix3<W>> P(n);
+    std::vector<W> size(n);  // of the terms of P
     W log_det(0);
-    for (int k = 0; k < n; ++k) P[k] = slides[k].mass * Matrix3<W>::Identity();
+    for (int k = 0; k < n; ++k) {
+      P[k] = slides[k].mass * Matrix3<W>::Identity();
+      size[k] = W(3) * slides[k].mass + slides[k].r;
+    }
     for (int k = n - 1; k >= 0; --k) {
       const Vector3<W> Pu = P[k] * slides[k].axis;
       const W D = slides[k].axis.dot(Pu) + slides[k].r;
-      suspect_ = suspect_ || !(D > net * (P[k].trace() + slides[k].r));
+      suspect_ = suspect_ || !(D > net * size[k]);
       const Vector3<W> g = Pu / D;
-      if (slides[k].parent >= 0) P[slides[k].parent] += P[k] - g * Pu.transpose();
+      if (slides[k].parent >= 0) {
+        P[slides[k].parent] += P[k] - g * Pu.transpose();
+        size[slides[k].parent] += P[k].trace();
+      }
       log_det += log(D);
       swept.D[k] = D;
       swept.g[k] = g;
