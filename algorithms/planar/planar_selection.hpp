@@ -46,7 +46,7 @@ class PlanarSelection {
     along_ = B.transpose() * along_factors.inverse() * B;
   }
 
-  // X (both triangles), after planar_factor. About 14 flops a column and link inboard of it, and
+  // X (both triangles), after planar_factor. About 10 flops a column and link inboard of it, and
   // half the square of the columns that a link carries.
   void fill(const PlanarModel<T>& model, const PlanarWorkspace<T>& ws, MatrixX<T>& X) {
     const int size = static_cast<int>(E_.rows());

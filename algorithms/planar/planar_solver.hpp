@@ -61,7 +61,7 @@ class PlanarSolver final : public PartialSolver<T> {
     return by_fallback_ ? fallback_.factor(q.data()) : Outcome{};
   }
 
-  // About 28 flops a hinge.
+  // About 26 flops a hinge.
   void solve(const VectorX<T>& tau, VectorX<T>& x) override {
     if (by_fallback_) return fallback_.solve(tau, x);
     const int last = model_.nv() - 1;

@@ -13,6 +13,7 @@
 #include "algorithms/planar/planar_solver.hpp"
 #include "algorithms/planar/test/support.hpp"
 #include "algorithms/planar/translational_solver.hpp"
+#include "algorithms/test/allocations.hpp"
 
 namespace kalmarm::test {
 namespace {
@@ -462,6 +463,35 @@ TYPED_TEST(Planes, ComponentsThatCannotMoveAreZero) {
       const bool moves = i > 1 && i < 5 && j > 1 && j < 5;
       EXPECT_EQ(X(i, j) != T(0), moves) << i << ' ' << j;
     }
+}
+
+template <class T>
+void expect_no_allocation(PartialSolver<T>& solver, const Model<double>& drawn) {
+  const State<T> state = random_state(drawn, 5).template cast<T>();
+  const int nv = drawn.nv();
+  const Selection<T> selection = some_selection<T>(drawn);
+  VectorX<T> x(nv);
+  MatrixX<T> X(nv, nv), S(selection.size(), selection.size());
+  T log_det;
+  solver.select(selection);
+  const long before = allocations;
+  bool ok = static_cast<bool>(solver.acceleration(state.q, state.qd, state.tau, x));
+  ok = solver.factor(state.q) && ok;
+  solver.solve(state.tau, x);
+  ok = solver.inverse(state.q, X) && solver.diagonal(state.q, x) && ok;
+  ok = solver.log_det(state.q, log_det) && solver.selected(state.q, S) && ok;
+  EXPECT_EQ(allocations, before);
+  EXPECT_TRUE(ok);
+}
+
+TYPED_TEST(Planes, NothingIsAllocatedOnceASolverIsMade) {
+  using T = TypeParam;
+  for (const Model<double>& drawn : {planar_everything(5), planar_chain(5, 40)}) {
+    PlanarSolver<T> solver(drawn.cast<T>());
+    expect_no_allocation(solver, drawn);
+  }
+  TranslationalSolver<T> solver(slides_alone(5, 20).cast<T>());
+  expect_no_allocation(solver, slides_alone(5, 20));
 }
 
 }  // namespace
