@@ -38,7 +38,9 @@ class PlanarSolver final : public PartialSolver<T> {
         in_plane_(model_.nv(), model_.nv()),
         given_(model),
         rm_(model),
-        fallback_(model, StructuredModel<T>(model)) {}
+        fallback_(model, StructuredModel<T>(model)) {
+    assert(static_cast<int>(plane.home.size()) == model.nv());
+  }
 
   Outcome acceleration(const VectorX<T>& q, const VectorX<T>& qd, const VectorX<T>& tau,
                        VectorX<T>& a) override {
