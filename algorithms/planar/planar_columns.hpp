@@ -3,9 +3,9 @@
 //
 //   e = tau - H z-,  z-(parent) += phi (z- + g e)            tips to base      (4.2), (4.4)
 //   a = e / D - g'l+,  l+ = phi' l-(parent)                  base to tips      (4.9)
-//   Lambda+(k) = phi' Lambda-(parent) phi,  y = Lambda+ g,  M^-1(k,k) = 1 / D + g'y      (5.7), (6.1)
-//   Lambda-(k) = Lambda+ - H'y' - (y - H' M^-1(k,k)) H                                   (5.6)
-// About 28 flops a hinge and lane in the two sweeps, 47 a hinge for the diagonal.
+//   Lambda+(k) = phi' Lambda-(parent) phi,  y = Lambda+ g,  M^-1(k,k) = 1 / D + g'y      (5.7),
+//   (6.1) Lambda-(k) = Lambda+ - H'y' - (y - H' M^-1(k,k)) H (5.6)
+// About 26 flops a hinge and lane in the two sweeps, 40 a hinge for the diagonal.
 #pragma once
 
 #include <vector>
@@ -25,8 +25,7 @@ struct PlanarColumns {
   std::vector<Branch> branches;
 
   template <class S>
-  explicit PlanarColumns(const PlanarModel<S>& model)
-      : e(model.nv()), branches(model.slots()) {}
+  explicit PlanarColumns(const PlanarModel<S>& model) : e(model.nv()), branches(model.slots()) {}
 };
 
 namespace detail {

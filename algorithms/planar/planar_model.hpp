@@ -5,13 +5,14 @@
 // In the plane a link is all that moves as one there: what is carried along n alone stays with the
 // link that carries it. Its frame has the axes of the plane at q = ref, so that angles add up,
 //   theta(k) = theta(parent) + (q - ref)     at a hinge, with the sign of its axis along n
-// and a vector of the link turns by theta alone. Of phi two numbers are left, of M(k) four: with the
-// link's origin at p from its parent's, h = m c, and J about n through the origin,
+// and a vector of the link turns by theta alone. Of phi two numbers are left, of M(k) four: with
+// the link's origin at p from its parent's, h = m c, and J about n through the origin,
 //   phi(parent,k) = [1 t'; 0 1]  on (moment about n; force),   t = (-p_y, p_x)
 //   M(k)          = [J b'; b m 1],                             b = (-h_y, h_x)
 // Everything is worked out in a wider precision and rounded once.
 #pragma once
 
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -22,14 +23,20 @@
 
 namespace kalmarm {
 
+// Four links at once: an arm has few, and scalar code that follows on 512-bit registers waits.
+template <class T>
+using Four = std::conditional_t<std::is_floating_point_v<T>, Pack<T, 4>, T>;
+template <class T>
+inline constexpr int four = Lanes<Four<T>>::count;
+
 template <class T>
 struct PlanarLink {
   int parent = -1;  // link in the plane on the inboard side; -1: the fixed base
   int dof = 0, q_index = 0;
   bool slides = false, noise = false, hangs_on_previous = false;
-  int slot = -1;         // in the workspace, for links with a child other than k + 1; else -1
-  int apart = -1;        // in the workspace, of a slide, or of a link on a branch; else -1
-  T sign = T(1);         // of a hinge's axis along n
+  int slot = -1;   // in the workspace, for links with a child other than k + 1; else -1
+  int apart = -1;  // in the workspace, of a slide, or of a link on a branch; else -1
+  T sign = T(1);   // of a hinge's axis along n
   T ref = T(0), r = T(0);
   T m = T(0), J = T(0);
   T size_m = T(0);                               // trace of C, and r
@@ -40,8 +47,9 @@ struct PlanarLink {
 template <class T>
 class PlanarModel {
  public:
-  // Of a link at home: t of the hinge that hangs on it and is the next link, and b.
-  enum Row { next_tx, next_ty, body_x, body_y, rows };
+  // Of a link at home: t of the hinge that hangs on it and is the next link, and b. Of a hinge, the
+  // sign of its axis along n, and ref; of a slide, 0.
+  enum Row { next_tx, next_ty, body_x, body_y, sign, ref, rows };
 
   template <class Given>
   PlanarModel(const Model<Given>& model, const Plane<Lowering<Given>>& plane) {
@@ -54,8 +62,11 @@ class PlanarModel {
   const std::vector<int>& apart() const { return apart_; }  // links that have such a place
   const PlanarLink<T>& link(int k) const { return links_[k]; }
   int moves_with(int link) const { return moves_with_[link]; }  // link in the plane, or -1
-  const JointTable<T, rows>& home() const { return home_; }
-  const T& net() const { return net_; }  // D below net times its terms is looked into
+  bool is_chain() const {
+    return is_chain_;
+  }  // link k is DoF k and coordinate k, and hangs on k - 1
+  const JointTable<T, rows, Four<T>>& home() const { return home_; }
+  const T& net() const { return net_; }    // D below net times its terms is looked into
   const T& a0_x() const { return a0_x_; }  // acceleration of the base, -gravity
   const T& a0_y() const { return a0_y_; }
 
@@ -78,16 +89,21 @@ class PlanarModel {
         moves_with_.push_back(parent);
       } else {
         moves_with_.push_back(nv());
-        const Vector3<W> from =
-            parent < 0 ? Vector3<W>::Zero() : plane.home[links_[parent].dof].o;
+        const Vector3<W> from = parent < 0 ? Vector3<W>::Zero() : plane.home[links_[parent].dof].o;
         add_link(model.joint(k), k, parent, frame, Vector3<W>(frame.o - from));
         bodies.emplace_back();
       }
       if (const int i = moves_with_[k]; i >= 0)
         add_body(model, k, frame, plane.home[links_[i].dof].o, bodies[i]);
     }
-    home_ = JointTable<T, rows>(nv());
-    for (int k = 0; k < nv(); ++k) set_body(bodies[k], k);
+    home_ = JointTable<T, rows, Four<T>>(nv());
+    for (int k = 0; k < nv(); ++k) {
+      const PlanarLink<T>& link = links_[k];
+      set_body(bodies[k], k);
+      if (!link.slides) home_.at(sign, k) = link.sign;
+      if (!link.slides) home_.at(ref, k) = link.ref;
+      is_chain_ = is_chain_ && link.parent == k - 1 && link.dof == k && link.q_index == k;
+    }
   }
 
   template <class W>
@@ -129,8 +145,7 @@ class PlanarModel {
     const Vector3<W> n = frame.R.row(2).transpose();
     sum.m += body.mass;
     sum.h += body.mass * c;
-    sum.J += n.dot(Vector3<W>(model.inertia(k).I_cm * n)) +
-             body.mass * (c[0] * c[0] + c[1] * c[1]);
+    sum.J += n.dot(Vector3<W>(model.inertia(k).I_cm * n)) + body.mass * (c[0] * c[0] + c[1] * c[1]);
   }
 
   template <class W>
@@ -148,10 +163,11 @@ class PlanarModel {
   }
 
   int slots_ = 0;
+  bool is_chain_ = true;
   std::vector<int> apart_;
   std::vector<PlanarLink<T>> links_;
   std::vector<int> moves_with_;
-  JointTable<T, rows> home_{0};
+  JointTable<T, rows, Four<T>> home_{0};
   T net_, a0_x_, a0_y_;
 };
 

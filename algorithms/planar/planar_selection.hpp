@@ -46,7 +46,7 @@ class PlanarSelection {
     along_ = B.transpose() * along_factors.inverse() * B;
   }
 
-  // X (both triangles), after planar_factor. About 14 flops a column and link inboard of it, and
+  // X (both triangles), after planar_factor. About 10 flops a column and link inboard of it, and
   // half the square of the columns that a link carries.
   void fill(const PlanarModel<T>& model, const PlanarWorkspace<T>& ws, MatrixX<T>& X) {
     const int size = static_cast<int>(E_.rows());
@@ -105,7 +105,8 @@ class PlanarSelection {
   void set_innovations(const PlanarModel<T>& model, const PlanarWorkspace<T>& ws, const At& site,
                        int column) {
     if (site.link < 0) return;
-    const T c = ws.cos[site.link], s = ws.sin[site.link];
+    using Ws = PlanarWorkspace<T>;
+    const T c = ws.table.at(Ws::cosine, site.link), s = ws.table.at(Ws::sine, site.link);
     const T tx = c * site.tx - s * site.ty, ty = s * site.tx + c * site.ty;
     std::array<T, 8> n{}, x{}, y{};
     for (int i = 0; i < 3; ++i) {

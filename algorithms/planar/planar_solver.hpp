@@ -38,7 +38,9 @@ class PlanarSolver final : public PartialSolver<T> {
         in_plane_(model_.nv(), model_.nv()),
         given_(model),
         rm_(model),
-        fallback_(model, StructuredModel<T>(model)) {}
+        fallback_(model, StructuredModel<T>(model)) {
+    assert(static_cast<int>(plane.home.size()) == model.nv());
+  }
 
   Outcome acceleration(const VectorX<T>& q, const VectorX<T>& qd, const VectorX<T>& tau,
                        VectorX<T>& a) override {
@@ -61,7 +63,7 @@ class PlanarSolver final : public PartialSolver<T> {
     return by_fallback_ ? fallback_.factor(q.data()) : Outcome{};
   }
 
-  // About 28 flops a hinge.
+  // About 26 flops a hinge.
   void solve(const VectorX<T>& tau, VectorX<T>& x) override {
     if (by_fallback_) return fallback_.solve(tau, x);
     const int last = model_.nv() - 1;

@@ -4,13 +4,13 @@
 // every slide's is parallel to n or perpendicular to it. What moves across n then never turns n, so
 // that what holds at q = ref holds for all q; and M has no entry between joints that move in the
 // plane and slides along n (planar_model.hpp).
-//   n is the first hinge's axis, where there is a hinge; else an axis of a slide, or perpendicular
-//   to two of them, or to the only direction that there is.
+//   n is the first hinge's axis, where there is a hinge; else the axis of a slide, or perpendicular
+//   to two that are not parallel, or to the only direction that there is.
 // A joint's axis is compared with its parent's, and then set right, so that nothing adds up along a
 // chain. It may be off by 8 u, u of the precision that the model is given in: a quaternion whose
 // numbers are rounded turns by up to 2 u more or less than it should, one that was multiplied from
-// two that are rounded by up to 6 u; and both sides count at a slide. To leave that out is to change
-// each placement by rounding. A chain whose axes were tilted on purpose is not planar.
+// two that are rounded by up to 6 u; and both sides count at a slide. To leave that out is to
+// change each placement by rounding. A chain whose axes were tilted on purpose is not planar.
 #pragma once
 
 #include <cmath>
@@ -39,7 +39,7 @@ struct HomeFrame {
 
 template <class W>
 struct Plane {
-  Matrix3<W> axes;               // its rows in the world's axes: two in the plane, and n
+  Matrix3<W> axes;                 // its rows in the world's axes: two in the plane, and n
   std::vector<HomeFrame<W>> home;  // of every link, in the plane's axes
 
   Vector3<W> normal() const { return axes.row(2).transpose(); }
@@ -109,10 +109,12 @@ std::vector<Vector3<W>> candidate_normals(const Model<W>& model, const W& tolera
   }
   if (R.empty()) return {};
   const Vector3<W> first = R[0].col(2);
-  for (const Matrix3<W>& other : R) {
-    const Vector3<W> second = other.col(2), normal = first.cross(second);
-    if (normal.norm() > tolerance) return {normal.normalized(), first, second};
-  }
+  Vector3<W> second = first;  // the one that is least parallel to it
+  for (const Matrix3<W>& other : R)
+    if (first.cross(Vector3<W>(other.col(2))).norm() > first.cross(second).norm())
+      second = other.col(2);
+  const Vector3<W> normal = first.cross(second);
+  if (normal.norm() > tolerance) return {normal.normalized(), first, second};
   return {axes_about(first).row(0).transpose()};
 }
 

@@ -1,6 +1,6 @@
 // Models of slides alone behind the interface of every solver. Neither M nor what is asked of it
-// depends on q: all is worked out once, and a call costs a product or two sweeps (translational.hpp).
-// A suspect is looked into by Sequential<Conventional>, once.
+// depends on q: all is worked out once, and a call costs a product or two sweeps
+// (translational.hpp). A suspect is looked into by Sequential<Conventional>, once.
 #pragma once
 
 #include <cmath>

@@ -66,6 +66,26 @@ struct Lanes<Pack<S, n>> {
 template <class S>
 using WidePack = Pack<S, 64 / static_cast<int>(sizeof(S))>;
 
+// The first `count` lanes, 0 in the others; nothing behind them is read.
+template <class P, class S>
+[[gnu::always_inline]] inline P load_first(const S* from, int count) {
+  constexpr int n = Lanes<P>::count;
+  if constexpr (n == 1) {
+    return *from;
+  } else {
+    if (count >= n) return P::load(from);
+#ifdef __AVX512VL__
+    if constexpr (std::is_same_v<P, Pack<double, 4>>)
+      return P::of(_mm256_maskz_loadu_pd(static_cast<__mmask8>((1U << count) - 1), from));
+    if constexpr (std::is_same_v<P, Pack<float, 4>>)
+      return P::of(_mm_maskz_loadu_ps(static_cast<__mmask8>((1U << count) - 1), from));
+#endif
+    S lanes[n] = {};
+    for (int i = 0; i < count; ++i) lanes[i] = from[i];
+    return P::load(lanes);
+  }
+}
+
 // 1 / d, of a full register within 2 units in the last place: from 14 bits by Newton's steps
 // x <- x + x e, e = 1 - d x, which becomes e^2. Not faster than one division, but many of them
 // would wait for the divider. NaN where d is zero, infinite or less than the least normal number.
@@ -96,6 +116,31 @@ P interleave(const P& a, const P& b, std::integer_sequence<int, i...>) {
 }
 
 }  // namespace detail
+
+namespace detail {
+
+// Lane i - step, 0 in the first ones.
+template <class P, int step, int... i>
+P delayed(const P& x, std::integer_sequence<int, i...>) {
+  return P::of(__builtin_shufflevector(P(0).v, x.v, (i < step ? i : sizeof...(i) + i - step)...));
+}
+
+template <int step, class S, int n>
+[[gnu::always_inline]] inline Pack<S, n> running_sum(const Pack<S, n>& x) {
+  if constexpr (step >= n)
+    return x;
+  else
+    return running_sum<2 * step>(
+        x + delayed<Pack<S, n>, step>(x, std::make_integer_sequence<int, n>()));
+}
+
+}  // namespace detail
+
+// Lane i: the sum of lanes 0 to i, in log2(n) rounds.
+template <class S, int n>
+[[gnu::always_inline]] inline Pack<S, n> running_sum(const Pack<S, n>& x) {
+  return detail::running_sum<1>(x);
+}
 
 // rows[i][j] <-> rows[j][i] of n packs. log2(n) rounds, each of which moves row i + n/2 behind i.
 template <class S, int n>

@@ -1,5 +1,6 @@
 // Numbers of every joint, which can be worked on joint by joint or for a register's width of
-// joints at once: blocks of `lanes` joints, in each block one row for every number.
+// joints at once: blocks of `lanes` joints, as many as V holds, in each block one row for every
+// number.
 #pragma once
 
 #include <Eigen/Core>
@@ -91,10 +92,10 @@ template <class T>
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
-template <class T, int numbers>
+template <class T, int numbers, class V = Wide<T>>
 class JointTable {
  public:
-  static constexpr int lanes = lanes_of<T>;
+  static constexpr int lanes = Lanes<V>::count;
 
   explicit JointTable(int joints)
       : blocks_((joints + lanes - 1) / lanes), data_(blocks_ * numbers * lanes, T(0)) {}
@@ -119,12 +120,22 @@ class JointTable {
   // Of all joints of a block.
   const T* row(int number, int block) const { return &data_[(block * numbers + number) * lanes]; }
   T* row(int number, int block) { return &data_[(block * numbers + number) * lanes]; }
-  Wide<T> load(int number, int block) const { return kalmarm::load(row(number, block)); }
-  void store(int number, int block, const Wide<T>& x) { kalmarm::store(x, row(number, block)); }
-  Triple<Wide<T>> load3(int number, int block) const {
+  V load(int number, int block) const {
+    if constexpr (lanes > 1)
+      return V::load(row(number, block));
+    else
+      return *row(number, block);
+  }
+  void store(int number, int block, const V& x) {
+    if constexpr (lanes > 1)
+      x.store(row(number, block));
+    else
+      *row(number, block) = x;
+  }
+  Triple<V> load3(int number, int block) const {
     return {load(number, block), load(number + 1, block), load(number + 2, block)};
   }
-  void store3(int number, int block, const Triple<Wide<T>>& x) {
+  void store3(int number, int block, const Triple<V>& x) {
     store(number, block, x.x);
     store(number + 1, block, x.y);
     store(number + 2, block, x.z);

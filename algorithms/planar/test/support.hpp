@@ -1,5 +1,5 @@
-// Planar and translational mechanisms for the tests: placed at any tilt, with axes that are parallel
-// but for the rounding of their quaternions.
+// Planar and translational mechanisms for the tests: placed at any tilt, with axes that are
+// parallel but for the rounding of their quaternions.
 #pragma once
 
 #include <numbers>
@@ -32,8 +32,7 @@ class PlanarBuilder {
       placed_ = placed_ * about(pi, x);
     Joint<double> joint = random_joint(
         random_, parent, moves == Moves::turns ? Coordinate::angle : Coordinate::distance);
-    const Matrix3<double> inboard =
-        parent < 0 ? Matrix3<double>(base_.transpose()) : home_[parent];
+    const Matrix3<double> inboard = parent < 0 ? Matrix3<double>(base_.transpose()) : home_[parent];
     joint.rotation = Eigen::Quaterniond(Matrix3<double>(inboard.transpose() * placed_));
     joint.rotation.coeffs() *= random_.uniform(0.5, 2);
     return joint;
@@ -58,7 +57,7 @@ class PlanarBuilder {
  private:
   Random random_;
   Builder builder_;
-  Matrix3<double> base_, placed_;       // the plane's axes in the world's; a link's in the plane's
+  Matrix3<double> base_, placed_;      // the plane's axes in the world's; a link's in the plane's
   std::vector<Matrix3<double>> home_;  // at q = ref
 };
 
@@ -70,8 +69,7 @@ inline Model<double> planar_chain(std::uint64_t seed, int n = 10) {
 
 inline Model<double> planar_tree(std::uint64_t seed) {
   PlanarBuilder builder(seed);
-  for (int k = 0; k < 16; ++k)
-    builder.add(k == 0 ? -1 : builder.random().below(k), Moves::turns);
+  for (int k = 0; k < 16; ++k) builder.add(k == 0 ? -1 : builder.random().below(k), Moves::turns);
   return builder.build();
 }
 
@@ -131,7 +129,6 @@ inline std::vector<Family> planar_families() {
           {"planar_tree", planar_tree},
           {"scara", scara},
           {"planar_everything", planar_everything},
-          {"planar_massless", planar_massless},
           {"slides_in_the_plane", slides_in_the_plane},
           {"one_planar_hinge", one_planar_hinge},
           {"one_planar_slide", one_planar_slide}};
@@ -142,9 +139,9 @@ inline Model<double> slides_alone(std::uint64_t seed, int n) {
   Random random(seed);
   Builder builder;
   for (int k = 0; k < n; ++k) {
-    Joint<double> joint = random_joint(
-        random, random.chance(0.2) ? -1 : std::max(-1, k - 1 - random.below(2)),
-        Coordinate::distance);
+    Joint<double> joint =
+        random_joint(random, random.chance(0.2) ? -1 : std::max(-1, k - 1 - random.below(2)),
+                     Coordinate::distance);
     if (random.chance(0.3)) joint.r = random.uniform(0.01, 0.5);
     builder.add(joint);
   }

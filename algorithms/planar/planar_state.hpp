@@ -1,0 +1,295 @@
+// Where the links of a planar mechanism are and how they turn, in world axes, worked out for all
+// links before the filter runs (planar_filter.hpp), four at once.
+//
+//   theta, w = sums of q - ref and q' from the base on
+//   t, b     at home, turned by theta of the parent and of the link     (planar_model.hpp)
+//   c = -w^2 p, w of the parent; of a slide + 2 w q' v                  v across its axis u
+//   f = -w^2 h                                                          bias of the link alone
+// Accelerations are those of material points at the links' origins, so that no other velocity term
+// is left. An angle is known to half a unit in the last place of theta: an arm that is wound up ten
+// times loses a digit.
+#pragma once
+
+#include <vector>
+
+#include "algorithms/planar/planar_model.hpp"
+#include "algorithms/spatial/sincos.hpp"
+
+namespace kalmarm {
+
+// Moment about n and force, or angular and linear motion.
+template <class T>
+struct Planar {
+  T n, x, y;
+};
+
+template <class T>
+struct PlanarInertia {
+  T J, x, y, xx, xy, yy;
+};
+
+template <class T>
+[[gnu::always_inline]] inline void add(const Planar<T>& from, Planar<T>& to) {
+  to.n += from.n;
+  to.x += from.x;
+  to.y += from.y;
+}
+
+template <class T>
+[[gnu::always_inline]] inline void add(const PlanarInertia<T>& from, PlanarInertia<T>& to) {
+  to.J += from.J;
+  to.x += from.x;
+  to.y += from.y;
+  to.xx += from.xx;
+  to.xy += from.xy;
+  to.yy += from.yy;
+}
+
+// Number by number: gcc keeps in memory what is assigned as a whole.
+template <class T>
+[[gnu::always_inline]] inline void copy(const Planar<T>& from, Planar<T>& to) {
+  to.n = from.n;
+  to.x = from.x;
+  to.y = from.y;
+}
+
+// t across a joint, its products for J, and c.
+template <class T>
+struct PlanarStep {
+  T tx, ty, tt_xx, tt_xy, tt_yy;  // t t', twice off the diagonal
+  T cx, cy;
+};
+
+// M, f and the sizes that a link alone brings.
+template <class T>
+struct PlanarBody {
+  T J, x, y, m, fx, fy, size_J, size_m;
+};
+
+template <class T>
+struct PlanarWorkspace {
+  // Of a link as it stands: t and c of the hinge that hangs on it and is the next link, b, f,
+  // theta.
+  enum Row {
+    next_tx,
+    next_ty,
+    next_tt_xx,
+    next_tt_xy,
+    next_tt_yy,
+    next_cx,
+    next_cy,
+    body_x,
+    body_y,
+    bias_x,
+    bias_y,
+    theta,
+    w,
+    sine,
+    cosine,
+    rows
+  };
+
+  struct Link {
+    T e;  // e+
+    T D, inverse_D;
+    Planar<T> g;  // of a slide along n, u and v; of 1 where r = 0 nothing
+  };
+  // Of a slide, or of a link that does not hang on the one before.
+  struct Apart {
+    PlanarStep<T> step;
+    T ux, uy, reach;
+  };
+  // Of a link with children that are not the next link: what they have summed up to, and l-.
+  struct Branch {
+    PlanarInertia<T> P;
+    T size_J, size_m;
+    Planar<T> z, l;
+  };
+
+  JointTable<T, rows, Four<T>> table;
+  std::vector<Link> links;
+  std::vector<Apart> apart;
+  std::vector<Branch> branches;
+  T margin;  // least D - net x size
+  T check;   // zero where every acceleration was finite, else NaN
+
+  explicit PlanarWorkspace(const PlanarModel<T>& model)
+      : table(model.nv()),
+        links(model.nv()),
+        apart(model.apart().size()),
+        branches(model.slots()) {}
+
+  // The rows of link k: row r is at [r * four<T>].
+  const T* at(unsigned k) const {
+    constexpr unsigned n = four<T>;
+    return table.row(0, 0) + (k / n * (rows * n) + k % n);
+  }
+
+  template <bool forces>
+  [[gnu::always_inline]] PlanarBody<T> body(const PlanarLink<T>& link, int k) const {
+    constexpr int n = four<T>;
+    const T* const from = at(k);
+    return {link.J,
+            from[body_x * n],
+            from[body_y * n],
+            link.m,
+            forces ? from[bias_x * n] : T(0),
+            forces ? from[bias_y * n] : T(0),
+            link.J + link.r,
+            link.size_m};
+  }
+
+  [[gnu::always_inline]] PlanarStep<T> step(const PlanarLink<T>& link, int k) const {
+    if (link.apart >= 0) return apart[link.apart].step;
+    constexpr int n = four<T>;
+    const T* const from = at(k - 1);
+    return {from[next_tx * n],    from[next_ty * n], from[next_tt_xx * n], from[next_tt_xy * n],
+            from[next_tt_yy * n], from[next_cx * n], from[next_cy * n]};
+  }
+};
+
+namespace detail {
+
+template <class T>
+[[gnu::always_inline]] inline void sin_cos_of(const Four<T>& x, Four<T>& s, Four<T>& c) {
+  using std::cos;
+  using std::sin;
+  if constexpr (four < T >> 1) {
+    sin_cos(x, s, c);
+  } else {
+    s = sin(x);
+    c = cos(x);
+  }
+}
+
+// What q or q' adds up to from the base, where link k is DoF k and hangs on link k - 1.
+template <class T>
+struct SumAlongChain {
+  Four<T> last = T(0);
+
+  // The next block of `count`.
+  [[gnu::always_inline]] Four<T> next(const Four<T>& x) {
+    if constexpr (four < T >> 1) {
+      const Four<T> sum = last + running_sum(x);
+      last = sum[four<T> - 1];
+      return sum;
+    } else {
+      return last = last + x;
+    }
+  }
+};
+
+// theta, and w where there is a velocity, of a tree.
+template <bool moving, class T>
+void set_sums(const PlanarModel<T>& model, const T* q, const T* qd, PlanarWorkspace<T>& ws) {
+  using Ws = PlanarWorkspace<T>;
+  T theta = T(0), w = T(0);
+  for (int k = 0; k < model.nv(); ++k) {
+    const PlanarLink<T>& link = model.link(k);
+    if (!link.hangs_on_previous) {
+      theta = link.parent < 0 ? T(0) : ws.table.at(Ws::theta, link.parent);
+      if constexpr (moving) w = link.parent < 0 ? T(0) : ws.table.at(Ws::w, link.parent);
+    }
+    if (!link.slides) {
+      theta += link.sign * (q[link.q_index] - link.ref);
+      if constexpr (moving) w += link.sign * qd[link.dof];
+    }
+    ws.table.at(Ws::theta, k) = theta;
+    if constexpr (moving) ws.table.at(Ws::w, k) = w;
+  }
+}
+
+// Of the links of block i: t, b and, where there is a velocity, c and f.
+template <bool moving, class T>
+[[gnu::always_inline]] inline void set_block(const PlanarModel<T>& model, int i,
+                                             const Four<T>& theta, const Four<T>& w,
+                                             PlanarWorkspace<T>& ws) {
+  using Ws = PlanarWorkspace<T>;
+  using At = PlanarModel<T>;
+  Four<T> s, c;
+  sin_cos_of<T>(theta, s, c);
+  ws.table.store(Ws::sine, i, s);
+  ws.table.store(Ws::cosine, i, c);
+  const Four<T> ww = w * w;
+  const auto turn = [&](int home, int to, int curved) {
+    const Four<T> x = model.home().load(home, i), y = model.home().load(home + 1, i);
+    const Four<T> new_x = c * x - s * y, new_y = s * x + c * y;
+    ws.table.store(to, i, new_x);
+    ws.table.store(to + 1, i, new_y);
+    if constexpr (moving) {
+      ws.table.store(curved, i, -(ww * new_y));
+      ws.table.store(curved + 1, i, ww * new_x);
+    }
+  };
+  turn(At::next_tx, Ws::next_tx, Ws::next_cx);
+  turn(At::body_x, Ws::body_x, Ws::bias_x);
+  const Four<T> tx = ws.table.load(Ws::next_tx, i), ty = ws.table.load(Ws::next_ty, i);
+  ws.table.store(Ws::next_tt_xx, i, tx * tx);
+  ws.table.store(Ws::next_tt_xy, i, (tx + tx) * ty);
+  ws.table.store(Ws::next_tt_yy, i, ty * ty);
+}
+
+// Where the links are and how they turn: t, b, c and f of every link.
+template <bool moving, class T>
+void set_state(const PlanarModel<T>& model, const T* q, const T* qd, PlanarWorkspace<T>& ws) {
+  using At = PlanarModel<T>;
+  using Ws = PlanarWorkspace<T>;
+  constexpr int lanes = four<T>;
+  if (model.is_chain()) {
+    SumAlongChain<T> thetas, ws_of_links;
+    for (int i = 0; i < ws.table.blocks(); ++i) {
+      const int first = i * lanes, count = model.nv() - first;
+      const Four<T> sign = model.home().load(At::sign, i), ref = model.home().load(At::ref, i);
+      const Four<T> theta = thetas.next(sign * (load_first<Four<T>>(q + first, count) - ref));
+      Four<T> w = T(0);
+      if constexpr (moving) {
+        w = ws_of_links.next(sign * load_first<Four<T>>(qd + first, count));
+        ws.table.store(Ws::w, i, w);
+      }
+      set_block<moving>(model, i, theta, w, ws);
+    }
+  } else {
+    set_sums<moving>(model, q, qd, ws);
+    for (int i = 0; i < ws.table.blocks(); ++i)
+      set_block<moving>(model, i, ws.table.load(Ws::theta, i), ws.table.load(Ws::w, i), ws);
+  }
+  for (const int k : model.apart()) {
+    const PlanarLink<T>& link = model.link(k);
+    auto& apart = ws.apart[link.apart];
+    T s = T(0), c = T(1), w = T(0);
+    if (link.parent >= 0) {
+      s = ws.table.at(Ws::sine, link.parent);
+      c = ws.table.at(Ws::cosine, link.parent);
+      if constexpr (moving) w = ws.table.at(Ws::w, link.parent);
+    }
+    T tx = c * link.tx - s * link.ty, ty = s * link.tx + c * link.ty;
+    apart.reach = link.reach;
+    if (link.slides) {
+      const T d = q[link.q_index] - link.ref;
+      apart.ux = c * link.ux - s * link.uy;
+      apart.uy = s * link.ux + c * link.uy;
+      apart.reach += T(4) * d * d;
+      tx -= d * apart.uy;
+      ty += d * apart.ux;
+    }
+    apart.step.tx = tx;
+    apart.step.ty = ty;
+    apart.step.tt_xx = tx * tx;
+    apart.step.tt_xy = T(2) * tx * ty;
+    apart.step.tt_yy = ty * ty;
+    if constexpr (moving) {
+      const T ww = w * w;
+      apart.step.cx = -(ww * ty);
+      apart.step.cy = ww * tx;
+      if (link.slides) {
+        const T twice = T(2) * w * qd[link.dof];
+        apart.step.cx -= twice * apart.uy;
+        apart.step.cy += twice * apart.ux;
+      }
+    }
+  }
+}
+
+}  // namespace detail
+
+}  // namespace kalmarm
