@@ -57,6 +57,13 @@ struct StructuredBody {
   S reach = S(0);  // 2 |origin from the parent's|^2; of a slide 4 |p|^2, without its d
 };
 
+// What inverse dynamics needs, about the centre of mass.
+template <class S>
+struct CentralBody {
+  S m, c[3];
+  S Jxx, Jxy, Jxz, Jyy, Jyz, Jzz;  // integral of r r' dm = tr(I)/2 - I
+};
+
 template <class S>
 struct StructuredLink {
   enum class Kind { screws, matrix, cyclic };
@@ -82,7 +89,11 @@ class StructuredModel {
  public:
   template <class Given>
   explicit StructuredModel(const Model<Given>& model)
-      : nq_(model.nq()), links_(model.nv()), bodies_(model.nv()), factored_(model.nv()) {
+      : nq_(model.nq()),
+        links_(model.nv()),
+        bodies_(model.nv()),
+        factored_(model.nv()),
+        central_(model.nv()) {
     // A float's tilt of 1e-16 is no rounding yet, which in double it could be.
     using Next = Wider<Given>;
     lower(
@@ -97,6 +108,7 @@ class StructuredModel {
   const StructuredLink<S>& link(int k) const { return links_[k]; }
   const StructuredBody<S>& body(int k) const { return bodies_[k]; }
   const FactoredBody<S>& factored(int k) const { return factored_[k]; }
+  const CentralBody<S>& central(int k) const { return central_[k]; }
   const UncommonPlacement<S>& uncommon(const StructuredLink<S>& link) const {
     return uncommon_[link.uncommon];
   }
@@ -275,8 +287,8 @@ class StructuredModel {
     const Matrix3<W> back = about_z(frame.gamma).transpose();
     const Vector3<W> com = back * (joint.body.com - frame.shift * Vector3<W>::UnitZ());
     const Vector3<W> h = joint.body.mass * com;
-    const Matrix3<W> I =
-        back * inertia.I_cm * back.transpose() - cross_matrix(h) * cross_matrix(com);
+    const Matrix3<W> I_cm = back * inertia.I_cm * back.transpose();
+    const Matrix3<W> I = I_cm - cross_matrix(h) * cross_matrix(com);
     link.massless = inertia.massless;
     factor_body(joint.body.mass, com, Matrix3<W>(back * rotation(joint.body.axes)),
                 joint.body.moments, factored_[k]);
@@ -288,12 +300,24 @@ class StructuredModel {
     body.Iyy = S(I(1, 1));
     body.Iyz = S(I(1, 2));
     body.Izz = S(I(2, 2));
+    const W half = I_cm.trace() / W(2);
+    central_[k] = {body.m,
+                   S(com[0]),
+                   S(com[1]),
+                   S(com[2]),
+                   S(half - I_cm(0, 0)),
+                   S(-I_cm(0, 1)),
+                   S(-I_cm(0, 2)),
+                   S(half - I_cm(1, 1)),
+                   S(-I_cm(1, 2)),
+                   S(half - I_cm(2, 2))};
   }
 
   int nq_, angles_ = 0, matrices_ = 0, slots_ = 0;
   std::vector<StructuredLink<S>> links_;
   std::vector<StructuredBody<S>> bodies_;
   std::vector<FactoredBody<S>> factored_;  // the same bodies, for the square-root form
+  std::vector<CentralBody<S>> central_;    // and for inverse dynamics
   std::vector<UncommonPlacement<S>> uncommon_;
 };
 
