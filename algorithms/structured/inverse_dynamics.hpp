@@ -40,7 +40,6 @@ struct InverseDynamicsWorkspace : Placements<T> {
   struct Branch {
     T wx, wy, wz;
     Sixfold<T> a;  // alpha, a
-    AccelerationGradient<T> Gamma;
     bool begun;
     Sixfold<T> z;
   };
@@ -112,8 +111,10 @@ template <class T, class S, class C>
 
 // The same across a matrix, Gamma p included.
 template <class T>
-[[gnu::noinline]] void turn_motion(const MatrixPlacement<T>& phi, const AccelerationGradient<T>& G,
-                                   T& wx, T& wy, T& wz, Sixfold<T>& a) {
+[[gnu::noinline]] void turn_motion(const MatrixPlacement<T>& phi, T& wx, T& wy, T& wz,
+                                   Sixfold<T>& a) {
+  AccelerationGradient<T> G;
+  set_gradient(wx, wy, wz, a, G);
   a.u += phi.p[0] * G.xx + phi.p[1] * G.xy + phi.p[2] * G.xz;
   a.v += phi.p[0] * G.yx + phi.p[1] * G.yy + phi.p[2] * G.yz;
   a.w += phi.p[0] * G.zx + phi.p[1] * G.zy + phi.p[2] * G.zz;
@@ -158,15 +159,18 @@ void set_link_forces(const StructuredModel<S>& model, const T* qd, const T* qdd,
     if (link.parent < 0) {
       const auto& a0 = model.uncommon(link).a0;
       wx = wy = wz = zero;
-      a = {zero, zero, zero, T(a0[0]), T(a0[1]), T(a0[2])};
-      G = {zero, zero, zero, zero, zero, zero, zero, zero, zero};
+      a.x = a.y = a.z = zero;
+      a.u = T(a0[0]);
+      a.v = T(a0[1]);
+      a.w = T(a0[2]);
+      G.xx = G.xy = G.xz = G.yx = G.yy = G.yz = G.zx = G.zy = G.zz = zero;
     } else if (!link.hangs_on_previous) {
       const auto& parent = ws.branches[model.link(link.parent).slot];
       wx = parent.wx;
       wy = parent.wy;
       wz = parent.wz;
-      a = parent.a;
-      G = parent.Gamma;
+      copy(parent.a, a);
+      set_gradient(wx, wy, wz, a, G);
     }
     if (link.kind == Kind::screws) {
       add_offset(link, G, a);
@@ -176,12 +180,13 @@ void set_link_forces(const StructuredModel<S>& model, const T* qd, const T* qdd,
         turn_motion(model, link, ws.direction(link), wx, wy, wz, a);
     } else if (link.kind == Kind::matrix) {
       T x = wx, y = wy, z = wz;  // w and a stay in registers
-      Sixfold<T> turned = a;
-      turn_motion(ws.matrices[link.varying], G, x, y, z, turned);
+      Sixfold<T> turned;
+      copy(a, turned);
+      turn_motion(ws.matrices[link.varying], x, y, z, turned);
       wx = x;
       wy = y;
       wz = z;
-      a = turned;
+      copy(turned, a);
     } else {
       cycle_back(wx, wy, wz);
       cycle_back(ux, uy, uz);
@@ -217,8 +222,7 @@ void set_link_forces(const StructuredModel<S>& model, const T* qd, const T* qdd,
       branch.wx = wx;
       branch.wy = wy;
       branch.wz = wz;
-      branch.a = a;
-      branch.Gamma = G;
+      copy(a, branch.a);
     }
   }
 }
