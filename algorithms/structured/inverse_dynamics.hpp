@@ -34,7 +34,8 @@ template <class T>
 struct InverseDynamicsWorkspace : Placements<T> {
   struct Link {
     T d;  // of a slide
-    Sixfold<T> z;
+    AccelerationGradient<T> Gamma;
+    T u, v, w;  // acceleration of the origin
   };
   // Of a link with several children: its motion, and what they have summed up to.
   struct Branch {
@@ -126,12 +127,12 @@ template <class T>
 // (3), and z of the link alone. 66 flops.
 template <class T, class S>
 [[gnu::always_inline]] inline void link_force(const CentralBody<S>& body,
-                                              const AccelerationGradient<T>& G, const Sixfold<T>& a,
-                                              Sixfold<T>& z) {
+                                              const AccelerationGradient<T>& G, const T& au,
+                                              const T& av, const T& aw, Sixfold<T>& z) {
   const S* const c = body.c;
-  const T u = body.m * (a.u + c[0] * G.xx + c[1] * G.xy + c[2] * G.xz);
-  const T v = body.m * (a.v + c[0] * G.yx + c[1] * G.yy + c[2] * G.yz);
-  const T w = body.m * (a.w + c[0] * G.zx + c[1] * G.zy + c[2] * G.zz);
+  const T u = body.m * (au + c[0] * G.xx + c[1] * G.xy + c[2] * G.xz);
+  const T v = body.m * (av + c[0] * G.yx + c[1] * G.yy + c[2] * G.yz);
+  const T w = body.m * (aw + c[0] * G.zx + c[1] * G.zy + c[2] * G.zz);
   z.x = (G.zz - G.yy) * body.Jyz + (G.zx * body.Jxy - G.yx * body.Jxz) +
         (G.zy * body.Jyy - G.yz * body.Jzz) + (c[1] * w - c[2] * v);
   z.y = (G.xx - G.zz) * body.Jxz + (G.xy * body.Jyz - G.zy * body.Jxy) +
@@ -216,7 +217,10 @@ void set_link_forces(const StructuredModel<S>& model, const T* qd, const T* qdd,
       a.v += d * G.yz;
       a.w += d * G.zz;
     }
-    link_force(model.central(k), G, a, at.z);
+    at.Gamma = G;
+    at.u = a.u;
+    at.v = a.v;
+    at.w = a.w;
     if (link.slot >= 0) {
       auto& branch = ws.branches[link.slot];
       branch.wx = wx;
@@ -237,10 +241,12 @@ void sum_forces(const StructuredModel<S>& model, const T* qdd, InverseDynamicsWo
   for (int k = model.nv() - 1; k >= 0; --k) {
     const StructuredLink<S>& link = model.link(k);
     const auto& at = ws.links[k];
+    Sixfold<T> own;
+    link_force(model.central(k), at.Gamma, at.u, at.v, at.w, own);
     if (carried)
-      add(z, at.z);
+      add(z, own);
     else
-      z = at.z;
+      copy(own, z);
     if (link.slot >= 0) add(z, ws.branches[link.slot].z);
     tau[k] = link.slides ? z.w : z.z;
     if (link.noise) tau[k] += model.body(k).r * qdd[k];
