@@ -53,17 +53,10 @@ namespace detail {
 // cos and sin of every hinge's angle.
 template <class T, class S, class Placed>
 void set_angles(const StructuredModel<S>& model, const T* q, Placed& placed) {
-  for (int k = 0; k < model.nv(); ++k)
-    if (const StructuredLink<S>& link = model.link(k); link.coordinate == Coordinate::angle)
-      placed.angle[link.varying] = q[link.q_index] + T(link.offset);
-  sin_cos(placed.angle, placed.sin, placed.cos);
-  for (int k = 0; k < model.nv(); ++k) {
-    const StructuredLink<S>& link = model.link(k);
-    if (link.coordinate != Coordinate::angle) continue;
-    const T c = placed.cos[link.varying], s = placed.sin[link.varying];
-    placed.cos[link.varying] = link.quarters.c * c - link.quarters.s * s;
-    placed.sin[link.varying] = link.quarters.s * c + link.quarters.c * s;
-  }
+  const HingeAngles<S>& hinges = model.hinges();
+  for (int i = 0; i < model.angles(); ++i)
+    placed.angle[i] = q[hinges.q_index[i]] + T(hinges.offset[i]);
+  sin_cos(placed.angle, hinges.quarters, placed.sin, placed.cos);
 }
 
 // Where the links are.
@@ -75,7 +68,7 @@ void set_placements(const StructuredModel<S>& model, const T* q, Workspace& ws) 
     const StructuredLink<S>& link = model.link(k);
     const T* const at = q + link.q_index;
     if (link.kind == Kind::screws && link.slides)
-      ws.links[k].d = *at + T(link.offset);
+      ws.links[k].d = *at + T(link.d);
     else if (link.kind == Kind::matrix)
       set_matrix(link, model.uncommon(link).E, at, ws.matrices[link.varying]);
   }

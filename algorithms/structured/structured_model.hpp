@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "algorithms/model/model.hpp"
+#include "algorithms/spatial/sincos.hpp"
 #include "algorithms/structured/factored_body.hpp"
 
 namespace kalmarm {
@@ -46,6 +47,14 @@ struct UncommonPlacement {
   Turn<S> turn{S(1), S(0)}, theta{S(1), S(0)};  // turn: Rz(angle) of a slide
   Matrix3<S> E = Matrix3<S>::Identity();        // matrix: the placement's rotation
   Vector3<S> a0 = Vector3<S>::Zero();           // child of the base: its acceleration, -gravity
+};
+
+// Of all hinges: their angle is q[q_index] + offset + quarters of a turn, 0 to 3.
+template <class S>
+struct HingeAngles {
+  std::vector<int> q_index;
+  std::vector<S> offset;
+  std::vector<IntegerOf<S>> quarters;  // padded, as sin_cos takes them
 };
 
 // What only the inward sweep needs.
@@ -75,11 +84,10 @@ struct StructuredLink {
   int slot = -1;         // in the workspace, for links with a child other than k + 1; else -1
   int q_index = 0;       // of the joint's first coordinate
   Coordinate coordinate = Coordinate::angle;
-  int varying = -1;   // of the joint's angle in the list of angles, or of its matrix
+  int varying = -1;   // of the joint's angle in HingeAngles, or of its matrix
   int uncommon = -1;  // of its UncommonPlacement
 
-  S offset = S(0), d = S(0);
-  Direction<S> quarters{S(1), S(0)};  // of a turn, added to q + offset: 0, 1 or -1 each
+  S d = S(0);  // of a slide: what is added to q
   Turn<S> alpha{S(1), S(0)};
   Vector3<S> p = Vector3<S>::Zero();
 };
@@ -102,9 +110,10 @@ class StructuredModel {
 
   int nv() const { return static_cast<int>(links_.size()); }
   int nq() const { return nq_; }
-  int angles() const { return angles_; }      // of hinges
+  int angles() const { return static_cast<int>(hinges_.q_index.size()); }
   int matrices() const { return matrices_; }  // of ball joints, and of positions of free joints
   int slots() const { return slots_; }
+  const HingeAngles<S>& hinges() const { return hinges_; }
   const StructuredLink<S>& link(int k) const { return links_[k]; }
   const StructuredBody<S>& body(int k) const { return bodies_[k]; }
   const FactoredBody<S>& factored(int k) const { return factored_[k]; }
@@ -157,10 +166,24 @@ class StructuredModel {
   }
 
   template <class W>
-  static Direction<W> nearest_quarters(const Direction<W>& angle) {
+  static int nearest_quarters(const Direction<W>& angle) {
     using std::abs;
-    if (abs(angle.c) >= abs(angle.s)) return {W(angle.c < W(0) ? -1 : 1), W(0)};
-    return {W(0), W(angle.s < W(0) ? -1 : 1)};
+    if (abs(angle.c) >= abs(angle.s)) return angle.c < W(0) ? 2 : 0;
+    return angle.s < W(0) ? 3 : 1;
+  }
+
+  // The angle of a hinge from q on, when it is `angle` at q = ref.
+  template <class W>
+  void add_hinge(int q_index, const Direction<W>& angle, const W& ref) {
+    using std::atan2;
+    static constexpr int cos[] = {1, 0, -1, 0};
+    const int quarters = nearest_quarters(angle);
+    const Direction<W> rest = sum(angle, {W(cos[quarters]), W(-cos[(quarters + 3) % 4])});
+    const auto i = hinges_.q_index.size();
+    hinges_.q_index.push_back(q_index);
+    hinges_.offset.push_back(S(atan2(rest.s, rest.c) - ref));
+    if (i % padding<S> == 0) hinges_.quarters.resize(i + padding<S>);
+    hinges_.quarters[i] = quarters;
   }
 
   template <class W>
@@ -235,7 +258,6 @@ class StructuredModel {
 
   template <class W>
   void set_link(const Model<W>& model, const Frame<W>& frame, int k) {
-    using std::atan2;
     using std::sqrt;
     using Kind = typename StructuredLink<S>::Kind;
     const Joint<W>& joint = model.joint(k);
@@ -260,15 +282,7 @@ class StructuredModel {
     link.alpha = Turn<S>(S(frame.alpha.c), S(frame.alpha.s));
     const Direction<W> angle = sum(frame.angle, frame.gamma);
     const W d = frame.d + frame.shift;
-    if (joint.slides) {
-      link.offset = S(d - joint.ref);
-    } else {
-      const Direction<W> quarters = nearest_quarters(angle);
-      const Direction<W> rest = sum(angle, {quarters.c, W(-quarters.s)});
-      link.offset = S(atan2(rest.s, rest.c) - joint.ref);
-      link.quarters = {S(quarters.c), S(quarters.s)};
-      link.d = S(d);
-    }
+    link.d = S(joint.slides ? W(d - joint.ref) : d);
     const Vector3<W> along(W(0), -d * frame.alpha.s, d * frame.alpha.c);
     const Vector3<W> origin =
         joint.slides ? frame.p : Vector3<W>(frame.p + about_z(frame.theta) * along);
@@ -280,7 +294,10 @@ class StructuredModel {
                            Turn<S>(S(frame.theta.c), S(frame.theta.s)), frame.E.template cast<S>(),
                            (-(model.E(k).transpose() * model.gravity())).template cast<S>()});
     }
-    if (joint.coordinate == Coordinate::angle) link.varying = angles_++;
+    if (joint.coordinate == Coordinate::angle) {
+      link.varying = angles();
+      add_hinge(joint.q_index, angle, joint.ref);
+    }
     if (link.kind == Kind::matrix) link.varying = matrices_++;
 
     const LinkInertia<W>& inertia = model.inertia(k);
@@ -313,7 +330,8 @@ class StructuredModel {
                    S(half - I_cm(2, 2))};
   }
 
-  int nq_, angles_ = 0, matrices_ = 0, slots_ = 0;
+  int nq_, matrices_ = 0, slots_ = 0;
+  HingeAngles<S> hinges_;
   std::vector<StructuredLink<S>> links_;
   std::vector<StructuredBody<S>> bodies_;
   std::vector<FactoredBody<S>> factored_;  // the same bodies, for the square-root form
