@@ -102,9 +102,8 @@ template <class T, class S, class C>
     turn_back(theta, a.x, a.y);
     turn_back(theta, a.u, a.v);
   }
-  turn_back(link.alpha, wy, wz);
-  turn_back(link.alpha, a.y, a.z);
-  turn_back(link.alpha, a.v, a.w);
+  tilt_back(link, wy, wz);
+  tilt_back(link, a.y, a.z, a.v, a.w);
   turn_back(joint, wx, wy);
   turn_back(joint, a.x, a.y);
   turn_back(joint, a.u, a.v);

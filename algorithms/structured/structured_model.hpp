@@ -76,8 +76,10 @@ struct CentralBody {
 template <class S>
 struct StructuredLink {
   enum class Kind { screws, matrix, cyclic };
+  enum class Tilt { none, right, any };  // alpha = 0, a right angle
 
   Kind kind = Kind::screws;
+  Tilt tilt = Tilt::any;
   int parent = -1;
   bool slides = false, noise = false, massless = false, hangs_on_previous = false, turned = false;
   bool is_heir = false;  // at a hinge: theta = 0, p = (a, b, 0)
@@ -260,6 +262,7 @@ class StructuredModel {
   void set_link(const Model<W>& model, const Frame<W>& frame, int k) {
     using std::sqrt;
     using Kind = typename StructuredLink<S>::Kind;
+    using Tilt = typename StructuredLink<S>::Tilt;
     const Joint<W>& joint = model.joint(k);
     StructuredLink<S>& link = links_[k];
     StructuredBody<S>& body = bodies_[k];
@@ -280,6 +283,9 @@ class StructuredModel {
     link.is_heir = link.hangs_on_previous && joint.coordinate == Coordinate::angle &&
                    !link.turned && link.p[2] == S(0);
     link.alpha = Turn<S>(S(frame.alpha.c), S(frame.alpha.s));
+    link.tilt = frame.alpha.c == W(1)   ? Tilt::none
+                : frame.alpha.c == W(0) ? Tilt::right
+                                        : Tilt::any;
     const Direction<W> angle = sum(frame.angle, frame.gamma);
     const W d = frame.d + frame.shift;
     link.d = S(joint.slides ? W(d - joint.ref) : d);
