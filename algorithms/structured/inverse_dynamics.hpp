@@ -13,7 +13,7 @@
 //   z(k) = (n + c x f; f) + sum over children j of phi(k,j) z(j)                             (1.1)
 //   tau(k) = H(k) z(k) + r(k) q''(k)                                                         (1.4)
 // a of the base is -gravity. The force on a body is its mass times one acceleration, as in
-// model/inverse_dynamics.hpp. About 175 flops a hinge that is an heir, and its sine and cosine.
+// model/inverse_dynamics.hpp. About 171 flops a hinge that is an heir, and its sine and cosine.
 #pragma once
 
 #include <algorithm>
@@ -103,7 +103,8 @@ template <class T, class S, class C>
     turn_back(theta, a.u, a.v);
   }
   tilt_back(link, wy, wz);
-  tilt_back(link, a.y, a.z, a.v, a.w);
+  tilt_back(link, a.y, a.z);
+  tilt_back(link, a.v, a.w);
   turn_back(joint, wx, wy);
   turn_back(joint, a.x, a.y);
   turn_back(joint, a.u, a.v);

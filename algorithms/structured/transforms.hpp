@@ -4,6 +4,7 @@
 //   x+ -> phi x+:  moment + p x force;   l -> phi' l:  v - p x w;   P+ -> phi P+ phi'
 //   w -> R'w, and the acceleration that turning brings to the link's origin,
 //   c = R'W p + d W e_z,  W x = w (w'x) - x w'w       W of the parent, then in the link's axes
+// Rx(alpha) of parallel axes, and of axes at a right angle, takes no flop.
 #pragma once
 
 #include "algorithms/structured/articulated.hpp"
@@ -18,19 +19,16 @@ struct MatrixPlacement {
 
 namespace detail {
 
-// Rx(alpha) of (y, z) and (v, w), and back. A right angle costs nothing.
+// Rx(alpha) of (y, z), and back. A right angle costs nothing.
 template <class T, class S>
-[[gnu::always_inline]] inline void tilt(const StructuredLink<S>& link, T& y, T& z, T& v, T& w) {
+[[gnu::always_inline]] inline void tilt(const StructuredLink<S>& link, T& y, T& z) {
   using Tilt = typename StructuredLink<S>::Tilt;
   if (link.tilt == Tilt::right) {
-    const T old_y = y, old_v = v;
+    const T old = y;
     y = -z;
-    z = old_y;
-    v = -w;
-    w = old_v;
+    z = old;
   } else if (link.tilt == Tilt::any) {
     turn(link.alpha, y, z, y, z);
-    turn(link.alpha, v, w, v, w);
   }
 }
 template <class T, class S>
@@ -44,21 +42,6 @@ template <class T, class S>
     turn_back(link.alpha, y, z);
   }
 }
-template <class T, class S>
-[[gnu::always_inline]] inline void tilt_back(const StructuredLink<S>& link, T& y, T& z, T& v,
-                                             T& w) {
-  using Tilt = typename StructuredLink<S>::Tilt;
-  if (link.tilt == Tilt::right) {
-    const T old_y = y, old_v = v;
-    y = z;
-    z = -old_y;
-    v = w;
-    w = -old_v;
-  } else if (link.tilt == Tilt::any) {
-    turn_back(link.alpha, y, z);
-    turn_back(link.alpha, v, w);
-  }
-}
 
 // phi x of an heir or any child on a screw.
 template <class T, class S, class C, class D>
@@ -70,7 +53,8 @@ template <class T, class S, class C, class D>
   z.y = z.y + d * z.u;
   turn(joint, z.x, z.y, z.x, z.y);
   turn(joint, z.u, z.v, z.u, z.v);
-  tilt(link, z.y, z.z, z.v, z.w);
+  tilt(link, z.y, z.z);
+  tilt(link, z.v, z.w);
   if (link.turned) {
     turn(model.uncommon(link).theta, z.x, z.y, z.x, z.y);
     turn(model.uncommon(link).theta, z.u, z.v, z.u, z.v);
@@ -107,7 +91,8 @@ template <class T, class S, class C, class D>
     turn_back(model.uncommon(link).theta, l.x, l.y);
     turn_back(model.uncommon(link).theta, l.u, l.v);
   }
-  tilt_back(link, l.y, l.z, l.v, l.w);
+  tilt_back(link, l.y, l.z);
+  tilt_back(link, l.v, l.w);
   turn_back(joint, l.x, l.y);
   turn_back(joint, l.u, l.v);
   l.u = l.u + d * l.y;
@@ -251,7 +236,8 @@ template <class T, class S, class C, class D>
     turn_back(model.uncommon(link).theta, wx, wy);
     turn_back(model.uncommon(link).theta, c.u, c.v);
   }
-  tilt_back(link, wy, wz, c.v, c.w);
+  tilt_back(link, wy, wz);
+  tilt_back(link, c.v, c.w);
   turn_back(joint, wx, wy);
   turn_back(joint, c.u, c.v);
   const T dz = d * wz;
