@@ -4,8 +4,8 @@
 //   phi(parent,k) = T(p) Rz(theta) Rx(alpha) Rz(angle) Tz(d)       T: translation, R: rotation
 // angle = q + offset + quarters of a turn at a hinge, d = q + offset at a slide; all else is
 // constant. An angle of quarters alone is exact, and so is alpha where it is zero or a right angle:
-// such links are marked. A link's frame may be turned about its axis
-// and moved along it; this is spent on one child, the heir, so that there
+// such links are marked. A link's frame may be turned about its axis and moved along it; this is
+// spent on one child, the heir, so that there
 //   theta = 0 and p = (a, 0, 0)
 // as in modified Denavit-Hartenberg: the origin is the foot of the common perpendicular of the
 // link's axis and its heir's.
