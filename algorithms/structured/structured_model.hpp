@@ -284,9 +284,9 @@ class StructuredModel {
     link.is_heir = link.hangs_on_previous && joint.coordinate == Coordinate::angle &&
                    !link.turned && link.p[2] == S(0);
     link.alpha = Turn<S>(S(frame.alpha.c), S(frame.alpha.s));
-    link.tilt = frame.alpha.c == W(1)   ? Tilt::none
-                : frame.alpha.c == W(0) ? Tilt::right
-                                        : Tilt::any;
+    link.tilt = frame.alpha.s == W(0) && frame.alpha.c > W(0) ? Tilt::none
+                : frame.alpha.c == W(0)                       ? Tilt::right
+                                                              : Tilt::any;
     const Direction<W> angle = sum(frame.angle, frame.gamma);
     const W d = frame.d + frame.shift;
     link.d = S(joint.slides ? W(d - joint.ref) : d);

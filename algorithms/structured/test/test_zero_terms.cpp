@@ -90,6 +90,14 @@ TEST(ZeroTerms, AreCountedOnMechanismsMadeByHand) {
     expect_count(chain_of({1, 1 + 1e-12, 0, 0}, {0.5, 0, 0}, 3), {2, 0, 0, 0, 2});
   }
   {
+    SCOPED_TRACE("nearly parallel");  // the cosine is 1, the sine is not 0
+    expect_count(chain_of({1, 1e-13, 0, 0}, {0.5, 0, 0}, 3), {2, 0, 0, 0, 2});
+  }
+  {
+    SCOPED_TRACE("antiparallel");
+    expect_count(chain_of({0, 1, 0, 0}, {0.5, 0, 0}, 3), {2, 0, 0, 0, 2});
+  }
+  {
     SCOPED_TRACE("a free joint has none");
     Random random(1);
     Builder builder;
