@@ -1,10 +1,11 @@
 // bench_peers: the fast path against other libraries, and against itself built by another compiler,
 // on the same mechanisms in the same states in one run.
 //
-// Names are task/variant/scene/precision; tasks are acceleration, acceleration_batch, inverse, mass
-// and derivatives. Everything is verified before it is timed: results against the float64
-// square-root filter, derivatives against differences of it; what is wrong is reported as an error
-// and is not timed. A library without armature solves the mechanism without. Counters: as in
+// Names are task/variant/scene/precision; tasks are acceleration, acceleration_batch,
+// inverse_dynamics, inverse, mass and derivatives. Everything is verified before it is timed:
+// results against the float64 square-root filter, torques against Newton and Euler in link frames,
+// derivatives against differences of the filter; what is wrong is reported as an error and is not
+// timed. A library without armature solves the mechanism without. Counters: as in
 // case.hpp, and allocations of a call. For medians that other programs on the machine disturb least
 // add
 //   --benchmark_repetitions=9 --benchmark_enable_random_interleaving=true
@@ -20,6 +21,7 @@
 #include <utility>
 #include <vector>
 
+#include "algorithms/model/inverse_dynamics.hpp"
 #include "algorithms/test/allocations.hpp"
 #include "benchmarks/case.hpp"
 #include "benchmarks/derivative_check.hpp"
@@ -35,7 +37,8 @@ namespace {
 using Module = decltype(&kalmarm_peers);
 
 constexpr const char* timed_call =
-    "From q, qd and tau (inverse, mass: q) in the library's own conventions to the result in its "
+    "From q, qd and tau (inverse, mass: q; inverse_dynamics: tau's numbers as qdd) in the "
+    "library's own conventions to the result in its "
     "own memory: kinematics, velocity terms and gravity included, conversions of states and "
     "results not. Matrices have both triangles. acceleration_batch: 1024 states on one core; ours "
     "in one call from row-major arrays to row-major arrays, the others state after state.";
@@ -50,12 +53,14 @@ class SolverPeer final : public Peer {
         solver_(std::move(solver)),
         nq_(nq),
         a_(nv),
+        torque_(nv),
         matrix_(nv, nv) {}
 
   std::string name() const override { return name_; }
   std::string version() const override { return version_; }
   bool can(Task task) const override {
-    return task != Task::derivatives && (has_mass || task != Task::mass);
+    return task != Task::derivatives && (has_mass || task != Task::mass) &&
+           (has_inverse_dynamics || task != Task::inverse_dynamics);
   }
   void add_state(const double* q, const double* qd, const double* tau) override {
     const int nv = static_cast<int>(a_.size());
@@ -69,6 +74,12 @@ class SolverPeer final : public Peer {
     return static_cast<bool>(
         solver_->acceleration(states_[i].q, states_[i].qd, states_[i].tau, a_));
   }
+  bool inverse_dynamics(int i) override {
+    const State& state = states_[i];
+    if constexpr (has_inverse_dynamics)
+      solver_->inverse_dynamics(state.q, state.qd, state.tau, torque_);
+    return has_inverse_dynamics;
+  }
   bool inverse(int i) override {
     return static_cast<bool>(solver_->inverse(states_[i].q, matrix_));
   }
@@ -77,6 +88,9 @@ class SolverPeer final : public Peer {
     return has_mass;
   }
   void get_acceleration(int, double* a) const override { std::copy(a_.begin(), a_.end(), a); }
+  void get_torque(int, double* tau) const override {
+    std::copy(torque_.begin(), torque_.end(), tau);
+  }
   void get_matrix(int, double* out) const override {
     std::copy_n(matrix_.data(), matrix_.size(), out);  // symmetric
   }
@@ -85,6 +99,9 @@ class SolverPeer final : public Peer {
   static constexpr bool has_mass = requires(S & solver, VectorX<double> q, MatrixX<double> M) {
     solver.mass(q, M);
   };
+  static constexpr bool has_inverse_dynamics = requires(S & solver, VectorX<double> x) {
+    solver.inverse_dynamics(x, x, x, x);
+  };
 
   int states() const override { return static_cast<int>(states_.size()); }
 
@@ -92,7 +109,7 @@ class SolverPeer final : public Peer {
   std::unique_ptr<S> solver_;
   int nq_;
   std::vector<State> states_;
-  VectorX<double> a_;
+  VectorX<double> a_, torque_;
   MatrixX<double> matrix_;
 };
 
@@ -147,6 +164,8 @@ bool call(Peer& peer, Task task, int i) {
       return peer.acceleration(i);
     case Task::acceleration_batch:
       return peer.acceleration_batch();
+    case Task::inverse_dynamics:
+      return peer.inverse_dynamics(i);
     case Task::inverse:
       return peer.inverse(i);
     case Task::mass:
@@ -155,6 +174,17 @@ bool call(Peer& peer, Task task, int i) {
       return peer.derivatives(i);
   }
   return false;
+}
+
+// By Newton and Euler in link frames; tau has the numbers of qdd.
+VectorX<double> torque(const Model<double>& model, const State& state) {
+  RandomModel<double> rm(model);
+  InverseDynamics<double> ws(model);
+  VectorX<double> out(model.nv());
+  set_position(model, state.q, rm);
+  set_velocity(model, state.qd, rm);
+  inverse_dynamics(model, rm, state.tau, ws, Eigen::Ref<VectorX<double>>(out));
+  return out;
 }
 
 // "" where the peer's last result for state i is right.
@@ -181,6 +211,10 @@ std::string judge(const Contest& contest, const Peer& peer, Task task, int i) {
                               : truth.compare<T>(truth.X[i], matrix, truth.condition[i]);
   }
   VectorX<double> a = VectorX<double>::Constant(nv, std::numeric_limits<double>::quiet_NaN());
+  if (task == Task::inverse_dynamics) {
+    peer.get_torque(i, a.data());
+    return truth.compare<T>(torque(truth.scene.model, truth.states[i]), a, 1);
+  }
   peer.get_acceleration(i, a.data());
   return truth.compare<T>(truth.a[i], a, truth.condition[i]);
 }
@@ -211,8 +245,11 @@ void run_task(benchmark::State& run, const Contest& contest, Peer& peer, Task ta
 
 void add_tasks(std::shared_ptr<const Contest> contest) {
   static constexpr std::pair<Task, const char*> tasks[] = {
-      {Task::acceleration, "acceleration"}, {Task::acceleration_batch, "acceleration_batch"},
-      {Task::inverse, "inverse"},           {Task::mass, "mass"},
+      {Task::acceleration, "acceleration"},
+      {Task::acceleration_batch, "acceleration_batch"},
+      {Task::inverse_dynamics, "inverse_dynamics"},
+      {Task::inverse, "inverse"},
+      {Task::mass, "mass"},
       {Task::derivatives, "derivatives"},
   };
   for (const auto& owned : contest->peers) {

@@ -5,6 +5,7 @@ from summary import Fit
 TASKS = {
     "acceleration": "Acceleration a = M⁻¹(τ − bias)",
     "acceleration_batch": "Acceleration in batches, by the state",
+    "inverse_dynamics": "Torque τ = M q̈ + bias",
     "inverse": "Inverse M⁻¹",
     "mass": "Mass matrix M",
     "derivatives": "Derivatives of a with respect to q, q̇ and τ",

@@ -19,18 +19,24 @@ MujocoSolver::MujocoSolver(std::shared_ptr<const MujocoModel> model)
   rhs_.resize(m->nv);
 }
 
+void MujocoSolver::make_position(const VectorX<double>& q) {
+  std::copy(q.begin(), q.end(), data_->qpos);
+  mj_kinematics(model_->get(), data_.get());
+  mj_comPos(model_->get(), data_.get());
+}
+
 void MujocoSolver::make_mass(const VectorX<double>& q) {
-  const mjModel* m = model_->get();
-  mjData* d = data_.get();
-  std::copy(q.begin(), q.end(), d->qpos);
-  mj_kinematics(m, d);
-  mj_comPos(m, d);
-  mj_makeM(m, d);
+  make_position(q);
+  mj_makeM(model_->get(), data_.get());
+}
+
+void MujocoSolver::make_velocity(const VectorX<double>& qd) {
+  std::copy(qd.begin(), qd.end(), data_->qvel);
+  mj_comVel(model_->get(), data_.get());
 }
 
 void MujocoSolver::make_bias(const VectorX<double>& qd) {
-  std::copy(qd.begin(), qd.end(), data_->qvel);
-  mj_comVel(model_->get(), data_.get());
+  make_velocity(qd);
   mj_rne(model_->get(), data_.get(), 0, rhs_.data());
 }
 
@@ -80,10 +86,12 @@ Vector6<double> MujocoSolver::P_plus_times(int, const Vector6<double>&) const {
 
 void MujocoSolver::inverse_dynamics(const VectorX<double>& q, const VectorX<double>& qd,
                                     const VectorX<double>& qdd, VectorX<double>& tau) {
-  make_mass(q);
-  make_bias(qd);
-  mj_mulM(model_->get(), data_.get(), tau.data(), qdd.data());
-  tau += rhs_;
+  const mjModel* m = model_->get();
+  make_position(q);
+  make_velocity(qd);
+  std::copy(qdd.begin(), qdd.end(), data_->qacc);
+  mj_rne(m, data_.get(), 1, tau.data());
+  tau += Eigen::Map<const VectorX<double>>(m->dof_armature, m->nv).cwiseProduct(qdd);
 }
 
 void MujocoSolver::mass(const VectorX<double>& q, MatrixX<double>& M) {

@@ -2,7 +2,7 @@
 //   M      mj_kinematics, mj_comPos, mj_makeM
 //   M^-1   mj_factorM (L'DL, sparse over branches), mj_solveM on the unit vectors
 //   a      mj_comVel, mj_rne for the bias (gravity, velocity terms), mj_solveM on tau - bias
-//   tau    mj_mulM on the acceleration, plus the bias
+//   tau    mj_kinematics, mj_comPos, mj_comVel, mj_rne with the acceleration; plus armature
 // Neither contacts, limits, damping, springs, actuators nor constraints are called.
 #pragma once
 
@@ -34,7 +34,9 @@ class MujocoSolver final : public Solver<double> {
   void mass(const VectorX<double>& q, MatrixX<double>& M);
 
  private:
+  void make_position(const VectorX<double>& q);
   void make_mass(const VectorX<double>& q);
+  void make_velocity(const VectorX<double>& qd);
   void make_bias(const VectorX<double>& qd);  // into rhs_, after make_mass
 
   std::shared_ptr<const MujocoModel> model_;

@@ -15,9 +15,12 @@
 
 namespace kalmarm {
 
+template <class S>
+using IntegerOf = std::conditional_t<sizeof(S) == 4, std::int32_t, std::int64_t>;
+
 template <class S, int n>
 struct Pack {
-  using Bits = std::conditional_t<sizeof(S) == 4, std::int32_t, std::int64_t>;
+  using Bits = IntegerOf<S>;
   typedef S Vector __attribute__((vector_size(n * sizeof(S))));
   typedef Bits Mask __attribute__((vector_size(n * sizeof(S))));
 

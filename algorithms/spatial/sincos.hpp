@@ -3,12 +3,14 @@
 //   x = n pi/2 + r + low,  |r| <= pi/4,  low below half a unit in the last place of r
 //   pi/2 = P1 + P2 + P3 + P4, so split that n P1, n P2, n P3 and x - n P1 - n P2 are exact
 //   sin r = r + r^3 S(r^2),  cos r = 1 - r^2/2 + r^4 C(r^2)      minimax polynomials (fdlibm,
-//   Cephes) n mod 4 says which of the two is the sine of x, and the signs.
+//   Cephes) n mod 4 says which of the two is the sine of x, and the signs: quarters of a turn that
+//   are added to x are added to n, and cost no flop.
 // Error at most 1.1 ulp for |x| <= 1e6 in double and for |x| <= 1.2e4 in float, zeros included;
 // farther out it grows without a warning. NaN and infinity give NaN.
 #pragma once
 
 #include <cmath>
+#include <cstring>
 #include <vector>
 
 #include "algorithms/spatial/pack.hpp"
@@ -52,13 +54,15 @@ P polynomial(const S (&coefficients)[terms], const P& x) {
 
 }  // namespace detail
 
+// Of x and so many quarters of a turn.
 template <class S, int n>
-void sin_cos(const Pack<S, n>& x, Pack<S, n>& sin_x, Pack<S, n>& cos_x) {
+void sin_cos(const Pack<S, n>& x, const typename Pack<S, n>::Mask& quarters, Pack<S, n>& sin_x,
+             Pack<S, n>& cos_x) {
   using P = Pack<S, n>;
   using K = detail::SinCosConstants<S>;
   constexpr S two_over_pi = S(0.63661977236758134308);
   const P shifted = x * P(two_over_pi) + P(K::round);
-  const typename P::Mask quadrant = (typename P::Mask)shifted.v;  // its last bits count
+  const typename P::Mask quadrant = (typename P::Mask)shifted.v + quarters;  // its last bits count
   const P turns = shifted - P(K::round);
   const P t = (x - turns * P(K::P1)) - turns * P(K::P2);
   const P r = t - turns * P(K::P3);
@@ -74,8 +78,13 @@ void sin_cos(const Pack<S, n>& x, Pack<S, n>& sin_x, Pack<S, n>& cos_x) {
   cos_x = P::of(((quadrant + 1) & 2) != 0 ? -second : second);
 }
 
-// sin and cos of many angles. float and double take a register's width at once, so the arrays are
-// as long as a multiple of padding<T>.
+template <class S, int n>
+void sin_cos(const Pack<S, n>& x, Pack<S, n>& sin_x, Pack<S, n>& cos_x) {
+  sin_cos(x, typename Pack<S, n>::Mask{}, sin_x, cos_x);
+}
+
+// sin and cos of many angles x and quarters, 0 to 3, of a turn. float and double take a register's
+// width at once, so the arrays are as long as a multiple of padding<T>.
 template <class T>
 inline constexpr std::size_t padding = 1;
 template <>
@@ -83,23 +92,31 @@ inline constexpr std::size_t padding<float> = Lanes<WidePack<float>>::count;
 template <>
 inline constexpr std::size_t padding<double> = Lanes<WidePack<double>>::count;
 
-template <class T>
-void sin_cos(const std::vector<T>& x, std::vector<T>& sin_x, std::vector<T>& cos_x) {
+template <class T, class Integer>
+void sin_cos(const std::vector<T>& x, const std::vector<Integer>& quarters, std::vector<T>& sin_x,
+             std::vector<T>& cos_x) {
   if constexpr (std::is_floating_point_v<T> && padding < T >> 1) {
+    using P = WidePack<T>;
     for (std::size_t i = 0; i < x.size(); i += padding<T>) {
-      WidePack<T> s, c;
-      sin_cos(WidePack<T>::load(&x[i]), s, c);
+      P s, c;
+      typename P::Mask turns;
+      std::memcpy(&turns, &quarters[i], sizeof turns);
+      sin_cos(P::load(&x[i]), turns, s, c);
       s.store(&sin_x[i]);
       c.store(&cos_x[i]);
     }
   } else if constexpr (Lanes<T>::count > 1) {
-    for (std::size_t i = 0; i < x.size(); ++i) sin_cos(x[i], sin_x[i], cos_x[i]);
+    for (std::size_t i = 0; i < x.size(); ++i)
+      sin_cos(x[i], quarters[i] - typename T::Mask{}, sin_x[i], cos_x[i]);
   } else {
     using std::cos;
     using std::sin;
     for (std::size_t i = 0; i < x.size(); ++i) {
-      sin_x[i] = sin(x[i]);
-      cos_x[i] = cos(x[i]);
+      const T s = sin(x[i]), c = cos(x[i]);
+      const bool swapped = quarters[i] % 2 == 1;
+      const T first = swapped ? c : s, second = swapped ? s : c;
+      sin_x[i] = quarters[i] >= 2 ? T(-first) : first;
+      cos_x[i] = quarters[i] == 1 || quarters[i] == 2 ? T(-second) : second;
     }
   }
 }

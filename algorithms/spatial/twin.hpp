@@ -32,6 +32,7 @@ struct Twin {
   [[gnu::always_inline]] friend Twin operator-(const Twin& x, const Twin& y) {
     return {x.a - y.a, x.b - y.b};
   }
+  [[gnu::always_inline]] friend Twin operator-(const Twin& x) { return {-x.a, -x.b}; }
   [[gnu::always_inline]] friend Twin operator*(const Twin& x, const Twin& y) {
     return {x.a * y.a, x.b * y.b};
   }

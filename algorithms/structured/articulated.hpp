@@ -316,6 +316,13 @@ template <class T, class R, class L, class C>
   return out;
 }
 
+// The same by a right angle, from which no flop is left: (x, y, z) becomes (x, -z, y).
+template <class T>
+[[gnu::always_inline]] inline Articulated<T> rotate_x_right(const Articulated<T>& P) {
+  return {P.Axx,  -P.Axz, P.Azz,  P.Axy, -P.Ayz, P.Ayy,  P.Bxx, -P.Bxz, -P.Bzx, P.Bzz, P.Bxy,
+          -P.Bzy, P.Byx,  -P.Byz, P.Byy, P.Cxx,  -P.Cxz, P.Czz, P.Cxy,  -P.Cyz, P.Cyy};
+}
+
 // T(0,0,d). 21 flops with row z of zeros.
 template <class T, class R, class L, class D>
 [[gnu::always_inline]] inline void translate_z(const D& d, Articulated<T, R, L>& P) {

@@ -93,6 +93,24 @@ template <class T, class D>
   shift_inertia(d, R.m, R.hz, R.hx, R.hy, R.Ixx, R.Iyy, R.Ixz, R.Iyz);
 }
 
+// Rx(alpha) R Rx(alpha)'. A right angle costs nothing.
+template <class T, class S>
+[[gnu::always_inline]] inline void tilt(const StructuredLink<S>& link, Rigid<T>& R) {
+  using Tilt = typename StructuredLink<S>::Tilt;
+  if (link.tilt == Tilt::right) {
+    const T hy = R.hy, Iyy = R.Iyy, Ixy = R.Ixy;
+    R.hy = -R.hz;
+    R.hz = hy;
+    R.Iyy = R.Izz;
+    R.Izz = Iyy;
+    R.Iyz = -R.Iyz;
+    R.Ixy = -R.Ixz;
+    R.Ixz = Ixy;
+  } else if (link.tilt == Tilt::any) {
+    turn_inertia(link.alpha, R.Iyy, R.Iyz, R.Izz, R.Ixy, R.Ixz, R.hy, R.hz);
+  }
+}
+
 // phi R phi'.
 template <class T, class S, class C, class D>
 [[gnu::always_inline]] inline void to_parent(const StructuredModel<S>& model,
@@ -100,10 +118,10 @@ template <class T, class S, class C, class D>
                                              const D& d, Rigid<T>& R) {
   shift_z(d, R);
   turn_inertia(joint, R.Ixx, R.Ixy, R.Iyy, R.Ixz, R.Iyz, R.hx, R.hy);
-  turn_inertia(link.alpha, R.Iyy, R.Iyz, R.Izz, R.Ixy, R.Ixz, R.hy, R.hz);
+  tilt(link, R);
   if (link.turned)
     turn_inertia(model.uncommon(link).theta, R.Ixx, R.Ixy, R.Iyy, R.Ixz, R.Iyz, R.hx, R.hy);
-  shift_x(link.p[0], R);
+  if (link.p[0] != S(0)) shift_x(link.p[0], R);
   if (link.p[1] != S(0)) shift_y(link.p[1], R);
   if (link.p[2] != S(0)) shift_z(link.p[2], R);
 }

@@ -46,7 +46,7 @@ void set_motion(const StructuredModel<S>& model, const T* q, const T* qd, Deriva
       turn_axes(link.alpha, Y, Z);
       if (link.slides) {
         turn_axes(model.uncommon(link).turn, X, Y);
-        r = r + (q[link.q_index] + T(link.offset)) * Z;
+        r = r + (q[link.q_index] + T(link.d)) * Z;
       } else {
         turn_axes(Direction<T>{ws.cos[link.varying], ws.sin[link.varying]}, X, Y);
         r = r + T(link.d) * Z;

@@ -13,8 +13,8 @@
 //   z-(parent) += phi z+                                                   (4.4)
 // base to tips:
 //   l+ = phi' l-(parent) + c,  a = e+ - g' l+,  l- = l+ + H' a             (4.10), (4.9), (4.11)
-// Where r = 0, H l- = e+ - sum over j != h of g_j l+_j. About 440 flops a hinge that is an heir,
-// and its sine and cosine.
+// Where r = 0, H l- = e+ - sum over j != h of g_j l+_j. About 435 flops a hinge that is an heir
+// without zero terms, and its sine and cosine.
 #pragma once
 
 #include <vector>

@@ -3,8 +3,9 @@
 //
 //   phi(parent,k) = T(p) Rz(theta) Rx(alpha) Rz(angle) Tz(d)       T: translation, R: rotation
 // angle = q + offset + quarters of a turn at a hinge, d = q + offset at a slide; all else is
-// constant. A right angle is quarters alone, and exact. A link's frame may be turned about its axis
-// and moved along it; this is spent on one child, the heir, so that there
+// constant. An angle of quarters alone is exact, and so is alpha where it is zero or a right angle:
+// such links are marked. A link's frame may be turned about its axis and moved along it; this is
+// spent on one child, the heir, so that there
 //   theta = 0 and p = (a, 0, 0)
 // as in modified Denavit-Hartenberg: the origin is the foot of the common perpendicular of the
 // link's axis and its heir's.
@@ -22,6 +23,7 @@
 #include <vector>
 
 #include "algorithms/model/model.hpp"
+#include "algorithms/spatial/sincos.hpp"
 #include "algorithms/structured/factored_body.hpp"
 
 namespace kalmarm {
@@ -48,6 +50,14 @@ struct UncommonPlacement {
   Vector3<S> a0 = Vector3<S>::Zero();           // child of the base: its acceleration, -gravity
 };
 
+// Of all hinges: their angle is q[q_index] + offset + quarters of a turn, 0 to 3.
+template <class S>
+struct HingeAngles {
+  std::vector<int> q_index;
+  std::vector<S> offset;
+  std::vector<IntegerOf<S>> quarters;  // padded, as sin_cos takes them
+};
+
 // What only the inward sweep needs.
 template <class S>
 struct StructuredBody {
@@ -57,22 +67,30 @@ struct StructuredBody {
   S reach = S(0);  // 2 |origin from the parent's|^2; of a slide 4 |p|^2, without its d
 };
 
+// What inverse dynamics needs, about the centre of mass.
+template <class S>
+struct CentralBody {
+  S m, c[3];
+  S Jxx, Jxy, Jxz, Jyy, Jyz, Jzz;  // integral of r r' dm = tr(I)/2 - I
+};
+
 template <class S>
 struct StructuredLink {
   enum class Kind { screws, matrix, cyclic };
+  enum class Tilt { none, right, any };  // alpha = 0, a right angle
 
   Kind kind = Kind::screws;
+  Tilt tilt = Tilt::any;
   int parent = -1;
   bool slides = false, noise = false, massless = false, hangs_on_previous = false, turned = false;
   bool is_heir = false;  // at a hinge: theta = 0, p = (a, b, 0)
   int slot = -1;         // in the workspace, for links with a child other than k + 1; else -1
   int q_index = 0;       // of the joint's first coordinate
   Coordinate coordinate = Coordinate::angle;
-  int varying = -1;   // of the joint's angle in the list of angles, or of its matrix
+  int varying = -1;   // of the joint's angle in HingeAngles, or of its matrix
   int uncommon = -1;  // of its UncommonPlacement
 
-  S offset = S(0), d = S(0);
-  Direction<S> quarters{S(1), S(0)};  // of a turn, added to q + offset: 0, 1 or -1 each
+  S d = S(0);  // of a slide: what is added to q
   Turn<S> alpha{S(1), S(0)};
   Vector3<S> p = Vector3<S>::Zero();
 };
@@ -86,6 +104,7 @@ class StructuredModel {
         links_(model.nv()),
         bodies_(model.nv()),
         factored_(model.nv()),
+        central_(model.nv()),
         moves_(model.nv()) {
     // A float's tilt of 1e-16 is no rounding yet, which in double it could be.
     using Next = Wider<Given>;
@@ -95,12 +114,14 @@ class StructuredModel {
 
   int nv() const { return static_cast<int>(links_.size()); }
   int nq() const { return nq_; }
-  int angles() const { return angles_; }      // of hinges
+  int angles() const { return static_cast<int>(hinges_.q_index.size()); }
   int matrices() const { return matrices_; }  // of ball joints, and of positions of free joints
   int slots() const { return slots_; }
+  const HingeAngles<S>& hinges() const { return hinges_; }
   const StructuredLink<S>& link(int k) const { return links_[k]; }
   const StructuredBody<S>& body(int k) const { return bodies_[k]; }
   const FactoredBody<S>& factored(int k) const { return factored_[k]; }
+  const CentralBody<S>& central(int k) const { return central_[k]; }
   const UncommonPlacement<S>& uncommon(const StructuredLink<S>& link) const {
     return uncommon_[link.uncommon];
   }
@@ -163,10 +184,24 @@ class StructuredModel {
   }
 
   template <class W>
-  static Direction<W> nearest_quarters(const Direction<W>& angle) {
+  static int nearest_quarters(const Direction<W>& angle) {
     using std::abs;
-    if (abs(angle.c) >= abs(angle.s)) return {W(angle.c < W(0) ? -1 : 1), W(0)};
-    return {W(0), W(angle.s < W(0) ? -1 : 1)};
+    if (abs(angle.c) >= abs(angle.s)) return angle.c < W(0) ? 2 : 0;
+    return angle.s < W(0) ? 3 : 1;
+  }
+
+  // The angle of a hinge from q on, when it is `angle` at q = ref.
+  template <class W>
+  void add_hinge(int q_index, const Direction<W>& angle, const W& ref) {
+    using std::atan2;
+    static constexpr int cos[] = {1, 0, -1, 0};
+    const int quarters = nearest_quarters(angle);
+    const Direction<W> rest = sum(angle, {W(cos[quarters]), W(-cos[(quarters + 3) % 4])});
+    const auto i = hinges_.q_index.size();
+    hinges_.q_index.push_back(q_index);
+    hinges_.offset.push_back(S(atan2(rest.s, rest.c) - ref));
+    if (i % padding<S> == 0) hinges_.quarters.resize(i + padding<S>);
+    hinges_.quarters[i] = quarters;
   }
 
   template <class W>
@@ -241,9 +276,9 @@ class StructuredModel {
 
   template <class W>
   void set_link(const Model<W>& model, const Frame<W>& frame, int k) {
-    using std::atan2;
     using std::sqrt;
     using Kind = typename StructuredLink<S>::Kind;
+    using Tilt = typename StructuredLink<S>::Tilt;
     const Joint<W>& joint = model.joint(k);
     StructuredLink<S>& link = links_[k];
     StructuredBody<S>& body = bodies_[k];
@@ -265,17 +300,12 @@ class StructuredModel {
     link.is_heir = link.hangs_on_previous && joint.coordinate == Coordinate::angle &&
                    !link.turned && link.p[2] == S(0);
     link.alpha = Turn<S>(S(frame.alpha.c), S(frame.alpha.s));
+    link.tilt = frame.alpha.s == W(0) && frame.alpha.c > W(0) ? Tilt::none
+                : frame.alpha.c == W(0)                       ? Tilt::right
+                                                              : Tilt::any;
     const Direction<W> angle = sum(frame.angle, frame.gamma);
     const W d = frame.d + frame.shift;
-    if (joint.slides) {
-      link.offset = S(d - joint.ref);
-    } else {
-      const Direction<W> quarters = nearest_quarters(angle);
-      const Direction<W> rest = sum(angle, {quarters.c, W(-quarters.s)});
-      link.offset = S(atan2(rest.s, rest.c) - joint.ref);
-      link.quarters = {S(quarters.c), S(quarters.s)};
-      link.d = S(d);
-    }
+    link.d = S(joint.slides ? W(d - joint.ref) : d);
     const Vector3<W> along(W(0), -d * frame.alpha.s, d * frame.alpha.c);
     const Vector3<W> origin =
         joint.slides ? frame.p : Vector3<W>(frame.p + about_z(frame.theta) * along);
@@ -287,15 +317,18 @@ class StructuredModel {
                            Turn<S>(S(frame.theta.c), S(frame.theta.s)), frame.E.template cast<S>(),
                            (-(model.E(k).transpose() * model.gravity())).template cast<S>()});
     }
-    if (joint.coordinate == Coordinate::angle) link.varying = angles_++;
+    if (joint.coordinate == Coordinate::angle) {
+      link.varying = angles();
+      add_hinge(joint.q_index, angle, joint.ref);
+    }
     if (link.kind == Kind::matrix) link.varying = matrices_++;
 
     const LinkInertia<W>& inertia = model.inertia(k);
     const Matrix3<W> back = about_z(frame.gamma).transpose();
     const Vector3<W> com = back * (joint.body.com - frame.shift * Vector3<W>::UnitZ());
     const Vector3<W> h = joint.body.mass * com;
-    const Matrix3<W> I =
-        back * inertia.I_cm * back.transpose() - cross_matrix(h) * cross_matrix(com);
+    const Matrix3<W> I_cm = back * inertia.I_cm * back.transpose();
+    const Matrix3<W> I = I_cm - cross_matrix(h) * cross_matrix(com);
     link.massless = inertia.massless;
     factor_body(joint.body.mass, com, Matrix3<W>(back * rotation(joint.body.axes)),
                 joint.body.moments, factored_[k]);
@@ -307,12 +340,25 @@ class StructuredModel {
     body.Iyy = S(I(1, 1));
     body.Iyz = S(I(1, 2));
     body.Izz = S(I(2, 2));
+    const W half = I_cm.trace() / W(2);
+    central_[k] = {body.m,
+                   S(com[0]),
+                   S(com[1]),
+                   S(com[2]),
+                   S(half - I_cm(0, 0)),
+                   S(-I_cm(0, 1)),
+                   S(-I_cm(0, 2)),
+                   S(half - I_cm(1, 1)),
+                   S(-I_cm(1, 2)),
+                   S(half - I_cm(2, 2))};
   }
 
-  int nq_, angles_ = 0, matrices_ = 0, slots_ = 0;
+  int nq_, matrices_ = 0, slots_ = 0;
+  HingeAngles<S> hinges_;
   std::vector<StructuredLink<S>> links_;
   std::vector<StructuredBody<S>> bodies_;
   std::vector<FactoredBody<S>> factored_;  // the same bodies, for the square-root form
+  std::vector<CentralBody<S>> central_;    // and for inverse dynamics
   std::vector<UncommonPlacement<S>> uncommon_;
   std::vector<Move> moves_;
 };

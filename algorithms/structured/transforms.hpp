@@ -4,6 +4,7 @@
 //   x+ -> phi x+:  moment + p x force;   l -> phi' l:  v - p x w;   P+ -> phi P+ phi'
 //   w -> R'w, and the acceleration that turning brings to the link's origin,
 //   c = R'W p + d W e_z,  W x = w (w'x) - x w'w       W of the parent, then in the link's axes
+// Rx(alpha) of parallel axes, and of axes at a right angle, takes no flop.
 #pragma once
 
 #include "algorithms/structured/articulated.hpp"
@@ -18,6 +19,30 @@ struct MatrixPlacement {
 
 namespace detail {
 
+// Rx(alpha) of (y, z), and back. A right angle costs nothing.
+template <class T, class S>
+[[gnu::always_inline]] inline void tilt(const StructuredLink<S>& link, T& y, T& z) {
+  using Tilt = typename StructuredLink<S>::Tilt;
+  if (link.tilt == Tilt::right) {
+    const T old = y;
+    y = -z;
+    z = old;
+  } else if (link.tilt == Tilt::any) {
+    turn(link.alpha, y, z, y, z);
+  }
+}
+template <class T, class S>
+[[gnu::always_inline]] inline void tilt_back(const StructuredLink<S>& link, T& y, T& z) {
+  using Tilt = typename StructuredLink<S>::Tilt;
+  if (link.tilt == Tilt::right) {
+    const T old = y;
+    y = z;
+    z = -old;
+  } else if (link.tilt == Tilt::any) {
+    turn_back(link.alpha, y, z);
+  }
+}
+
 // phi x of an heir or any child on a screw.
 template <class T, class S, class C, class D>
 [[gnu::always_inline]] inline void force_to_parent(const StructuredModel<S>& model,
@@ -28,8 +53,8 @@ template <class T, class S, class C, class D>
   z.y = z.y + d * z.u;
   turn(joint, z.x, z.y, z.x, z.y);
   turn(joint, z.u, z.v, z.u, z.v);
-  turn(link.alpha, z.y, z.z, z.y, z.z);
-  turn(link.alpha, z.v, z.w, z.v, z.w);
+  tilt(link, z.y, z.z);
+  tilt(link, z.v, z.w);
   if (link.turned) {
     turn(model.uncommon(link).theta, z.x, z.y, z.x, z.y);
     turn(model.uncommon(link).theta, z.u, z.v, z.u, z.v);
@@ -66,25 +91,36 @@ template <class T, class S, class C, class D>
     turn_back(model.uncommon(link).theta, l.x, l.y);
     turn_back(model.uncommon(link).theta, l.u, l.v);
   }
-  turn_back(link.alpha, l.y, l.z);
-  turn_back(link.alpha, l.v, l.w);
+  tilt_back(link, l.y, l.z);
+  tilt_back(link, l.v, l.w);
   turn_back(joint, l.x, l.y);
   turn_back(joint, l.u, l.v);
   l.u = l.u + d * l.y;
   l.v = l.v - d * l.x;
 }
 
-// phi P+ phi'.
-template <class T, class R, class L, class S, class C, class D>
+// phi P+ phi'. zeros: zero terms of phi are looked for and left out.
+template <bool zeros, class T, class R, class L, class S, class C, class D>
 [[gnu::always_inline]] inline Articulated<T> to_parent(const StructuredModel<S>& model,
                                                        const StructuredLink<S>& link,
                                                        const Turn<C>& joint, const D& d,
                                                        Articulated<T, R, L>& P_plus) {
-  translate_z(d, P_plus);
+  using Tilt = typename StructuredLink<S>::Tilt;
+  if constexpr (zeros) {
+    if (d != S(0)) translate_z(d, P_plus);
+  } else {
+    translate_z(d, P_plus);
+  }
   rotate_z(joint, P_plus);
-  Articulated<T> P = rotate_x(link.alpha, P_plus);
+  Articulated<T> P;
+  if (zeros && link.tilt == Tilt::right)
+    P = rotate_x_right(P_plus.full());
+  else if (zeros && link.tilt == Tilt::none)
+    P = P_plus.full();
+  else
+    P = rotate_x(link.alpha, P_plus);
   if (link.turned) rotate_z(model.uncommon(link).theta, P);
-  translate_x(link.p[0], P);
+  if (!zeros || link.p[0] != S(0)) translate_x(link.p[0], P);
   if (link.p[1] != S(0)) translate_y(link.p[1], P);
   if (link.p[2] != S(0)) translate_z(link.p[2], P);
   return P;
@@ -200,8 +236,8 @@ template <class T, class S, class C, class D>
     turn_back(model.uncommon(link).theta, wx, wy);
     turn_back(model.uncommon(link).theta, c.u, c.v);
   }
-  turn_back(link.alpha, wy, wz);
-  turn_back(link.alpha, c.v, c.w);
+  tilt_back(link, wy, wz);
+  tilt_back(link, c.v, c.w);
   turn_back(joint, wx, wy);
   turn_back(joint, c.u, c.v);
   const T dz = d * wz;

@@ -16,6 +16,7 @@
 #include "algorithms/structured/derivatives.hpp"
 #include "algorithms/structured/dynamics.hpp"
 #include "algorithms/structured/inverse.hpp"
+#include "algorithms/structured/inverse_dynamics.hpp"
 #include "algorithms/structured/mass.hpp"
 #include "algorithms/test/allocations.hpp"
 #include "algorithms/test/models.hpp"
@@ -100,6 +101,22 @@ TYPED_TEST(Allocation, StructuredDynamicsAllocatesOnlyWhenItIsMade) {
   expect_no_allocation_once_made<TypeParam, CovarianceForm>();
   expect_no_allocation_once_made<TypeParam, SquareRootForm>();
   expect_no_allocation_once_made<TypeParam, AtRest>();
+}
+
+TYPED_TEST(Allocation, StructuredInverseDynamicsAllocateOnlyWhenTheyAreMade) {
+  using T = TypeParam;
+  const Model<double> parameters = floating_base(61);
+  const Model<T> model = parameters.template cast<T>();
+  const State<T> state = random_state(parameters, 62).template cast<T>();
+  VectorX<T> tau(model.nv()), row = tau;
+  StructuredInverseDynamics<T> one(model);
+  StructuredInverseDynamicsBatch<T> batch(model);
+  EXPECT_EQ(allocations_of([&] {
+              one.inverse_dynamics(state.q, state.qd, state.tau, tau);
+              batch.inverse_dynamics(1, state.q.data(), state.qd.data(), state.tau.data(),
+                                     row.data());
+            }),
+            0);
 }
 
 TYPED_TEST(Allocation, StructuredInverseAndMassAllocateOnlyWhenTheyAreMade) {

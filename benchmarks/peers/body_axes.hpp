@@ -2,6 +2,7 @@
 // the force that goes with it, in the body's axes. With R the body's rotation and T = R' on the
 // linear part, 1 elsewhere, and the library's quantities marked by B:
 //   vB = T v,  tauB = T tau,  a = T'(aB + c),  c = w x vB on the linear part             (1)
+//   aB = T a - c,  tau = T' tauB, of inverse dynamics                                    (1')
 //   M = T' MB T,  M^-1 = T' MB^-1 T                                                      (2)
 // A step dt of the orientation turns T itself; with x~ the matrix of the cross product, on the
 // linear rows and in the columns of dt
@@ -51,6 +52,18 @@ class BodyAxes {
     const Vector vB = T(q) * Eigen::Map<const Vector>(qd, nv_);
     for (const Free& at : free_) sum.segment<3>(at.v) += w(vB, at).cross(linear(vB, at));
     Eigen::Map<Vector>(a, nv_) = T(q).transpose() * sum;
+  }
+
+  // (1')
+  Vector acceleration_to_library(const double* q, const double* qd, const double* a) const {
+    const Vector vB = T(q) * Eigen::Map<const Vector>(qd, nv_);
+    Vector y = T(q) * Eigen::Map<const Vector>(a, nv_), out(nv_);
+    for (const Free& at : free_) y.segment<3>(at.v) -= w(vB, at).cross(linear(vB, at));
+    for (int k = 0; k < nv_; ++k) out[order_[k]] = y[k];
+    return out;
+  }
+  void torque(const double* q, const Vector& tauB, double* tau) const {
+    Eigen::Map<Vector>(tau, nv_) = T(q).transpose() * in_order(tauB);
   }
 
   // (2)

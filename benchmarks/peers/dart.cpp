@@ -1,8 +1,9 @@
 // DART, as Debian builds it. It has no armature.
 //
-//   acceleration  setPositions, setVelocities, setForces, computeForwardDynamics
-//   inverse       setPositions, getInvMassMatrix (recursive)
-//   mass          setPositions, getMassMatrix
+//   acceleration      setPositions, setVelocities, setForces, computeForwardDynamics
+//   inverse_dynamics  setPositions, setVelocities, setAccelerations, computeInverseDynamics
+//   inverse           setPositions, getInvMassMatrix (recursive)
+//   mass              setPositions, getMassMatrix
 // Its caches are filled again after every setPositions.
 #include <algorithm>
 #include <dart/config.hpp>
@@ -109,6 +110,7 @@ class Dart final : public Peer {
     states_.push_back({positions,
                        axes_.to_library(q, qd),
                        axes_.to_library(q, tau),
+                       axes_.acceleration_to_library(q, qd, tau),
                        {q, q + mechanism_.nq},
                        {qd, qd + mechanism_.nv}});
   }
@@ -119,6 +121,14 @@ class Dart final : public Peer {
     skeleton_->setVelocities(state.qd);
     skeleton_->setForces(state.tau);
     skeleton_->computeForwardDynamics();
+    return true;
+  }
+  bool inverse_dynamics(int i) override {
+    const State& state = states_[i];
+    skeleton_->setPositions(state.q);
+    skeleton_->setVelocities(state.qd);
+    skeleton_->setAccelerations(state.qdd);
+    skeleton_->computeInverseDynamics();
     return true;
   }
   bool inverse(int i) override {
@@ -137,13 +147,16 @@ class Dart final : public Peer {
     axes_.acceleration(state.given_q.data(), state.given_qd.data(), skeleton_->getAccelerations(),
                        a);
   }
+  void get_torque(int i, double* tau) const override {
+    axes_.torque(states_[i].given_q.data(), skeleton_->getForces(), tau);
+  }
   void get_matrix(int i, double* out) const override {
     axes_.matrix(states_[i].given_q.data(), *matrix_, out);
   }
 
  private:
   struct State {
-    Vector q, qd, tau;
+    Vector q, qd, tau, qdd;
     std::vector<double> given_q, given_qd;
   };
 

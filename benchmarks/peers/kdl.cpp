@@ -1,13 +1,15 @@
 // Orocos KDL, as Debian builds it: serial chains of hinges and slides.
 //
-//   acceleration  ChainFdSolver_RNE: M, bias, and a dense L D L'
-//   mass          ChainDynParam::JntToMass
+//   acceleration      ChainFdSolver_RNE: M, bias, and a dense L D L'
+//   inverse_dynamics  ChainIdSolver_RNE
+//   mass              ChainDynParam::JntToMass
 #include <kdl/config.h>
 
 #include <algorithm>
 #include <kdl/chain.hpp>
 #include <kdl/chaindynparam.hpp>
 #include <kdl/chainfdsolver_recursive_newton_euler.hpp>
+#include <kdl/chainidsolver_recursive_newton_euler.hpp>
 
 #include "benchmarks/peers/peer.hpp"
 
@@ -47,16 +49,16 @@ class Kdl final : public Peer {
         chain_(make_chain(mechanism)),
         gravity_(mechanism.gravity[0], mechanism.gravity[1], mechanism.gravity[2]),
         dynamics_(chain_, gravity_),
+        inverse_dynamics_(chain_, gravity_),
         parameters_(chain_, gravity_),
         no_forces_(chain_.getNrOfSegments(), KDL::Wrench::Zero()),
         a_(nv_),
+        torque_(nv_),
         M_(nv_) {}
 
   std::string name() const override { return "KDL"; }
   std::string version() const override { return "KDL " KDL_VERSION_STRING " (Debian's build)"; }
-  bool can(Task task) const override {
-    return task == Task::acceleration || task == Task::acceleration_batch || task == Task::mass;
-  }
+  bool can(Task task) const override { return task != Task::inverse && task != Task::derivatives; }
 
   void add_state(const double* q, const double* qd, const double* tau) override {
     const auto array = [this](const double* x) {
@@ -71,9 +73,14 @@ class Kdl final : public Peer {
     const State& state = states_[i];
     return dynamics_.CartToJnt(state.q, state.qd, state.tau, no_forces_, a_) >= 0;
   }
+  bool inverse_dynamics(int i) override {
+    const State& state = states_[i];
+    return inverse_dynamics_.CartToJnt(state.q, state.qd, state.tau, no_forces_, torque_) >= 0;
+  }
   bool mass(int i) override { return parameters_.JntToMass(states_[i].q, M_) >= 0; }
 
   void get_acceleration(int, double* a) const override { std::copy_n(a_.data.data(), nv_, a); }
+  void get_torque(int, double* tau) const override { std::copy_n(torque_.data.data(), nv_, tau); }
   void get_matrix(int, double* out) const override {
     std::copy_n(M_.data.data(), nv_ * nv_, out);  // symmetric
   }
@@ -89,9 +96,10 @@ class Kdl final : public Peer {
   KDL::Chain chain_;
   KDL::Vector gravity_;
   KDL::ChainFdSolver_RNE dynamics_;
+  KDL::ChainIdSolver_RNE inverse_dynamics_;
   KDL::ChainDynParam parameters_;
   KDL::Wrenches no_forces_;
-  KDL::JntArray a_;
+  KDL::JntArray a_, torque_;
   KDL::JntSpaceInertiaMatrix M_;
   std::vector<State> states_;
 };

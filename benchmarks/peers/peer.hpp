@@ -51,7 +51,7 @@ struct Mechanism {
   }
 };
 
-enum class Task { acceleration, acceleration_batch, inverse, mass, derivatives };
+enum class Task { acceleration, acceleration_batch, inverse_dynamics, inverse, mass, derivatives };
 
 class Peer {
  public:
@@ -71,13 +71,15 @@ class Peer {
   virtual bool has_batch() const { return false; }
 
   // The timed calls, of state i or of all; false where they failed. acceleration and derivatives
-  // take q, qd and tau; inverse and mass take q. Both triangles are filled.
+  // take q, qd and tau; inverse_dynamics takes q, qd and, with tau's numbers, qdd; inverse and mass
+  // take q. Both triangles are filled.
   virtual bool acceleration(int) { return false; }
   virtual bool acceleration_batch() {
     for (int i = 0; i < states(); ++i)
       if (!acceleration(i)) return false;
     return true;
   }
+  virtual bool inverse_dynamics(int) { return false; }
   virtual bool inverse(int) { return false; }
   virtual bool mass(int) { return false; }
   virtual bool derivatives(int) { return false; }
@@ -85,6 +87,7 @@ class Peer {
   // What the last call for state i has left, in Kalmarm's conventions; matrices are nv x nv,
   // row-major. `matrix` is M^-1 or M, whichever was asked for last.
   virtual void get_acceleration(int, double*) const {}
+  virtual void get_torque(int, double*) const {}  // of inverse_dynamics
   virtual void get_matrix(int, double*) const {}
   virtual void get_derivatives(int, double* /*dq*/, double* /*dqd*/, double* /*dtau*/) const {}
 

@@ -1,15 +1,17 @@
 // Pinocchio from its headers, with the compiler and the flags that Kalmarm's own code has; its
 // library is not linked. A variant for each convention of aba and crba.
 //
-//   acceleration  aba
-//   inverse       computeMinverse, which fills the upper triangle, and its mirror image
-//   mass          crba, the same
-//   derivatives   computeABADerivatives
+//   acceleration      aba
+//   inverse_dynamics  rnea
+//   inverse           computeMinverse, which fills the upper triangle, and its mirror image
+//   mass              crba, the same
+//   derivatives       computeABADerivatives
 // Results stay in pinocchio::Data.
 #include <algorithm>
 #include <pinocchio/algorithm/aba-derivatives.hpp>
 #include <pinocchio/algorithm/aba.hpp>
 #include <pinocchio/algorithm/crba.hpp>
+#include <pinocchio/algorithm/rnea.hpp>
 #include <pinocchio/multibody.hpp>
 
 #include "benchmarks/peers/body_axes.hpp"
@@ -103,14 +105,17 @@ class Pinocchio final : public Peer {
     return std::string("Pinocchio " PINOCCHIO_VERSION " (headers, ") + compiler_name + " " +
            compiler_version + ")";
   }
-  // computeMinverse and computeABADerivatives have no convention.
+  // rnea, computeMinverse and computeABADerivatives have no convention.
   bool can(Task task) const override {
-    return is_local() || (task != Task::inverse && task != Task::derivatives);
+    return is_local() || task == Task::acceleration || task == Task::acceleration_batch ||
+           task == Task::mass;
   }
 
   void add_state(const double* q, const double* qd, const double* tau) override {
-    State state = {Vector(mechanism_.nq), axes_.to_library(q, qd), axes_.to_library(q, tau),
-                   Vector(mechanism_.nq), Vector(mechanism_.nv),   Vector(mechanism_.nv)};
+    State state = {Vector(mechanism_.nq),    axes_.to_library(q, qd),
+                   axes_.to_library(q, tau), axes_.acceleration_to_library(q, qd, tau),
+                   Vector(mechanism_.nq),    Vector(mechanism_.nv),
+                   Vector(mechanism_.nv)};
     std::copy_n(q, mechanism_.nq, state.given_q.data());
     std::copy_n(qd, mechanism_.nv, state.given_qd.data());
     std::copy_n(tau, mechanism_.nv, state.given_tau.data());
@@ -130,6 +135,11 @@ class Pinocchio final : public Peer {
   bool acceleration(int i) override {
     const State& state = states_[i];
     return pin::aba(model_, data_, state.q, state.qd, state.tau, convention_).allFinite();
+  }
+  bool inverse_dynamics(int i) override {
+    const State& state = states_[i];
+    pin::rnea(model_, data_, state.q, state.qd, state.qdd);
+    return true;
   }
   bool inverse(int i) override {
     pin::computeMinverse(model_, data_, states_[i].q);
@@ -152,6 +162,9 @@ class Pinocchio final : public Peer {
   void get_acceleration(int i, double* a) const override {
     axes_.acceleration(states_[i].given_q.data(), states_[i].given_qd.data(), data_.ddq, a);
   }
+  void get_torque(int i, double* tau) const override {
+    axes_.torque(states_[i].given_q.data(), data_.tau, tau);
+  }
   void get_matrix(int i, double* out) const override {
     const Eigen::Map<const Matrix> X(matrix_, mechanism_.nv, mechanism_.nv);
     axes_.matrix(states_[i].given_q.data(), X, out);
@@ -164,7 +177,7 @@ class Pinocchio final : public Peer {
 
  private:
   struct State {
-    Vector q, qd, tau, given_q, given_qd, given_tau;
+    Vector q, qd, tau, qdd, given_q, given_qd, given_tau;
   };
 
   bool is_local() const { return convention_ == pin::Convention::LOCAL; }

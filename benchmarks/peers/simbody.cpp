@@ -1,9 +1,10 @@
 // Simbody, as Debian builds it. It has no armature. A ball's and a free joint's angular velocity
 // and torque are in the axes of the joint's fixed side.
 //
-//   acceleration  State of q, u and mobility forces, realize(Acceleration), with uniform gravity
-//   inverse       State of q, realize(Position), calcMInv
-//   mass          State of q, realize(Position), calcM
+//   acceleration      State of q, u and mobility forces, realize(Acceleration), with uniform
+//   gravity inverse_dynamics  State of q and u, realize(Dynamics),
+//   calcResidualForceIgnoringConstraints inverse           State of q, realize(Position), calcMInv
+//   mass              State of q, realize(Position), calcM
 #include <Simbody.h>
 
 #include <Eigen/Dense>
@@ -107,6 +108,16 @@ class Simbody final : public Peer {
     system_.realize(state_, SimTK::Stage::Acceleration);
     return true;
   }
+  bool inverse_dynamics(int i) override {
+    const Given& given = states_[i];
+    state_.updQ() = given.q;
+    state_.updU() = given.u;
+    system_.realize(state_, SimTK::Stage::Dynamics);
+    matter_.calcResidualForceIgnoringConstraints(
+        state_, SimTK::Vector(), system_.getRigidBodyForces(state_, SimTK::Stage::Dynamics),
+        given.tau, torque_);
+    return true;
+  }
   bool inverse(int i) override {
     state_.updQ() = states_[i].q;
     system_.realize(state_, SimTK::Stage::Position);
@@ -125,6 +136,11 @@ class Simbody final : public Peer {
     const SimTK::Vector& udot = state_.getUDot();
     const Eigen::Map<const Eigen::VectorXd> x(&udot[0], mechanism_.nv);
     Eigen::Map<Eigen::VectorXd>(a, mechanism_.nv) = turn(states_[i].given_q.data()).transpose() * x;
+  }
+  void get_torque(int i, double* tau) const override {
+    const Eigen::Map<const Eigen::VectorXd> x(&torque_[0], mechanism_.nv);
+    Eigen::Map<Eigen::VectorXd>(tau, mechanism_.nv) =
+        turn(states_[i].given_q.data()).transpose() * x;
   }
   void get_matrix(int i, double* out) const override {
     const int nv = mechanism_.nv;
@@ -170,6 +186,7 @@ class Simbody final : public Peer {
   SimTK::State state_;
   std::vector<int> first_q_, first_u_;
   SimTK::Matrix matrix_;
+  SimTK::Vector torque_;
   std::vector<Given> states_;
 };
 

@@ -7,6 +7,7 @@
 #include "algorithms/structured/dynamics.hpp"
 #include "algorithms/structured/flops.hpp"
 #include "algorithms/structured/inverse.hpp"
+#include "algorithms/structured/inverse_dynamics.hpp"
 #include "algorithms/structured/mass.hpp"
 #include "benchmarks/peers/peer.hpp"
 
@@ -20,10 +21,12 @@ class Structured final : public Peer {
       : model_(model),
         one_(model.cast<T>()),
         batch_(model.cast<T>()),
+        inverse_dynamics_(model.cast<T>()),
         inverse_(model.cast<T>()),
         mass_(model.cast<T>()),
         derivatives_(model.cast<T>()),
         a_(model.nv()),
+        torque_(model.nv()),
         matrix_(model.nv(), model.nv()),
         dq_(matrix_),
         dqd_(matrix_),
@@ -36,8 +39,9 @@ class Structured final : public Peer {
   std::string version() const override { return ""; }
   bool is_float32() const override { return std::is_same_v<T, float>; }
   bool can(Task task) const override {
-    const bool conventional_only = task == Task::mass || task == Task::derivatives;
-    return !conventional_only || std::is_same_v<Form, CovarianceForm>;
+    const bool has_forms =
+        task == Task::acceleration || task == Task::acceleration_batch || task == Task::inverse;
+    return has_forms || std::is_same_v<Form, CovarianceForm>;
   }
   bool has_batch() const override { return true; }
   double flops(Task task) const override {
@@ -69,6 +73,10 @@ class Structured final : public Peer {
     return batch_.acceleration(states(), q_rows_.data(), qd_rows_.data(), tau_rows_.data(),
                                a_rows_.data(), outcomes_.data()) == 0;
   }
+  bool inverse_dynamics(int i) override {
+    inverse_dynamics_.inverse_dynamics(q_[i], qd_[i], tau_[i], torque_);
+    return true;
+  }
   bool inverse(int i) override { return static_cast<bool>(inverse_.inverse(q_[i], matrix_)); }
   bool mass(int i) override {
     mass_.mass(q_[i], matrix_);
@@ -77,6 +85,9 @@ class Structured final : public Peer {
   bool derivatives(int i) override {
     return static_cast<bool>(
         derivatives_.derivatives(q_[i], qd_[i], tau_[i], dq_, dqd_, dtau_, a_));
+  }
+  void get_torque(int, double* tau) const override {
+    std::copy_n(torque_.data(), model_.nv(), tau);
   }
   void get_matrix(int, double* out) const override { put(matrix_, out); }
   void get_derivatives(int, double* dq, double* dqd, double* dtau) const override {
@@ -97,13 +108,14 @@ class Structured final : public Peer {
   const Model<double>& model_;
   StructuredDynamics<T, Form> one_;
   StructuredBatch<T, Form> batch_;
+  StructuredInverseDynamics<T> inverse_dynamics_;
   StructuredInverse<T, Form> inverse_;
   StructuredMass<T> mass_;
   StructuredDerivatives<T> derivatives_;
   std::vector<VectorX<T>> q_, qd_, tau_;
   std::vector<T> q_rows_, qd_rows_, tau_rows_, a_rows_;
   std::vector<Outcome> outcomes_;
-  VectorX<T> a_;
+  VectorX<T> a_, torque_;
   MatrixX<T> matrix_, dq_, dqd_, dtau_;
   bool batched_ = false;
 };

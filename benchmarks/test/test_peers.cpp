@@ -104,6 +104,17 @@ TEST(BodyAxes, AccelerationOfAFreeBodyIsNewtonsAndEulers) {
   EXPECT_LE((a - right).norm(), 1e-12 * right.norm());
 }
 
+TEST(BodyAxes, TorqueOfInverseDynamicsIsThatOfTheAcceleration) {
+  FreeBody body;
+  VectorX<double> a(6), tau(6);
+  ASSERT_TRUE(body.solver->acceleration(body.state.q, body.state.qd, body.state.tau, a));
+  const Vector aB =
+      body.axes.acceleration_to_library(body.state.q.data(), body.state.qd.data(), a.data());
+  EXPECT_LE((aB - body.aB).norm(), 1e-12 * body.aB.norm());
+  body.axes.torque(body.state.q.data(), body.tauB, tau.data());
+  EXPECT_LE((tau - body.state.tau).norm(), 1e-14 * tau.norm());
+}
+
 TEST(BodyAxes, InverseIsThatOfTheModel) {
   FreeBody body;
   MatrixX<double> X(6, 6), right(6, 6);

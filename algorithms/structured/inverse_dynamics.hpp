@@ -1,0 +1,331 @@
+// Inverse dynamics by the fast path, for one state or, with T a Pack, one state in every lane.
+//
+// A material point x of a link, from its origin, has the acceleration a + Gamma x with
+//   Gamma = alpha~ + w~w~                              a of the origin, alpha = w'           (1)
+// Base to tips, all in the link's axes after the turn R' of its placement:
+//   w(k)     = R'w(parent) + H' q'
+//   alpha(k) = R'alpha(parent) + R'w(parent) x H' q' + H' q''                                (2)
+//   a(k)     = R'(a + Gamma p)(parent) + d Gamma e_z        + 2 w x e_z q' + e_z q'' at a slide
+// Points of a hinge's axis belong to both links, so that Gamma of either serves for d.
+//   f = m (a + Gamma c),  n = integral of r x Gamma r dm                                     (3)
+//   n_x = (Gamma J)zy - (Gamma J)yz  and so on          J = integral of r r' dm, r from c
+// Tips to base:
+//   z(k) = (n + c x f; f) + sum over children j of phi(k,j) z(j)                             (1.1)
+//   tau(k) = H(k) z(k) + r(k) q''(k)                                                         (1.4)
+// a of the base is -gravity. The force on a body is its mass times one acceleration, as in
+// model/inverse_dynamics.hpp. About 171 flops a hinge that is an heir, and its sine and cosine.
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "algorithms/spatial/lanes.hpp"
+#include "algorithms/structured/columns.hpp"
+
+namespace kalmarm {
+
+// Of a link: Gamma of (1), columns by name.
+template <class T>
+struct AccelerationGradient {
+  T xx, xy, xz, yx, yy, yz, zx, zy, zz;
+};
+
+template <class T>
+struct InverseDynamicsWorkspace : Placements<T> {
+  struct Link {
+    T d;  // of a slide
+    AccelerationGradient<T> Gamma;
+    T u, v, w;  // acceleration of the origin
+  };
+  // Of a link with several children: its motion, and what they have summed up to.
+  struct Branch {
+    T wx, wy, wz;
+    Sixfold<T> a;  // alpha, a
+    bool begun;
+    Sixfold<T> z;
+  };
+
+  std::vector<Link> links;
+  std::vector<Branch> branches;
+
+  template <class S>
+  explicit InverseDynamicsWorkspace(const StructuredModel<S>& model)
+      : Placements<T>(model), links(model.nv()), branches(model.slots()) {}
+};
+
+namespace detail {
+
+// (1)
+template <class T>
+[[gnu::always_inline]] inline void set_gradient(const T& wx, const T& wy, const T& wz,
+                                                const Sixfold<T>& a, AccelerationGradient<T>& G) {
+  const T xx = wx * wx, yy = wy * wy, zz = wz * wz, xy = wx * wy, xz = wx * wz, yz = wy * wz;
+  G.xx = -(yy + zz);
+  G.yy = -(xx + zz);
+  G.zz = -(xx + yy);
+  G.xy = xy - a.z;
+  G.yx = xy + a.z;
+  G.xz = xz + a.y;
+  G.zx = xz - a.y;
+  G.yz = yz - a.x;
+  G.zy = yz + a.x;
+}
+
+// a += Gamma p of the parent, for a link on a screw.
+template <class T, class S>
+[[gnu::always_inline]] inline void add_offset(const StructuredLink<S>& link,
+                                              const AccelerationGradient<T>& G, Sixfold<T>& a) {
+  a.u = a.u + link.p[0] * G.xx;
+  a.v = a.v + link.p[0] * G.yx;
+  a.w = a.w + link.p[0] * G.zx;
+  if (link.p[1] != S(0)) {
+    a.u = a.u + link.p[1] * G.xy;
+    a.v = a.v + link.p[1] * G.yy;
+    a.w = a.w + link.p[1] * G.zy;
+  }
+  if (link.p[2] != S(0)) {
+    a.u = a.u + link.p[2] * G.xz;
+    a.v = a.v + link.p[2] * G.yz;
+    a.w = a.w + link.p[2] * G.zz;
+  }
+}
+
+// R' of w, alpha and a, for a link on a screw.
+template <class T, class S, class C>
+[[gnu::always_inline]] inline void turn_motion(const StructuredModel<S>& model,
+                                               const StructuredLink<S>& link,
+                                               const Direction<C>& joint, T& wx, T& wy, T& wz,
+                                               Sixfold<T>& a) {
+  if (link.turned) {
+    const auto& theta = model.uncommon(link).theta;
+    turn_back(theta, wx, wy);
+    turn_back(theta, a.x, a.y);
+    turn_back(theta, a.u, a.v);
+  }
+  tilt_back(link, wy, wz);
+  tilt_back(link, a.y, a.z);
+  tilt_back(link, a.v, a.w);
+  turn_back(joint, wx, wy);
+  turn_back(joint, a.x, a.y);
+  turn_back(joint, a.u, a.v);
+}
+
+// The same across a matrix, Gamma p included.
+template <class T>
+[[gnu::noinline]] void turn_motion(const MatrixPlacement<T>& phi, T& wx, T& wy, T& wz,
+                                   Sixfold<T>& a) {
+  AccelerationGradient<T> G;
+  set_gradient(wx, wy, wz, a, G);
+  a.u += phi.p[0] * G.xx + phi.p[1] * G.xy + phi.p[2] * G.xz;
+  a.v += phi.p[0] * G.yx + phi.p[1] * G.yy + phi.p[2] * G.yz;
+  a.w += phi.p[0] * G.zx + phi.p[1] * G.zy + phi.p[2] * G.zz;
+  turn_back(phi.R, wx, wy, wz);
+  turn_back(phi.R, a.x, a.y, a.z);
+  turn_back(phi.R, a.u, a.v, a.w);
+}
+
+// (3), and z of the link alone. 66 flops.
+template <class T, class S>
+[[gnu::always_inline]] inline void link_force(const CentralBody<S>& body,
+                                              const AccelerationGradient<T>& G, const T& au,
+                                              const T& av, const T& aw, Sixfold<T>& z) {
+  const S* const c = body.c;
+  const T u = body.m * (au + c[0] * G.xx + c[1] * G.xy + c[2] * G.xz);
+  const T v = body.m * (av + c[0] * G.yx + c[1] * G.yy + c[2] * G.yz);
+  const T w = body.m * (aw + c[0] * G.zx + c[1] * G.zy + c[2] * G.zz);
+  z.x = (G.zz - G.yy) * body.Jyz + (G.zx * body.Jxy - G.yx * body.Jxz) +
+        (G.zy * body.Jyy - G.yz * body.Jzz) + (c[1] * w - c[2] * v);
+  z.y = (G.xx - G.zz) * body.Jxz + (G.xy * body.Jyz - G.zy * body.Jxy) +
+        (G.xz * body.Jzz - G.zx * body.Jxx) + (c[2] * u - c[0] * w);
+  z.z = (G.yy - G.xx) * body.Jxy + (G.yz * body.Jxz - G.xz * body.Jyz) +
+        (G.yx * body.Jxx - G.xy * body.Jyy) + (c[0] * v - c[1] * u);
+  z.u = u;
+  z.v = v;
+  z.w = w;
+}
+
+// z of every link alone.
+template <class T, class S>
+void set_link_forces(const StructuredModel<S>& model, const T* qd, const T* qdd,
+                     InverseDynamicsWorkspace<T>& ws) {
+  using Kind = typename StructuredLink<S>::Kind;
+  const T zero = T(S(0)), two = T(S(2));
+  T wx = zero, wy = zero, wz = zero;
+  T ux = zero, uy = zero, uz = zero;  // w before the joint, for all DoF of a ball joint
+  Sixfold<T> a = {zero, zero, zero, zero, zero, zero};
+  AccelerationGradient<T> G = {zero, zero, zero, zero, zero, zero, zero, zero, zero};
+  for (int k = 0; k < model.nv(); ++k) {
+    const StructuredLink<S>& link = model.link(k);
+    auto& at = ws.links[k];
+    if (link.parent < 0) {
+      const auto& a0 = model.uncommon(link).a0;
+      wx = wy = wz = zero;
+      a.x = a.y = a.z = zero;
+      a.u = T(a0[0]);
+      a.v = T(a0[1]);
+      a.w = T(a0[2]);
+      G.xx = G.xy = G.xz = G.yx = G.yy = G.yz = G.zx = G.zy = G.zz = zero;
+    } else if (!link.hangs_on_previous) {
+      const auto& parent = ws.branches[model.link(link.parent).slot];
+      wx = parent.wx;
+      wy = parent.wy;
+      wz = parent.wz;
+      copy(parent.a, a);
+      set_gradient(wx, wy, wz, a, G);
+    }
+    if (link.kind == Kind::screws) {
+      add_offset(link, G, a);
+      if (link.slides)
+        turn_motion(model, link, model.uncommon(link).turn, wx, wy, wz, a);
+      else
+        turn_motion(model, link, ws.direction(link), wx, wy, wz, a);
+    } else if (link.kind == Kind::matrix) {
+      T x = wx, y = wy, z = wz;  // w and a stay in registers
+      Sixfold<T> turned;
+      copy(a, turned);
+      turn_motion(ws.matrices[link.varying], x, y, z, turned);
+      wx = x;
+      wy = y;
+      wz = z;
+      copy(turned, a);
+    } else {
+      cycle_back(wx, wy, wz);
+      cycle_back(ux, uy, uz);
+      cycle_back(a.x, a.y, a.z);
+      cycle_back(a.u, a.v, a.w);
+    }
+    if (link.kind != Kind::cyclic) {
+      ux = wx;
+      uy = wy;
+      uz = wz;
+    }
+    if (link.slides) {
+      const T twice = two * qd[k];
+      a.u += twice * uy;
+      a.v -= twice * ux;
+      a.w += qdd[k];
+    } else {
+      a.x += qd[k] * uy;
+      a.y -= qd[k] * ux;
+      a.z += qdd[k];
+      wz += qd[k];
+    }
+    set_gradient(wx, wy, wz, a, G);
+    if (link.kind == Kind::screws) {
+      const T d = link.slides ? at.d : T(link.d);
+      a.u += d * G.xz;
+      a.v += d * G.yz;
+      a.w += d * G.zz;
+    }
+    at.Gamma = G;
+    at.u = a.u;
+    at.v = a.v;
+    at.w = a.w;
+    if (link.slot >= 0) {
+      auto& branch = ws.branches[link.slot];
+      branch.wx = wx;
+      branch.wy = wy;
+      branch.wz = wz;
+      copy(a, branch.a);
+    }
+  }
+}
+
+// tau from z of every link alone.
+template <class T, class S>
+void sum_forces(const StructuredModel<S>& model, const T* qdd, InverseDynamicsWorkspace<T>& ws,
+                T* tau) {
+  for (auto& branch : ws.branches) branch.begun = false;
+  Sixfold<T> z;
+  bool carried = false;  // z comes from link k + 1
+  for (int k = model.nv() - 1; k >= 0; --k) {
+    const StructuredLink<S>& link = model.link(k);
+    const auto& at = ws.links[k];
+    Sixfold<T> own;
+    link_force(model.central(k), at.Gamma, at.u, at.v, at.w, own);
+    if (carried)
+      add(z, own);
+    else
+      copy(own, z);
+    if (link.slot >= 0) add(z, ws.branches[link.slot].z);
+    tau[k] = link.slides ? z.w : z.z;
+    if (link.noise) tau[k] += model.body(k).r * qdd[k];
+    carried = link.hangs_on_previous;
+    if (link.parent < 0) continue;
+    force_to_parent(model, link, ws, at.d, z);
+    if (carried) continue;
+    auto& branch = ws.branches[model.link(link.parent).slot];
+    if (branch.begun)
+      add(branch.z, z);
+    else
+      branch.z = z;
+    branch.begun = true;
+  }
+}
+
+}  // namespace detail
+
+// tau (nv) from q (nq), qd and qdd (nv), all numbers in T.
+template <class T, class S>
+void structured_inverse_dynamics(const StructuredModel<S>& model, const T* q, const T* qd,
+                                 const T* qdd, InverseDynamicsWorkspace<T>& ws, T* tau) {
+  detail::set_placements(model, q, ws);
+  detail::set_link_forces(model, qd, qdd, ws);
+  detail::sum_forces(model, qdd, ws, tau);
+}
+
+template <class S>
+class StructuredInverseDynamics {
+ public:
+  explicit StructuredInverseDynamics(const Model<S>& model) : model_(model), workspace_(model_) {}
+
+  // tau = M qdd + bias (nv), gravity and armature included, from q (nq), qd and qdd (nv).
+  void inverse_dynamics(const VectorX<S>& q, const VectorX<S>& qd, const VectorX<S>& qdd,
+                        VectorX<S>& tau) {
+    structured_inverse_dynamics(model_, q.data(), qd.data(), qdd.data(), workspace_, tau.data());
+  }
+
+ private:
+  StructuredModel<S> model_;
+  InverseDynamicsWorkspace<S> workspace_;
+};
+
+// Many states of one robot, one thread's.
+template <class S, int lanes = padding<S>>
+class StructuredInverseDynamicsBatch {
+ public:
+  explicit StructuredInverseDynamicsBatch(const Model<S>& model)
+      : model_(model),
+        workspace_(model_),
+        q_(model.nq()),
+        qd_(model.nv()),
+        qdd_(model.nv()),
+        tau_(model.nv()) {}
+
+  // tau (count x nv) from q (count x nq), qd and qdd (count x nv), all row-major: one state a row.
+  void inverse_dynamics(int count, const S* q, const S* qd, const S* qdd, S* tau) {
+    const int nq = model_.nq(), nv = model_.nv();
+    for (int first = 0; first < count; first += lanes) {
+      const int left = count - first, states = std::min(lanes, left);
+      to_lanes(q, nq, states, left, q_);
+      to_lanes(qd, nv, states, left, qd_);
+      to_lanes(qdd, nv, states, left, qdd_);
+      structured_inverse_dynamics(model_, q_.data(), qd_.data(), qdd_.data(), workspace_,
+                                  tau_.data());
+      from_lanes(tau_, nv, states, tau);
+      q += states * nq;
+      qd += states * nv;
+      qdd += states * nv;
+      tau += states * nv;
+    }
+  }
+
+ private:
+  using P = Pack<S, lanes>;
+
+  StructuredModel<S> model_;
+  InverseDynamicsWorkspace<P> workspace_;
+  std::vector<P> q_, qd_, qdd_, tau_;
+};
+
+}  // namespace kalmarm
