@@ -9,6 +9,7 @@
 
 #include "accuracy/plan_loss.hpp"
 #include "algorithms/pruning/flops.hpp"
+#include "algorithms/structured/zero_terms.hpp"
 #include "robots/inventory.hpp"
 #include "robots/program.hpp"
 #include "robots/question.hpp"
@@ -55,17 +56,32 @@ std::string meaning(const Plan& plan, const Acted& acted) {
   return "";
 }
 
-// Links of what is left whose constant screws have zeros, by which sums are skipped.
-json structure(const Plan& plan) {
+// What is left, and what of its constant screws is zero and needs no sums (zero_terms.hpp).
+json left(const Plan& plan) {
   int dofs = 0, noise = 0, massless = 0;
-  for (const Part& part : plan.parts)
-    for (int k = 0; k < part.reduction.model.nv(); ++k) {
-      const Joint<double>& joint = part.reduction.model.joint(k);
+  ZeroTerms zeros;
+  for (const Part& part : plan.parts) {
+    const Model<double>& model = part.reduction.model;
+    for (int k = 0; k < model.nv(); ++k) {
       ++dofs;
-      noise += joint.r > 0;
-      massless += joint.body.massless();
+      noise += model.joint(k).r > 0;
+      massless += model.joint(k).body.massless();
     }
-  return {{"dofs", dofs}, {"with_armature", noise}, {"massless_links", massless}};
+    if (part.kernel != Kernel::spatial && part.kernel != Kernel::spatial_at_rest) continue;
+    const ZeroTerms own = count_zero_terms(StructuredModel<double>(model));
+    zeros.parallel += own.parallel;
+    zeros.right_angles += own.right_angles;
+    zeros.meeting += own.meeting;
+    zeros.without_offset += own.without_offset;
+  }
+  return {{"dofs", dofs},
+          {"with_armature", noise},
+          {"massless_links", massless},
+          {"zero_terms",
+           {{"parallel_axes", zeros.parallel},
+            {"right_angles", zeros.right_angles},
+            {"axes_that_meet", zeros.meeting},
+            {"no_offset", zeros.without_offset}}}};
 }
 
 json flops_of(const Plan& pruned, const Plan& whole) {
@@ -125,13 +141,20 @@ json describe(const Options& options, const Scene& scene) {
     out["parts"].push_back(
         {{"kernel", to_string(part.kernel)}, {"dofs", names(part.reduction.dofs)}});
   out["singular"] = names(plan.singular);
-  out["left"] = structure(plan);
+  out["left"] = left(plan);
   out["flops"] = flops_of(plan, whole);
   if (options.tolerance) out["precision"] = precision(options, scene, question);
   return out;
 }
 
-// "geom 31, light 2", of the elements whose number by `count` is not zero.
+std::string plural(const std::string& kind, int count) {
+  if (count == 1) return kind;
+  if (kind == "mesh") return "meshes";
+  if (kind == "equality") return "equalities";
+  return kind + "s";
+}
+
+// "31 geoms, 2 lights", of the elements whose number by `count` is not zero.
 template <class Count>
 std::string listed(const json& elements, const Count& count) {
   std::string out;
@@ -165,12 +188,11 @@ void print(const json& plan) {
   line("not needed", listed(elements, [](const json& e) {
          return e["in_file"].get<int>() - e["needed"].get<int>();
        }));
-  line("needed", listed(elements, [](const json& e) { return e["needed"].get<int>(); }) +
-                     ", for inertia or armature");
+  line("needed", listed(elements, [](const json& e) { return e["needed"].get<int>(); }));
   std::string want;
   for (const json& word : plan["want"])
     want += (want.empty() ? "" : ", ") + word.get<std::string>();
-  line("asked", want + " of " + shortened(plan["asked"]));
+  line("asked", want + (plan["asked"].empty() ? "" : " of " + shortened(plan["asked"])));
   if (!plan["locked"].empty()) line("locked", shortened(plan["locked"]));
   if (plan.contains("sites")) line("sites", shortened(plan["sites"]));
   for (const json& rule : plan["rules"])
@@ -182,6 +204,12 @@ void print(const json& plan) {
                 plan["left"]["with_armature"].get<int>(),
                 plan["left"]["massless_links"].get<int>());
   line("left", text);
+  const json& zeros = plan["left"]["zero_terms"];
+  std::snprintf(text, sizeof text,
+                "links whose axes are parallel to the parent's %d, at a right angle %d, meet it %d",
+                zeros["parallel_axes"].get<int>(), zeros["right_angles"].get<int>(),
+                zeros["axes_that_meet"].get<int>());
+  line("", text);
   if (!plan["singular"].empty())
     line("singular", shortened(plan["singular"]) + " move no inertia: M has no inverse");
   for (const auto& [task, count] : plan["flops"].items()) {

@@ -1,5 +1,8 @@
 #include "algorithms/pruning/flops.hpp"
 
+#include <algorithm>
+
+#include "algorithms/planar/planar_filter.hpp"
 #include "algorithms/structured/at_rest.hpp"
 #include "algorithms/structured/flops.hpp"
 
@@ -31,6 +34,13 @@ double selected_flops(const Model<double>& model, const std::vector<int>& dofs,
   return links * (column + size);
 }
 
+// Composite inertias, and 30 flops for every joint and every link inboard of it (mass_matrix.hpp).
+double mass_flops(const Model<double>& model) {
+  double out = 0;
+  for (int k = 0; k < model.nv(); ++k) out += 130 + 30 * depth(model, k);
+  return out;
+}
+
 double spatial_flops(const Plan& plan, const Part& part, Want want) {
   const Model<double>& model = part.reduction.model;
   const VectorX<double> q = plan.question.q(part.reduction.q_whole),
@@ -56,12 +66,54 @@ double spatial_flops(const Plan& plan, const Part& part, Want want) {
   }
 }
 
+// The numbers of planar/: a hinge of the factors, of Lambda, and a link and column of two sweeps.
+double planar_flops(const Plan& plan, const Part& part, Want want) {
+  constexpr double factor = 61, lambda = 40, sweeps = 26;
+  const Model<double>& model = part.reduction.model;
+  const double nv = model.nv();
+  switch (want) {
+    case Want::acceleration: {
+      const PlanarModel<Count> planar(model, *find_plane(model));
+      PlanarWorkspace<Count> ws(planar);
+      const std::vector<Count> q = detail::counts(plan.question.q(part.reduction.q_whole));
+      const std::vector<Count> zero(model.nv(), 0.0);
+      std::vector<Count> a(model.nv());
+      return detail::counted(
+          [&] { planar_acceleration(planar, q.data(), zero.data(), zero.data(), ws, a.data()); });
+    }
+    case Want::diagonal:
+      return factor * nv + (plan.partial_answers ? lambda * nv : sweeps * nv * nv);
+    case Want::log_det:
+      return (factor + 2) * nv;
+    case Want::inverse:
+    case Want::operational:
+      return factor * nv + sweeps * nv * nv;
+    default:
+      return 0;
+  }
+}
+
+// Two sweeps of a call; all else is known before.
+double translational_flops(const Part& part, Want want) {
+  constexpr double sweeps = 25;
+  return want == Want::acceleration ? sweeps * part.reduction.model.nv() : 0;
+}
+
 }  // namespace
 
 double flops(const Plan& plan, Want want) {
   double out = 0;
-  for (const Part& part : plan.parts) out += spatial_flops(plan, part, want);
-  return out;
+  for (const Part& part : plan.parts) {
+    if (want == Want::mass)
+      out += mass_flops(part.reduction.model);
+    else if (part.kernel == Kernel::planar)
+      out += planar_flops(plan, part, want);
+    else if (part.kernel == Kernel::translational)
+      out += translational_flops(part, want);
+    else
+      out += spatial_flops(plan, part, want);
+  }
+  return std::max(out, 1.0);
 }
 
 }  // namespace kalmarm
