@@ -55,7 +55,10 @@ def before_and_after(blocks: list[tuple[str, list[str], list[dict]]]):
     x = alt.X(
         "share:Q",
         axis=alt.Axis(
-            title="time over that of the whole", titleAnchor="start", format="%", tickCount=5
+            title="time over that of the whole",
+            titleAnchor="start",
+            format="%",
+            values=[0, 0.25, 0.5, 0.75, 1],
         ),
         scale=alt.Scale(domain=[0, longest * (1 + LABELS)], nice=False),
     )
@@ -74,7 +77,7 @@ def before_and_after(blocks: list[tuple[str, list[str], list[dict]]]):
         bars.mark_bar(cornerRadius=1).encode(color=colour, tooltip=tooltip),
         bars.mark_text(**words, dx=5).encode(text="time_text:N"),
         chart.transform_filter("isValid(datum.heading)")
-        .mark_text(**words, fontSize=12, fontWeight=600)
+        .mark_text(**words, fontWeight=600)
         .encode(x=alt.value(0), text="heading:N"),
         chart.transform_filter("isValid(datum.remark)")
         .mark_text(**words, opacity=0.8)

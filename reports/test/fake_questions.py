@@ -26,7 +26,7 @@ QUESTIONS = {  # scene, DoF left, want, how it is asked, rules, ns by how
         "rest",
         {"whole": 800, "pruned": 750},
     ),
-    "diagonal of the inverse of 500 links": (
+    "diagonal at 500 links": (
         "chain:500",
         500,
         "diagonal",
@@ -62,7 +62,7 @@ def call(want: str, how: str, scene: str, precision: str, nanoseconds: float) ->
     ]
 
 
-def record(title: str, **changes) -> dict:
+def record(title: str, /, **changes) -> dict:
     """A data file; `changes` are of its context."""
     scene, left, want, asked, rules, times = QUESTIONS[title]
     context = {

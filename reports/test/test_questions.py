@@ -5,6 +5,7 @@ import json
 import make_report
 import pytest
 from data import DataError
+from browsing import PHONE, overflowing
 from fake_questions import QUESTIONS, call, record
 from markupsafe import Markup
 from playwright.sync_api import expect
@@ -151,7 +152,8 @@ def test_broken_numbers_and_unknown_answers_are_refused(read):
     with pytest.raises(DataError, match=r"0\.json: not a record of a question: .*'many'"):
         read(record("planar arm", dofs="many"))
     unknown = record("planar arm")
-    unknown["benchmarks"][0]["run_name"] = "acceleration/halved/planar:10/float64"
+    for row in unknown["benchmarks"]:
+        row["run_name"] = row["run_name"].replace("pruned", "halved")
     with pytest.raises(DataError, match=r"'halved' is none of whole, pruned, alone"):
         read(unknown)
 
@@ -176,8 +178,21 @@ def test_the_page_draws_a_bar_an_answer_and_lists_them(read, visit, tmp_path):
     figure = page.get_by_role("figure", name=TITLE)
     answers = sum(len(times) for *_, times in QUESTIONS.values())
     expect(figure.locator(".mark-rect path[aria-label*='median time']")).to_have_count(answers)
-    texts = figure.locator(".chart text").all_inner_texts()
+    texts = figure.locator(".chart text").all_text_contents()
     for text in ("One foot of a humanoid: 3.00 times faster", "8.00 µs", "pruned", "at rest: no"):
         assert any(text in it for it in texts), text
     figure.get_by_text("Numbers", exact=True).click()
     expect(figure.locator(".numbers tbody tr")).to_have_count(answers)
+
+
+def test_a_finger_anywhere_on_a_bar_shows_its_numbers(read, visit, tmp_path):
+    file = tmp_path / "index.html"
+    make_report.write(file, make_report.page(read(*map(record, QUESTIONS))))
+    page = visit(file, viewport=PHONE, has_touch=True)
+    assert overflowing(page) == []
+    bar = page.locator(".mark-rect path[aria-label*='how: whole'][aria-label*='g1:35']")
+    box = bar.bounding_box()
+    assert box["width"] > 100
+    bar.scroll_into_view_if_needed()
+    bar.tap(position={"x": 5, "y": box["height"] / 2})
+    expect(page.locator("#vg-tooltip-element.visible")).to_contain_text("24.0 µs")
