@@ -436,7 +436,9 @@ def _refuse_repeats(data: Data) -> None:
         "time against peers": (call.time[:4] for call in data.peers),
         "time of a Jacobian": (jacobian.time[:4] for jacobian in data.jacobians),
         "time of an answer": (
-            (question.asked, *call.time[:4]) for question in data.questions for call in question.calls
+            (question.asked, *call.time[:4])
+            for question in data.questions
+            for call in question.calls
         ),
         "fit": (fit[:4] for fit in data.fits),
         "agreement": ((robot["scene"],) for robot in data.mujoco),

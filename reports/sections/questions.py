@@ -85,6 +85,7 @@ def _block(question: Question) -> tuple[str, list[str], list[dict]] | None:
     whole, pruned = _of(question, "whole"), _of(question, "pruned")
     if not (whole and pruned):
         return None
+    dofs = {"whole": question.dofs, "pruned": question.dofs_left}
     rows = []
     for call in filter(None, (whole, pruned, _of(question, "alone"))):
         time, ratio = call.time, whole.time.nanoseconds / call.time.nanoseconds
@@ -97,7 +98,7 @@ def _block(question: Question) -> tuple[str, list[str], list[dict]] | None:
                 "time_text": time_text(time.nanoseconds),
                 "variation": share_text(time.variation),
                 "factor": "–" if call is whole else factor_text(ratio),
-                "dofs": {"whole": question.dofs, "pruned": question.dofs_left}.get(time.variant, "–"),
+                "dofs": dofs.get(time.variant, "–"),
                 "flops": _flops(call),
             }
         )

@@ -66,8 +66,8 @@ def test_every_figure_is_drawn(page, run):
     for drawn in figures:
         frame, *boxes = drawn.locator(".chart svg").evaluate(
             """(svg) => {
-                const marks = svg.querySelectorAll(".mark-symbol path[aria-label]");
-                return [svg, ...marks].map((node) => {
+                const marks = ":is(.mark-symbol, .mark-rect) path[aria-label]";
+                return [svg, ...svg.querySelectorAll(marks)].map((node) => {
                     const { x, y, width, height } = node.getBoundingClientRect();
                     return { x: x + width / 2, y: y + height / 2, width, height };
                 });

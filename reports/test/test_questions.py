@@ -144,7 +144,8 @@ def test_a_pruned_answer_that_was_wrong_is_told_and_not_drawn(read):
 def test_a_record_without_its_question_is_refused(read, key):
     broken = record("planar arm")
     del broken["context"][key]
-    with pytest.raises(DataError, match=rf"0\.json: not a record of a question: '{key}' is missing"):
+    reason = rf"0\.json: not a record of a question: '{key}' is missing"
+    with pytest.raises(DataError, match=reason):
         read(broken)
 
 
