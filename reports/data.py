@@ -56,6 +56,19 @@ class Jacobian(NamedTuple):
     error: float | None
 
 
+class Question(NamedTuple):
+    """What is wanted of a scene, and the calls that answer it: whole, pruned or alone."""
+
+    title: str  # empty where a user asked it
+    scene: str
+    want: str
+    asked: str  # as the command line says it
+    rules: list[str]  # those that left something out
+    dofs: int
+    dofs_left: int
+    calls: list[Call]  # their variant says how
+
+
 class Residual(NamedTuple):
     """How far both forms of an equation are from true, in one precision; None: not a number."""
 
@@ -137,6 +150,8 @@ class Data:
     peers_contexts: list[dict] = field(default_factory=list)
     jacobians: list[Jacobian] = field(default_factory=list)
     jacobians_contexts: list[dict] = field(default_factory=list)
+    questions: list[Question] = field(default_factory=list)
+    questions_contexts: list[dict] = field(default_factory=list)
     fits: list[Identification] = field(default_factory=list)
     stress: Stress = field(default_factory=Stress)
     stress_families: list[Family] = field(default_factory=list)
@@ -156,12 +171,14 @@ class Data:
             + self.dynamics_contexts
             + self.peers_contexts
             + self.jacobians_contexts
+            + self.questions_contexts
         )
 
     @property
     def all_times(self) -> list[Time]:
         calls = [call.time for call in self.dynamics + self.peers + self.jacobians]
-        return self.times + self.estimation + calls
+        answers = [call.time for question in self.questions for call in question.calls]
+        return self.times + self.estimation + calls + answers
 
     @property
     def scenes(self) -> list[str]:

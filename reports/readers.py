@@ -18,6 +18,7 @@ from data import (
     Jacobian,
     Paper,
     Precision,
+    Question,
     Residual,
     Sample,
     Time,
@@ -31,6 +32,7 @@ INTEGRATION_COLUMNS = list(Integration._fields)
 BOOLEANS = {"1": True, "0": False, "true": True, "false": False}
 VERDICTS = ("holds", "misprint", "fails")
 NO_SCENE = "none"
+HOWS = ("whole", "pruned", "alone")  # ways to answer a question
 PEAK = "peak/"  # begins the names of what measures the machine
 NANOSECONDS = {"ns": 1, "us": 1e3, "ms": 1e6, "s": 1e9}
 
@@ -166,6 +168,27 @@ def read_jacobians(path: Path, data: Data) -> None:
     jacobians, context = _benchmarks(path, _jacobians)
     data.jacobians += jacobians
     data.jacobians_contexts.append(context)
+
+
+def read_questions(path: Path, data: Data) -> None:
+    calls, context = _benchmarks(path, _calls)
+    for call in calls:
+        if call.time.variant not in HOWS:
+            raise DataError(f"{path}: '{call.time.variant}' is none of {', '.join(HOWS)}")
+    by_want = defaultdict(list)
+    for call in calls:
+        by_want[call.time.scene, call.time.task].append(call)
+    try:
+        title, asked = context.pop("title", ""), context.pop("question")
+        rules = [rule for rule in context.pop("rules").split(",") if rule]
+        dofs, left = int(context.pop("dofs")), int(context.pop("dofs_left"))
+    except (KeyError, ValueError, AttributeError) as error:
+        raise DataError(f"{path}: not a record of a question: {_reason(error)}") from None
+    data.questions += [
+        Question(title, scene, want, asked, rules, dofs, left, own)
+        for (scene, want), own in by_want.items()
+    ]
+    data.questions_contexts.append(context)
 
 
 def _benchmarks(path: Path, records) -> tuple[list, dict]:
@@ -349,6 +372,7 @@ READERS = {
     "batch": read_dynamics,
     "peers": read_peers,
     "jacobians": read_jacobians,
+    "pruning": read_questions,
     "identify": read_fit,
     "stress": read_stress,
     "families": read_families,
@@ -395,6 +419,7 @@ def _records(data: Data) -> tuple:
         data.dynamics,
         data.peers,
         data.jacobians,
+        data.questions,
         data.fits,
         data.stress,
         data.integrations,
@@ -410,6 +435,11 @@ def _refuse_repeats(data: Data) -> None:
         "time of the fast path": (call.time[:4] for call in data.dynamics),
         "time against peers": (call.time[:4] for call in data.peers),
         "time of a Jacobian": (jacobian.time[:4] for jacobian in data.jacobians),
+        "time of an answer": (
+            (question.asked, *call.time[:4])
+            for question in data.questions
+            for call in question.calls
+        ),
         "fit": (fit[:4] for fit in data.fits),
         "agreement": ((robot["scene"],) for robot in data.mujoco),
         "check of the paper": ((paper.scene,) for paper in data.papers),

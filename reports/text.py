@@ -8,6 +8,9 @@ TASKS = {
     "inverse_dynamics": "Torque τ = M q̈ + bias",
     "inverse": "Inverse M⁻¹",
     "mass": "Mass matrix M",
+    "diagonal": "Diagonal of M⁻¹",
+    "operational": "J M⁻¹ Jᵀ of sites",
+    "log_det": "log det M",
     "derivatives": "Derivatives of a with respect to q, q̇ and τ",
     "jacobian_inverse_dynamics": "Inverse dynamics, τ − ID",
     "jacobian_forward_dynamics": "Forward dynamics, q̈ − M⁻¹(τ − bias)",
@@ -53,6 +56,13 @@ def time_text(nanoseconds: float | None) -> str:
 
 def three_digits(value: float) -> str:
     return f"{value:.0f}" if value >= 100 else f"{value:.1f}" if value >= 10 else f"{value:.2f}"
+
+
+def factor_text(ratio: float) -> str:
+    """Of the other's time over ours."""
+    if ratio >= 1:
+        return f"{three_digits(ratio)} times faster"
+    return f"{three_digits(1 / ratio)} times slower"
 
 
 def rate_text(rate: float) -> str:

@@ -99,9 +99,11 @@ function updateAround(control) {
 function showNearest(chart, { clientX, clientY }) {
   let nearest = null;
   let least = 30; // pixels
-  for (const mark of chart.querySelectorAll(".mark-symbol path[aria-label]")) {
+  for (const mark of chart.querySelectorAll(":is(.mark-symbol, .mark-rect) path[aria-label]")) {
     const box = mark.getBoundingClientRect();
-    const distance = Math.hypot(box.x + box.width / 2 - clientX, box.y + box.height / 2 - clientY);
+    const reach = Math.max(0, box.width - box.height) / 2; // a bar is near all along
+    const across = Math.max(0, Math.abs(box.x + box.width / 2 - clientX) - reach);
+    const distance = Math.hypot(across, box.y + box.height / 2 - clientY);
     if (distance < least) [nearest, least] = [mark, distance];
   }
   nearest?.dispatchEvent(new PointerEvent("pointermove", { bubbles: true, clientX, clientY }));

@@ -17,6 +17,7 @@ from sections import (
     paper,
     peak,
     peers,
+    questions,
     simulation,
     wild,
 )
@@ -28,6 +29,7 @@ SECTIONS = [
     peers.section,
     peak.section,
     fast_path.section,
+    questions.section,
     mujoco.section,
     digits.section,
     claims.section,

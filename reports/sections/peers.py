@@ -8,7 +8,7 @@ from data import Call, Data, scene_name, scene_size
 from markupsafe import Markup
 from section import Choice, Section, Table
 from sections.method import distinct
-from text import task_rank, task_text, three_digits, time_text
+from text import factor_text, task_rank, task_text, time_text
 
 PEERS = ("Pinocchio", "MuJoCo", "DART", "Simbody", "Bullet", "KDL")  # all else is ours
 TASK = "task"
@@ -102,7 +102,7 @@ def _overview(contests: list[Contest], task: str, first: bool) -> Table | None:
             if mine.nanoseconds:
                 cells = [contest.scene, precision, mine.variant, time_text(mine.nanoseconds)]
                 cells += [best.variant, time_text(best.nanoseconds)]
-                rows.append([*cells, _factor(best.nanoseconds / mine.nanoseconds)])
+                rows.append([*cells, factor_text(best.nanoseconds / mine.nanoseconds)])
     if not rows:
         return None
     return Table(
@@ -128,7 +128,7 @@ def _bars(contest: Contest, calls: list[Call], first: bool) -> Table:
         against = "–"
         if best:
             ratio = best.nanoseconds / row.nanoseconds
-            against = "best peer" if row == best else _factor(ratio)
+            against = "best peer" if row == best else factor_text(ratio)
         rows.append([name, time_text(row.nanoseconds), bar, against, row.precision, whose])
     if missing := _missing(contest, calls):
         rows.append([f"Missing: {', '.join(missing)}"])
@@ -142,12 +142,6 @@ def _bars(contest: Contest, calls: list[Call], first: bool) -> Table:
         first=first,
         style="bars",
     )
-
-
-def _factor(ratio: float) -> str:
-    if ratio >= 1:
-        return f"{three_digits(ratio)} times faster"
-    return f"{three_digits(1 / ratio)} times slower"
 
 
 def _missing(contest: Contest, calls: list[Call]) -> list[str]:

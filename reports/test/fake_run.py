@@ -10,6 +10,7 @@ from pathlib import Path
 
 import fake_estimation
 import fake_peers
+import fake_questions
 
 VARIANTS = {  # time in ns at 7 degrees of freedom, orders of growth of time and error
     "Batch<EigenLLT>": (620, 2.6, 2.0),
@@ -235,6 +236,10 @@ def write(folder: Path) -> None:
             record = {"context": CONTEXT | context, "benchmarks": rows(scene)}
             name = scene.replace(":", "-")
             (folder / f"{kind}-{name}.json").write_text(json.dumps(record))
+    for title in fake_questions.QUESTIONS:
+        record = fake_questions.record(title)
+        record["context"] = CONTEXT | record["context"]
+        (folder / f"pruning-{title.replace(' ', '-')}.json").write_text(json.dumps(record))
 
 
 if __name__ == "__main__":

@@ -61,13 +61,13 @@ def test_every_figure_is_drawn(page, run):
         scene_name(point.scene) for point in points(data) if point.time is not None and point.states
     }
     figures = page.locator("figure").all()
-    others = 3  # two of the simulation and the share of the peak
+    others = 4  # two of the simulation, the share of the peak and questions
     assert len(figures) == len(timed) + 3 * len(data.families) + others
     for drawn in figures:
         frame, *boxes = drawn.locator(".chart svg").evaluate(
             """(svg) => {
-                const marks = svg.querySelectorAll(".mark-symbol path[aria-label]");
-                return [svg, ...marks].map((node) => {
+                const marks = ":is(.mark-symbol, .mark-rect) path[aria-label]";
+                return [svg, ...svg.querySelectorAll(marks)].map((node) => {
                     const { x, y, width, height } = node.getBoundingClientRect();
                     return { x: x + width / 2, y: y + height / 2, width, height };
                 });
@@ -366,6 +366,7 @@ def test_figures_tables_and_lists_have_names(page):
         ("dynamics", 1),
         ("batch", 1),
         ("peers", 2),
+        ("pruning", 1),
     ],
 )
 def test_a_part_of_the_data_makes_a_part_of_the_page(visit, run, tmp_path, kind, figures):
@@ -374,4 +375,4 @@ def test_a_part_of_the_data_makes_a_part_of_the_page(visit, run, tmp_path, kind,
     page = visit(file)
     assert page.locator("figure").count() == figures
     for chart in page.locator("figure .chart").all():
-        assert marks(chart).count() > 0
+        assert chart.locator(":is(.mark-symbol, .mark-rect) path[aria-label]").count() > 0
