@@ -86,12 +86,13 @@ template <class T>
 void add(const std::string& how, const std::string& scene, std::shared_ptr<Way<T>> way,
          std::shared_ptr<Way<double>> right, Want want, std::shared_ptr<const Pool<T>> pool,
          std::shared_ptr<const Pool<double>> exact) {
+  const int nv = right->plan().nv;
   const auto verify = [=]() -> std::string {
     for (int i = 0; i < 3; ++i) {
       if (!(*right)(exact->q[i], exact->qd[i], exact->tau[i])) return "the whole answer failed";
       if (!(*way)(pool->q[i], pool->qd[i], pool->tau[i])) return "failed";
       const VectorX<double> x = way->result().all(want), y = right->result().all(want);
-      const double bound = 1e7 * static_cast<double>(unit_roundoff<T>());
+      const double bound = 1000.0 * nv * static_cast<double>(unit_roundoff<T>());
       const double error = (x - y).norm() / y.norm();
       if (!(error <= bound)) return wrong(error, bound);
     }
