@@ -62,15 +62,15 @@ json to_json(const MatrixX<T>& X) {
 }
 
 template <class T>
-std::unique_ptr<Solver<T>> make_contender(const Options& options, const Scene& scene, Kernel kernel,
-                                          const Model<T>& model) {
+std::unique_ptr<Solver<T>> make_contender(const Options& options, const Scene& scene,
+                                          const Part& part, const Model<T>& model) {
   if (options.variant == mujoco_variant) {
     if constexpr (std::is_same_v<T, double>)
       return std::make_unique<MujocoSolver>(mujoco_of(scene));
     else
       unknown_variant(options, "has no precision " + options.precision);
   }
-  if (auto solver = solvers_of<T>(options.variant)(kernel, model)) return solver;
+  if (auto solver = solvers_of<T>(options.variant)(part, model)) return solver;
   for (const auto& variant : registered_variants<double>())
     if (variant.name == options.variant)
       unknown_variant(options, "has no precision " + options.precision);
@@ -140,14 +140,14 @@ class Evaluation {
  public:
   Evaluation(const Options& options, const Scene& scene, const Plan& plan)
       : want_(options.question.want.begin(), options.question.want.end()),
-        answer_(std::make_shared<Answer<T>>(plan, [&](Kernel kernel, const Model<T>& model) {
-          return make_contender<T>(options, scene, kernel, model);
+        answer_(std::make_shared<Answer<T>>(plan, [&](const Part& part, const Model<T>& model) {
+          return make_contender<T>(options, scene, part, model);
         })) {
     if (options.variant == mujoco_variant)
       mujoco_ = std::make_shared<MujocoSolver>(mujoco_of(scene));
     if (!wants("factors")) return;
     if (options.question.asks()) throw InputError("factors are those of the whole robot");
-    factored_ = make_contender<T>(options, scene, Kernel::spatial, scene.model.cast<T>());
+    factored_ = make_contender<T>(options, scene, Part(), scene.model.cast<T>());
     if (!factored_->has_factors())
       throw InputError("variant '" + options.variant + "' has no factors D and g");
   }

@@ -48,6 +48,8 @@ std::string meaning(const Plan& plan, const Acted& acted) {
       return parts(Kernel::translational) + " tree(s) of slides alone: no angles, constant factors";
     case Rule::planes:
       return parts(Kernel::planar) + " tree(s) in a plane: 3 of 6 dimensions";
+    case Rule::zero_terms:
+      return "turns by zero or right angles between " + count + " axes and those before";
     case Rule::rest:
       return "velocities and bias forces";
     case Rule::partial_answers:
@@ -68,7 +70,7 @@ json left(const Plan& plan) {
       massless += model.joint(k).body.massless();
     }
     if (part.kernel != Kernel::spatial && part.kernel != Kernel::spatial_at_rest) continue;
-    const ZeroTerms own = count_zero_terms(StructuredModel<double>(model));
+    const ZeroTerms own = count_zero_terms(StructuredModel<double>(model, part.zeros));
     zeros.parallel += own.parallel;
     zeros.right_angles += own.right_angles;
     zeros.meeting += own.meeting;

@@ -16,6 +16,9 @@ RegisteredVariant<T> variant(const char* name, const char* equation) {
 
 }  // namespace
 
+template class StructuredSolver<float, CovarianceForm>;
+template class StructuredSolver<double, CovarianceForm>;
+
 template <class T>
 std::vector<RegisteredVariant<T>> structured_variants() {
   return {variant<T, CovarianceForm>("Structured", conventional),

@@ -20,18 +20,19 @@ namespace kalmarm {
 
 // The fast path's solver of a part: float and double, kernels.cpp.
 template <class T>
-std::unique_ptr<Solver<T>> make_structured_kernel(Kernel kernel, const Model<T>& model);
+std::unique_ptr<Solver<T>> make_structured_kernel(const Part& part, const Model<T>& model);
 
-// The solver of a part.
+// The solver of a part; its model in precision T, where locked joints may be held by noise.
 template <class T>
-using MakeSolver = std::function<std::unique_ptr<Solver<T>>(Kernel kernel, const Model<T>& model)>;
+using MakeSolver =
+    std::function<std::unique_ptr<Solver<T>>(const Part& part, const Model<T>& model)>;
 
 // By a variant of the registry; they are null where it has none in precision T.
 template <class T>
 MakeSolver<T> solvers_of(const std::string& variant) {
-  return [variant](Kernel kernel, const Model<T>& model) {
+  return [variant](const Part& part, const Model<T>& model) {
     if constexpr (std::is_floating_point_v<T>)
-      if (variant == "Structured") return make_structured_kernel<T>(kernel, model);
+      if (variant == "Structured") return make_structured_kernel<T>(part, model);
     return make_solver<T>(variant, model);
   };
 }
@@ -106,6 +107,7 @@ class Answer {
       : nv_(static_cast<int>(plan.asked.size())),
         rows_(6 * static_cast<int>(plan.question.sites.size())) {
     for (const Part& part : plan.parts) add(plan, part, make);
+    if (nv_ == plan.nv && workers_.size() == 1) acceleration_ = &Answer::acceleration_of_all;
   }
 
   int nv() const { return nv_; }      // DoF asked about, whose order is that of the whole
@@ -115,14 +117,7 @@ class Answer {
   // looked at. On failure a result is not to be used; a joint is that of the whole.
   Outcome acceleration(const VectorX<T>& q, const VectorX<T>& qd, const VectorX<T>& tau,
                        VectorX<T>& a) {
-    return each([&](Worker& w) {
-      w.q_in(q, w.q);
-      w.v_in(qd, w.qd);
-      w.v_in(tau, w.tau);
-      const Outcome outcome = w.solver->acceleration(w.q, w.qd, w.tau, w.a);
-      w.asked(w.a, a);
-      return outcome;
-    });
+    return (this->*acceleration_)(q, qd, tau, a);
   }
 
   // X (nv() x nv()) = M^-1 of the joints that are free, the rows and columns that are asked for.
@@ -206,19 +201,43 @@ class Answer {
 
  private:
   using Worker = detail::Worker<T>;
+  using Acceleration = Outcome (Answer::*)(const VectorX<T>&, const VectorX<T>&, const VectorX<T>&,
+                                           VectorX<T>&);
+
+  // Where nothing is left out but by the solver itself, there is nothing to copy.
+  Outcome acceleration_of_all(const VectorX<T>& q, const VectorX<T>& qd, const VectorX<T>& tau,
+                              VectorX<T>& a) {
+    return workers_[0].solver->acceleration(q, qd, tau, a);
+  }
+
+  Outcome acceleration_of_parts(const VectorX<T>& q, const VectorX<T>& qd, const VectorX<T>& tau,
+                                VectorX<T>& a) {
+    return each([&](Worker& w) {
+      w.q_in(q, w.q);
+      w.v_in(qd, w.qd);
+      w.v_in(tau, w.tau);
+      const Outcome outcome = w.solver->acceleration(w.q, w.qd, w.tau, w.a);
+      w.asked(w.a, a);
+      return outcome;
+    });
+  }
 
   void add(const Plan& plan, const Part& part, const MakeSolver<T>& make) {
     const Reduction& reduction = part.reduction;
     const Question& question = plan.question;
     Worker& w = workers_.emplace_back(reduction.model.cast<T>());
     w.dofs = reduction.dofs;
-    w.solver = make(part.kernel, w.model);
+    // Large enough for g = P H' / D to vanish beside 1, small enough for g^2 not to underflow.
+    const T infinite_noise = T(1) / (unit_roundoff<T>() * unit_roundoff<T>());
+    std::vector<char> locked(plan.nv, 0);
+    for (const int k : question.locked) locked[k] = 1;
+    for (int k = 0; k < w.model.nv(); ++k)
+      if (locked[w.dofs[k]]) w.model.set_noise(k, infinite_noise);
+    w.solver = make(part, w.model);
     if (plan.partial_answers) w.partial = dynamic_cast<PartialSolver<T>*>(w.solver.get());
     const int nv = w.model.nv();
 
     // What is locked by noise keeps its place and stands still.
-    std::vector<char> locked(plan.nv, 0);
-    for (const int k : question.locked) locked[k] = 1;
     w.qd.setZero();
     w.tau.setZero();
     for (int i = 0; i < w.model.nq(); ++i) w.q[i] = T(question.q[reduction.q_whole[i]]);
@@ -300,6 +319,7 @@ class Answer {
 
   int nv_, rows_;
   std::vector<Worker> workers_;
+  Acceleration acceleration_ = &Answer::acceleration_of_parts;
 };
 
 }  // namespace kalmarm

@@ -47,9 +47,9 @@ double spatial_flops(const Plan& plan, const Part& part, Want want) {
                         zero = VectorX<double>::Zero(model.nv());
   if (want == Want::acceleration)
     return part.kernel == Kernel::spatial_at_rest
-               ? acceleration_flops<AtRest>(model, q, zero, zero)
-               : acceleration_flops<CovarianceForm>(model, q, zero, zero);
-  const FactorFlops cost = factor_flops(model, q);
+               ? acceleration_flops<AtRest>(model, q, zero, zero, part.zeros)
+               : acceleration_flops<CovarianceForm>(model, q, zero, zero, part.zeros);
+  const FactorFlops cost = factor_flops(model, q, part.zeros);
   switch (want) {
     case Want::diagonal:
       return cost.factors + (plan.partial_answers ? cost.lambda : inverse_flops(model));

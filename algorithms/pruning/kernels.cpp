@@ -1,4 +1,4 @@
-// Instantiates the fast path's solvers of a plan's parts, but for the one in the registry.
+// Instantiates the fast path's solvers of a plan's parts.
 #include "algorithms/planar/planar_solver.hpp"
 #include "algorithms/planar/translational_solver.hpp"
 #include "algorithms/pruning/answer.hpp"
@@ -7,13 +7,16 @@
 
 namespace kalmarm {
 
+extern template class StructuredSolver<float, CovarianceForm>;  // registry_structured.cpp
+extern template class StructuredSolver<double, CovarianceForm>;
+
 template <class T>
-std::unique_ptr<Solver<T>> make_structured_kernel(Kernel kernel, const Model<T>& model) {
-  switch (kernel) {
+std::unique_ptr<Solver<T>> make_structured_kernel(const Part& part, const Model<T>& model) {
+  switch (part.kernel) {
     case Kernel::spatial:
-      return make_solver<T>("Structured", model);
+      return std::make_unique<StructuredSolver<T, CovarianceForm>>(model, part.zeros);
     case Kernel::spatial_at_rest:
-      return std::make_unique<StructuredSolver<T, AtRest>>(model);
+      return std::make_unique<StructuredSolver<T, AtRest>>(model, part.zeros);
     case Kernel::planar:
       return std::make_unique<PlanarSolver<T>>(model);
     case Kernel::translational:
@@ -22,7 +25,7 @@ std::unique_ptr<Solver<T>> make_structured_kernel(Kernel kernel, const Model<T>&
   return nullptr;
 }
 
-template std::unique_ptr<Solver<float>> make_structured_kernel(Kernel, const Model<float>&);
-template std::unique_ptr<Solver<double>> make_structured_kernel(Kernel, const Model<double>&);
+template std::unique_ptr<Solver<float>> make_structured_kernel(const Part&, const Model<float>&);
+template std::unique_ptr<Solver<double>> make_structured_kernel(const Part&, const Model<double>&);
 
 }  // namespace kalmarm

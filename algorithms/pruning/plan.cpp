@@ -9,8 +9,6 @@
 namespace kalmarm {
 namespace {
 
-constexpr double infinite_noise = 1e30;  // representable, with room, in float32
-
 bool needs_dofs(const Question& question) {
   return std::any_of(question.want.begin(), question.want.end(),
                      [](Want want) { return want != Want::operational; });
@@ -41,8 +39,6 @@ class Planning {
     const Question& question = plan_.question;
     if (rules_.contains(Rule::locked_joints))
       for (const int k : question.locked) fate_[k] = Fate::locked;
-    else
-      for (const int k : question.locked) whole_.set_noise(k, infinite_noise);
     reduced_ = reduce(whole_, fate_, question.q, &standing_);
     if (rules_.contains(Rule::locked_joints)) act(Rule::locked_joints, question.locked);
 
@@ -168,6 +164,7 @@ class Planning {
       part.sites.push_back(Site<long double>{at.link, at.rotation, at.translation}.cast<double>());
     }
     part.kernel = kernel_for(part.reduction.model);
+    if (!rules_.contains(Rule::zero_terms)) part.zeros = Zeros::kept;
     part.block = rules_.contains(Rule::partial_answers) &&
                  plan_.question.want.contains(Want::inverse) &&
                  2 * static_cast<int>(part.asked.size()) <= part.reduction.model.nv();
@@ -190,6 +187,20 @@ class Planning {
                                          std::pair{Kernel::planar, Rule::planes},
                                          std::pair{Kernel::spatial_at_rest, Rule::rest}})
         if (part.kernel == kernel) act(rule, part.reduction.dofs);
+    for (const Part& part : plan_.parts)
+      if (part.kernel == Kernel::spatial || part.kernel == Kernel::spatial_at_rest)
+        act(Rule::zero_terms, links_with_zeros(part));
+  }
+
+  static std::vector<int> links_with_zeros(const Part& part) {
+    using Tilt = StructuredLink<double>::Tilt;
+    const StructuredModel<double> model(part.reduction.model, part.zeros);
+    std::vector<int> dofs;
+    for (int k = 0; k < model.nv(); ++k)
+      if (model.link(k).parent >= 0 && model.link(k).kind == StructuredLink<double>::Kind::screws &&
+          model.link(k).tilt != Tilt::any)
+        dofs.push_back(part.reduction.dofs[k]);
+    return dofs;
   }
 
   void report_partial_answers() {
@@ -212,7 +223,7 @@ class Planning {
     acted->dofs.insert(acted->dofs.end(), dofs.begin(), dofs.end());
   }
 
-  Model<double> whole_;
+  const Model<double>& whole_;
   const std::set<Rule>& rules_;
   Plan plan_;
   std::vector<Fate> fate_;          // of the whole's links, before anything is dropped
@@ -242,7 +253,8 @@ const char* to_string(Kernel kernel) {
 std::set<Rule> rules_for(const std::string& variant) {
   std::set<Rule> rules(all_rules().begin(), all_rules().end());
   if (variant == "Structured") return rules;
-  for (const Rule rule : {Rule::translations, Rule::planes, Rule::rest}) rules.erase(rule);
+  for (const Rule rule : {Rule::translations, Rule::planes, Rule::zero_terms, Rule::rest})
+    rules.erase(rule);
   if (variant != "StructuredSquareRoot") rules.erase(Rule::partial_answers);
   return rules;
 }

@@ -2,7 +2,7 @@
 // asks nothing but what to compute.
 //
 // rule               leaves out                           where
-// locked_joints        the DoF of joints that are held      any is: composite bodies
+// locked_joints      the DoF of joints that are locked    any is: composite bodies
 // (reduction.hpp) untouched_trees    trees without a DoF or site asked    the base carries several,
 // and it is not
 //                                                         log det M that is asked
@@ -10,20 +10,23 @@
 // separate_trees     zero blocks of M and M^-1            the base carries several that are asked
 // translations       angles                               a tree of slides alone (planar/)
 // planes             3 of 6 dimensions                    a tree that moves in a plane (planar/)
+// zero_terms         turns by zero and right angles       axes are parallel or at a right angle
+//                                                         (structured/zero_terms.hpp)
 // rest               velocity terms                       qd = 0
 // partial_answers    the rest of M^-1                     its diagonal, a block, sites or log det M
 //                                                         alone are asked
-// A tree hangs on the fixed base once joints are held: a humanoid whose pelvis is held has one for
-// each limb.
+// A tree hangs on the fixed base once joints are locked: a humanoid whose pelvis is locked has one
+// for each limb.
 //
-// Without locked_joints a joint is held by an infinite joint noise r, which leaves g = 0 and a = 0:
-// the same answer at the price of the whole robot.
+// Without locked_joints they are links like others, held by a joint noise r = 1 / u^2, which leaves
+// g = 0 and a = 0 (answer.hpp): the same answer at the price of the whole robot.
 #pragma once
 
 #include <vector>
 
 #include "algorithms/pruning/question.hpp"
 #include "algorithms/pruning/reduction.hpp"
+#include "algorithms/structured/structured_model.hpp"
 
 namespace kalmarm {
 
@@ -35,6 +38,7 @@ const char* to_string(Kernel kernel);
 struct Part {
   Reduction reduction;
   Kernel kernel = Kernel::spatial;
+  Zeros zeros = Zeros::left_out;    // of a spatial kernel
   bool block = false;               // of M^-1 a block is asked for, and is worked out alone
   std::vector<int> asked;           // DoF of its model
   std::vector<int> site_index;      // in the question, of its sites

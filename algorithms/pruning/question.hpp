@@ -32,14 +32,14 @@ enum class Want {
   operational,   // J M^-1 J' of the sites: what forces there accelerate them by
 };
 
-// Joints that are held stand still, at the positions in q; what is asked is of the mechanism with
+// Joints that are locked stand still, at the positions in q; what is asked is of the mechanism with
 // the others free. M and M^-1 are theirs.
 struct Question {
   std::set<Want> want;
   std::vector<int> dofs;            // asked about, in rising order; empty: all that are free
   std::vector<Site<double>> sites;  // of Want::operational
   std::vector<int> locked;          // DoF, in rising order; of a joint all or none
-  VectorX<double> q;                // nq: the entries of joints that are held are used
+  VectorX<double> q;                // nq: the entries of joints that are locked are used
   bool at_rest = false;             // qd = 0
 };
 
@@ -51,15 +51,16 @@ enum class Rule {
   separate_trees,
   translations,
   planes,
+  zero_terms,
   rest,
   partial_answers,
 };
 
 inline const std::vector<Rule>& all_rules() {
   static const std::vector<Rule> all{
-      Rule::locked_joints,  Rule::untouched_trees, Rule::massless_branches,
-      Rule::separate_trees, Rule::translations,    Rule::planes,
-      Rule::rest,           Rule::partial_answers};
+      Rule::locked_joints,  Rule::untouched_trees, Rule::massless_branches, Rule::separate_trees,
+      Rule::translations,   Rule::planes,          Rule::zero_terms,        Rule::rest,
+      Rule::partial_answers};
   return all;
 }
 
@@ -77,6 +78,8 @@ inline const char* to_string(Rule rule) {
       return "translations";
     case Rule::planes:
       return "planes";
+    case Rule::zero_terms:
+      return "zero_terms";
     case Rule::rest:
       return "rest";
     case Rule::partial_answers:

@@ -1,7 +1,7 @@
-// The model of a part of a robot: joints that are held fixed make composite bodies, and branches
+// The model of a part of a robot: joints that are locked make composite bodies, and branches
 // are left out.
 //
-// Where link k is held, at position phi(parent,k), what hangs on it hangs on its parent:
+// Where link k is locked, at position phi(parent,k), what hangs on it hangs on its parent:
 //   phi(parent,c) = phi(parent,k) phi(k,c)                for every child c of k
 //   M(parent)    += phi(parent,k) M(k) phi(parent,k)'     dropped on the fixed base
 // Everything is worked out in long double and rounded once, so that the smaller model is as exact
@@ -66,7 +66,7 @@ inline Standing across(const Joint<long double>& joint, const VectorX<long doubl
 }  // namespace detail
 
 // fate: of every link; all of a joint's DoF share it, and what hangs on a dropped link is dropped.
-// q: nq values, of which those of held joints are used. standing: where asked for, of every link
+// q: nq values, of which those of locked joints are used. standing: where asked for, of every link
 // that is not dropped.
 inline Reduction reduce(const Model<double>& whole, const std::vector<Fate>& fate,
                         const VectorX<double>& q, std::vector<Standing>* standing = nullptr) {

@@ -270,8 +270,8 @@ class Fallback {
 template <class S, class Form = CovarianceForm>
 class StructuredDynamics {
  public:
-  explicit StructuredDynamics(const Model<S>& model)
-      : model_(model), workspace_(model_), fallback_(model, model_) {}
+  explicit StructuredDynamics(const Model<S>& model, Zeros zeros = Zeros::left_out)
+      : model_(model, zeros), workspace_(model_), fallback_(model, model_) {}
 
   // a (nv) from q (nq), qd and tau (nv). On failure a is not to be used.
   Outcome acceleration(const VectorX<S>& q, const VectorX<S>& qd, const VectorX<S>& tau,

@@ -26,15 +26,15 @@ inline std::vector<Count> counts(const VectorX<double>& x) { return {x.begin(), 
 // Of one state's acceleration.
 template <class Form>
 double acceleration_flops(const Model<double>& parameters, const VectorX<double>& q,
-                          const VectorX<double>& qd, const VectorX<double>& tau) {
-  const StructuredModel<double> model(parameters);
+                          const VectorX<double>& qd, const VectorX<double>& tau,
+                          Zeros zeros = Zeros::left_out) {
+  const StructuredModel<double> model(parameters, zeros);
   typename Form::template Workspace<Count> ws(model);
   const std::vector<Count> cq = detail::counts(q), cqd = detail::counts(qd),
                            ctau = detail::counts(tau);
   std::vector<Count> out(model.nv());
-  return detail::counted([&] {
-    Form::acceleration(model, cq.data(), cqd.data(), ctau.data(), ws, out.data());
-  });
+  return detail::counted(
+      [&] { Form::acceleration(model, cq.data(), cqd.data(), ctau.data(), ws, out.data()); });
 }
 
 // Of the factors, and of Lambda after them.
@@ -42,8 +42,9 @@ struct FactorFlops {
   double factors, lambda;
 };
 
-inline FactorFlops factor_flops(const Model<double>& parameters, const VectorX<double>& q) {
-  const StructuredModel<double> model(parameters);
+inline FactorFlops factor_flops(const Model<double>& parameters, const VectorX<double>& q,
+                                Zeros zeros = Zeros::left_out) {
+  const StructuredModel<double> model(parameters, zeros);
   StructuredFactors<Count> factors(model);
   LambdaWorkspace<Count> lambda(model);
   const std::vector<Count> cq = detail::counts(q);

@@ -78,8 +78,8 @@ S log_det(const StructuredFactors<S>& factors) {
 template <class S, class Form = CovarianceForm>
 class StructuredInverse {
  public:
-  explicit StructuredInverse(const Model<S>& model)
-      : model_(model),
+  explicit StructuredInverse(const Model<S>& model, Zeros zeros = Zeros::left_out)
+      : model_(model, zeros),
         factoring_(model_),
         factors_(model_),
         lambda_(model_),

@@ -95,12 +95,16 @@ struct StructuredLink {
   Vector3<S> p = Vector3<S>::Zero();
 };
 
+// What a model does of angles that are zero or right (zero_terms.hpp): kept is to compare.
+enum class Zeros { left_out, kept };
+
 template <class S>
 class StructuredModel {
  public:
   template <class Given>
-  explicit StructuredModel(const Model<Given>& model)
-      : nq_(model.nq()),
+  explicit StructuredModel(const Model<Given>& model, Zeros zeros = Zeros::left_out)
+      : zeros_(zeros),
+        nq_(model.nq()),
         links_(model.nv()),
         bodies_(model.nv()),
         factored_(model.nv()),
@@ -300,9 +304,10 @@ class StructuredModel {
     link.is_heir = link.hangs_on_previous && joint.coordinate == Coordinate::angle &&
                    !link.turned && link.p[2] == S(0);
     link.alpha = Turn<S>(S(frame.alpha.c), S(frame.alpha.s));
-    link.tilt = frame.alpha.s == W(0) && frame.alpha.c > W(0) ? Tilt::none
-                : frame.alpha.c == W(0)                       ? Tilt::right
-                                                              : Tilt::any;
+    link.tilt = zeros_ == Zeros::kept                           ? Tilt::any
+                : frame.alpha.s == W(0) && frame.alpha.c > W(0) ? Tilt::none
+                : frame.alpha.c == W(0)                         ? Tilt::right
+                                                                : Tilt::any;
     const Direction<W> angle = sum(frame.angle, frame.gamma);
     const W d = frame.d + frame.shift;
     link.d = S(joint.slides ? W(d - joint.ref) : d);
@@ -353,6 +358,7 @@ class StructuredModel {
                    S(half - I_cm(2, 2))};
   }
 
+  Zeros zeros_;
   int nq_, matrices_ = 0, slots_ = 0;
   HingeAngles<S> hinges_;
   std::vector<StructuredLink<S>> links_;

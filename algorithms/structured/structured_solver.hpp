@@ -14,7 +14,8 @@ namespace kalmarm {
 template <class T, class Form>
 class StructuredSolver final : public PartialSolver<T> {
  public:
-  explicit StructuredSolver(const Model<T>& model) : dynamics_(model), inverse_(model) {}
+  explicit StructuredSolver(const Model<T>& model, Zeros zeros = Zeros::left_out)
+      : dynamics_(model, zeros), inverse_(model, zeros) {}
 
   Outcome acceleration(const VectorX<T>& q, const VectorX<T>& qd, const VectorX<T>& tau,
                        VectorX<T>& a) override {
