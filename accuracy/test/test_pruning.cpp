@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "accuracy/move.hpp"
-#include "accuracy/plan_loss.hpp"
 #include "accuracy/real.hpp"
 #include "algorithms/pruning/answer.hpp"
 #include "robots/question.hpp"
@@ -77,9 +76,31 @@ double difference(Want want, const Answers& x, const Answers& right) {
   return 0;
 }
 
+// The largest trace(r-(k)) / D(k): turning P by the double angle leaves errors of u times its trace
+// in every entry, and so in D.
+double spread(const Plan& plan, const State& state) {
+  double out = 1;
+  for (const Part& part : plan.parts) {
+    const Model<double>& model = part.reduction.model;
+    const VectorX<double> q = state.q(part.reduction.q_whole);
+    RandomModel<double> rm(model);
+    CompositeInertia<double> composite(model);
+    set_position(model, q, rm);
+    set_composite_inertia(model, rm, composite);
+    VectorX<double> D(model.nv());
+    MatrixX<double> g(6, model.nv());
+    EXPECT_TRUE(make_solver<double>("Sequential<ArrayMGS>", model)->factors(q, D, g));
+    for (int k = 0; k < model.nv(); ++k) {
+      const SpatialInertia<double>& r = composite.r_minus[k];
+      out = std::max(out, (model.joint(k).slides ? 3 * r.m : r.I.trace()) / D[k]);
+    }
+  }
+  return out;
+}
+
 // What an answer may be wrong by, in u: 10 times kS of its kind, and never below 10, since a result
-// is rounded. What is made of factors alone may lose the cancellation R of D too (recommend.hpp),
-// with rules and without: of the two the larger counts.
+// is rounded; where it is made of factors alone also 3 times the spread of what D is made of: once
+// for D, and once each for the sums of P's two other blocks.
 std::vector<double> bounds(const Scene& scene, const Question& question, const State& state,
                            const Answers& right) {
   constexpr double delta = 1e-7;
@@ -102,13 +123,13 @@ std::vector<double> bounds(const Scene& scene, const Question& question, const S
       squares[i++] += d * d / draws;
     }
   }
-  const Plan locked = make_plan(scene.model, question, {Rule::locked_joints});
-  const double R = predict(locked, Request{false, true}, {state}).cancellation;
+  const double of_factors = spread(make_plan(scene.model, question, {Rule::locked_joints}), state);
   std::vector<double> out;
   std::size_t i = 0;
   for (const Want want : question.want) {
     const bool by_factors = want != Want::acceleration && want != Want::mass;
-    out.push_back(10 * std::max({1.0, std::sqrt(squares[i++]), by_factors ? R : 1.0}));
+    out.push_back(
+        std::max({10.0, 10 * std::sqrt(squares[i++]), by_factors ? 3 * of_factors : 0.0}));
   }
   return out;
 }
