@@ -223,8 +223,9 @@ Plan plan_of(const Options& options, const Scene& scene, const Question& questio
   std::set_intersection(able.begin(), able.end(), given.begin(), given.end(),
                         std::inserter(rules, rules.end()));
   if (options.variant == mujoco_variant) {
-    if (!question.locked.empty()) unknown_variant(options, "cannot lock joints");
-    if (question.want.contains(Want::log_det)) unknown_variant(options, "has no log det M");
+    if (!question.locked.empty()) throw InputError("variant 'MuJoCo' cannot lock joints");
+    if (question.want.contains(Want::log_det))
+      throw InputError("variant 'MuJoCo' has no log det M");
     rules.clear();
   }
   return make_plan(scene.model, question, rules);
