@@ -162,8 +162,7 @@ std::string listed(const json& elements, const Count& count) {
   std::string out;
   for (const json& element : elements)
     if (const int n = count(element); n > 0)
-      out +=
-          (out.empty() ? "" : ", ") + std::to_string(n) + " " + element["kind"].get<std::string>();
+      out += (out.empty() ? "" : ", ") + std::to_string(n) + " " + plural(element["kind"], n);
   return out.empty() ? "nothing" : out;
 }
 

@@ -273,6 +273,48 @@ TEST(Plans, NameTheRulesThatAct) {
   EXPECT_EQ(acted("moving_base", options), (Names{"locked_joints", "planes", "partial_answers"}));
 }
 
+// Two hinges, of which the second carries a slide that moves nothing.
+Scene with_massless_branch() {
+  std::vector<Joint<double>> joints(3);
+  for (int k = 0; k < 3; ++k) {
+    joints[k].parent = k - 1;
+    joints[k].q_index = k;
+    joints[k].translation = {0.3, 0.1 * k, 0.2};
+  }
+  joints[0].body = {2, {0.1, 0, 0}, {1, 0, 0, 0}, {0.1, 0.2, 0.25}};
+  joints[1].body = {1, {0.2, 0.1, 0}, {1, 0, 0, 0}, {0.1, 0.1, 0.1}};
+  joints[2].slides = true;
+  joints[2].coordinate = Coordinate::distance;
+  return generated_scene("massless",
+                         Model<double>(std::move(joints), {"a", "b", "nothing"}, 3, {0, 0, -9.81}));
+}
+
+TEST(Plans, ABranchThatMovesNothingIsDroppedOrSaidToBeSingular) {
+  const Scene scene = with_massless_branch();
+  const State state = random_states(scene, 1, 1)[0];
+  Question question;
+  question.want = {Want::acceleration};
+  question.q = home_position(scene);
+  const Plan whole = make_plan(scene.model, question, rules_for("Structured"));
+  EXPECT_EQ(whole.singular, std::vector<int>{2});
+  VectorX<double> all(3);
+  EXPECT_FALSE(Answer<double>(whole, solvers_of<double>("Structured"))
+                   .acceleration(state.q, state.qd, state.tau, all));
+
+  question.dofs = {0, 1};
+  const Plan pruned = make_plan(scene.model, question, rules_for("Structured"));
+  EXPECT_TRUE(pruned.singular.empty());
+  EXPECT_EQ(pruned.acted.front().rule, Rule::massless_branches);
+  VectorX<double> a(2), right(2);
+  EXPECT_TRUE(Answer<double>(pruned, solvers_of<double>("Structured"))
+                  .acceleration(state.q, state.qd, state.tau, a));
+  const Model<double>& model = scene.model;
+  const Model<double> without({model.joint(0), model.joint(1)}, {"a", "b"}, 2, model.gravity());
+  EXPECT_TRUE(make_solver<double>("Sequential<ArrayMGS>", without)
+                  ->acceleration(state.q.head(2), state.qd.head(2), state.tau.head(2), right));
+  EXPECT_LE((a - right).norm(), 1e-14 * right.norm());
+}
+
 TEST(Plans, ALegAloneIsAChainOfItsJoints) {
   const Scene scene = load_scene("g1");
   QuestionOptions options;

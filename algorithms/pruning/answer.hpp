@@ -1,6 +1,6 @@
-// What a plan answers, call by call: numbers of the whole robot's state are gathered for each part,
-// and what is asked is put in its place. Which solver and which of its calls that takes is settled
-// when the object is made.
+// What a plan answers, call by call: numbers of the whole robot's state are copied for each part,
+// and what is asked is put in its place. Solvers, memory and what is copied where are settled when
+// the object is made.
 #pragma once
 
 #include <Eigen/Cholesky>
@@ -99,6 +99,7 @@ struct Worker {
 
 }  // namespace detail
 
+// Only what the question wants may be called.
 template <class T>
 class Answer {
  public:

@@ -40,7 +40,7 @@ struct Question {
   std::vector<Site<double>> sites;  // of Want::operational
   std::vector<int> locked;          // DoF, in rising order; of a joint all or none
   VectorX<double> q;                // nq: the entries of joints that are locked are used
-  bool at_rest = false;             // qd = 0
+  bool at_rest = false;             // qd is 0, and is not looked at
 };
 
 // What each leaves out stands in plan.hpp.

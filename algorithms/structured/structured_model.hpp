@@ -347,9 +347,7 @@ class StructuredModel {
     body.Izz = S(I(2, 2));
     const W half = I_cm.trace() / W(2);
     central_[k] = {body.m,
-                   S(com[0]),
-                   S(com[1]),
-                   S(com[2]),
+                   {S(com[0]), S(com[1]), S(com[2])},
                    S(half - I_cm(0, 0)),
                    S(-I_cm(0, 1)),
                    S(-I_cm(0, 2)),
