@@ -278,7 +278,10 @@ class Answer {
     const bool whole = (question.want.contains(Want::inverse) && !w.block) ||
                        question.want.contains(Want::mass) || !w.sums_D;
     if (whole) w.X.resize(nv, nv);
-    if (!w.sums_D) w.M.resize(part.asked.size(), part.asked.size());
+    if (!w.sums_D) {
+      w.M.resize(part.asked.size(), part.asked.size());
+      w.llt = Eigen::LLT<MatrixX<T>>(w.M.rows());
+    }
   }
 
   static void set_mass(Worker& w) {
@@ -290,7 +293,8 @@ class Answer {
   static Outcome by_cholesky(Worker& w, T& x) {
     using std::log;
     set_mass(w);
-    w.M = w.X(w.asked_dofs, w.asked_dofs);
+    for (int j = 0; j < w.M.cols(); ++j)
+      for (int i = 0; i < w.M.rows(); ++i) w.M(i, j) = w.X(w.asked_dofs[i], w.asked_dofs[j]);
     w.llt.compute(w.M);
     if (w.llt.info() != Eigen::Success) return {.status = Outcome::Status::indefinite};
     x = T(0);
