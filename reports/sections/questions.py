@@ -12,12 +12,13 @@ from text import factor_text, share_text, task_rank, task_text, three_digits, ti
 
 DRAWN = "float64"
 RULES = {  # what each leaves out
-    "locked_joints": "joints that are held join their bodies into one",
+    "locked_joints": "bodies between locked joints are one",
     "untouched_trees": "trees that are not asked about are not solved",
     "massless_branches": "branches without inertia are dropped",
     "separate_trees": "separate trees are solved apart",
     "translations": "slides alone: no angles",
     "planes": "motion in a plane: 3 of 6 dimensions",
+    "zero_terms": "right angles and parallel axes: no turns",
     "rest": "at rest: no velocity terms",
     "partial_answers": "what is not asked of M⁻¹ is not computed",
 }
