@@ -165,8 +165,8 @@ void add_scenes(const std::vector<std::string>& scenes, std::uint64_t seed,
   QuestionOptions all;
   all.want = options.want;
   all.at_rest = options.at_rest;
-  add_scene<double>(scene.name, other, question_of(other, all), {}, {"alone"}, seed);
-  add_scene<float>(scene.name, other, question_of(other, all), {}, {"alone"}, seed);
+  add_scene<double>(scene.name, other, question_of(other, all), rules, {"alone"}, seed);
+  add_scene<float>(scene.name, other, question_of(other, all), rules, {"alone"}, seed);
 }
 
 }  // namespace
