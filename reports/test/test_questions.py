@@ -14,8 +14,8 @@ from sections import questions
 
 TITLE = "What a question does not need"
 RULES = (  # of Rule in algorithms/pruning/question.hpp
-    "locked_joints untouched_trees massless_branches separate_trees translations planes rest "
-    "partial_answers"
+    "locked_joints untouched_trees massless_branches separate_trees translations planes zero_terms "
+    "rest partial_answers"
 ).split()
 
 
