@@ -17,6 +17,9 @@ MujocoSolver::MujocoSolver(std::shared_ptr<const MujocoModel> model)
   if (!data_) throw InputError("MuJoCo: no memory for mjData");
   identity_.setIdentity(m->nv, m->nv);
   rhs_.resize(m->nv);
+  armature_.resize(m->nv);
+  const Model<double> lowered = model_->lower();
+  for (int k = 0; k < m->nv; ++k) armature_[k] = lowered.joint(k).r;
 }
 
 void MujocoSolver::make_position(const VectorX<double>& q) {
@@ -91,7 +94,7 @@ void MujocoSolver::inverse_dynamics(const VectorX<double>& q, const VectorX<doub
   make_velocity(qd);
   std::copy(qdd.begin(), qdd.end(), data_->qacc);
   mj_rne(m, data_.get(), 1, tau.data());
-  tau += Eigen::Map<const VectorX<double>>(m->dof_armature, m->nv).cwiseProduct(qdd);
+  tau += armature_.cwiseProduct(qdd);  // mj_rne leaves it out
 }
 
 void MujocoSolver::mass(const VectorX<double>& q, MatrixX<double>& M) {

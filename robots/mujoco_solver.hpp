@@ -43,6 +43,7 @@ class MujocoSolver final : public Solver<double> {
   std::unique_ptr<mjData, void (*)(mjData*)> data_;
   MatrixX<double> identity_;
   VectorX<double> rhs_;
+  VectorX<double> armature_;  // of joints, and of the actuators that drive them
 };
 
 // Version of the MuJoCo library that is linked, such as "4.0.0".

@@ -83,14 +83,19 @@ TEST(InverseDynamics, AgreesWithMujoco) {
   }
 }
 
+// Also where actuators have armature of their own.
 TEST(InverseDynamics, UndoesMujocosAcceleration) {
-  const Scene scene = load_scene("panda");
-  MujocoSolver mujoco(scene.mujoco);
-  VectorX<double> a(scene.model.nv()), tau(scene.model.nv());
-  for (const State& state : random_states(scene, 10, 5)) {
-    ASSERT_TRUE(mujoco.acceleration(state.q, state.qd, state.tau, a));
-    mujoco.inverse_dynamics(state.q, state.qd, a, tau);
-    EXPECT_LE((tau - state.tau).norm(), 1e-11 * state.tau.norm());
+  const Scene with_motor =
+      scene_of(robot(body("<joint name='j' axis='0 0 1' armature='.1'/>"),
+                     "<actuator><motor joint='j' gear='3' armature='.2'/></actuator>"));
+  for (const Scene& scene : {load_scene("panda"), with_motor}) {
+    MujocoSolver mujoco(scene.mujoco);
+    VectorX<double> a(scene.model.nv()), tau(scene.model.nv());
+    for (const State& state : random_states(scene, 10, 5)) {
+      ASSERT_TRUE(mujoco.acceleration(state.q, state.qd, state.tau, a));
+      mujoco.inverse_dynamics(state.q, state.qd, a, tau);
+      EXPECT_LE((tau - state.tau).norm(), 1e-11 * state.tau.norm()) << scene.name;
+    }
   }
 }
 
