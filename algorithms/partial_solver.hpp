@@ -1,6 +1,7 @@
 // A solver that answers without forming M^-1 where a part of it is all that is asked for.
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "algorithms/model/site.hpp"
@@ -33,6 +34,13 @@ class PartialSolver : public Solver<T> {
   // X (size x size of the selection) = B'M^-1 B, both triangles: chosen rows and columns of M^-1,
   // and of sites J M^-1 J'.
   virtual Outcome selected(const VectorX<T>& q, MatrixX<T>& X) = 0;
+
+  // Factors stand in frames of the solver's own, and are not shown.
+  bool has_factors() const final { return false; }
+  Outcome factors(const VectorX<T>& q, VectorX<T>&, MatrixX<T>&) final { return this->factor(q); }
+  Vector6<T> P_plus_times(int, const Vector6<T>&) const final {
+    return Vector6<T>::Constant(std::numeric_limits<T>::quiet_NaN());
+  }
 };
 
 }  // namespace kalmarm

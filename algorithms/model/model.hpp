@@ -30,6 +30,20 @@ enum class Coordinate {
   follower,    // R = C,                  p = 0             their other DoF: the first moved them
 };
 
+// Entries of q that a DoF reads.
+inline int q_entries(Coordinate coordinate) {
+  switch (coordinate) {
+    case Coordinate::quaternion:
+      return 4;
+    case Coordinate::position:
+      return 3;
+    case Coordinate::follower:
+      return 0;
+    default:
+      return 1;
+  }
+}
+
 template <class T>
 struct Joint {
   int parent = -1;  // link on the inboard side; -1: the fixed base

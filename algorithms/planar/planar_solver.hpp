@@ -7,7 +7,6 @@
 
 #include <cassert>
 #include <cmath>
-#include <limits>
 #include <vector>
 
 #include "algorithms/partial_solver.hpp"
@@ -36,8 +35,6 @@ class PlanarSolver final : public PartialSolver<T> {
         all_(model_.nv(), 1),
         covariances_(model_.slots()),
         in_plane_(model_.nv(), model_.nv()),
-        given_(model),
-        rm_(model),
         fallback_(model, StructuredModel<T>(model)) {
     assert(static_cast<int>(plane.home.size()) == model.nv());
   }
@@ -122,28 +119,14 @@ class PlanarSolver final : public PartialSolver<T> {
 
   void select(const Selection<T>& selection) override {
     selection_ = PlanarSelection<T>(model_, along_, along_factors_, plane_, selection);
-    chosen_ = selection;
-    const int nv = given_.nv(), size = selection.size();
-    jacobian_.resize(6 * selection.sites.size(), nv);
-    taus_.setZero(nv, size);
-    solved_.resize(nv, size);
+    fallback_.select(selection);
   }
 
   Outcome selected(const VectorX<T>& q, MatrixX<T>& X) override {
     const Outcome out = factor(q);
-    if (!out) return out;
-    if (by_fallback_)
-      selected_by_fallback(q, X);
-    else
-      selection_.fill(model_, ws_, X);
+    if (by_fallback_) return fallback_.selected(q.data(), X);
+    selection_.fill(model_, ws_, X);
     return out;
-  }
-
-  // Those that there are stand in frames of their own.
-  bool has_factors() const override { return false; }
-  Outcome factors(const VectorX<T>& q, VectorX<T>&, MatrixX<T>&) override { return factor(q); }
-  Vector6<T> P_plus_times(int, const Vector6<T>&) const override {
-    return Vector6<T>::Constant(std::numeric_limits<T>::quiet_NaN());
   }
 
  private:
@@ -176,17 +159,6 @@ class PlanarSolver final : public PartialSolver<T> {
     return sum;
   }
 
-  void selected_by_fallback(const VectorX<T>& q, MatrixX<T>& X) {
-    const int dofs = static_cast<int>(chosen_.dofs.size());
-    set_position(given_, q, rm_);
-    site_jacobian(given_, rm_, chosen_.sites, Eigen::Ref<MatrixX<T>>(jacobian_));
-    for (int j = 0; j < dofs; ++j) taus_(chosen_.dofs[j], j) = T(1);
-    taus_.rightCols(jacobian_.rows()) = jacobian_.transpose();
-    fallback_.solve(taus_, solved_);
-    X.noalias() = taus_.transpose().lazyProduct(solved_);
-    mirror(static_cast<int>(X.rows()), X.data());
-  }
-
   Plane<W> plane_;
   AlongNormal<W> along_;
   TranslationalFactors<T> along_factors_;
@@ -199,11 +171,6 @@ class PlanarSolver final : public PartialSolver<T> {
   std::vector<detail::PlanarCovariance<T>> covariances_;
   MatrixX<T> in_plane_;
   PlanarSelection<T> selection_;
-
-  Model<T> given_;  // what the fallback is asked in
-  RandomModel<T> rm_;
-  Selection<T> chosen_;
-  MatrixX<T> jacobian_, taus_, solved_;
   bool by_fallback_ = false;  // the factors that are kept
   detail::Fallback<T, CovarianceForm> fallback_;
 };

@@ -4,7 +4,6 @@
 #pragma once
 
 #include <cmath>
-#include <limits>
 #include <vector>
 
 #include "algorithms/inverse_mass/sequential.hpp"
@@ -78,13 +77,6 @@ class TranslationalSolver final : public PartialSolver<T> {
   Outcome selected(const VectorX<T>&, MatrixX<T>& X) override {
     X = selected_;
     return outcome_;
-  }
-
-  // Those that there are have three rows.
-  bool has_factors() const override { return false; }
-  Outcome factors(const VectorX<T>& q, VectorX<T>&, MatrixX<T>&) override { return factor(q); }
-  Vector6<T> P_plus_times(int, const Vector6<T>&) const override {
-    return Vector6<T>::Constant(std::numeric_limits<T>::quiet_NaN());
   }
 
  private:

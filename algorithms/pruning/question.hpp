@@ -9,20 +9,6 @@
 
 namespace kalmarm {
 
-// Entries of q that a DoF reads.
-inline int q_entries(Coordinate coordinate) {
-  switch (coordinate) {
-    case Coordinate::quaternion:
-      return 4;
-    case Coordinate::position:
-      return 3;
-    case Coordinate::follower:
-      return 0;
-    default:
-      return 1;
-  }
-}
-
 enum class Want {
   acceleration,  // a = M^-1 (tau - bias)
   inverse,       // M^-1

@@ -12,7 +12,7 @@
 #include <cmath>
 #include <vector>
 
-#include "algorithms/pruning/question.hpp"
+#include "algorithms/model/model.hpp"
 #include "algorithms/spatial/principal_axes.hpp"
 
 namespace kalmarm {

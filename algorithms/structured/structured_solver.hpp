@@ -2,7 +2,6 @@
 // other. Its factors are those of frames of its own (structured_model.hpp) and are not shown.
 #pragma once
 
-#include <limits>
 #include <string>
 
 #include "algorithms/partial_solver.hpp"
@@ -29,12 +28,6 @@ class StructuredSolver final : public PartialSolver<T> {
   Outcome log_det(const VectorX<T>& q, T& x) override { return inverse_.log_det(q, x); }
   void select(const Selection<T>& selection) override { inverse_.select(selection); }
   Outcome selected(const VectorX<T>& q, MatrixX<T>& X) override { return inverse_.selected(q, X); }
-
-  bool has_factors() const override { return false; }
-  Outcome factors(const VectorX<T>& q, VectorX<T>&, MatrixX<T>&) override { return factor(q); }
-  Vector6<T> P_plus_times(int, const Vector6<T>&) const override {
-    return Vector6<T>::Constant(std::numeric_limits<T>::quiet_NaN());
-  }
 
  private:
   StructuredDynamics<T, Form> dynamics_;
