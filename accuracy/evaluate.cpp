@@ -146,7 +146,7 @@ class Evaluation {
     if (options.variant == mujoco_variant)
       mujoco_ = std::make_shared<MujocoSolver>(mujoco_of(scene));
     if (!wants("factors")) return;
-    if (options.question.asks()) throw InputError("factors are those of the whole robot");
+    if (options.question.selects()) throw InputError("factors are those of the whole robot");
     factored_ = make_contender<T>(options, scene, Part(), scene.model.cast<T>());
     if (!factored_->has_factors())
       throw InputError("variant '" + options.variant + "' has no factors D and g");

@@ -22,9 +22,9 @@ namespace {
 
 constexpr const char* timed_call =
     "From q, qd and tau of the whole scene to what is asked: the copies of what is needed, "
-    "kinematics, factorisation and solution. The plan is made before, once a model. Each call "
-    "takes "
-    "the next of a pool of random states.";
+    "kinematics, factorisation and solution. Whole: J M^-1 J' by all of M^-1 and J; log det M by "
+    "Cholesky of M by composite inertias. The plan is made before, once a model. Each call "
+    "takes the next of a pool of random states.";
 
 template <class T>
 struct Result {

@@ -29,11 +29,8 @@ struct QuestionOptions {
     list("--without", without, "rules that are not to be used")->excludes(off);
   }
 
-  // Whether anything is asked that takes a plan.
-  bool asks() const {
-    return !dofs.empty() || !sites.empty() || !locked.empty() || !free.empty() || at_rest ||
-           no_pruning || !without.empty();
-  }
+  // Whether it is about a part of the robot.
+  bool selects() const { return !dofs.empty() || !locked.empty() || !free.empty(); }
 };
 
 // Joints are those of the file, and of several DoF all are meant; patterns are those of a shell.

@@ -225,6 +225,18 @@ TEST_P(Pruning, OfLockedJoints) {
   ask(locked);
 }
 
+TEST_P(Pruning, OfAllButSlides) {
+  QuestionOptions slides = options(everything);
+  for (int k = 0; k < scene.model.nv(); ++k)
+    if (scene.model.joint(k).coordinate == Coordinate::distance)
+      slides.free.push_back(scene.model.name(k));
+  if (slides.free.empty()) return;
+  const Plan plan =
+      make_plan(scene.model, question_of(scene, slides), {all_rules().begin(), all_rules().end()});
+  for (const Part& part : plan.parts) EXPECT_EQ(part.kernel, Kernel::translational);
+  ask(slides);
+}
+
 TEST_P(Pruning, OfAllButSites) {
   QuestionOptions sites = options({"operational"});
   const std::vector<NamedSite> known = sites_of(scene);

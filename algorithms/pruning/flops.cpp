@@ -32,12 +32,12 @@ double inverse_flops(const Model<double>& model) {
 
 // Columns and their products: of DoF, and of sites six each.
 double selected_flops(const Model<double>& model, const std::vector<int>& dofs,
-                      const std::vector<Site<double>>& sites) {
+                      const std::vector<Site<double>>& sites, double a_column = column) {
   const double size = static_cast<double>(dofs.size() + 6 * sites.size());
   double links = 0;
   for (const int k : dofs) links += depth(model, k);
   for (const Site<double>& site : sites) links += 6 * depth(model, site.link);
-  return links * (column + size);
+  return links * (a_column + size);
 }
 
 // Composite inertias, and 30 flops for every joint and every link inboard of it (mass_matrix.hpp).
@@ -45,6 +45,11 @@ double mass_flops(const Model<double>& model) {
   double out = 0;
   for (int k = 0; k < model.nv(); ++k) out += 130 + 30 * depth(model, k);
   return out;
+}
+
+// log det M without the factors of the filter.
+double cholesky_flops(const Model<double>& model) {
+  return mass_flops(model) + std::pow(model.nv(), 3) / 3;
 }
 
 double spatial_flops(const Plan& plan, const Part& part, Want want) {
@@ -59,9 +64,8 @@ double spatial_flops(const Plan& plan, const Part& part, Want want) {
   switch (want) {
     case Want::diagonal:
       return cost.factors + (plan.partial_answers ? cost.lambda : inverse_flops(model));
-    case Want::log_det:  // else by Cholesky of M
-      return plan.partial_answers ? cost.factors + 2 * model.nv()
-                                  : mass_flops(model) + std::pow(model.nv(), 3) / 3;
+    case Want::log_det:
+      return plan.partial_answers ? cost.factors + 2 * model.nv() : cholesky_flops(model);
     case Want::inverse:
       return cost.factors +
              (part.block ? selected_flops(model, part.asked, {}) : inverse_flops(model));
@@ -73,9 +77,10 @@ double spatial_flops(const Plan& plan, const Part& part, Want want) {
   }
 }
 
-// The numbers of planar/: a hinge of the factors, of Lambda, and a link and column of two sweeps.
+// The numbers of planar/: a hinge of the factors, of Lambda, and a link and column of two sweeps
+// and of a chosen column.
 double planar_flops(const Plan& plan, const Part& part, Want want) {
-  constexpr double factor = 61, lambda = 40, sweeps = 26;
+  constexpr double factor = 61, lambda = 40, sweeps = 26, chosen = 10;
   const Model<double>& model = part.reduction.model;
   const double nv = model.nv();
   switch (want) {
@@ -91,10 +96,13 @@ double planar_flops(const Plan& plan, const Part& part, Want want) {
     case Want::diagonal:
       return factor * nv + (plan.partial_answers ? lambda * nv : sweeps * nv * nv);
     case Want::log_det:
-      return (factor + 2) * nv;
+      return plan.partial_answers ? (factor + 2) * nv : cholesky_flops(model);
     case Want::inverse:
+      return factor * nv +
+             (part.block ? selected_flops(model, part.asked, {}, chosen) : sweeps * nv * nv);
     case Want::operational:
-      return factor * nv + sweeps * nv * nv;
+      return factor * nv + (plan.partial_answers ? selected_flops(model, {}, part.sites, chosen)
+                                                 : sweeps * nv * nv);
     default:
       return 0;
   }

@@ -21,7 +21,7 @@ class Planning {
     plan_.question = question;
     plan_.nv = whole.nv();
     plan_.partial_answers = rules.contains(Rule::partial_answers);
-    hold();
+    lock();
     ask();
     drop_trees();
     drop_massless_branches();
@@ -35,7 +35,7 @@ class Planning {
   Plan plan() && { return std::move(plan_); }
 
  private:
-  void hold() {
+  void lock() {
     const Question& question = plan_.question;
     if (rules_.contains(Rule::locked_joints))
       for (const int k : question.locked) fate_[k] = Fate::locked;
@@ -50,13 +50,13 @@ class Planning {
 
   void ask() {
     const Question& question = plan_.question;
-    std::vector<char> held(whole_.nv(), 0);
-    for (const int k : question.locked) held[k] = 1;
+    std::vector<char> locked(whole_.nv(), 0);
+    for (const int k : question.locked) locked[k] = 1;
     if (!question.dofs.empty()) {
       plan_.asked = question.dofs;
     } else if (needs_dofs(question)) {
       for (int k = 0; k < whole_.nv(); ++k)
-        if (!held[k]) plan_.asked.push_back(k);
+        if (!locked[k]) plan_.asked.push_back(k);
     }
     asked_.assign(reduced_.model.nv(), 0);
     std::vector<int> reduced_of(whole_.nv(), -1);
@@ -95,7 +95,7 @@ class Planning {
         needed[model.parent(k)] |= needed[k];
       }
       if (carries[k] || model.joint(k).r > 0 || dropped_[k]) continue;
-      if (asked_[k] || needed[k] || !rules_.contains(Rule::massless_branches)) {
+      if (needed[k] || !rules_.contains(Rule::massless_branches)) {
         plan_.singular.push_back(reduced_.dofs[k]);
       } else {
         dropped_[k] = 1;

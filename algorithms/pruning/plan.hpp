@@ -13,8 +13,8 @@
 // zero_terms         turns by zero and right angles       axes are parallel or at a right angle
 //                                                         (structured/zero_terms.hpp)
 // rest               velocity terms                       qd = 0
-// partial_answers    the rest of M^-1                     its diagonal, a block, sites or log det M
-//                                                         alone are asked
+// partial_answers    the rest of M^-1                     its diagonal, a block of at most half its
+//                                                         rows, sites or log det M are asked
 // A tree hangs on the fixed base once joints are locked: a humanoid whose pelvis is locked has one
 // for each limb.
 //
