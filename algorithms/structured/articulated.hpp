@@ -81,17 +81,23 @@ struct Articulated {
   T Cxx, Cxy, Cyy;
   L Cxz, Cyz, Czz;
 
-  Articulated<T> full() const {
-    const auto number = [](const auto& x) {
-      if constexpr (std::is_same_v<std::decay_t<decltype(x)>, Zero>)
-        return T(0);
-      else
-        return x;
-    };
+  // In line and number by number: a call, or a copy as a whole, would keep P in memory wherever it
+  // is used.
+  [[gnu::always_inline]] Articulated<T> full() const {
     return {Axx,         Axy, Ayy, number(Axz), number(Ayz), number(Azz), Bxx,
             Bxy,         Byx, Byy, number(Bxz), number(Byz), number(Bzx), number(Bzy),
             number(Bzz), Cxx, Cxy, Cyy,         number(Cxz), number(Cyz), number(Czz)};
   }
+
+ private:
+  [[gnu::always_inline]] static T number(const T& x) { return x; }
+  [[gnu::always_inline]] static T number(Zero) { return T(0); }
+};
+
+// Sizes of the terms that A and C are summed from.
+template <class T>
+struct Size {
+  T moment, force;
 };
 
 // M(k).

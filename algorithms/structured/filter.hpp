@@ -7,7 +7,7 @@
 //   begin_all(), has_done(k)           what it does of the tree by itself, before the rest
 //   begin(k, z), add_body(k, z)            z- is new, or comes from link k + 1
 //   add_branch(slot, z), keep(slot, begun, z)            children that are not k + 1
-//   measured<slides, noise>(k, g, 1/D, P+, z)            z- becomes z+
+//   measured<slides, noise>(k, g, 1/D, P+, z)            z- becomes z+; P+ as far as c needs it
 //   to_parent(link, joint, d, z), cycle(z), to_parent(phi, z)    z+ becomes z- of the parent
 // and one step each way on any z and l is here, for riders and for sweeps on factors that were
 // kept:
@@ -18,17 +18,10 @@
 
 #include <vector>
 
-#include "algorithms/inverse_mass/singularity.hpp"
 #include "algorithms/spatial/sincos.hpp"
-#include "algorithms/structured/transforms.hpp"
+#include "algorithms/structured/three_axes.hpp"
 
 namespace kalmarm {
-
-// Sizes of the terms that A and C are summed from.
-template <class T>
-struct Size {
-  T moment, force;
-};
 
 // The part of phi that depends on q, d of slides apart, which stands with the link.
 template <class T>
@@ -209,42 +202,78 @@ template <bool noise, class T, class S, class Workspace, class Rider>
   cross<false, noise, true>(model, k, ws, P, size, z, rider);
 }
 
-// g of every link, and ws.margin.
-template <class T, class S, class Workspace, class Rider>
-[[gnu::always_inline]] inline void filter(const StructuredModel<S>& model, Workspace& ws,
-                                          const Rider& rider) {
-  ws.margin = T(S(1));
-  for (auto& branch : ws.branches) branch.begun = false;
-  rider.begin_all();
+// What the filter brings from one link to the next.
+template <class T, class Load>
+struct Carried {
+  bool on = false;  // P and z come from link k + 1
   Articulated<T> P;
   Size<T> size;
-  typename Rider::Load z;
-  bool carried = false;  // P and z come from link k + 1
-  for (int k = model.nv() - 1; k >= 0; --k) {
+  Load z;
+};
+
+// P-, z- of link k: its own body, what is carried, other children.
+template <class T, class S, class Workspace, class Rider>
+[[gnu::always_inline]] inline void gather(const StructuredModel<S>& model, int k, bool carried,
+                                          const Workspace& ws, Articulated<T>& P, Size<T>& size,
+                                          typename Rider::Load& z, const Rider& rider) {
+  const StructuredLink<S>& link = model.link(k);
+  const StructuredBody<S>& body = model.body(k);
+  const S trace_I = body.Ixx + body.Iyy + body.Izz + body.r, trace_m = S(3) * body.m + body.r;
+  if (!carried) {
+    set_body(body, P);
+    size = {T(trace_I), T(trace_m)};
+    rider.begin(k, z);
+  } else if (!link.massless) {
+    add_body(body, P);
+    size.moment += trace_I;
+    size.force += trace_m;
+    rider.add_body(k, z);
+  }
+  if (link.slot >= 0) {
+    const auto& branch = ws.branches[link.slot];
+    add(P, branch.P);
+    size.moment += branch.size.moment;
+    size.force += branch.size.force;
+    rider.add_branch(link.slot, z);
+  }
+}
+
+// Of a link that does not hang on the one before, for its parent.
+template <class T, class S, class Workspace, class Rider>
+[[gnu::always_inline]] inline void leave(const StructuredModel<S>& model, int k, Workspace& ws,
+                                         const Articulated<T>& P, const Size<T>& size,
+                                         const typename Rider::Load& z, const Rider& rider) {
+  const int slot = model.link(model.link(k).parent).slot;
+  auto& branch = ws.branches[slot];
+  rider.keep(slot, branch.begun, z);
+  if (branch.begun) {
+    add(branch.P, P);
+    branch.size.moment += size.moment;
+    branch.size.force += size.force;
+  } else {
+    branch.P = P;
+    branch.size = size;
+    branch.begun = true;
+  }
+}
+
+// Links one by one.
+template <class T, class S, class Workspace, class Rider>
+[[gnu::always_inline]] inline void filter_links(const StructuredModel<S>& model, const LinkRun& run,
+                                                Workspace& ws,
+                                                Carried<T, typename Rider::Load>& from,
+                                                const Rider& rider) {
+  Articulated<T> P = from.P;
+  Size<T> size = from.size;
+  typename Rider::Load z = from.z;
+  bool carried = from.on;
+  for (int k = run.last; k >= run.first; --k) {
     if (rider.has_done(k)) {
       carried = false;
       continue;
     }
     const StructuredLink<S>& link = model.link(k);
-    const StructuredBody<S>& body = model.body(k);
-    const S trace_I = body.Ixx + body.Iyy + body.Izz + body.r, trace_m = S(3) * body.m + body.r;
-    if (!carried) {
-      set_body(body, P);
-      size = {T(trace_I), T(trace_m)};
-      rider.begin(k, z);
-    } else if (!link.massless) {
-      add_body(body, P);
-      size.moment += trace_I;
-      size.force += trace_m;
-      rider.add_body(k, z);
-    }
-    if (link.slot >= 0) {
-      const auto& branch = ws.branches[link.slot];
-      add(P, branch.P);
-      size.moment += branch.size.moment;
-      size.force += branch.size.force;
-      rider.add_branch(link.slot, z);
-    }
+    gather(model, k, carried, ws, P, size, z, rider);
     if (link.slides) {
       if (link.noise)
         cross<true, true, false>(model, k, ws, P, size, z, rider);
@@ -257,19 +286,36 @@ template <class T, class S, class Workspace, class Rider>
         cross_hinge<false>(model, k, ws, P, size, z, rider);
     }
     carried = link.hangs_on_previous;
-    if (link.parent < 0 || carried) continue;
-    const int slot = model.link(link.parent).slot;
-    auto& branch = ws.branches[slot];
-    rider.keep(slot, branch.begun, z);
-    if (branch.begun) {
-      add(branch.P, P);
-      branch.size.moment += size.moment;
-      branch.size.force += size.force;
-    } else {
-      branch.P = P;
-      branch.size = size;
-      branch.begun = true;
-    }
+    if (link.parent >= 0 && !carried) leave(model, k, ws, P, size, z, rider);
+  }
+  from = {carried, P, size, z};
+}
+
+// A joint at once.
+template <class T, class S, class Workspace, class Rider>
+[[gnu::noinline]] void filter_joint(const StructuredModel<S>& model, const LinkRun& run,
+                                    Workspace& ws, Carried<T, typename Rider::Load>& from,
+                                    const Rider& rider) {
+  gather(model, run.last, from.on, ws, from.P, from.size, from.z, rider);
+  cross_at_once(model, run, ws, from.P, from.size, from.z, rider);
+  const StructuredLink<S>& link = model.link(run.first);
+  from.on = link.hangs_on_previous;
+  if (link.parent >= 0 && !from.on) leave(model, run.first, ws, from.P, from.size, from.z, rider);
+}
+
+// g of every link, and ws.margin.
+template <class T, class S, class Workspace, class Rider>
+[[gnu::always_inline]] inline void filter(const StructuredModel<S>& model, Workspace& ws,
+                                          const Rider& rider) {
+  ws.margin = T(S(1));
+  for (auto& branch : ws.branches) branch.begun = false;
+  rider.begin_all();
+  Carried<T, typename Rider::Load> carried;
+  for (auto run = model.runs().rbegin(); run != model.runs().rend(); ++run) {
+    if (run->at_once)
+      filter_joint(model, *run, ws, carried, rider);
+    else
+      filter_links(model, *run, ws, carried, rider);
   }
 }
 

@@ -52,18 +52,58 @@ struct StructuredWorkspace : Placements<T> {
 
 namespace detail {
 
-// w and c of every link.
+// w and c of a joint at once: c of its first DoF, w of its last (three_axes.hpp).
 template <class T, class S>
-void set_velocity(const StructuredModel<S>& model, const T* qd, StructuredWorkspace<T>& ws) {
+[[gnu::noinline]] void set_joint_velocity(const StructuredModel<S>& model, const LinkRun& run,
+                                          const T* qd, StructuredWorkspace<T>& ws) {
+  const T zero = T(S(0)), two = T(S(2));
+  const int parent = model.link(run.first).parent;
+  T wx = zero, wy = zero, wz = zero;
+  if (parent >= 0) {
+    wx = ws.links[parent].wx;
+    wy = ws.links[parent].wy;
+    wz = ws.links[parent].wz;
+  }
+  for (int k = run.first; k <= run.last; k += 3) {
+    const StructuredLink<S>& link = model.link(k);
+    Sixfold<T> c = {zero, zero, zero, zero, zero, zero};
+    if (parent >= 0) cross_outward(ws.matrices[link.varying], wx, wy, wz, c);
+    const T qx = qd[k + 1], qy = qd[k + 2], qz = qd[k];
+    const T x = wy * qz - wz * qy, y = wz * qx - wx * qz, z = wx * qy - wy * qx;
+    if (link.slides) {
+      c.u += two * x;
+      c.v += two * y;
+      c.w += two * z;
+    } else {
+      c.x = x;
+      c.y = y;
+      c.z = z;
+      wx += qx;
+      wy += qy;
+      wz += qz;
+    }
+    ws.links[k].c = c;
+    for (int i = 0; i < 2; ++i) cycle_back(wx, wy, wz);
+  }
+  auto& last = ws.links[run.last];
+  last.wx = wx;
+  last.wy = wy;
+  last.wz = wz;
+}
+
+// w and c of links one by one.
+template <class T, class S>
+[[gnu::noinline]] void set_link_velocities(const StructuredModel<S>& model, const LinkRun& run,
+                                           const T* qd, StructuredWorkspace<T>& ws) {
   using Kind = typename StructuredLink<S>::Kind;
   const T zero = T(S(0)), two = T(S(2));
   T wx = zero, wy = zero, wz = zero;
   T ux = zero, uy = zero, uz = zero;  // w before the joint, for all DoF of a ball joint
-  for (int k = 0; k < model.nv(); ++k) {
+  for (int k = run.first; k <= run.last; ++k) {
     const StructuredLink<S>& link = model.link(k);
     auto& at = ws.links[k];
     Sixfold<T> c = {zero, zero, zero, zero, zero, zero};
-    if (!link.hangs_on_previous) {
+    if (!link.hangs_on_previous || k == run.first) {
       wx = wy = wz = zero;
       if (link.parent >= 0) {
         const auto& parent = ws.links[link.parent];
@@ -112,6 +152,17 @@ void set_velocity(const StructuredModel<S>& model, const T* qd, StructuredWorksp
     at.wy = wy;
     at.wz = wz;
     at.c = c;
+  }
+}
+
+// w and c of every link.
+template <class T, class S>
+void set_velocity(const StructuredModel<S>& model, const T* qd, StructuredWorkspace<T>& ws) {
+  for (const LinkRun& run : model.runs()) {
+    if (run.at_once)
+      set_joint_velocity(model, run, qd, ws);
+    else
+      set_link_velocities(model, run, qd, ws);
   }
 }
 
@@ -189,24 +240,59 @@ void filter(const StructuredModel<S>& model, const T* tau, StructuredWorkspace<T
   filter<T>(model, ws, BiasedForces<T, S>{model, tau, ws});
 }
 
-// l and a of every link; at rest c is zero, and is not read.
-template <bool at_rest = false, class T, class S>
-void smooth(const StructuredModel<S>& model, StructuredWorkspace<T>& ws, T* a) {
+// l- of the parent, where that is not the link before.
+template <class T, class S>
+[[gnu::always_inline]] inline void begin_motion(const StructuredModel<S>& model,
+                                                const StructuredLink<S>& link,
+                                                const StructuredWorkspace<T>& ws, Sixfold<T>& l) {
   const T zero = T(S(0));
-  Sixfold<T> l;
-  ws.check = zero;
-  for (int k = 0; k < model.nv(); ++k) {
+  if (link.parent < 0)
+    l = {zero,
+         zero,
+         zero,
+         T(model.uncommon(link).a0[0]),
+         T(model.uncommon(link).a0[1]),
+         T(model.uncommon(link).a0[2])};
+  else if (!link.hangs_on_previous)
+    l = ws.branches[model.link(link.parent).slot].l;
+}
+
+// l and a of a joint at once; at rest c is zero, and is not read.
+template <bool at_rest, class T, class S>
+[[gnu::noinline]] void smooth_joint(const StructuredModel<S>& model, const LinkRun& run,
+                                    StructuredWorkspace<T>& ws, Sixfold<T>& from, T* a) {
+  Sixfold<T> l = from;
+  T check = ws.check;
+  begin_motion(model, model.link(run.first), ws, l);
+  for (int first = run.first; first <= run.last; first += 3) {
+    const StructuredLink<S>& link = model.link(first);
+    motion_from_parent(ws.matrices[link.varying], l);
+    if constexpr (!at_rest) add(l, ws.links[first].c);
+    for (int k = first; k < first + 3; ++k) {
+      if (k > first) {
+        cycle_back(l.x, l.y, l.z);
+        cycle_back(l.u, l.v, l.w);
+      }
+      a[k] = smooth(link, ws.links[k].g, ws.links[k].e, l);
+      check += a[k] * T(S(0));
+    }
+  }
+  if (const int slot = model.link(run.last).slot; slot >= 0) ws.branches[slot].l = l;
+  ws.check = check;
+  from = l;
+}
+
+// l and a of links one by one, likewise.
+template <bool at_rest, class T, class S>
+[[gnu::noinline]] void smooth_links(const StructuredModel<S>& model, const LinkRun& run,
+                                    StructuredWorkspace<T>& ws, Sixfold<T>& from, T* a) {
+  const T zero = T(S(0));
+  Sixfold<T> l = from;
+  T check = ws.check;
+  for (int k = run.first; k <= run.last; ++k) {
     const StructuredLink<S>& link = model.link(k);
     const auto& at = ws.links[k];
-    if (link.parent < 0)
-      l = {zero,
-           zero,
-           zero,
-           T(model.uncommon(link).a0[0]),
-           T(model.uncommon(link).a0[1]),
-           T(model.uncommon(link).a0[2])};
-    else if (!link.hangs_on_previous)
-      l = ws.branches[model.link(link.parent).slot].l;
+    begin_motion(model, link, ws, l);
     motion_from_parent(model, link, ws, at.d, l);
     if constexpr (!at_rest) {
       const auto& c = at.c;
@@ -219,8 +305,23 @@ void smooth(const StructuredModel<S>& model, StructuredWorkspace<T>& ws, T* a) {
       }
     }
     a[k] = smooth(link, at.g, at.e, l);
-    ws.check += a[k] * zero;
+    check += a[k] * zero;
     if (link.slot >= 0) ws.branches[link.slot].l = l;
+  }
+  ws.check = check;
+  from = l;
+}
+
+// l and a of every link.
+template <bool at_rest = false, class T, class S>
+void smooth(const StructuredModel<S>& model, StructuredWorkspace<T>& ws, T* a) {
+  Sixfold<T> l;
+  ws.check = T(S(0));
+  for (const LinkRun& run : model.runs()) {
+    if (run.at_once)
+      smooth_joint<at_rest>(model, run, ws, l, a);
+    else
+      smooth_links<at_rest>(model, run, ws, l, a);
   }
 }
 

@@ -13,7 +13,8 @@
 // the origins, the origin stays where it is and p = (a, b, 0). Other children keep theta and any p.
 // The fixed base has a frame for each of its children: p = 0, theta = alpha = 0.
 // Ball and free joints keep their frames: a matrix that depends on q, then two followers, whose phi
-// is a cyclic permutation (model.hpp).
+// is a cyclic permutation (model.hpp). Where no noise and no body is between their DoF, these are
+// crossed at once (three_axes.hpp).
 //
 // Everything is worked out in a wider precision and rounded once.
 #pragma once
@@ -95,6 +96,12 @@ struct StructuredLink {
   Vector3<S> p = Vector3<S>::Zero();
 };
 
+// Links that are crossed one by one, or the three or six DoF of a joint that is crossed at once.
+struct LinkRun {
+  int first, last;
+  bool at_once;
+};
+
 // What a model does of angles that are zero or right (zero_terms.hpp): kept is to compare.
 enum class Zeros { left_out, kept };
 
@@ -122,6 +129,7 @@ class StructuredModel {
   int matrices() const { return matrices_; }  // of ball joints, and of positions of free joints
   int slots() const { return slots_; }
   const HingeAngles<S>& hinges() const { return hinges_; }
+  const std::vector<LinkRun>& runs() const { return runs_; }
   const StructuredLink<S>& link(int k) const { return links_[k]; }
   const StructuredBody<S>& body(int k) const { return bodies_[k]; }
   const FactoredBody<S>& factored(int k) const { return factored_[k]; }
@@ -270,11 +278,48 @@ class StructuredModel {
       }
     }
     for (int k = 0; k < model.nv(); ++k) set_link(model, frames[k], k);
+    set_runs();
     for (int k = model.nv() - 1; k >= 0; --k) {
       if (links_[k].parent < 0) continue;
       FactoredBody<S>& parent = factored_[links_[k].parent];
       parent.outboard_mass += factored_[k].outboard_mass;
       parent.outboard_spin += factored_[k].outboard_spin;
+    }
+  }
+
+  // Whether DoF k is the first of three about, or along, the axes of one joint, between which there
+  // is nothing else.
+  bool is_one_joint(int k) const {
+    for (int i = k; i < k + 3; ++i) {
+      const StructuredLink<S>& link = links_[i];
+      if (link.noise || (i > k && link.coordinate != Coordinate::follower)) return false;
+      if (i < k + 2 && (!link.massless || link.slot >= 0)) return false;
+    }
+    return true;
+  }
+
+  // How many DoF from k on are crossed at once: six of a free joint, three of a ball joint, or
+  // none.
+  int dofs_at_once(int k) const {
+    const auto begins = [this](int first, Coordinate coordinate) {
+      return first + 3 <= nv() && links_[first].coordinate == coordinate && is_one_joint(first);
+    };
+    if (begins(k, Coordinate::quaternion)) return 3;
+    const bool is_free = begins(k, Coordinate::position) && begins(k + 3, Coordinate::quaternion) &&
+                         links_[k + 2].massless && links_[k + 2].slot < 0 &&
+                         links_[k + 3].parent == k + 2 && links_[k + 3].p.isZero(S(0));
+    return is_free ? 6 : 0;
+  }
+
+  void set_runs() {
+    for (int k = 0; k < nv();) {
+      if (const int dofs = dofs_at_once(k)) {
+        runs_.push_back({k, k + dofs - 1, true});
+        k += dofs;
+        continue;
+      }
+      if (runs_.empty() || runs_.back().at_once) runs_.push_back({k, k, false});
+      runs_.back().last = k++;
     }
   }
 
@@ -365,6 +410,7 @@ class StructuredModel {
   std::vector<CentralBody<S>> central_;    // and for inverse dynamics
   std::vector<UncommonPlacement<S>> uncommon_;
   std::vector<Move> moves_;
+  std::vector<LinkRun> runs_;
 };
 
 }  // namespace kalmarm

@@ -1,0 +1,184 @@
+// Ball and free joints crossed at once, where no noise and no body is between their DoF.
+//
+// The three axes of a ball joint are the link's own z, y and x, tips to base. Measured one after
+// another they leave of P = [A B; B' C] nothing but C:
+//   D_z = Azz,  g_z = (Axz, Ayz; Bz.) / D_z,  A, B and C less g_z times that row      (3.6), (3.10)
+//   D_y = Ayy,  g_y = (Axy; By.) / D_y,       Axx, Bx. and C less g_y times that row
+//   D_x = Axx,  g_x = (Bx.) / D_x,            C+ = C - g_x Bx.
+//   P+(parent) = phi [0 0; 0 R C+ R'] phi'
+// The three slides of a free joint likewise take all of C, and nothing is left: P+ = 0.
+// The axes stand still in the body, so that what turning and sliding bring along is one term of
+// the joint, c = (u x q'; 2 u x q' + centripetal) of forward_dynamics.hpp, u = R'w(parent), which
+// its first DoF has; that of the others is zero (LinkRun::at_once). About 170 flops a free joint
+// for P, where six joints of one DoF take 560.
+#pragma once
+
+#include <algorithm>
+
+#include "algorithms/inverse_mass/singularity.hpp"
+#include "algorithms/structured/transforms.hpp"
+
+namespace kalmarm {
+
+// P of forces alone: [0 0; 0 C].
+template <class T>
+struct Translational {
+  T xx, xy, yy, xz, yz, zz;
+
+  T trace() const { return xx + yy + zz; }
+
+  // Less g u', g = u / D.
+  void subtract(const T& gx, const T& gy, const T& gz, const T& ux, const T& uy, const T& uz) {
+    xx -= gx * ux;
+    xy -= gx * uy;
+    yy -= gy * uy;
+    xz -= gx * uz;
+    yz -= gy * uz;
+    zz -= gz * uz;
+  }
+};
+
+namespace detail {
+
+// P+ c.
+template <class T>
+[[gnu::always_inline]] inline void add_times(const Translational<T>& C, const Sixfold<T>& c, bool,
+                                             Sixfold<T>& z) {
+  z.u += C.xx * c.u + C.xy * c.v + C.xz * c.w;
+  z.v += C.xy * c.u + C.yy * c.v + C.yz * c.w;
+  z.w += C.xz * c.u + C.yz * c.v + C.zz * c.w;
+}
+// Where c is zero, or P+ is.
+template <class T>
+void add_times(Zero, const Sixfold<T>&, bool, Sixfold<T>&) {}
+
+// R C R'. 75 flops.
+template <class T>
+Translational<T> rotate(const Rotation<T>& by, const Translational<T>& C) {
+  T RC[3][3];
+  const auto& R = by.R;
+  for (int i = 0; i < 3; ++i) {
+    RC[i][0] = R[i][0] * C.xx + R[i][1] * C.xy + R[i][2] * C.xz;
+    RC[i][1] = R[i][0] * C.xy + R[i][1] * C.yy + R[i][2] * C.yz;
+    RC[i][2] = R[i][0] * C.xz + R[i][1] * C.yz + R[i][2] * C.zz;
+  }
+  const auto entry = [&](int i, int j) {
+    return RC[i][0] * R[j][0] + RC[i][1] * R[j][1] + RC[i][2] * R[j][2];
+  };
+  return {entry(0, 0), entry(0, 1), entry(1, 1), entry(0, 2), entry(1, 2), entry(2, 2)};
+}
+
+// The slides of a free joint, whose last DoF is k: z- becomes z+ of its first DoF. 27 flops for P.
+template <class T, class S, class Workspace, class Load, class Rider>
+[[gnu::always_inline]] inline void cross_slides(int k, Workspace& ws, const Translational<T>& C,
+                                                T& margin, Size<T>& size, Load& z,
+                                                const Rider& rider) {
+  using std::min;
+  const T zero = T(S(0)), one = T(S(1)), net = T(SingularityTest<S, 1>::net());
+  const auto measured = [&](int dof, const T& D, const T& inverse_D, const Sixfold<T>& g)
+      __attribute__((always_inline)) {
+    margin = min(margin, T(D - net * size.force));
+    ws.links[dof].g = g;
+    rider.template measured<true, false>(dof, g, inverse_D, Zero{}, z);
+  };
+
+  T inverse_D = one / C.zz;
+  Sixfold<T> g = {zero, zero, zero, C.xz * inverse_D, C.yz * inverse_D, one};
+  measured(k, C.zz, inverse_D, g);
+  const T xx = C.xx - g.u * C.xz, xy = C.xy - g.u * C.yz, yy = C.yy - g.v * C.yz;
+  size.force = C.trace();
+
+  rider.cycle(z);
+  inverse_D = one / yy;
+  g = {zero, zero, zero, zero, xy * inverse_D, one};
+  measured(k - 1, yy, inverse_D, g);
+  const T left = xx - g.v * xy;
+  size.force = xx + yy;
+
+  rider.cycle(z);
+  measured(k - 2, left, one / left, {zero, zero, zero, zero, zero, one});
+  size = {zero, left};
+}
+
+// The axes of a ball joint, whose last DoF is k: C+ in the frame of its first, and z+ there.
+template <class T, class S, class Workspace, class Load, class Rider>
+[[gnu::always_inline]] inline Translational<T> cross_turns(int k, Workspace& ws,
+                                                           const Articulated<T>& P, T& margin,
+                                                           Size<T>& size, Load& z,
+                                                           const Rider& rider) {
+  using std::min;
+  const T zero = T(S(0)), one = T(S(1)), net = T(SingularityTest<S, 1>::net());
+  const auto measured = [&](int dof, const T& D, const T& inverse_D, const Sixfold<T>& g,
+                            const auto& P_plus) __attribute__((always_inline)) {
+    margin = min(margin, T(D - net * size.moment));
+    ws.links[dof].g = g;
+    rider.template measured<false, false>(dof, g, inverse_D, P_plus, z);
+  };
+
+  T inverse_D = one / P.Azz;
+  Sixfold<T> g = {P.Axz * inverse_D, P.Ayz * inverse_D, one,
+                  P.Bzx * inverse_D, P.Bzy * inverse_D, P.Bzz * inverse_D};
+  measured(k, P.Azz, inverse_D, g, Zero{});
+  const T Axx = P.Axx - g.x * P.Axz, Axy = P.Axy - g.x * P.Ayz, Ayy = P.Ayy - g.y * P.Ayz;
+  T Bxx = P.Bxx - g.x * P.Bzx, Bxy = P.Bxy - g.x * P.Bzy, Bxz = P.Bxz - g.x * P.Bzz;
+  const T Byx = P.Byx - g.y * P.Bzx, Byy = P.Byy - g.y * P.Bzy, Byz = P.Byz - g.y * P.Bzz;
+  Translational<T> C = {P.Cxx, P.Cxy, P.Cyy, P.Cxz, P.Cyz, P.Czz};
+  C.subtract(g.u, g.v, g.w, P.Bzx, P.Bzy, P.Bzz);
+  size.moment = P.Axx + P.Ayy + P.Azz;
+
+  rider.cycle(z);  // the link's (z, x, y)
+  inverse_D = one / Ayy;
+  g = {zero, Axy * inverse_D, one, Byz * inverse_D, Byx * inverse_D, Byy * inverse_D};
+  measured(k - 1, Ayy, inverse_D, g, Zero{});
+  const T left = Axx - g.y * Axy;
+  Bxx -= g.y * Byx;
+  Bxy -= g.y * Byy;
+  Bxz -= g.y * Byz;
+  C.subtract(g.v, g.w, g.u, Byx, Byy, Byz);
+  size = {Axx + Ayy, C.trace()};
+
+  rider.cycle(z);  // the link's (y, z, x)
+  inverse_D = one / left;
+  g = {zero, zero, one, Bxy * inverse_D, Bxz * inverse_D, Bxx * inverse_D};
+  C.subtract(g.w, g.u, g.v, Bxx, Bxy, Bxz);
+  C = {C.yy, C.yz, C.zz, C.xy, C.xz, C.xx};
+  measured(k - 2, left, inverse_D, g, C);
+  size.moment = left;
+  return C;
+}
+
+// Across the joint of a run: g of every DoF is kept; P- becomes P+ in the parent's frame, z and
+// size likewise.
+template <class T, class S, class Workspace, class Load, class Rider>
+void cross_at_once(const StructuredModel<S>& model, const LinkRun& run, Workspace& ws,
+                   Articulated<T>& P, Size<T>& size, Load& z, const Rider& rider) {
+  const T zero = T(S(0));
+  const int ball = run.last - 2;
+  T margin = ws.margin;
+  Translational<T> C = cross_turns<T, S>(run.last, ws, P, margin, size, z, rider);
+  if (run.first < ball) {
+    const auto& phi = ws.matrices[model.link(ball).varying];
+    C = rotate(phi.R, C);
+    rider.to_parent(phi, z);
+    cross_slides<T, S>(ball - 1, ws, C, margin, size, z, rider);
+    C = {zero, zero, zero, zero, zero, zero};
+  }
+  ws.margin = margin;
+  const StructuredLink<S>& first = model.link(run.first);
+  if (first.parent < 0) return;
+  const auto& phi = ws.matrices[first.varying];
+  C = rotate(phi.R, C);
+  rider.to_parent(phi, z);
+  P = {zero, zero, zero, zero, zero, zero, zero, zero, zero, zero, zero,
+       zero, zero, zero, zero, C.xx, C.xy, C.yy, C.xz, C.yz, C.zz};
+  const auto& p = phi.p;
+  const T pp = p[0] * p[0] + p[1] * p[1] + p[2] * p[2];
+  size.moment = T(S(2)) * (size.moment + pp * size.force);
+  translate_x(p[0], P);
+  translate_y(p[1], P);
+  translate_z(p[2], P);
+}
+
+}  // namespace detail
+
+}  // namespace kalmarm
