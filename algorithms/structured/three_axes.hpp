@@ -9,7 +9,7 @@
 // The three slides of a free joint likewise take all of C, and nothing is left: P+ = 0.
 // The axes stand still in the body, so that what turning and sliding bring along is one term of
 // the joint, c = (u x q'; 2 u x q' + centripetal) of forward_dynamics.hpp, u = R'w(parent), which
-// its first DoF has; that of the others is zero (LinkRun::at_once). About 170 flops a free joint
+// its first DoF has; that of the others is zero (LinkRun::at_once). About 180 flops a free joint
 // for P, where six joints of one DoF take 560.
 #pragma once
 

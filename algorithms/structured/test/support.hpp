@@ -26,19 +26,20 @@ inline Model<double> nearly_parallel(double alpha) {
   return builder.build();
 }
 
-// Slides between hinges on branches, with armature, and a free joint and a ball joint far from the
-// base.
+// Slides between hinges on branches, and a free joint and a ball joint far from the base, all with
+// and without armature.
 inline Model<double> everything(std::uint64_t seed) {
   Random random(seed);
   Builder builder;
   std::vector<int> links{builder.add_free(random_joint(random, -1))};
   for (int k = 0; k < 12; ++k) {
     const int parent = links[std::max(0, static_cast<int>(links.size()) - 1 - random.below(3))];
+    const bool is_hinge = k == 4 || k == 8 || random.chance(0.6);
     Joint<double> joint =
-        random_joint(random, parent, random.chance(0.4) ? Coordinate::distance : Coordinate::angle);
+        random_joint(random, parent, is_hinge ? Coordinate::angle : Coordinate::distance);
     if (random.chance(0.4)) joint.r = random.uniform(0.01, 0.1);
-    links.push_back(k == 4   ? builder.add_ball(random_joint(random, parent))
-                    : k == 8 ? builder.add_free(random_joint(random, parent))
+    links.push_back(k == 4   ? builder.add_ball(joint)
+                    : k == 8 ? builder.add_free(joint)
                              : builder.add(joint));
   }
   return builder.build();
