@@ -144,10 +144,11 @@ template <class T, class S>
   z.w = w;
 }
 
-// z of every link alone.
+// z of every link alone. Not in pairs: filter.hpp says why.
 template <class T, class S>
-void set_link_forces(const StructuredModel<S>& model, const T* qd, const T* qdd,
-                     InverseDynamicsWorkspace<T>& ws) {
+[[gnu::optimize("no-tree-slp-vectorize")]] void set_link_forces(const StructuredModel<S>& model,
+                                                                const T* qd, const T* qdd,
+                                                                InverseDynamicsWorkspace<T>& ws) {
   using Kind = typename StructuredLink<S>::Kind;
   const T zero = T(S(0)), two = T(S(2));
   T wx = zero, wy = zero, wz = zero;
@@ -231,10 +232,12 @@ void set_link_forces(const StructuredModel<S>& model, const T* qd, const T* qdd,
   }
 }
 
-// tau from z of every link alone.
+// tau from z of every link alone. Not in pairs either.
 template <class T, class S>
-void sum_forces(const StructuredModel<S>& model, const T* qdd, InverseDynamicsWorkspace<T>& ws,
-                T* tau) {
+[[gnu::optimize("no-tree-slp-vectorize")]] void sum_forces(const StructuredModel<S>& model,
+                                                           const T* qdd,
+                                                           InverseDynamicsWorkspace<T>& ws,
+                                                           T* tau) {
   for (auto& branch : ws.branches) branch.begun = false;
   Sixfold<T> z;
   bool carried = false;  // z comes from link k + 1

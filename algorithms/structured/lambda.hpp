@@ -74,10 +74,10 @@ template <class T>
 
 }  // namespace detail
 
-// alpha and n of every link.
+// alpha and n of every link. Not in pairs: filter.hpp says why.
 template <class T, class S>
-void structured_lambda(const StructuredModel<S>& model, const StructuredFactors<T>& factors,
-                       LambdaWorkspace<T>& ws) {
+[[gnu::optimize("no-tree-slp-vectorize")]] void structured_lambda(
+    const StructuredModel<S>& model, const StructuredFactors<T>& factors, LambdaWorkspace<T>& ws) {
   using Kind = typename StructuredLink<S>::Kind;
   Articulated<T> L;
   for (int k = 0; k < model.nv(); ++k) {

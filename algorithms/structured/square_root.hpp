@@ -322,8 +322,9 @@ T distance_to_parent(const StructuredModel<S>& model, int k, const StructuredWor
 
 // Across any joint, to a parent that may have summed up other children.
 template <bool slides, bool noise, class T, class S>
-[[gnu::noinline]] void cross_any(const StructuredModel<S>& model, int k, const T& tau,
-                                 SquareRootWorkspace<T>& ws, SquareRoot<T>& at) {
+[[gnu::noinline, gnu::optimize("no-tree-slp-vectorize")]] void cross_any(
+    const StructuredModel<S>& model, int k, const T& tau, SquareRootWorkspace<T>& ws,
+    SquareRoot<T>& at) {
   using Kind = typename StructuredLink<S>::Kind;
   const StructuredLink<S>& link = model.link(k);
   auto rows = [&] {
@@ -388,9 +389,10 @@ template <bool slides, bool noise, class T, class S>
   at = to;
 }
 
-// D, g, e+ of every link.
+// D, g, e+ of every link. Not in pairs: filter.hpp says why.
 template <class T, class S>
-void filter(const StructuredModel<S>& model, const T* tau, SquareRootWorkspace<T>& ws) {
+[[gnu::optimize("no-tree-slp-vectorize")]] void filter(const StructuredModel<S>& model,
+                                                       const T* tau, SquareRootWorkspace<T>& ws) {
   ws.margin = T(S(1));
   for (auto& sum : ws.sums) sum.begun = false;
   SquareRoot<T> at;
