@@ -29,7 +29,8 @@
 //   (1") g_z = d / D, D = r + d, d = dz + sum w z^2;  row i keeps z r / D(i-1), D before its step
 // so that beta stays triangular and rz without beta.
 // Another child's rows go into what the first has left in (5) and (6). Links without a body are
-// bodies of least weight, but a follower's rows are cycled and become its parent's.
+// bodies of least weight, but a follower's rows are cycled and become its parent's, and a joint
+// with nothing between its axes is crossed at once.
 // About 790 flops a hinge that is an heir.
 #pragma once
 
@@ -214,15 +215,14 @@ template <class T, class S>
   at.reach = T(model.factored(k).distance);
 }
 
-// (1), (2), (3), with D, g, e+ kept in ws.
-template <bool noise, bool slides, class T, class S, class Rows>
-[[gnu::always_inline]] inline void measure(const StructuredModel<S>& model, int k, const T& tau,
-                                           SquareRootWorkspace<T>& ws, SquareRoot<T>& at,
-                                           Rows& rows) {
+// (2), with D, g, e+ kept in ws.
+template <bool noise, bool slides, class T, class S, class Pivot>
+[[gnu::always_inline]] inline void keep(const StructuredModel<S>& model, int k, const T& tau,
+                                        SquareRootWorkspace<T>& ws, SquareRoot<T>& at,
+                                        const Pivot& pivot) {
   using std::min;
   const FactoredBody<S>& body = model.factored(k);
   auto& link = ws.links[k];
-  const auto& pivot = rows.pivot;
   const S net = SingularityTest<S, 2>::net();
   const S size_m = net * body.outboard_mass, least = S(65536) * least_weight<S>();
   const T D = pivot.weight;
@@ -231,7 +231,8 @@ template <bool noise, bool slides, class T, class S, class Rows>
 
   const T e = tau - (slides ? at.z.w : at.z.z), inverse_D = reciprocal(D);
   Sixfold<T>& g = link.g;
-  g = {pivot.x, pivot.y, number_as<T>(pivot.z), pivot.u, pivot.v, number_as<T>(pivot.w)};
+  g = {number_as<T>(pivot.x), number_as<T>(pivot.y), number_as<T>(pivot.z),
+       number_as<T>(pivot.u), number_as<T>(pivot.v), number_as<T>(pivot.w)};
   if constexpr (noise) (slides ? g.w : g.z) = without_noise<slides>(at.P) * inverse_D;
   ws.inverse_D[k] = inverse_D;
   link.e = e * inverse_D - pivot.zeta;
@@ -243,8 +244,15 @@ template <bool noise, bool slides, class T, class S, class Rows>
   if constexpr (noise || slides) z.z += g.z * e;
   if constexpr (noise || !slides) z.w += g.w * e;
   if constexpr (!noise) (slides ? z.w : z.z) = tau;
+}
 
-  const Sixfold<T>& c = link.c;
+// (1), (2), (3).
+template <bool noise, bool slides, class T, class S, class Rows>
+[[gnu::always_inline]] inline void measure(const StructuredModel<S>& model, int k, const T& tau,
+                                           SquareRootWorkspace<T>& ws, SquareRoot<T>& at,
+                                           Rows& rows) {
+  keep<noise, slides>(model, k, tau, ws, at, rows.pivot);
+  const Sixfold<T>& c = ws.links[k].c;
   add_acceleration(c, slides, rows.l1);
   add_acceleration(c, slides, rows.l2);
   add_acceleration(c, slides, rows.l3);
@@ -279,25 +287,32 @@ template <bool noise, class T, class S>
       larger(T(model.factored(link.parent).distance), T(at.reach + model.factored(k).length));
 }
 
+// In the frame of the parent of a follower.
+template <class T>
+[[gnu::always_inline]] inline Sixfold<T> cycled(const Sixfold<T>& z) {
+  return {z.z, z.x, z.y, z.w, z.u, z.v};
+}
+template <class T, class X, class Y, class Z, class U, class V, class W>
+[[gnu::always_inline]] inline auto cycled(const Row<T, X, Y, Z, U, V, W>& r) {
+  return make_row<T>(r.z, r.x, r.y, r.w, r.u, r.v, r.zeta, r.weight);
+}
+
 // (5) and (6) of a follower to a parent without a body: its rows are pivots themselves, and the
 // column in which none is left has a row of least weight.
 template <bool slides, class S, class T, class Rows>
 [[gnu::always_inline]] inline void cycle(const Rows& rows, FullTriangle<T>& P) {
-  const auto turned = [](const auto& r) __attribute__((always_inline)) {
-    return make_row<T>(r.z, r.x, r.y, r.w, r.u, r.v, r.zeta, r.weight);
-  };
   const T zero = T(S(0)), least = T(least_weight<S>());
   if constexpr (slides) {
-    const auto z = eliminate<Column::z>(turned(rows.ry), turned(rows.rx), turned(rows.rz));
+    const auto z = eliminate<Column::z>(cycled(rows.ry), cycled(rows.rx), cycled(rows.rz));
     P.l1 = {zero, zero, zero, {}, zero, zero, zero, least};
-    widen(turned(rows.l1), P.l2);
-    widen(turned(rows.l2), P.l3);
+    widen(cycled(rows.l1), P.l2);
+    widen(cycled(rows.l2), P.l3);
     widen(z.pivot, P.rz);
     widen(z.b, P.rx);
     P.ry = {z.a.weight, z.a.weight * z.a.zeta};
   } else {
-    const auto u = eliminate<Column::u>(turned(rows.l3), turned(rows.l2), turned(rows.l1));
-    const auto z = eliminate<Column::z>(turned(rows.ry), turned(rows.rx));
+    const auto u = eliminate<Column::u>(cycled(rows.l3), cycled(rows.l2), cycled(rows.l1));
+    const auto z = eliminate<Column::z>(cycled(rows.ry), cycled(rows.rx));
     widen(u.pivot, P.l1);
     widen(u.b, P.l2);
     widen(u.a, P.l3);
@@ -320,7 +335,59 @@ T distance_to_parent(const StructuredModel<S>& model, int k, const StructuredWor
   return link.coordinate == Coordinate::distance ? T(length + size(ws.links[k].d)) : length;
 }
 
-// Across any joint, to a parent that may have summed up other children.
+// (4), (5), (6) to a parent that may have summed up other children.
+template <class T, class S, class L1, class L2, class L3, class Rz, class Rx, class Ry>
+[[gnu::always_inline]] inline void give_to_parent(const StructuredModel<S>& model, int k,
+                                                  SquareRootWorkspace<T>& ws, const L1& l1,
+                                                  const L2& l2, const L3& l3, const Rz& rz,
+                                                  const Rx& rx, const Ry& ry, SquareRoot<T>& at) {
+  using Kind = typename StructuredLink<S>::Kind;
+  const StructuredLink<S>& link = model.link(k);
+  const int slot = model.link(link.parent).slot;
+  SquareRoot<T> to;
+  if (slot >= 0 && ws.sums[slot].begun)
+    to = ws.sums[slot];
+  else
+    start(model, link.parent, ws, to);
+  const auto move = [&](Sixfold<T> & x) __attribute__((always_inline)) {
+    if (link.kind == Kind::matrix)
+      force_to_parent(ws.matrices[link.varying], x);
+    else if (link.kind == Kind::cyclic)
+      x = {x.z, x.x, x.y, x.w, x.u, x.v};
+    else if (link.slides)
+      force_to_parent(model, link, model.uncommon(link).turn, ws.links[k].d, x);
+    else
+      force_to_parent(model, link, Direction<T>{ws.cos[link.varying], ws.sin[link.varying]}, link.d,
+                      x);
+  };
+  const auto moved = [&](const auto& known) __attribute__((always_inline)) {
+    if constexpr (std::is_same_v<std::decay_t<decltype(known)>, None>) {
+      return None{};
+    } else {
+      Row<T> row;
+      widen(known, row);
+      Sixfold<T> x = {row.x, row.y, row.z, row.u, row.v, row.w};
+      move(x);
+      return Row<T>{x.x, x.y, x.z, x.u, x.v, x.w, row.zeta, row.weight};
+    }
+  };
+  const auto moved_spin = [&](const auto& known) __attribute__((always_inline)) {
+    const auto row = moved(known);
+    if constexpr (std::is_same_v<std::decay_t<decltype(row)>, None>)
+      return None{};
+    else
+      return Spin<T>{row.x, row.y, row.z, {}, {}, {}, row.zeta, row.weight};
+  };
+  widen(
+      absorb(to.P, moved_spin(rx), moved_spin(ry), moved_spin(rz), moved(l1), moved(l2), moved(l3)),
+      to.P);
+  move(at.z);
+  add(to.z, at.z);
+  to.reach = larger(to.reach, T(at.reach + distance_to_parent(model, k, ws)));
+  at = to;
+}
+
+// Across any joint.
 template <bool slides, bool noise, class T, class S>
 [[gnu::noinline, gnu::optimize("no-tree-slp-vectorize")]] void cross_any(
     const StructuredModel<S>& model, int k, const T& tau, SquareRootWorkspace<T>& ws,
@@ -335,58 +402,80 @@ template <bool slides, bool noise, class T, class S>
   }();
   measure<noise, slides>(model, k, tau, ws, at, rows);
   if (link.parent < 0) return;
-
-  const int slot = model.link(link.parent).slot;
-  const bool others = slot >= 0 && ws.sums[slot].begun;
   if constexpr (!noise) {
+    const int slot = model.link(link.parent).slot;
+    const bool others = slot >= 0 && ws.sums[slot].begun;
     if (link.kind == Kind::cyclic && model.link(link.parent).massless && !others) {
       cycle<slides, S>(rows, at.P);
-      Sixfold<T>& z = at.z;
-      z = {z.z, z.x, z.y, z.w, z.u, z.v};
+      at.z = cycled(at.z);
       return;
     }
   }
-  SquareRoot<T> to;
-  if (others)
-    to = ws.sums[slot];
-  else
-    start(model, link.parent, ws, to);
-  const auto move = [&](Sixfold<T>& x) {
-    if (link.kind == Kind::matrix)
-      force_to_parent(ws.matrices[link.varying], x);
-    else if (link.kind == Kind::cyclic)
-      x = {x.z, x.x, x.y, x.w, x.u, x.v};
-    else if (slides)
-      force_to_parent(model, link, model.uncommon(link).turn, ws.links[k].d, x);
-    else
-      force_to_parent(model, link, Direction<T>{ws.cos[link.varying], ws.sin[link.varying]}, link.d,
-                      x);
+  give_to_parent(model, k, ws, rows.l1, rows.l2, rows.l3, rows.rz, rows.rx, rows.ry, at);
+}
+
+// The slides of a free joint, whose last DoF is k, by (1') one after another: rows a, b, c of any
+// beta are what P is, and pivots of least weight take them in.
+template <class T, class S, class A, class B, class C>
+[[gnu::always_inline]] inline void cross_slides(const StructuredModel<S>& model, int k,
+                                                const T* tau, SquareRootWorkspace<T>& ws,
+                                                SquareRoot<T>& at, const A& a, const B& b,
+                                                const C& c) {
+  const Zero o;
+  const One one;
+  const T zero = T(S(0)), least = T(least_weight<S>());
+  const auto w = eliminate<Column::w, true>(make_row<T>(o, o, o, o, o, one, zero, least), a, b, c);
+  keep<false, true>(model, k, tau[k], ws, at, w.pivot);
+  at.z = cycled(at.z);
+  const auto v =
+      eliminate<Column::v, true>(make_row<T>(o, o, o, o, one, o, zero, least), w.a, w.b, w.c);
+  keep<false, true>(model, k - 1, tau[k - 1], ws, at, cycled(v.pivot));
+  at.z = cycled(at.z);
+  const auto u =
+      eliminate<Column::u, true>(make_row<T>(o, o, o, one, o, o, zero, least), v.a, v.b, v.c);
+  keep<false, true>(model, k - 2, tau[k - 2], ws, at, cycled(cycled(u.pivot)));
+}
+
+// Across a joint at once (three_axes.hpp): of a ball joint the columns z, y and x are eliminated
+// as in (1), each from the rows that the one before has left, and only l1, l2, l3 without alpha are
+// left; of a free joint nothing.
+template <class T, class S>
+[[gnu::noinline, gnu::optimize("no-tree-slp-vectorize")]] void cross_at_once(
+    const StructuredModel<S>& model, const LinkRun& run, const T* tau, SquareRootWorkspace<T>& ws,
+    SquareRoot<T>& at) {
+  const int k = run.last, ball = k - 2;
+  const auto z = eliminate<Column::z, true>(at.P.rz, at.P.l3, at.P.l2, at.P.l1);
+  const auto spins = eliminate<Column::y, true>(as_row(at.P.ry), at.P.rx);
+  const auto y = eliminate<Column::y, true>(spins.pivot, z.a, z.b, z.c);
+  const auto x = eliminate<Column::x, true>(spins.a, y.a, y.b, y.c);
+  keep<false, false>(model, k, tau[k], ws, at, z.pivot);
+  at.z = cycled(at.z);
+  keep<false, false>(model, k - 1, tau[k - 1], ws, at, cycled(y.pivot));
+  at.z = cycled(at.z);
+  keep<false, false>(model, ball, tau[ball], ws, at, cycled(cycled(x.pivot)));
+  auto l3 = cycled(cycled(x.a)), l2 = cycled(cycled(x.b)), l1 = cycled(cycled(x.c));
+  const Sixfold<T>& c = ws.links[ball].c;
+  add_acceleration(c, true, l1);
+  add_acceleration(c, true, l2);
+  add_acceleration(c, true, l3);
+  const int parent = model.link(run.first).parent;
+  if (run.first == ball) {
+    if (parent >= 0) give_to_parent(model, ball, ws, l1, l2, l3, None{}, None{}, None{}, at);
+    return;
+  }
+  const auto& phi = ws.matrices[model.link(ball).varying];
+  const auto turned = [&](const auto& row) __attribute__((always_inline)) {
+    const auto& R = phi.R.R;
+    const auto u = row.u, v = row.v, w = row.w;
+    const Zero o;
+    return make_row<T>(o, o, o, T(R[0][0] * u + R[0][1] * v + R[0][2] * w),
+                       T(R[1][0] * u + R[1][1] * v + R[1][2] * w),
+                       T(R[2][0] * u + R[2][1] * v + R[2][2] * w), row.zeta, row.weight);
   };
-  const auto moved = [&](const auto& known) {
-    if constexpr (std::is_same_v<std::decay_t<decltype(known)>, None>) {
-      return None{};
-    } else {
-      Row<T> row;
-      widen(known, row);
-      Sixfold<T> x = {row.x, row.y, row.z, row.u, row.v, row.w};
-      move(x);
-      return Row<T>{x.x, x.y, x.z, x.u, x.v, x.w, row.zeta, row.weight};
-    }
-  };
-  const auto moved_spin = [&](const auto& known) {
-    const auto row = moved(known);
-    if constexpr (std::is_same_v<std::decay_t<decltype(row)>, None>)
-      return None{};
-    else
-      return Spin<T>{row.x, row.y, row.z, {}, {}, {}, row.zeta, row.weight};
-  };
-  widen(absorb(to.P, moved_spin(rows.rx), moved_spin(rows.ry), moved_spin(rows.rz), moved(rows.l1),
-               moved(rows.l2), moved(rows.l3)),
-        to.P);
-  move(at.z);
-  add(to.z, at.z);
-  to.reach = larger(to.reach, T(at.reach + distance_to_parent(model, k, ws)));
-  at = to;
+  force_to_parent(phi, at.z);
+  cross_slides(model, ball - 1, tau, ws, at, turned(l3), turned(l2), turned(l1));
+  if (parent >= 0)
+    give_to_parent(model, run.first, ws, None{}, None{}, None{}, None{}, None{}, None{}, at);
 }
 
 // D, g, e+ of every link. Not in pairs: filter.hpp says why.
@@ -397,32 +486,48 @@ template <class T, class S>
   for (auto& sum : ws.sums) sum.begun = false;
   SquareRoot<T> at;
   bool carried = false;  // it comes from link k + 1
-  for (int k = model.nv() - 1; k >= 0; --k) {
-    const StructuredLink<S>& link = model.link(k);
-    if (!carried) {
-      if (link.slot >= 0 && ws.sums[link.slot].begun)
-        at = ws.sums[link.slot];
-      else
-        start(model, k, ws, at);
-    }
-    carried = link.hangs_on_previous;
-    const int slot = link.parent < 0 ? -1 : model.link(link.parent).slot;
-    const bool heir = link.is_heir && !(slot >= 0 && ws.sums[slot].begun);
-    if (heir && link.noise)
-      cross_heir<true>(model, k, tau[k], ws, at);
-    else if (heir)
-      cross_heir<false>(model, k, tau[k], ws, at);
-    else if (link.slides && link.noise)
-      cross_any<true, true>(model, k, tau[k], ws, at);
-    else if (link.slides)
-      cross_any<true, false>(model, k, tau[k], ws, at);
-    else if (link.noise)
-      cross_any<false, true>(model, k, tau[k], ws, at);
+  const auto begin = [&](int k) __attribute__((always_inline)) {
+    const int slot = model.link(k).slot;
+    if (carried) return;
+    if (slot >= 0 && ws.sums[slot].begun)
+      at = ws.sums[slot];
     else
-      cross_any<false, false>(model, k, tau[k], ws, at);
-    if (carried || link.parent < 0) continue;
-    static_cast<SquareRoot<T>&>(ws.sums[slot]) = at;
-    ws.sums[slot].begun = true;
+      start(model, k, ws, at);
+  };
+  const auto leave = [&](int k) __attribute__((always_inline)) {
+    const int parent = model.link(k).parent;
+    carried = model.link(k).hangs_on_previous;
+    if (carried || parent < 0) return;
+    auto& sum = ws.sums[model.link(parent).slot];
+    static_cast<SquareRoot<T>&>(sum) = at;
+    sum.begun = true;
+  };
+  for (auto run = model.runs().rbegin(); run != model.runs().rend(); ++run) {
+    if (run->at_once) {
+      begin(run->last);
+      cross_at_once(model, *run, tau, ws, at);
+      leave(run->first);
+      continue;
+    }
+    for (int k = run->last; k >= run->first; --k) {
+      const StructuredLink<S>& link = model.link(k);
+      begin(k);
+      const int slot = link.parent < 0 ? -1 : model.link(link.parent).slot;
+      const bool heir = link.is_heir && !(slot >= 0 && ws.sums[slot].begun);
+      if (heir && link.noise)
+        cross_heir<true>(model, k, tau[k], ws, at);
+      else if (heir)
+        cross_heir<false>(model, k, tau[k], ws, at);
+      else if (link.slides && link.noise)
+        cross_any<true, true>(model, k, tau[k], ws, at);
+      else if (link.slides)
+        cross_any<true, false>(model, k, tau[k], ws, at);
+      else if (link.noise)
+        cross_any<false, true>(model, k, tau[k], ws, at);
+      else
+        cross_any<false, false>(model, k, tau[k], ws, at);
+      leave(k);
+    }
   }
 }
 
