@@ -453,7 +453,9 @@ template <class T, class S>
   keep<false, false>(model, k - 1, tau[k - 1], ws, at, cycled(y.pivot));
   at.z = cycled(at.z);
   keep<false, false>(model, ball, tau[ball], ws, at, cycled(cycled(x.pivot)));
-  auto l3 = cycled(cycled(x.a)), l2 = cycled(cycled(x.b)), l1 = cycled(cycled(x.c));
+  auto l3 = cycled(cycled(x.a));
+  auto l2 = cycled(cycled(x.b));
+  auto l1 = cycled(cycled(x.c));
   const Sixfold<T>& c = ws.links[ball].c;
   add_acceleration(c, true, l1);
   add_acceleration(c, true, l2);
@@ -466,11 +468,11 @@ template <class T, class S>
   const auto& phi = ws.matrices[model.link(ball).varying];
   const auto turned = [&](const auto& row) __attribute__((always_inline)) {
     const auto& R = phi.R.R;
-    const auto u = row.u, v = row.v, w = row.w;
+    const auto entry = [&](int i) __attribute__((always_inline)) {
+      return T(R[i][0] * row.u + R[i][1] * row.v + R[i][2] * row.w);
+    };
     const Zero o;
-    return make_row<T>(o, o, o, T(R[0][0] * u + R[0][1] * v + R[0][2] * w),
-                       T(R[1][0] * u + R[1][1] * v + R[1][2] * w),
-                       T(R[2][0] * u + R[2][1] * v + R[2][2] * w), row.zeta, row.weight);
+    return make_row<T>(o, o, o, entry(0), entry(1), entry(2), row.zeta, row.weight);
   };
   force_to_parent(phi, at.z);
   cross_slides(model, ball - 1, tau, ws, at, turned(l3), turned(l2), turned(l1));
