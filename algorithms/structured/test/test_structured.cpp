@@ -66,20 +66,6 @@ TEST(StructuredDynamics, Float64AgreesWithTruthAsWellAsConventional) {
 }
 TEST(StructuredDynamics, Float32AgreesWithTruthAsWellAsConventional) { expect_accurate<float>(10); }
 
-TEST(StructuredDynamics, EquationsHoldInMultiPrecision) {
-  for (const Family& family : all_families()) {
-    const Model<double> drawn = family.make(3);
-    const Model<Mp> model = drawn.cast<Mp>();
-    const State<Mp> state = random_state(drawn, 4).cast<Mp>();
-    const StructuredModel<Mp> structured(model);
-    StructuredWorkspace<Mp> ws(structured);
-    VectorX<Mp> a = poisoned<Mp>(model.nv());
-    structured_acceleration(structured, state.q.data(), state.qd.data(), state.tau.data(), ws,
-                            a.data());
-    EXPECT_LE(Truth(model, state).error(a), 1e-40) << family.name;
-  }
-}
-
 TEST(StructuredDynamics, HingeOfAChainCostsAtMost480Flops) {
   for (int n : {7, 31, 100}) {
     const double flops = flops_per_joint<CovarianceForm>(chain(1, n));
