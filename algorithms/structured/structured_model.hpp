@@ -63,7 +63,7 @@ struct HingeAngles {
 template <class S>
 struct StructuredBody {
   S r = S(0), m = S(0);                                                      // joint noise, mass
-  Vector3<S> h = Vector3<S>::Zero();                                         // m c
+  S h[3] = {S(0), S(0), S(0)};                                               // m c
   S Ixx = S(0), Ixy = S(0), Ixz = S(0), Iyy = S(0), Iyz = S(0), Izz = S(0);  // about the origin
   S reach = S(0);  // 2 |origin from the parent's|^2; of a slide 4 |p|^2, without its d
 };
@@ -383,7 +383,7 @@ class StructuredModel {
     factor_body(joint.body.mass, com, Matrix3<W>(back * rotation(joint.body.axes)),
                 joint.body.moments, factored_[k]);
     body.m = S(joint.body.mass);
-    body.h = h.template cast<S>();
+    for (int i = 0; i < 3; ++i) body.h[i] = S(h[i]);
     body.Ixx = S(I(0, 0));
     body.Ixy = S(I(0, 1));
     body.Ixz = S(I(0, 2));
