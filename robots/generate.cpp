@@ -5,25 +5,6 @@
 #include <utility>
 
 namespace kalmarm {
-namespace {
-
-// How many entries of q the joint reads that this DoF is the first of.
-int positions(Coordinate coordinate) {
-  switch (coordinate) {
-    case Coordinate::angle:
-    case Coordinate::distance:
-      return 1;
-    case Coordinate::quaternion:
-      return 4;
-    case Coordinate::position:
-      return 3;
-    case Coordinate::follower:
-      break;
-  }
-  return 0;
-}
-
-}  // namespace
 
 Model<double> assemble(Joints joints, const Vector3<double>& gravity) {
   std::vector<std::string> names;
@@ -32,7 +13,7 @@ Model<double> assemble(Joints joints, const Vector3<double>& gravity) {
     names.push_back("joint" + std::to_string(k));
     if (joints[k].coordinate == Coordinate::follower) continue;
     joints[k].q_index = nq;
-    nq += positions(joints[k].coordinate);
+    nq += q_entries(joints[k].coordinate);
   }
   return {std::move(joints), std::move(names), nq, gravity};
 }

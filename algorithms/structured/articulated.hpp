@@ -415,6 +415,10 @@ Articulated<T> cycle(const Articulated<T>& P) {
   return {P.Azz, P.Axz, P.Axx, P.Ayz, P.Axy, P.Ayy, P.Bzz, P.Bzx, P.Bxz, P.Bxx, P.Bzy,
           P.Bxy, P.Byz, P.Byx, P.Byy, P.Czz, P.Cxz, P.Cxx, P.Cyz, P.Cxy, P.Cyy};
 }
+template <class T>
+[[gnu::always_inline]] inline Sixfold<T> cycle(const Sixfold<T>& z) {
+  return {z.z, z.x, z.y, z.w, z.u, z.v};
+}
 
 // P x.
 template <class T>

@@ -258,7 +258,7 @@ template <class T, class S, class Workspace, class Rider>
 }
 
 // Links one by one. gcc would pair neighbours of P and z into vectors, which are written as numbers
-// and read as pairs: half again as slow where there is armature.
+// and read as pairs: 1.4 times as slow where there is armature.
 template <class T, class S, class Workspace, class Rider>
 [[gnu::noinline, gnu::optimize("no-tree-slp-vectorize")]] void filter_links(
     const StructuredModel<S>& model, const LinkRun& run, Workspace& ws,

@@ -231,7 +231,7 @@ struct BiasedForces {
     far_force_to_parent(phi, moved);
     z = moved;
   }
-  [[gnu::always_inline]] void cycle(Load& z) const { z = {z.z, z.x, z.y, z.w, z.u, z.v}; }
+  [[gnu::always_inline]] void cycle(Load& z) const { z = kalmarm::cycle(z); }
 };
 
 // D, g, e+ of every link.

@@ -36,152 +36,11 @@
 
 #include "algorithms/riccati/array.hpp"
 #include "algorithms/structured/factors.hpp"
-#include "algorithms/structured/forward_dynamics.hpp"
-#include "algorithms/structured/square_root_rows.hpp"
+#include "algorithms/structured/square_root_measure.hpp"
 
 namespace kalmarm {
 
-// Of a link, with all that its children have put in.
-template <class T>
-struct SquareRoot {
-  FullTriangle<T> P;
-  Sixfold<T> z;
-  T reach;  // farthest centre of mass from the origin, by way of the joints
-};
-
-template <class T>
-struct SquareRootWorkspace : StructuredWorkspace<T> {
-  // Of a link with several children: what they have put in so far.
-  struct Sum : SquareRoot<T> {
-    bool begun;
-  };
-  std::vector<Sum> sums;
-  std::vector<T> inverse_D;
-
-  template <class S>
-  explicit SquareRootWorkspace(const StructuredModel<S>& model)
-      : StructuredWorkspace<T>(model), sums(model.slots()), inverse_D(model.nv()) {}
-};
-
 namespace detail {
-
-template <class T>
-[[gnu::always_inline]] inline T larger(const T& a, const T& b) {
-  using std::min;
-  return -min(T(-a), T(-b));
-}
-
-// Rows of the body alone. 51 flops.
-template <class T, class S>
-[[gnu::always_inline]] inline auto body_rows(const FactoredBody<S>& body, const T& wx, const T& wy,
-                                             const T& wz) {
-  const T m = T(body.m), cx = T(body.c[0]), cy = T(body.c[1]), cz = T(body.c[2]);
-  const T xx = wx * wx, yy = wy * wy, zz = wz * wz;
-  const T xz_squares = xx - zz, yz_squares = yy - zz, xy = wx * wy, xz = wx * wz, yz = wy * wz;
-  const auto zeta = [&](int i) __attribute__((always_inline)) {
-    const auto Z = body.Z.row(i);
-    return T(Z[0] * xz_squares + Z[1] * yz_squares + Z[2] * xy + Z[3] * xz + Z[4] * yz);
-  };
-  const T wc = cx * wx + cy * wy + cz * wz, ww = xx + yy + zz;
-  const Zero zero;
-  const One one;
-  const auto l1 = make_row(zero, cz, T(-cy), one, zero, zero, T(wx * wc - cx * ww), m);
-  const auto l2 = make_row(T(-cz), zero, cx, zero, one, zero, T(wy * wc - cy * ww), m);
-  const auto l3 = make_row(cy, T(-cx), zero, zero, zero, one, T(wz * wc - cz * ww), m);
-  const auto rz = make_row(T(body.Lzx), T(body.Lzy), one, zero, zero, zero, zeta(0), T(body.Dz));
-  const auto rx = make_row(one, T(body.Lxy), zero, zero, zero, zero, zeta(1), T(body.Dx));
-  const T Dy = T(body.Dy);
-  const LastRow<T> ry{Dy, Dy * zeta(2)};
-  return Triangle{l1, l2, l3, rz, rx, ry};
-}
-
-// (1): the pivot, and the rows of P+; None where there is none.
-template <class Pivot, class L1, class L2, class L3, class Rz, class Rx, class Ry>
-struct Measured {
-  Pivot pivot;
-  L1 l1;
-  L2 l2;
-  L3 l3;
-  Rz rz;
-  Rx rx;
-  Ry ry;
-};
-template <class Pivot, class L1, class L2, class L3, class Rz, class Rx, class Ry>
-Measured(Pivot, L1, L2, L3, Rz, Rx, Ry) -> Measured<Pivot, L1, L2, L3, Rz, Rx, Ry>;
-
-template <class T>
-[[gnu::always_inline]] inline Row<T, Zero, One, Zero, Zero, Zero, Zero> as_row(
-    const LastRow<T>& ry) {
-  return {{}, {}, {}, {}, {}, {}, ry.zeta(), ry.weight};
-}
-
-template <bool noise, class T>
-[[gnu::always_inline]] inline auto measure_turn(const FullTriangle<T>& P, const T& r) {
-  const auto ry = as_row(P.ry);
-  if constexpr (!noise) {
-    const auto z = eliminate<Column::z, true>(P.rz, P.l3, P.l2, P.l1);
-    return Measured{z.pivot, z.c, z.b, z.a, None{}, P.rx, ry};
-  } else {
-    const Row<T, Zero, Zero, One, Zero, Zero, Zero> rotor{{}, {}, {}, {}, {}, {}, T(0), r};
-    const auto first = eliminate<Column::z, true>(rotor, P.rz);
-    const auto z = eliminate<Column::z, true>(first.pivot, P.l3, P.l2, P.l1);
-    const T D1 = first.pivot.weight, D2 = weight_with<Column::z>(D1, P.l3),
-            D3 = weight_with<Column::z>(D2, P.l2);
-    const auto with_z = [](const auto& row, const auto& entry) __attribute__((always_inline)) {
-      return make_row<T>(row.x, row.y, entry, row.u, row.v, row.w, row.zeta, row.weight);
-    };
-    return Measured{z.pivot,
-                    with_z(z.c, T(P.l1.z * r * reciprocal(D3))),
-                    with_z(z.b, T(P.l2.z * r * reciprocal(D2))),
-                    with_z(z.a, T(P.l3.z * r * reciprocal(D1))),
-                    with_z(first.a, One{}),
-                    P.rx,
-                    ry};
-  }
-}
-
-// d of (1").
-template <bool slides, class T>
-[[gnu::always_inline]] inline T without_noise(const FullTriangle<T>& P) {
-  constexpr Column c = slides ? Column::w : Column::z;
-  T d = slides ? P.l3.weight : weight_with<c>(P.rz.weight, P.l3);
-  d = weight_with<c>(d, P.l2);
-  return weight_with<c>(d, P.l1);
-}
-
-// (1').
-template <bool noise, class T>
-[[gnu::always_inline]] inline auto measure_slide(const FullTriangle<T>& P, const T& r) {
-  const auto ry = as_row(P.ry);
-  if constexpr (!noise) {
-    const auto w = eliminate<Column::w, true>(P.l3, P.l2, P.l1);
-    return Measured{w.pivot, w.b, w.a, None{}, P.rz, P.rx, ry};
-  } else {
-    const Row<T, Zero, Zero, Zero, Zero, Zero, One> rotor{{}, {}, {}, {}, {}, {}, T(0), r};
-    const auto first = eliminate<Column::w, true>(rotor, P.l3);
-    const auto w = eliminate<Column::w, true>(first.pivot, P.l2, P.l1);
-    const T D1 = first.pivot.weight, D2 = weight_with<Column::w>(D1, P.l2);
-    const auto with_w = [](const auto& row, const auto& entry) __attribute__((always_inline)) {
-      return make_row<T>(row.x, row.y, row.z, row.u, row.v, entry, row.zeta, row.weight);
-    };
-    return Measured{w.pivot,
-                    with_w(w.b, T(P.l1.w * r * reciprocal(D2))),
-                    with_w(w.a, T(P.l2.w * r * reciprocal(D1))),
-                    with_w(first.a, One{}),
-                    P.rz,
-                    P.rx,
-                    ry};
-  }
-}
-
-// (3).
-template <class T, class R>
-[[gnu::always_inline]] inline void add_acceleration(const Sixfold<T>& c, bool slides, R& row) {
-  if constexpr (!std::is_same_v<R, None>) {
-    row.zeta = row.zeta + row.u * c.u + row.v * c.v + row.w * c.w;
-    if (!slides) row.zeta = row.zeta + row.x * c.x + row.y * c.y;
-  }
-}
 
 // (4) of an heir.
 template <class T, class S, class C, class R>
@@ -215,54 +74,6 @@ template <class T, class S>
   at.reach = T(model.factored(k).distance);
 }
 
-// (2), with D, g, e+ kept in ws.
-template <bool noise, bool slides, class T, class S, class Pivot>
-[[gnu::always_inline]] inline void keep(const StructuredModel<S>& model, int k, const T& tau,
-                                        SquareRootWorkspace<T>& ws, SquareRoot<T>& at,
-                                        const Pivot& pivot) {
-  using std::min;
-  const FactoredBody<S>& body = model.factored(k);
-  auto& link = ws.links[k];
-  const S net = SingularityTest<S, 2>::net();
-  const S size_m = net * body.outboard_mass, least = S(65536) * least_weight<S>();
-  const T D = pivot.weight;
-  const T size = slides ? T(size_m) : T(size_m * at.reach * at.reach + net * body.outboard_spin);
-  ws.margin = min(ws.margin, T(D - size - least));
-
-  const T e = tau - (slides ? at.z.w : at.z.z), inverse_D = reciprocal(D);
-  Sixfold<T>& g = link.g;
-  g = {number_as<T>(pivot.x), number_as<T>(pivot.y), number_as<T>(pivot.z),
-       number_as<T>(pivot.u), number_as<T>(pivot.v), number_as<T>(pivot.w)};
-  if constexpr (noise) (slides ? g.w : g.z) = without_noise<slides>(at.P) * inverse_D;
-  ws.inverse_D[k] = inverse_D;
-  link.e = e * inverse_D - pivot.zeta;
-  Sixfold<T>& z = at.z;
-  z.x += g.x * e;
-  z.y += g.y * e;
-  z.u += g.u * e;
-  z.v += g.v * e;
-  if constexpr (noise || slides) z.z += g.z * e;
-  if constexpr (noise || !slides) z.w += g.w * e;
-  if constexpr (!noise) (slides ? z.w : z.z) = tau;
-}
-
-// (1), (2), (3).
-template <bool noise, bool slides, class T, class S, class Rows>
-[[gnu::always_inline]] inline void measure(const StructuredModel<S>& model, int k, const T& tau,
-                                           SquareRootWorkspace<T>& ws, SquareRoot<T>& at,
-                                           Rows& rows) {
-  keep<noise, slides>(model, k, tau, ws, at, rows.pivot);
-  const Sixfold<T>& c = ws.links[k].c;
-  add_acceleration(c, slides, rows.l1);
-  add_acceleration(c, slides, rows.l2);
-  add_acceleration(c, slides, rows.l3);
-  if constexpr (!slides) {
-    add_acceleration(c, slides, rows.rz);
-    add_acceleration(c, slides, rows.rx);
-    add_acceleration(c, slides, rows.ry);
-  }
-}
-
 // Across the hinge of an heir, to a parent without other children so far.
 template <bool noise, class T, class S>
 [[gnu::always_inline]] inline void cross_heir(const StructuredModel<S>& model, int k, const T& tau,
@@ -287,32 +98,28 @@ template <bool noise, class T, class S>
       larger(T(model.factored(link.parent).distance), T(at.reach + model.factored(k).length));
 }
 
-// In the frame of the parent of a follower.
-template <class T>
-[[gnu::always_inline]] inline Sixfold<T> cycled(const Sixfold<T>& z) {
-  return {z.z, z.x, z.y, z.w, z.u, z.v};
-}
+// A row in the frame of the parent of a follower.
 template <class T, class X, class Y, class Z, class U, class V, class W>
-[[gnu::always_inline]] inline auto cycled(const Row<T, X, Y, Z, U, V, W>& r) {
+[[gnu::always_inline]] inline auto cycle(const Row<T, X, Y, Z, U, V, W>& r) {
   return make_row<T>(r.z, r.x, r.y, r.w, r.u, r.v, r.zeta, r.weight);
 }
 
 // (5) and (6) of a follower to a parent without a body: its rows are pivots themselves, and the
 // column in which none is left has a row of least weight.
 template <bool slides, class S, class T, class Rows>
-[[gnu::always_inline]] inline void cycle(const Rows& rows, FullTriangle<T>& P) {
+[[gnu::always_inline]] inline void cycle_rows(const Rows& rows, FullTriangle<T>& P) {
   const T zero = T(S(0)), least = T(least_weight<S>());
   if constexpr (slides) {
-    const auto z = eliminate<Column::z>(cycled(rows.ry), cycled(rows.rx), cycled(rows.rz));
+    const auto z = eliminate<Column::z>(cycle(rows.ry), cycle(rows.rx), cycle(rows.rz));
     P.l1 = {zero, zero, zero, {}, zero, zero, zero, least};
-    widen(cycled(rows.l1), P.l2);
-    widen(cycled(rows.l2), P.l3);
+    widen(cycle(rows.l1), P.l2);
+    widen(cycle(rows.l2), P.l3);
     widen(z.pivot, P.rz);
     widen(z.b, P.rx);
     P.ry = {z.a.weight, z.a.weight * z.a.zeta};
   } else {
-    const auto u = eliminate<Column::u>(cycled(rows.l3), cycled(rows.l2), cycled(rows.l1));
-    const auto z = eliminate<Column::z>(cycled(rows.ry), cycled(rows.rx));
+    const auto u = eliminate<Column::u>(cycle(rows.l3), cycle(rows.l2), cycle(rows.l1));
+    const auto z = eliminate<Column::z>(cycle(rows.ry), cycle(rows.rx));
     widen(u.pivot, P.l1);
     widen(u.b, P.l2);
     widen(u.a, P.l3);
@@ -336,11 +143,10 @@ T distance_to_parent(const StructuredModel<S>& model, int k, const StructuredWor
 }
 
 // (4), (5), (6) to a parent that may have summed up other children.
-template <class T, class S, class L1, class L2, class L3, class Rz, class Rx, class Ry>
+template <class T, class S, class Rows>
 [[gnu::always_inline]] inline void give_to_parent(const StructuredModel<S>& model, int k,
-                                                  SquareRootWorkspace<T>& ws, const L1& l1,
-                                                  const L2& l2, const L3& l3, const Rz& rz,
-                                                  const Rx& rx, const Ry& ry, SquareRoot<T>& at) {
+                                                  SquareRootWorkspace<T>& ws, const Rows& rows,
+                                                  SquareRoot<T>& at) {
   using Kind = typename StructuredLink<S>::Kind;
   const StructuredLink<S>& link = model.link(k);
   const int slot = model.link(link.parent).slot;
@@ -353,7 +159,7 @@ template <class T, class S, class L1, class L2, class L3, class Rz, class Rx, cl
     if (link.kind == Kind::matrix)
       force_to_parent(ws.matrices[link.varying], x);
     else if (link.kind == Kind::cyclic)
-      x = {x.z, x.x, x.y, x.w, x.u, x.v};
+      x = cycle(x);
     else if (link.slides)
       force_to_parent(model, link, model.uncommon(link).turn, ws.links[k].d, x);
     else
@@ -378,9 +184,9 @@ template <class T, class S, class L1, class L2, class L3, class Rz, class Rx, cl
     else
       return Spin<T>{row.x, row.y, row.z, {}, {}, {}, row.zeta, row.weight};
   };
-  widen(
-      absorb(to.P, moved_spin(rx), moved_spin(ry), moved_spin(rz), moved(l1), moved(l2), moved(l3)),
-      to.P);
+  widen(absorb(to.P, moved_spin(rows.rx), moved_spin(rows.ry), moved_spin(rows.rz), moved(rows.l1),
+               moved(rows.l2), moved(rows.l3)),
+        to.P);
   move(at.z);
   add(to.z, at.z);
   to.reach = larger(to.reach, T(at.reach + distance_to_parent(model, k, ws)));
@@ -406,12 +212,12 @@ template <bool slides, bool noise, class T, class S>
     const int slot = model.link(link.parent).slot;
     const bool others = slot >= 0 && ws.sums[slot].begun;
     if (link.kind == Kind::cyclic && model.link(link.parent).massless && !others) {
-      cycle<slides, S>(rows, at.P);
-      at.z = cycled(at.z);
+      cycle_rows<slides, S>(rows, at.P);
+      at.z = cycle(at.z);
       return;
     }
   }
-  give_to_parent(model, k, ws, rows.l1, rows.l2, rows.l3, rows.rz, rows.rx, rows.ry, at);
+  give_to_parent(model, k, ws, rows, at);
 }
 
 // The slides of a free joint, whose last DoF is k, by (1') one after another: rows a, b, c of any
@@ -426,14 +232,14 @@ template <class T, class S, class A, class B, class C>
   const T zero = T(S(0)), least = T(least_weight<S>());
   const auto w = eliminate<Column::w, true>(make_row<T>(o, o, o, o, o, one, zero, least), a, b, c);
   keep<false, true>(model, k, tau[k], ws, at, w.pivot);
-  at.z = cycled(at.z);
+  at.z = cycle(at.z);
   const auto v =
       eliminate<Column::v, true>(make_row<T>(o, o, o, o, one, o, zero, least), w.a, w.b, w.c);
-  keep<false, true>(model, k - 1, tau[k - 1], ws, at, cycled(v.pivot));
-  at.z = cycled(at.z);
+  keep<false, true>(model, k - 1, tau[k - 1], ws, at, cycle(v.pivot));
+  at.z = cycle(at.z);
   const auto u =
       eliminate<Column::u, true>(make_row<T>(o, o, o, one, o, o, zero, least), v.a, v.b, v.c);
-  keep<false, true>(model, k - 2, tau[k - 2], ws, at, cycled(cycled(u.pivot)));
+  keep<false, true>(model, k - 2, tau[k - 2], ws, at, cycle(cycle(u.pivot)));
 }
 
 // Across a joint at once (three_axes.hpp): of a ball joint the columns z, y and x are eliminated
@@ -444,25 +250,27 @@ template <class T, class S>
     const StructuredModel<S>& model, const LinkRun& run, const T* tau, SquareRootWorkspace<T>& ws,
     SquareRoot<T>& at) {
   const int k = run.last, ball = k - 2;
+  const None none;
   const auto z = eliminate<Column::z, true>(at.P.rz, at.P.l3, at.P.l2, at.P.l1);
   const auto spins = eliminate<Column::y, true>(as_row(at.P.ry), at.P.rx);
   const auto y = eliminate<Column::y, true>(spins.pivot, z.a, z.b, z.c);
   const auto x = eliminate<Column::x, true>(spins.a, y.a, y.b, y.c);
   keep<false, false>(model, k, tau[k], ws, at, z.pivot);
-  at.z = cycled(at.z);
-  keep<false, false>(model, k - 1, tau[k - 1], ws, at, cycled(y.pivot));
-  at.z = cycled(at.z);
-  keep<false, false>(model, ball, tau[ball], ws, at, cycled(cycled(x.pivot)));
-  auto l3 = cycled(cycled(x.a));
-  auto l2 = cycled(cycled(x.b));
-  auto l1 = cycled(cycled(x.c));
+  at.z = cycle(at.z);
+  keep<false, false>(model, k - 1, tau[k - 1], ws, at, cycle(y.pivot));
+  at.z = cycle(at.z);
+  keep<false, false>(model, ball, tau[ball], ws, at, cycle(cycle(x.pivot)));
+  auto l3 = cycle(cycle(x.a));
+  auto l2 = cycle(cycle(x.b));
+  auto l1 = cycle(cycle(x.c));
   const Sixfold<T>& c = ws.links[ball].c;
   add_acceleration(c, true, l1);
   add_acceleration(c, true, l2);
   add_acceleration(c, true, l3);
   const int parent = model.link(run.first).parent;
   if (run.first == ball) {
-    if (parent >= 0) give_to_parent(model, ball, ws, l1, l2, l3, None{}, None{}, None{}, at);
+    if (parent >= 0)
+      give_to_parent(model, ball, ws, Measured{none, l1, l2, l3, none, none, none}, at);
     return;
   }
   const auto& phi = ws.matrices[model.link(ball).varying];
@@ -477,7 +285,7 @@ template <class T, class S>
   force_to_parent(phi, at.z);
   cross_slides(model, ball - 1, tau, ws, at, turned(l3), turned(l2), turned(l1));
   if (parent >= 0)
-    give_to_parent(model, run.first, ws, None{}, None{}, None{}, None{}, None{}, None{}, at);
+    give_to_parent(model, run.first, ws, Measured{none, none, none, none, none, none, none}, at);
 }
 
 // D, g, e+ of every link. Not in pairs: filter.hpp says why.

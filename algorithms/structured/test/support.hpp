@@ -45,9 +45,21 @@ inline Model<double> everything(std::uint64_t seed) {
   return builder.build();
 }
 
+// One body on a ball joint, and one that is free, each with and without an arm.
+template <int (Builder::*add)(Joint<double>)>
+Model<double> body_on_the_base(std::uint64_t seed) {
+  Random random(seed);
+  Builder builder;
+  int link = (builder.*add)(random_joint(random, -1));
+  if (seed % 2 == 1) link = builder.add(random_joint(random, link));
+  return builder.build();
+}
+
 inline std::vector<Family> all_families() {
   std::vector<Family> all = families();
   all.push_back({"everything", everything});
+  all.push_back({"ball_on_the_base", body_on_the_base<&Builder::add_ball>});
+  all.push_back({"free_body", body_on_the_base<&Builder::add_free>});
   all.push_back({"antiparallel", [](std::uint64_t seed) {
                    Random random(seed);
                    Builder builder;
