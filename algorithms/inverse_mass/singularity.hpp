@@ -109,9 +109,12 @@ class SingularityTest {
   explicit SingularityTest(const Model<T>& model)
       : polar_(model.nv()), body_polar_(body_polar_moments(model)), scale_(model), exact_(model) {}
 
+  // From now on every mechanism is looked into.
+  void look_always() { looks_always_ = true; }
+
   void begin() {
     polar_ = body_polar_;
-    suspect_ = false;
+    suspect_ = looks_always_;
   }
 
   // False where D cannot be gone on with. Call it tips to base, before propagation.
@@ -202,7 +205,7 @@ class SingularityTest {
   std::vector<PolarMoment<T>> polar_, body_polar_;  // of the outboard side, of the link alone
   RoundingScale<T> scale_;
   [[no_unique_address]] std::conditional_t<in_float64, InFloat64, Nothing> exact_;
-  bool suspect_ = false;
+  bool suspect_ = false, looks_always_ = false;
 };
 
 }  // namespace kalmarm

@@ -135,7 +135,8 @@ class PlanarSolver final : public PartialSolver<T> {
   static constexpr int lanes = Lanes<Many>::count;
 
   bool suspects(const T& check) const {
-    return along_factors_.suspect() || check != T(0) || !(ws_.margin > T(0));
+    return fallback_.suspects_all() || along_factors_.suspect() || check != T(0) ||
+           !(ws_.margin > T(0));
   }
 
   // M^-1 of the DoF in the plane, column-major. Zero, or NaN where a number is not finite.

@@ -5,6 +5,7 @@
 // comes nearest, and whether all accelerations are finite. Only a suspect pays for more: where a
 // second look does not clear it, a variant of inverse_mass/ looks into it, and gives the answer in
 // its place: the plain one of the conventional form, the most careful one of the square-root form.
+// Where errors grow along a robot every state is a suspect (rounding_growth.hpp).
 #pragma once
 
 #include <algorithm>
@@ -19,6 +20,7 @@
 #include "algorithms/riccati/conventional.hpp"
 #include "algorithms/spatial/lanes.hpp"
 #include "algorithms/structured/forward_dynamics.hpp"
+#include "algorithms/structured/rounding_growth.hpp"
 #include "algorithms/structured/square_root.hpp"
 
 namespace kalmarm {
@@ -76,6 +78,15 @@ struct CovarianceForm {
       return false;
     }
   };
+
+  // Whether every state of this robot is a suspect; the fallback then looks closely at each.
+  template <class S>
+  static bool mistrusts(const Model<S>& model, const StructuredModel<S>& structured,
+                        Fallback::Workspace<S>& fallback) {
+    const bool grows = RoundingGrowth<S>(model, structured).grows();
+    if (grows) fallback.factors.test.look_always();
+    return grows;
+  }
 };
 
 struct SquareRootForm {
@@ -122,6 +133,11 @@ struct SquareRootForm {
       return agree;
     }
   };
+
+  template <class S, class Workspace>
+  static bool mistrusts(const Model<S>&, const StructuredModel<S>&, const Workspace&) {
+    return false;
+  }
 };
 
 namespace detail {
@@ -138,13 +154,17 @@ class Fallback {
         ws_(model_),
         tau_(model.nv()),
         a_(model.nv()),
-        second_(structured) {}
+        second_(structured),
+        suspects_all_(Form::mistrusts(model_, structured, ws_)) {}
+
+  // Every state.
+  bool suspects_all() const { return suspects_all_; }
 
   // From what the sweeps have left of a state q, in a lane of `swept`.
   template <class Swept, class T>
   bool suspects(const StructuredModel<S>& structured, const S* q, const Swept& swept,
                 const T& check, int lane = 0) {
-    if (number(check, lane) != S(0)) return true;
+    if (suspects_all_ || number(check, lane) != S(0)) return true;
     return !(number(swept.margin, lane) > S(0)) && !second_.clears(structured, q, swept, lane);
   }
 
@@ -263,6 +283,7 @@ class Fallback {
   Selection<S> selection_;
   MatrixX<S> J_, B_, x_;
   typename Form::template Second<S> second_;
+  bool suspects_all_;
 };
 
 }  // namespace detail

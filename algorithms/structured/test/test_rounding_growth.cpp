@@ -1,0 +1,136 @@
+// Errors that grow from joint to joint are found, and where they do not grow nothing is suspected.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "algorithms/structured/rounding_growth.hpp"
+#include "algorithms/structured/structured_solver.hpp"
+#include "algorithms/structured/test/support.hpp"
+
+namespace kalmarm::test {
+namespace {
+
+// Masses grow from the base to the tip.
+Model<double> growing(std::uint64_t seed, double heaviest) {
+  const Model<double> even = chain(seed);
+  const int n = even.nv();
+  std::vector<Joint<double>> joints;
+  for (int k = 0; k < n; ++k) {
+    joints.push_back(even.joint(k));
+    const double by = std::pow(heaviest, k / (n - 1.0));
+    joints[k].body.mass *= by;
+    joints[k].body.moments *= by;
+  }
+  return {std::move(joints), even.names(), even.nq(), Vector3<double>::Zero()};
+}
+
+// Point masses at a fraction c < 1/2 of the length of each link: stretched out, errors grow by
+// (1/c - 1)^2 a link.
+Model<double> com_inboard(int n) {
+  Builder builder;
+  for (int k = 0; k < n; ++k) {
+    Joint<double> joint;
+    joint.parent = k - 1;
+    if (k > 0) joint.translation = {1, 0, 0};
+    joint.body = point_mass(1, {0.3, 0, 0});
+    builder.add(joint);
+  }
+  return builder.build({0, 0, 0});
+}
+
+template <class T>
+bool errors_grow(const Model<double>& drawn) {
+  const Model<T> model = drawn.cast<T>();
+  const StructuredModel<T> structured(model);
+  return RoundingGrowth<T>(model, structured).grows();
+}
+
+// a is right to 1 per cent, or the outcome says that it may not be. Counts what it says.
+template <class T>
+void expect_no_silent_error(const Model<double>& drawn, const State<double>& state, int& told) {
+  const Model<T> model = drawn.cast<T>();
+  const State<T> asked = state.cast<T>();
+  StructuredSolver<T, CovarianceForm> solver(model);
+  VectorX<T> a = poisoned<T>(model.nv());
+  const Outcome out = solver.acceleration(asked.q, asked.qd, asked.tau, a);
+  told += !out || out.warns();
+  if (!out || out.warns()) return;
+  const Truth truth(model.template cast<Mp>(), asked.template cast<Mp>());
+  EXPECT_LE(Mp((a.template cast<Mp>() - truth.a).norm()), Mp(0.01 * truth.a.norm()));
+}
+
+TEST(RoundingGrowth, MassesThatGrowToTheTipAreNeverAnsweredWrongInSilence) {
+  int told = 0;
+  for (const double heaviest : {1e4, 1e6, 1e8, 1e10, 1e12, 1e14, 1e16})
+    for (int seed = 0; seed < 10; ++seed) {
+      SCOPED_TRACE("heaviest " + std::to_string(heaviest) + " seed " + std::to_string(seed));
+      const Model<double> model = growing(seed, heaviest);
+      expect_no_silent_error<float>(model, random_state(model, seed), told);
+    }
+  EXPECT_GE(told, 10);
+  EXPECT_LE(told, 50) << "is there anything that it answers?";
+}
+
+TEST(RoundingGrowth, CentresOfMassNearTheBaseAreNeverAnsweredWrongInSilence) {
+  int told32 = 0, told64 = 0;
+  for (int n = 4; n <= 64; n += 4) {
+    SCOPED_TRACE(n);
+    const Model<double> model = com_inboard(n);
+    State<double> state = random_state(model, n);
+    state.q.setZero();
+    expect_no_silent_error<float>(model, state, told32);
+    expect_no_silent_error<double>(model, state, told64);
+  }
+  EXPECT_GE(told32, 8);
+  EXPECT_GE(told64, 4);
+  EXPECT_LE(told64, 12) << "is there anything that it answers?";
+}
+
+TEST(RoundingGrowth, GrowsWithTheMassAtTheTipAndInFloat32First) {
+  for (int seed = 0; seed < 10; ++seed) {
+    EXPECT_TRUE(errors_grow<float>(growing(seed, 1e12))) << seed;
+    EXPECT_FALSE(errors_grow<float>(growing(seed, 10))) << seed;
+    EXPECT_FALSE(errors_grow<double>(growing(seed, 1e6))) << seed;
+  }
+}
+
+// Singular at home, and its sweep sees it: that says nothing of other positions.
+TEST(RoundingGrowth, HomeMayBeSingular) {
+  Random random(4);
+  Builder builder;
+  Joint<double> joint = random_joint(random, -1);
+  joint.ref = 0;
+  joint.translation.setZero();
+  int k = -1;
+  for (const double x : {0, 1, -1}) {  // quarter turns about x: a wrist
+    joint.parent = k;
+    joint.rotation = {1, x, 0, 0};
+    k = k < 1 ? builder.add_massless(joint) : builder.add(joint);
+  }
+  const Model<double> model = builder.build();
+  EXPECT_FALSE(errors_grow<double>(model));
+  StructuredSolver<double, CovarianceForm> solver(model);
+  VectorX<double> a(3);
+  const VectorX<double> ones = VectorX<double>::Ones(3);
+  EXPECT_FALSE(solver.acceleration(VectorX<double>::Zero(3), ones, ones, a));
+  EXPECT_TRUE(solver.acceleration(VectorX<double>::Constant(3, 0.8), ones, ones, a));
+}
+
+TEST(RoundingGrowth, WellMadeRobotsAreNotSuspected) {
+  for (const Family& family : all_families()) {
+    if (std::string(family.name) == "massless_links") continue;  // near gimbal lock at times
+    for (int seed = 0; seed < 5; ++seed) {
+      const Model<double> model = family.make(seed);
+      EXPECT_FALSE(errors_grow<float>(model)) << family.name << " seed " << seed;
+      EXPECT_FALSE(errors_grow<double>(model)) << family.name << " seed " << seed;
+    }
+  }
+  for (const Model<double>& model : {chain(1, 1000), straight_chain(1000)}) {
+    EXPECT_FALSE(errors_grow<float>(model));
+    EXPECT_FALSE(errors_grow<double>(model));
+  }
+}
+
+}  // namespace
+}  // namespace kalmarm::test
