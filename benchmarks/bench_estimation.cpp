@@ -1,10 +1,10 @@
 // bench_estimation: what the paper's sections cost against N, on the random chain. The recursions
 // of algorithms/estimation/ are O(N), Result 6.1 is O(N^2), the literal operators are O(N^3) and
-// end at largest_dense.
+// end at largest_dense. The fast path goes on to a million links.
 //
-// Names are task/variant/chain:N/float64. Each case is verified before it is timed: the filter and
-// smoother, and M^-1, against the library's Sequential<Conventional>; log det M by its gradient,
-// which sums up to the number of joints, since M is homogeneous in its parameters.
+// Names are task/variant/chain:N/precision. Each case is verified before it is timed: the filter
+// and smoother, the fast path, and M^-1, against the library's Sequential<Conventional>; log det M
+// by its gradient, which sums up to the number of joints, since M is homogeneous in its parameters.
 #include <benchmark/benchmark.h>
 
 #include <cmath>
@@ -12,12 +12,14 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "algorithms/derivatives/log_det.hpp"
 #include "algorithms/estimation/filter_smoother.hpp"
 #include "algorithms/estimation/operators.hpp"
 #include "algorithms/solver.hpp"
+#include "algorithms/structured/dynamics.hpp"
 #include "benchmarks/context.hpp"
 #include "robots/families.hpp"
 #include "robots/program.hpp"
@@ -33,7 +35,8 @@ constexpr const char* timed_call =
     "included. operators: phi, Q, R, M, Psi, K, L, dense.";
 
 constexpr const char* library = "Sequential<Conventional>";
-constexpr double rounding = 1e-6;  // to catch what is wrong, not what is inexact
+constexpr int largest_recursion = 100'000;  // beyond, the covariances take gigabytes
+constexpr double rounding = 1e-6;           // to catch what is wrong, not what is inexact
 
 struct Chain {
   Scene scene;
@@ -84,20 +87,27 @@ std::string verify_gradient(const Chain& c) {
   return std::abs(sum / c.process.size() - 1) <= rounding ? "" : "wrong gradient";
 }
 
-void add(const std::string& task, const std::string& variant, const Chain& c,
-         const std::function<std::string()>& verify, const std::function<void()>& call) {
-  const std::string name = task + "/" + variant + "/" + c.scene.name + "/float64";
-  const std::string flaw = c.flaw;
+void add(const std::string& name, int links, const std::function<std::string()>& verify,
+         const std::function<void()>& call) {
   benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& run) {
-    if (const std::string what = flaw.empty() ? verify() : flaw; !what.empty()) {
-      run.SkipWithError(what.c_str());
+    if (const std::string flaw = verify(); !flaw.empty()) {
+      run.SkipWithError(flaw.c_str());
       return;
     }
     for (auto _ : run) {
       call();
       benchmark::ClobberMemory();
     }
+    run.counters["s/link"] = benchmark::Counter(
+        links, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
   })->Unit(benchmark::kNanosecond);
+}
+
+void add(const std::string& task, const std::string& variant, const Chain& c,
+         const std::function<std::string()>& verify, const std::function<void()>& call) {
+  add(
+      task + "/" + variant + "/" + c.scene.name + "/float64", c.process.size(),
+      [verify, flaw = c.flaw] { return flaw.empty() ? verify() : flaw; }, call);
 }
 
 std::string sound() { return ""; }
@@ -118,6 +128,38 @@ void add_recursions(const std::shared_ptr<Chain>& c) {
   add("acceleration", library, *c, sound, [c, solver, a = c->a]() mutable {
     benchmark::DoNotOptimize(solver->acceleration(c->state.q, c->state.qd, c->state.tau, a));
   });
+}
+
+// Forward dynamics by the fast path, which needs little memory.
+template <class T>
+void add_fast_path(int links, std::uint64_t seed) {
+  struct Long {
+    Scene scene;
+    State state;
+    StructuredDynamics<T> dynamics;
+    VectorX<T> q, qd, tau, a;
+
+    Long(int n, std::uint64_t from)
+        : scene(generated_scene("chain:" + std::to_string(n), random_chain(n, from, 1))),
+          state(random_states(scene, 1, from).front()),
+          dynamics(scene.model.cast<T>()),
+          q(state.q.cast<T>()),
+          qd(state.qd.cast<T>()),
+          tau(state.tau.cast<T>()),
+          a(n) {}
+    Outcome call() { return dynamics.acceleration(q, qd, tau, a); }
+  };
+  const auto c = std::make_shared<Long>(links, seed);
+  const auto verify = [c]() -> std::string {
+    VectorX<T> expected(c->a.size());
+    const auto other = make_solver<T>(library, c->scene.model.template cast<T>());
+    if (!c->call() || !other->acceleration(c->q, c->qd, c->tau, expected)) return "singular";
+    const double bound = std::is_same_v<T, float> ? 1e-2 : rounding;
+    return (c->a - expected).norm() <= bound * expected.norm() ? "" : "wrong acceleration";
+  };
+  const std::string precision = std::is_same_v<T, float> ? "float32" : "float64";
+  add("acceleration/Structured/" + c->scene.name + "/" + precision, links, verify,
+      [c] { benchmark::DoNotOptimize(c->call()); });
 }
 
 void add_inverse(const std::shared_ptr<Chain>& c, const std::string& variant) {
@@ -145,8 +187,11 @@ void add_operators(const std::shared_ptr<Chain>& c) {
 
 int run(int largest, std::uint64_t seed) {
   for (const int links :
-       {5, 10, 20, 40, largest_dense, 100, 300, 1000, 3000, 10000, 30000, 100000}) {
+       {5, 10, 20, 40, largest_dense, 100, 300, 1000, 3000, 10000, 30000, 100000, 1000000}) {
     if (links > largest) break;
+    add_fast_path<double>(links, seed);
+    add_fast_path<float>(links, seed);
+    if (links > largest_recursion) continue;
     const auto c = std::make_shared<Chain>(links, seed);
     add_recursions(c);
     if (links <= 1000) add_inverse(c, "ClosedForm<Conventional>");
@@ -169,10 +214,10 @@ int main(int argc, char** argv) {
     benchmark::PrintDefaultHelp();
   });
   CLI::App app("Time of the paper's recursions and operators against N.", "bench_estimation");
-  int largest = 100000;
+  int largest = largest_recursion;
   std::uint64_t seed = 1;
   app.add_option("--largest", largest, "chain that is timed")
-      ->check(CLI::Range(5, 100000))
+      ->check(CLI::Range(5, 1000000))
       ->capture_default_str();
   app.add_option("--seed", seed, "of the chain and its state")->capture_default_str();
   return run_program(app, argc, argv, [&] { return run(largest, seed); });

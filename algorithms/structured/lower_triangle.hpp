@@ -56,18 +56,19 @@ void mirror_triangle(int first, int end, int n, S* X) {
 
 }  // namespace detail
 
-// The upper triangle of X (n x n) becomes the mirror image of the lower one.
+// The upper triangle of X (n x n) becomes the mirror image of the lower one. Squares are as wide as
+// half a register of AVX-512: wider ones cross lines of the cache wherever they begin.
 template <class S>
 void mirror(int n, S* X) {
-  constexpr int lanes = 8;
+  constexpr int lanes = 32 / sizeof(S);
   using P = Pack<S, lanes>;
-  const int rest = n % lanes;
-  detail::mirror_triangle(0, std::min(n, rest == 0 ? 0 : rest + lanes), n, X);
-  for (int row = rest; row < n; row += lanes) {
-    detail::mirror_triangle(row, row + lanes, n, X);
-    if (row >= lanes && rest > 0) detail::mirror_square<P>(row, 0, n, X);
+  const int rest = n % lanes, corner = rest == 0 ? 0 : std::min(n, rest + lanes);
+  detail::mirror_triangle(0, corner, n, X);
+  for (int row = corner; row < n; row += lanes) {
+    if (rest > 0) detail::mirror_square<P>(row, 0, n, X);
     for (int column = rest; column < row; column += lanes)
       detail::mirror_square<P>(row, column, n, X);
+    detail::mirror_triangle(row, row + lanes, n, X);
   }
 }
 

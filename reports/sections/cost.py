@@ -1,4 +1,4 @@
-"""What the paper's recursions cost, against N."""
+"""What the paper's recursions and the fast path cost, against N."""
 
 from collections import defaultdict
 
@@ -36,9 +36,10 @@ def section(data: Data) -> Section | None:
         "Cost of the paper’s recursions",
         [
             "Median time of one call on the random chain of N links. The covariances, the filter "
-            "and the smoother, and the gradient of log det M are recursions, whose time grows in "
-            "proportion to N; Result 6.1 has N² entries to write. The literal operators are the "
-            "paper’s block matrices, multiplied as written: N³, and there to check the others."
+            "and the smoother, the gradient of log det M and forward dynamics (acceleration) are "
+            "recursions, whose time grows in proportion to N; Result 6.1 has N² entries to write. "
+            "The literal operators are the paper’s block matrices, multiplied as written: N³, and "
+            "there to check the others."
         ],
         tables=[
             Table(
