@@ -27,6 +27,13 @@ struct Pack {
   Vector v;
 
   Pack() = default;
+  // Of its own, so that what holds packs is copied pack by pack: GCC 12 keeps in memory what is
+  // copied as a block.
+  [[gnu::always_inline]] Pack(const Pack& x) : v(x.v) {}
+  [[gnu::always_inline]] Pack& operator=(const Pack& x) {
+    v = x.v;
+    return *this;
+  }
   Pack(S x) : v(x - Vector{}) {}  // in every lane; x - 0 is x, and -0 is kept
 
   static Pack of(Vector x) {

@@ -12,13 +12,6 @@ struct Twin {
   P a, b;
 
   Twin() = default;
-  // gcc keeps in memory what is copied as a whole.
-  [[gnu::always_inline]] Twin(const Twin& x) : a(x.a), b(x.b) {}
-  [[gnu::always_inline]] Twin& operator=(const Twin& x) {
-    a = x.a;
-    b = x.b;
-    return *this;
-  }
   [[gnu::always_inline]] Twin(Scalar x) : a(x), b(x) {}
   [[gnu::always_inline]] Twin(const P& first, const P& second) : a(first), b(second) {}
 

@@ -33,17 +33,7 @@ T operator*(One, const T& x) {
   return x;
 }
 
-// GCC 12 keeps in memory what is copied as a block: rows are copied number by number, packs as
-// vectors.
-template <class X>
-[[gnu::always_inline]] inline X copy(const X& x) {
-  return x;
-}
-template <class S, int n>
-[[gnu::always_inline]] inline Pack<S, n> copy(const Pack<S, n>& x) {
-  return Pack<S, n>::of(x.v);
-}
-
+// Copied number by number: GCC 12 keeps in memory what is copied as a block.
 template <class T, class X = T, class Y = T, class Z = T, class U = T, class V = T, class W = T>
 struct Row {
   using Number = T;
@@ -59,24 +49,17 @@ struct Row {
   Row() = default;
   [[gnu::always_inline]] Row(const X& x_, const Y& y_, const Z& z_, const U& u_, const V& v_,
                              const W& w_, const T& zeta_, const T& weight_)
-      : x(copy(x_)),
-        y(copy(y_)),
-        z(copy(z_)),
-        u(copy(u_)),
-        v(copy(v_)),
-        w(copy(w_)),
-        zeta(copy(zeta_)),
-        weight(copy(weight_)) {}
+      : x(x_), y(y_), z(z_), u(u_), v(v_), w(w_), zeta(zeta_), weight(weight_) {}
   [[gnu::always_inline]] Row(const Row& r) : Row(r.x, r.y, r.z, r.u, r.v, r.w, r.zeta, r.weight) {}
   [[gnu::always_inline]] Row& operator=(const Row& r) {
-    x = copy(r.x);
-    y = copy(r.y);
-    z = copy(r.z);
-    u = copy(r.u);
-    v = copy(r.v);
-    w = copy(r.w);
-    zeta = copy(r.zeta);
-    weight = copy(r.weight);
+    x = r.x;
+    y = r.y;
+    z = r.z;
+    u = r.u;
+    v = r.v;
+    w = r.w;
+    zeta = r.zeta;
+    weight = r.weight;
     return *this;
   }
 };
@@ -157,7 +140,7 @@ template <Column c, class T, class R>
   if constexpr (has_entry<c, R>())
     return d + r.weight * entry<c>(r) * entry<c>(r);
   else
-    return copy(d);
+    return d;
 }
 
 template <class P, class A, class B, class C>
@@ -244,7 +227,7 @@ using FullTriangle = Triangle<Row<T, T, T, T, One, T, T>, Row<T, T, T, T, Zero, 
 template <class T, class R>
 [[gnu::always_inline]] inline LastRow<T> close(const LastRow<T>& to, const R& r) {
   if constexpr (std::is_same_v<R, None>) {
-    return {copy(to.weight), copy(to.moment)};
+    return {to.weight, to.moment};
   } else {
     const T wy = r.weight * r.y;
     return {to.weight + wy * r.y, to.moment + wy * r.zeta};
