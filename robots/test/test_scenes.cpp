@@ -1,4 +1,5 @@
-// What a scene's file holds, against MuJoCo's own compilation of all of it.
+// What a scene's file holds, against MuJoCo's own compilation of all of it; and that the fast path
+// trusts what ships.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -6,6 +7,7 @@
 #include <string>
 
 #include "algorithms/model/mass_matrix.hpp"
+#include "algorithms/structured/rounding_growth.hpp"
 #include "robots/inventory.hpp"
 #include "robots/mujoco_shim.hpp"
 #include "robots/names.hpp"
@@ -85,6 +87,19 @@ TEST_P(ShippedScene, HasMujocosSiteJacobians) {
     ++compared;
   }
   EXPECT_GE(compared, m->nsite);
+}
+
+template <class T>
+bool errors_grow(const Model<double>& exact) {
+  const Model<T> model = exact.cast<T>();
+  const StructuredModel<T> structured(model);
+  return RoundingGrowth<T>(model, structured).grows();
+}
+
+TEST_P(ShippedScene, IsNotSuspectedOfGrowingErrors) {
+  const Model<double> model = load_scene(GetParam()).model;
+  EXPECT_FALSE(errors_grow<float>(model));
+  EXPECT_FALSE(errors_grow<double>(model));
 }
 
 INSTANTIATE_TEST_SUITE_P(All, ShippedScene, testing::ValuesIn(shipped_scenes()),
