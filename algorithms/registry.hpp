@@ -12,17 +12,18 @@
 #include "algorithms/inverse_mass/closed_form.hpp"
 #include "algorithms/inverse_mass/eigen_cholesky.hpp"
 #include "algorithms/inverse_mass/factored_bias.hpp"
-#include "algorithms/inverse_mass/mixed_precision.hpp"
 #include "algorithms/inverse_mass/openblas.hpp"
-#include "algorithms/inverse_mass/refined.hpp"
+#include "algorithms/inverse_mass/refinement/mixed_precision.hpp"
+#include "algorithms/inverse_mass/refinement/refined.hpp"
+#include "algorithms/inverse_mass/refinement/wide_refined.hpp"
 #include "algorithms/inverse_mass/sequential.hpp"
 #include "algorithms/inverse_mass/sparse_ltdl.hpp"
 #include "algorithms/inverse_mass/stacked_qr.hpp"
-#include "algorithms/inverse_mass/wide_refined.hpp"
+#include "algorithms/model/mass_matrix.hpp"
 #include "algorithms/riccati/array.hpp"
 #include "algorithms/riccati/conventional.hpp"
+#include "algorithms/riccati/in_world_frame.hpp"
 #include "algorithms/riccati/ud.hpp"
-#include "algorithms/riccati/world_frame.hpp"
 #include "algorithms/solver.hpp"
 
 namespace kalmarm {
@@ -108,7 +109,8 @@ template <class V, class T>
 requires InverseMass<V, T>
 class SolverOf final : public Solver<T> {
  public:
-  explicit SolverOf(const Model<T>& model) : model_(model), rm_(model_), ws_(model_) {}
+  explicit SolverOf(const Model<T>& model)
+      : model_(model), rm_(model_), composite_(model_), ws_(model_) {}
 
   Outcome acceleration(const VectorX<T>& q, const VectorX<T>& qd, const VectorX<T>& tau,
                        VectorX<T>& a) override {
@@ -148,6 +150,11 @@ class SolverOf final : public Solver<T> {
     return outcome;
   }
 
+  void mass(const VectorX<T>& q, MatrixX<T>& M) override {
+    set_position(model_, q, rm_);
+    mass_matrix(model_, rm_, composite_, Eigen::Ref<MatrixX<T>>(M));
+  }
+
   Vector6<T> P_plus_times(int k, const Vector6<T>& x) const override {
     if constexpr (filters)
       return std::decay_t<decltype(ws_.factors)>::Update::P_plus_times(k, x, ws_.factors.update);
@@ -165,22 +172,92 @@ class SolverOf final : public Solver<T> {
 
   Model<T> model_;
   RandomModel<T> rm_;
+  CompositeInertia<T> composite_;
   typename V::template Workspace<T> ws_;
 };
 
+// A trait of V or of what it is made of.
+#define KALMARM_TRAIT(trait)                            \
+  template <class V>                                    \
+  consteval bool trait##_of() {                         \
+    if constexpr (requires { V::trait; })               \
+      return V::trait;                                  \
+    else if constexpr (requires { typename V::Inner; }) \
+      return trait##_of<typename V::Inner>();           \
+    else                                                \
+      return false;                                     \
+  }
+KALMARM_TRAIT(dense)
+KALMARM_TRAIT(in_world_frame)
+KALMARM_TRAIT(mixed_precision)
+#undef KALMARM_TRAIT
+
+template <class V>
+VariantTraits traits_of(bool contender) {
+  return {.kind = V::kind,
+          .contender = contender,
+          .in_world_frame = in_world_frame_of<V>(),
+          .dense = dense_of<V>(),
+          .mixed_precision = mixed_precision_of<V>(),
+          .citation = V::citation};
+}
+
+// M by composite inertias, which every batch variant starts from.
 template <class T>
-std::vector<RegisteredVariant<T>> registered_variants() {
+class CompositeSolver final : public Solver<T> {
+ public:
+  explicit CompositeSolver(const Model<T>& model)
+      : model_(model), rm_(model_), composite_(model_) {}
+
+  void mass(const VectorX<T>& q, MatrixX<T>& M) override {
+    set_position(model_, q, rm_);
+    mass_matrix(model_, rm_, composite_, Eigen::Ref<MatrixX<T>>(M));
+  }
+
+  // It factors nothing.
+  Outcome acceleration(const VectorX<T>&, const VectorX<T>&, const VectorX<T>&,
+                       VectorX<T>&) override {
+    return nothing;
+  }
+  Outcome factor(const VectorX<T>&) override { return nothing; }
+  void solve(const VectorX<T>&, VectorX<T>& x) override {
+    x.setConstant(T(std::numeric_limits<double>::quiet_NaN()));
+  }
+  Outcome inverse(const VectorX<T>&, MatrixX<T>&) override { return nothing; }
+
+ private:
+  static constexpr Outcome nothing{.status = Outcome::Status::not_finite};
+
+  Model<T> model_;
+  RandomModel<T> rm_;
+  CompositeInertia<T> composite_;
+};
+
+template <class T>
+std::vector<RegisteredVariant<T>> registered_variants(Want want) {
   std::vector<RegisteredVariant<T>> out;
+  const auto add_solver = [&]<class S>(const std::string& name, const std::string& equation,
+                                       const VariantTraits& traits) {
+    if (traits.gives(want))
+      out.push_back({name, equation, traits, [](const Model<T>& model) {
+                       return std::unique_ptr<Solver<T>>(std::make_unique<S>(model));
+                     }});
+  };
   bool contender = true;
   const auto add = [&]<class V>() {
     if constexpr (V::template supports<T>)
-      out.push_back({V::name(), V::equation, contender, [](const Model<T>& model) {
-                       return std::unique_ptr<Solver<T>>(std::make_unique<SolverOf<V, T>>(model));
-                     }});
+      add_solver.template operator()<SolverOf<V, T>>(V::name(), V::equation,
+                                                     traits_of<V>(contender));
   };
+  add_solver.template operator()<CompositeSolver<T>>(
+      "CRBA", "M(m,k) = H(m) phi(m,k) r-(k) H(k)', (5.1)",
+      {.kind = VariantKind::composite,
+       .wants = {Want::mass},
+       .citation = "Walker and Orin 1982, composite rigid bodies"});
   Contenders::for_each(add);
   if constexpr (std::is_floating_point_v<T>) {
-    for (RegisteredVariant<T>& variant : structured_variants<T>()) out.push_back(variant);
+    for (RegisteredVariant<T>& variant : fast_variants<T>())
+      if (variant.traits.gives(want)) out.push_back(variant);
     contender = false;
     Exhibits::for_each(add);
   }

@@ -2,6 +2,6 @@
 
 namespace kalmarm {
 
-template std::vector<RegisteredVariant<double>> registered_variants<double>();
+template std::vector<RegisteredVariant<double>> registered_variants<double>(Want);
 
 }  // namespace kalmarm

@@ -2,6 +2,6 @@
 
 namespace kalmarm {
 
-template std::vector<RegisteredVariant<float>> registered_variants<float>();
+template std::vector<RegisteredVariant<float>> registered_variants<float>(Want);
 
 }  // namespace kalmarm

@@ -3,12 +3,14 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "algorithms/model/random_model.hpp"
-#include "algorithms/outcome.hpp"
+#include "algorithms/variant_traits.hpp"
+#include "kalmarm/outcome.hpp"
 
 namespace kalmarm {
 
@@ -31,13 +33,20 @@ class Solver {
   // M^-1, both triangles (nv x nv), kinematics included. On failure X is not to be used.
   virtual Outcome inverse(const VectorX<T>& q, MatrixX<T>& X) = 0;
 
+  // M (nv x nv), both triangles, kinematics included.
+  virtual void mass(const VectorX<T>& q, MatrixX<T>& M) = 0;
+
   // D(k) (nv) and g(k) (6 x nv) of M = (I + K) D (I + K*). False where the variant has no such
-  // factors.
-  virtual bool has_factors() const = 0;
-  virtual Outcome factors(const VectorX<T>& q, VectorX<T>& D, MatrixX<T>& g) = 0;
+  // factors, or does not show them.
+  virtual bool has_factors() const { return false; }
+  virtual Outcome factors(const VectorX<T>& q, VectorX<T>& /*D*/, MatrixX<T>& /*g*/) {
+    return factor(q);
+  }
 
   // P+(k) x, of the state that was factored last.
-  virtual Vector6<T> P_plus_times(int k, const Vector6<T>& x) const = 0;
+  virtual Vector6<T> P_plus_times(int /*k*/, const Vector6<T>& /*x*/) const {
+    return Vector6<T>::Constant(T(std::numeric_limits<double>::quiet_NaN()));
+  }
 };
 
 // A variant in precision T, ready to be made for a model.
@@ -45,18 +54,19 @@ template <class T>
 struct RegisteredVariant {
   std::string name;      // such as "Sequential<ArrayMGS>"
   std::string equation;  // what it evaluates
-  bool contender;        // one to choose; else an exhibit of the accuracy laboratory
+  VariantTraits traits;
   std::function<std::unique_ptr<Solver<T>>(const Model<T>&)> make;
 };
 
-// All variants that support T, contenders first, in the registry's order (registry.hpp). Compiled
-// for float and double in registry_*.cpp; another T instantiates it in one place of its own.
+// All variants that support T and give what is wanted, contenders first, in the registry's order
+// (registry.hpp). Compiled for float and double in registry_*.cpp; another T instantiates it in one
+// place of its own.
 template <class T>
-std::vector<RegisteredVariant<T>> registered_variants();
+std::vector<RegisteredVariant<T>> registered_variants(Want want = Want::inverse);
 
-// Those of the fast path, which are among them: float and double, registry_structured.cpp.
+// Those of the fast path, which are among them: float and double, registry_fast.cpp.
 template <class T>
-std::vector<RegisteredVariant<T>> structured_variants();
+std::vector<RegisteredVariant<T>> fast_variants();
 
 // The variant of that name on a model; null where there is none in precision T.
 template <class T>

@@ -12,6 +12,9 @@
 //   dl+(k) = phi' dl-(parent)                                                    of (4.10)
 //   da(k)  = de+ - dg'l+ - g'dl+                                                 of (4.9)
 //   dl-(k) = dl+ + H'da                                                          of (4.11)
+//
+// A reference: the recursions of the paper, differentiated line by line. Fits take whole Jacobians,
+// which cost less than one direction a parameter; those of a and log D are tested against this.
 #pragma once
 
 #include <vector>

@@ -5,8 +5,9 @@
 //   abar  += H l-bar                              (4.11): l- = l+ + H'a
 //   e+bar  = abar,   gbar -= abar l+              (4.9):  a = e+ - g'l+
 //   l+bar  = l-bar - g abar                       (4.9), (4.10)
-// The filter backwards, base to tips, with z+bar(k) = phi' z-bar(parent) and P+bar(k) = phi'
-// P-bar(parent) phi, symmetric, + 1/2 (z+bar c' + c z+bar') where z+ = z- + g e- + P+ c, (4.5):
+// The filter backwards, base to tips:
+//   z+bar(k) = phi' z-bar(parent)                                                 (4.4)
+//   P+bar(k) = phi' P-bar(parent) phi + 1/2 (z+bar c' + c z+bar')                 (3.6), (4.5)
 //   gbar  += z+bar e-
 //   e-bar += e+bar / D + g'z+bar,   Dbar -= e+bar e+ / D                          (4.6)
 //   z-bar  = z+bar - H'e-bar                                                      (4.2)
@@ -15,6 +16,9 @@
 //   taubar = e-bar
 //   thetabar = gradient of tr(M P-bar) + z-bar'(v x* M v)        log_det.hpp, inertial_rows.hpp
 // With e-bar = gbar = abar = 0 and Dbar = 1/D, P-bar is L- of (5.6): the gradient of log det M.
+//
+// A reference, against which log_det_gradient is tested. Fits are least squares and take Jacobians;
+// this is for a scalar to be minimised by its gradient alone, which no program here does.
 #pragma once
 
 #include <vector>

@@ -6,6 +6,9 @@
 // with dx = dg(m) at first, dx <- phi dx, and behind a joint of the closed loop
 //   dx <- (I - gH) dx - dg H x
 // Joints are numbered base to tips here: K and L are strictly upper triangular.
+//
+// A reference for the tests, in O(N depth): no algorithm forms K or L, nor asks for their
+// derivatives.
 #pragma once
 
 #include "algorithms/derivatives/factor_direction.hpp"

@@ -6,8 +6,8 @@
 //   e-(k) = Delta(k) - H z-,   w = e- / sqrt D,   e+ = e- / D         (4.2), (4.6)
 //   z+(k) = z- + g e-                                                 (4.5)
 //
-// A change of link b's inertia moves through the closed loop psi(k-,b-) = phi (I - gH) … phi (I -
-// gH)(b) to every joint k inboard:
+// A change of link b's inertia moves through the closed loop to every joint k inboard:
+//   psi(k-,b-) = phi (I - gH) … phi (I - gH)(b)
 //   dP-(k) = psi dM psi',   dD = h'dM h,                              h = psi'(k-,b-) H'(k)
 //   dg     = (I - gH) dP- H' / D,   dz+ = (I - gH) (dz- + dP- H' e+)
 //   dz-(k) = psi(k-,b-) dM s,   s = sum over j from b to below k of psi'(j-,b-) H'(j) e+(j)

@@ -27,7 +27,7 @@
 #include <vector>
 
 #include "algorithms/estimation/process.hpp"
-#include "algorithms/outcome.hpp"
+#include "kalmarm/outcome.hpp"
 
 namespace kalmarm {
 

@@ -4,9 +4,9 @@
 
 #include <vector>
 
+#include "algorithms/fast/factors/lambda.hpp"
+#include "algorithms/fast/forms.hpp"
 #include "algorithms/spatial/count.hpp"
-#include "algorithms/structured/dynamics.hpp"
-#include "algorithms/structured/lambda.hpp"
 
 namespace kalmarm {
 
@@ -28,7 +28,7 @@ template <class Form>
 double acceleration_flops(const Model<double>& parameters, const VectorX<double>& q,
                           const VectorX<double>& qd, const VectorX<double>& tau,
                           Zeros zeros = Zeros::left_out) {
-  const StructuredModel<double> model(parameters, zeros);
+  const LoweredModel<double> model(parameters, zeros);
   typename Form::template Workspace<Count> ws(model);
   const std::vector<Count> cq = detail::counts(q), cqd = detail::counts(qd),
                            ctau = detail::counts(tau);
@@ -44,12 +44,12 @@ struct FactorFlops {
 
 inline FactorFlops factor_flops(const Model<double>& parameters, const VectorX<double>& q,
                                 Zeros zeros = Zeros::left_out) {
-  const StructuredModel<double> model(parameters, zeros);
-  StructuredFactors<Count> factors(model);
+  const LoweredModel<double> model(parameters, zeros);
+  FastFactors<Count> factors(model);
   LambdaWorkspace<Count> lambda(model);
   const std::vector<Count> cq = detail::counts(q);
-  return {detail::counted([&] { structured_factor(model, cq.data(), factors); }),
-          detail::counted([&] { structured_lambda(model, factors, lambda); })};
+  return {detail::counted([&] { covariance_factor(model, cq.data(), factors); }),
+          detail::counted([&] { fast_lambda(model, factors, lambda); })};
 }
 
 }  // namespace kalmarm

@@ -21,7 +21,8 @@
 
 #include "algorithms/model/inverse_dynamics.hpp"
 #include "algorithms/model/mass_matrix.hpp"
-#include "algorithms/outcome.hpp"
+#include "algorithms/variant_traits.hpp"
+#include "kalmarm/outcome.hpp"
 
 namespace kalmarm {
 
@@ -52,6 +53,10 @@ Outcome check_cholesky(const MatrixX<T>& M, const MatrixX<T>& G, bool stopped,
 template <class Backend>
 struct Batch {
   static std::string name() { return std::string("Batch<") + Backend::name + ">"; }
+  static constexpr VariantKind kind = VariantKind::batch;
+  static constexpr const char* citation =
+      "Walker and Orin 1982, method 3: composite bodies, Cholesky";
+  static constexpr bool dense = true;
   static constexpr const char* equation = Backend::equation;
   template <class T>
   static constexpr bool supports = Backend::template supports<T>;

@@ -8,9 +8,9 @@
 // link m:
 //   M^-1(j,j) = 1/D(j) + g(j)' L+(j) g(j)
 //   M^-1(m,j) = n(m) psi(m-,j+) g(j)                                     m inboard of j
-//   M^-1(i,j) = (psi(c-,i+) g(i))' L-(c) (psi(c-,j+) g(j))               on two branches, c the
-//   deepest M^-1(i,j) = 0                                                        common joint; 0
-//   without one
+//   M^-1(i,j) = (psi(c-,i+) g(i))' L-(c) (psi(c-,j+) g(j))               i and j on two branches,
+//                                                                        c the deepest common joint
+//   M^-1(i,j) = 0                                                        where there is none
 // (The printed (6.1) has one psi for both places and fails by 20 to 40 per cent.) The third case is
 // evaluated as a smoother sweep that starts from L-(c) psi(c-,j+) g(j) and runs outwards, so the
 // whole matrix takes O(N^2).
@@ -25,12 +25,16 @@
 
 #include "algorithms/inverse_mass/factors.hpp"
 #include "algorithms/model/inverse_dynamics.hpp"
+#include "algorithms/variant_traits.hpp"
 
 namespace kalmarm {
 
 template <class Update>
 struct ClosedForm {
   static std::string name() { return "ClosedForm<" + Update::name() + ">"; }
+  static constexpr VariantKind kind = VariantKind::closed_form;
+  static constexpr const char* citation = "Rodriguez 1987, Result 6.1";
+  static constexpr bool dense = true;
   static constexpr const char* equation = "M^-1 by Result 6.1, corrected";
   template <class T>
   static constexpr bool supports = true;

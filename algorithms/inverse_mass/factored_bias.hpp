@@ -12,12 +12,15 @@
 
 #include "algorithms/inverse_mass/sequential.hpp"
 #include "algorithms/riccati/array.hpp"
+#include "algorithms/variant_traits.hpp"
 
 namespace kalmarm {
 
 template <class Update>
 struct FactoredBias : FilterAndSmoother<WithBias<Update>> {
   static std::string name() { return "FactoredBias<" + Update::name() + ">"; }
+  static constexpr VariantKind kind = VariantKind::factored_bias;
+  static constexpr const char* citation = "Bierman 1977, chapter 5, on the paper's (3.3)";
   static constexpr const char* equation = "(3.3), the bias as a vector of noise, b = W zeta";
 
   // a (nv) from tau (nv), with the bias of rm, after factor.

@@ -2,15 +2,15 @@
 // from any covariance update. Tips to base:
 //   P-(k) = M(k) + sum over children c of phi(k,c) P+(c) phi'(k,c)       (3.6)
 //   D, g, P+ of k                                                        by Update: (3.6), (3.10)
-// A D(k) that may be lost in rounding is looked into by singularity.hpp.
+// A D(k) that may be lost in rounding gets a second look by singularity.hpp.
 #pragma once
 
 #include <vector>
 
 #include "algorithms/inverse_mass/singularity.hpp"
 #include "algorithms/model/random_model.hpp"
-#include "algorithms/outcome.hpp"
 #include "algorithms/riccati/covariance_update.hpp"
+#include "kalmarm/outcome.hpp"
 
 namespace kalmarm {
 

@@ -5,12 +5,15 @@
 #include <string>
 
 #include "algorithms/inverse_mass/sweeps.hpp"
+#include "algorithms/variant_traits.hpp"
 
 namespace kalmarm {
 
 // All but the acceleration, where the bias enters.
 template <class Update>
 struct FilterAndSmoother {
+  using Inner = Update;
+
   template <class T>
   static constexpr bool supports = true;
 
@@ -45,6 +48,8 @@ struct FilterAndSmoother {
 template <class Update>
 struct Sequential : FilterAndSmoother<Update> {
   static std::string name() { return "Sequential<" + Update::name() + ">"; }
+  static constexpr VariantKind kind = VariantKind::sequential;
+  static constexpr const char* citation = "Rodriguez 1987, (3.3)";
   static constexpr const char* equation = "M^-1 = (I - L*) D^-1 (I - L), (3.3)";
 
   // a (nv) from tau (nv), with the bias of rm, after factor. About 220 flops a link.

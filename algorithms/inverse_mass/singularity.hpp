@@ -9,15 +9,15 @@
 // cent. D(k) against the composite inertia M(k,k) would not do: stretched out, D/M(k,k) falls as
 // N^-3 in a chain although D is known to all digits.
 //
-// S costs more than a sweep, so it is worked out only if some D(k) is below net J(k), with the
-// cheap J of polar_moment.hpp. J does not see errors that a nearly singular joint has blown up on
-// the way, so the net is wide, sqrt((32 u)^order), but for covariance forms in float32: there it
-// would catch every wrist, and is (256 u)^order.
+// S costs more than a sweep, so it is worked out only if some D(k) is below threshold() J(k), with
+// the cheap J of polar_moment.hpp. J does not see errors that a nearly singular joint has blown up
+// on the way, so the threshold is high, sqrt((32 u)^order), but for covariance forms in float32:
+// there it would catch every wrist, and is (256 u)^order.
 //
 // S keeps what a heavy outboard body has put in, although arrays lose no digits to it: in float32
 // the rule would refuse mass ratios from 1e11 on that ArrayGivens answers to seven digits. There a
-// suspected mechanism is looked into in float64, from q on, which tells 1e-29 from zero; the
-// float32 rule only warns.
+// suspect gets its second look in float64, from q on, which tells 1e-29 from zero; the float32 rule
+// only warns.
 #pragma once
 
 #include <cmath>
@@ -28,8 +28,8 @@
 #include "algorithms/inverse_mass/gains.hpp"
 #include "algorithms/inverse_mass/polar_moment.hpp"
 #include "algorithms/model/random_model.hpp"
-#include "algorithms/outcome.hpp"
 #include "algorithms/riccati/array.hpp"
+#include "kalmarm/outcome.hpp"
 
 namespace kalmarm {
 
@@ -109,7 +109,7 @@ class SingularityTest {
   explicit SingularityTest(const Model<T>& model)
       : polar_(model.nv()), body_polar_(body_polar_moments(model)), scale_(model), exact_(model) {}
 
-  // From now on every mechanism is looked into.
+  // From now on every mechanism gets a second look.
   void look_always() { looks_always_ = true; }
 
   void begin() {
@@ -120,15 +120,15 @@ class SingularityTest {
   // False where D cannot be gone on with. Call it tips to base, before propagation.
   bool passes(const Model<T>& model, const RandomModel<T>& rm, int k, const T& D) {
     const Joint<T>& joint = model.joint(k);
-    suspect_ = suspect_ || !(D > net() * polar_[k].size(joint));
+    suspect_ = suspect_ || !(D > threshold() * polar_[k].size(joint));
     if (joint.parent >= 0) polar_[joint.parent].add_child(polar_[k], rm.phi[k].p);
     return D > T(0);
   }
 
   bool suspect() const { return suspect_; }
 
-  // D(k) below net J(k) is looked into.
-  static T net() {
+  // D(k) below threshold() J(k) gets a second look.
+  static T threshold() {
     using std::sqrt;
     const bool wide = order > 1 || unit_roundoff<T>() < T(1e-10);
     return wide ? T(sqrt(resolution())) : T(T(8) * resolution());

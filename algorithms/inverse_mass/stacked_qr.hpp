@@ -11,11 +11,15 @@
 #include <vector>
 
 #include "algorithms/inverse_mass/batch.hpp"
+#include "algorithms/variant_traits.hpp"
 
 namespace kalmarm {
 
 struct StackedQR {
   static std::string name() { return "StackedQR"; }
+  static constexpr VariantKind kind = VariantKind::stacked;
+  static constexpr const char* citation = "Golub and Van Loan, 5.4: QR with column pivoting";
+  static constexpr bool dense = true;
   static constexpr const char* equation = "M = B'B, B Pi = QR, pivoted, Eigen";
   template <class T>
   static constexpr bool supports = true;

@@ -12,9 +12,10 @@
 //     l-(k) = l+ + H' a                                        (4.11), corrected
 // The velocity-product accelerations c(k) and the base acceleration l-(base) = -gravity enter where
 // they arise (random_model.hpp): the paper gathers them in b instead. z is then the force still
-// missing at link k, P+ c included. With r = 0 two identities hold exactly, H z+ = tau and H l- =
-// e+ - sum over j != h of g_j l+_j; where the update makes HP+ = 0 exact they are used instead of
-// the sums, which keeps near-parallel axes accurate.
+// missing at link k, P+ c included. With r = 0 two identities hold exactly,
+//   H z+ = tau,   H l- = e+ - sum over j != h of g_j l+_j
+// and where the update makes HP+ = 0 exact they are used instead of the sums, which keeps
+// near-parallel axes accurate.
 #pragma once
 
 #include <vector>

@@ -5,7 +5,7 @@
 // is exact. Link frames are chosen so that every joint axis is the link's z axis and, for a turning
 // joint, the origin lies on it. So
 //   H(k) = e_3' (turning) or e_6' (sliding):  a unit vector, and `axis` is its index,
-//   phi(parent,k) = placement x coordinate (random_model.hpp).
+//   phi(parent,k) = placement x coordinate (kalmarm/robot_model.hpp).
 // Positions q and velocities keep the order and the conventions of the file that the model came
 // from; DoF k has velocity k.
 #pragma once
@@ -17,32 +17,9 @@
 
 #include "algorithms/spatial/inertia.hpp"
 #include "algorithms/spatial/spatial.hpp"
+#include "kalmarm/robot_model.hpp"
 
 namespace kalmarm {
-
-// How q enters phi(parent,k). E is the placement's rotation, d its translation, C the turn that
-// takes axes (x,y,z) to (y,z,x), which brings the next axis of a three-axis joint to z.
-enum class Coordinate {
-  angle,       // R = E Rz(q - ref),      p = d
-  distance,    // R = E,                  p = d + (q - ref) E e_z
-  quaternion,  // R = E R(q[0..3]) C,     p = d             first DoF of a ball joint
-  position,    // R = E C,                p = d + E q[0..2]  first DoF of a free joint
-  follower,    // R = C,                  p = 0             their other DoF: the first moved them
-};
-
-// Entries of q that a DoF reads.
-inline int q_entries(Coordinate coordinate) {
-  switch (coordinate) {
-    case Coordinate::quaternion:
-      return 4;
-    case Coordinate::position:
-      return 3;
-    case Coordinate::follower:
-      return 0;
-    default:
-      return 1;
-  }
-}
 
 template <class T>
 struct Joint {

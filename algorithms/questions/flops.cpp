@@ -1,11 +1,11 @@
-#include "algorithms/pruning/flops.hpp"
+#include "algorithms/questions/flops.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "algorithms/planar/planar_filter.hpp"
-#include "algorithms/structured/at_rest.hpp"
-#include "algorithms/structured/flops.hpp"
+#include "algorithms/fast/flops.hpp"
+#include "algorithms/fast/planar/planar_filter.hpp"
+#include "algorithms/spatial/pack.hpp"
 
 namespace kalmarm {
 namespace {
@@ -20,7 +20,8 @@ int depth(const Model<double>& model, int k) {
 }
 
 double inverse_flops(const Model<double>& model) {
-  constexpr int by_blocks = 96;  // links of a chain from which on M^-1 goes by tiles (inverse.hpp)
+  // Links of a chain from which on M^-1 goes by tiles in float64 (inverse.hpp).
+  constexpr int by_blocks = 6 * Lanes<TwoPacks<double>>::count;
   const double nv = model.nv();
   bool chain = model.nv() >= by_blocks;
   for (int k = 0; k < model.nv(); ++k) chain = chain && model.parent(k) == k - 1;
@@ -30,13 +31,20 @@ double inverse_flops(const Model<double>& model) {
   return out;
 }
 
-// Columns and their products: of DoF, and of sites six each.
+// The position of the part in the question's.
+VectorX<double> position_of(const Plan& plan, const Part& part) {
+  VectorX<double> q(part.reduction.q_whole.size());
+  for (int i = 0; i < q.size(); ++i) q[i] = plan.question.q[part.reduction.q_whole[i]];
+  return q;
+}
+
+// Columns and their products: of DoF, and of frames six each.
 double selected_flops(const Model<double>& model, const std::vector<int>& dofs,
-                      const std::vector<Site<double>>& sites, double a_column = column) {
-  const double size = static_cast<double>(dofs.size() + 6 * sites.size());
+                      const std::vector<Frame>& frames, double a_column = column) {
+  const double size = static_cast<double>(dofs.size() + 6 * frames.size());
   double links = 0;
   for (const int k : dofs) links += depth(model, k);
-  for (const Site<double>& site : sites) links += 6 * depth(model, site.link);
+  for (const Frame& frame : frames) links += 6 * depth(model, frame.link);
   return links * (a_column + size);
 }
 
@@ -52,14 +60,16 @@ double cholesky_flops(const Model<double>& model) {
   return mass_flops(model) + std::pow(model.nv(), 3) / 3;
 }
 
-double spatial_flops(const Plan& plan, const Part& part, Want want) {
+double spatial_flops(const Plan& plan, const Part& part, Want want, Form form) {
   const Model<double>& model = part.reduction.model;
-  const VectorX<double> q = plan.question.q(part.reduction.q_whole),
-                        zero = VectorX<double>::Zero(model.nv());
-  if (want == Want::acceleration)
-    return part.kernel == Kernel::spatial_at_rest
-               ? acceleration_flops<AtRest>(model, q, zero, zero, part.zeros)
+  const VectorX<double> q = position_of(plan, part), zero = VectorX<double>::Zero(model.nv());
+  if (want == Want::acceleration) {
+    if (part.kernel == Kernel::spatial_at_rest)
+      return acceleration_flops<AtRest>(model, q, zero, zero, part.zeros);
+    return form == Form::square_root
+               ? acceleration_flops<SquareRootForm>(model, q, zero, zero, part.zeros)
                : acceleration_flops<CovarianceForm>(model, q, zero, zero, part.zeros);
+  }
   const FactorFlops cost = factor_flops(model, q, part.zeros);
   switch (want) {
     case Want::diagonal:
@@ -71,7 +81,7 @@ double spatial_flops(const Plan& plan, const Part& part, Want want) {
              (part.block ? selected_flops(model, part.asked, {}) : inverse_flops(model));
     case Want::operational:
       return cost.factors +
-             (plan.partial_answers ? selected_flops(model, {}, part.sites) : inverse_flops(model));
+             (plan.partial_answers ? selected_flops(model, {}, part.frames) : inverse_flops(model));
     default:
       return 0;
   }
@@ -87,7 +97,7 @@ double planar_flops(const Plan& plan, const Part& part, Want want) {
     case Want::acceleration: {
       const PlanarModel<Count> planar(model, *find_plane(model));
       PlanarWorkspace<Count> ws(planar);
-      const std::vector<Count> q = detail::counts(plan.question.q(part.reduction.q_whole));
+      const std::vector<Count> q = detail::counts(position_of(plan, part));
       const std::vector<Count> zero(model.nv(), 0.0);
       std::vector<Count> a(model.nv());
       return detail::counted(
@@ -101,7 +111,7 @@ double planar_flops(const Plan& plan, const Part& part, Want want) {
       return factor * nv +
              (part.block ? selected_flops(model, part.asked, {}, chosen) : sweeps * nv * nv);
     case Want::operational:
-      return factor * nv + (plan.partial_answers ? selected_flops(model, {}, part.sites, chosen)
+      return factor * nv + (plan.partial_answers ? selected_flops(model, {}, part.frames, chosen)
                                                  : sweeps * nv * nv);
     default:
       return 0;
@@ -116,7 +126,7 @@ double translational_flops(const Part& part, Want want) {
 
 }  // namespace
 
-double flops(const Plan& plan, Want want) {
+double flops(const Plan& plan, Want want, Form form) {
   double out = 0;
   for (const Part& part : plan.parts) {
     if (want == Want::mass)
@@ -126,9 +136,15 @@ double flops(const Plan& plan, Want want) {
     else if (part.kernel == Kernel::translational)
       out += translational_flops(part, want);
     else
-      out += spatial_flops(plan, part, want);
+      out += spatial_flops(plan, part, want, form);
   }
   return std::max(out, 1.0);
+}
+
+double flops_of(const Model<double>& model, Want want, Form form) {
+  std::set<Rule> rules = rules_for(form);
+  rules.erase(Rule::planes);
+  return flops(make_plan(model, {.want = {want}}, rules), want, form);
 }
 
 }  // namespace kalmarm

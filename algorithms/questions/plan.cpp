@@ -1,10 +1,14 @@
-#include "algorithms/pruning/plan.hpp"
+#include "algorithms/questions/plan.hpp"
 
 #include <algorithm>
+#include <stdexcept>
+#include <string>
 #include <utility>
 
-#include "algorithms/planar/plane.hpp"
-#include "algorithms/planar/translational_solver.hpp"
+#include "algorithms/fast/lowering/lowered_model.hpp"
+#include "algorithms/fast/planar/plane.hpp"
+#include "algorithms/fast/planar/translational.hpp"
+#include "algorithms/model/plain.hpp"
 
 namespace kalmarm {
 namespace {
@@ -18,7 +22,7 @@ class Planning {
  public:
   Planning(const Model<double>& whole, const Question& question, const std::set<Rule>& rules)
       : whole_(whole), rules_(rules), fate_(whole.nv(), Fate::free) {
-    plan_.question = question;
+    plan_.question = checked(whole, question);
     plan_.nv = whole.nv();
     plan_.partial_answers = rules.contains(Rule::partial_answers);
     lock();
@@ -35,11 +39,53 @@ class Planning {
   Plan plan() && { return std::move(plan_); }
 
  private:
+  // With `want` and `q` filled.
+  static Question checked(const Model<double>& whole, Question question) {
+    const auto refuse = [](const std::string& why) {
+      throw std::invalid_argument("question: " + why);
+    };
+    const int nv = whole.nv();
+    std::vector<char> locked(nv, 0);
+    for (const std::vector<int>* dofs : {&question.locked, &question.dofs}) {
+      for (std::size_t i = 0; i < dofs->size(); ++i) {
+        const int k = (*dofs)[i];
+        if (k < 0 || k >= nv)
+          refuse("DoF " + std::to_string(k) + " of a robot with " + std::to_string(nv));
+        if (i > 0 && k <= (*dofs)[i - 1]) refuse("DoF are named once, in rising order");
+        if (dofs == &question.dofs && locked[k])
+          refuse("DoF '" + whole.name(k) + "' is locked and asked about");
+        if (dofs == &question.locked) locked[k] = 1;
+      }
+    }
+    for (int k = 1; k < nv; ++k)
+      if (whole.joint(k).coordinate == Coordinate::follower && locked[k] != locked[k - 1])
+        refuse("DoF '" + whole.name(k) + "': of a joint all DoF are locked or none");
+    for (const Frame& frame : question.frames)
+      if (frame.link < -1 || frame.link >= nv)
+        refuse("a frame on link " + std::to_string(frame.link) + " of a robot with " +
+               std::to_string(nv));
+    if (question.q.empty() && question.locked.empty()) question.q.assign(whole.nq(), 0);
+    if (static_cast<int>(question.q.size()) != whole.nq())
+      refuse("q holds " + std::to_string(question.q.size()) + " numbers, " +
+             std::to_string(whole.nq()) + " are needed");
+    std::set<Want> want;
+    for (const Want one :
+         {Want::acceleration, Want::inverse, Want::diagonal, Want::log_det, Want::mass,
+          Want::operational, Want::solve, Want::inverse_dynamics, Want::derivatives})
+      if (question.wants(one)) want.insert(one);
+    question.want = std::move(want);
+    return question;
+  }
+
+  VectorX<double> q() const {
+    return Eigen::Map<const VectorX<double>>(plan_.question.q.data(), whole_.nq());
+  }
+
   void lock() {
     const Question& question = plan_.question;
     if (rules_.contains(Rule::locked_joints))
       for (const int k : question.locked) fate_[k] = Fate::locked;
-    reduced_ = reduce(whole_, fate_, question.q, &standing_);
+    reduced_ = reduce(whole_, fate_, q(), &standing_);
     if (rules_.contains(Rule::locked_joints)) act(Rule::locked_joints, question.locked);
 
     const Model<double>& model = reduced_.model;
@@ -63,7 +109,7 @@ class Planning {
     for (int k = 0; k < reduced_.model.nv(); ++k) reduced_of[reduced_.dofs[k]] = k;
     for (const int k : plan_.asked) asked_[reduced_of[k]] = 1;
     sited_.assign(reduced_.model.nv(), 0);
-    for (const Site<double>& site : question.sites)
+    for (const Frame& site : question.frames)
       if (site.link >= 0 && standing_[site.link].link >= 0) sited_[standing_[site.link].link] = 1;
   }
 
@@ -115,7 +161,8 @@ class Planning {
       if (!dropped_[k] && std::find(kept.begin(), kept.end(), tree_[k]) == kept.end())
         kept.push_back(tree_[k]);
     const std::set<Want>& want = plan_.question.want;
-    const bool blocks = want.contains(Want::inverse) || want.contains(Want::mass);
+    const bool blocks = want.contains(Want::inverse) || want.contains(Want::mass) ||
+                        want.contains(Want::derivatives);
     std::vector<int> together;
     if (!rules_.contains(Rule::separate_trees) || kept.size() == 1) {
       together = kept;
@@ -149,19 +196,20 @@ class Planning {
     }
     Part part;
     std::vector<Standing> standing;
-    part.reduction = reduce(whole_, fate, plan_.question.q, &standing);
+    part.reduction = reduce(whole_, fate, q(), &standing);
     for (int k = 0; k < part.reduction.model.nv(); ++k)
       if (std::binary_search(plan_.asked.begin(), plan_.asked.end(), part.reduction.dofs[k]))
         part.asked.push_back(k);
-    const std::vector<Site<double>>& sites = plan_.question.sites;
-    for (int i = 0; i < static_cast<int>(sites.size()); ++i) {
-      if (sites[i].link < 0 || fate[sites[i].link] == Fate::dropped) continue;
-      const Standing& link = standing[sites[i].link];
+    const std::vector<Frame>& frames = plan_.question.frames;
+    for (int i = 0; i < static_cast<int>(frames.size()); ++i) {
+      if (frames[i].link < 0 || fate[frames[i].link] == Fate::dropped) continue;
+      const Standing& link = standing[frames[i].link];
       if (link.link < 0) continue;
-      const Site<long double> site = sites[i].cast<long double>();
+      const Site<long double> site = site_of(frames[i]).cast<long double>();
       const Standing at = link.then(site.rotation, site.translation);
-      part.site_index.push_back(i);
-      part.sites.push_back(Site<long double>{at.link, at.rotation, at.translation}.cast<double>());
+      part.frame_index.push_back(i);
+      part.frames.push_back(
+          plain(Site<long double>{at.link, at.rotation, at.translation}.cast<double>()));
     }
     part.kernel = kernel_for(part.reduction.model);
     if (!rules_.contains(Rule::zero_terms)) part.zeros = Zeros::kept;
@@ -193,11 +241,11 @@ class Planning {
   }
 
   static std::vector<int> links_with_zeros(const Part& part) {
-    using Tilt = StructuredLink<double>::Tilt;
-    const StructuredModel<double> model(part.reduction.model, part.zeros);
+    using Tilt = LoweredLink<double>::Tilt;
+    const LoweredModel<double> model(part.reduction.model, part.zeros);
     std::vector<int> dofs;
     for (int k = 0; k < model.nv(); ++k)
-      if (model.link(k).parent >= 0 && model.link(k).kind == StructuredLink<double>::Kind::screws &&
+      if (model.link(k).parent >= 0 && model.link(k).kind == LoweredLink<double>::Kind::screws &&
           model.link(k).tilt != Tilt::any)
         dofs.push_back(part.reduction.dofs[k]);
     return dofs;
@@ -236,26 +284,16 @@ class Planning {
 
 }  // namespace
 
-const char* to_string(Kernel kernel) {
-  switch (kernel) {
-    case Kernel::spatial:
-      return "spatial";
-    case Kernel::spatial_at_rest:
-      return "spatial_at_rest";
-    case Kernel::planar:
-      return "planar";
-    case Kernel::translational:
-      return "translational";
-  }
-  return "?";
+const std::set<Rule>& model_rules() {
+  static const std::set<Rule> rules{Rule::locked_joints, Rule::untouched_trees,
+                                    Rule::massless_branches, Rule::separate_trees};
+  return rules;
 }
 
-std::set<Rule> rules_for(const std::string& variant) {
-  std::set<Rule> rules(all_rules().begin(), all_rules().end());
-  if (variant == "Structured") return rules;
-  for (const Rule rule : {Rule::translations, Rule::planes, Rule::zero_terms, Rule::rest})
-    rules.erase(rule);
-  if (variant != "StructuredSquareRoot") rules.erase(Rule::partial_answers);
+std::set<Rule> rules_for(Form form) {
+  if (form == Form::conventional) return all_rules();
+  std::set<Rule> rules = model_rules();
+  rules.insert({Rule::zero_terms, Rule::partial_answers});
   return rules;
 }
 

@@ -8,16 +8,15 @@
 //      [   y    A-] = [   0        A+    ]                D, g, A+: (3.6), (3.10)
 // A+(k) has at most 5 rows where r = 0, else 6. With r = 0 and a unit row, its column h is exactly
 // zero: HP+ = 0. Q is made by
-//   ArrayMGS          modified Gram-Schmidt. Row by row a_i <- a_i - (y_i / D) sum_j y_j a_j, so
-//   the
-//                     rounding error of a row is relative to that row: heavy links do not spoil
-//                     light ones
+//   ArrayMGS          modified Gram-Schmidt. Row by row a_i <- a_i - (y_i / D) sum_j y_j a_j;
+//                     the rounding error of a row is relative to that row: heavy links do not
+//                     spoil light ones
 //   ArrayGivens       rotations of two rows at a time, which leave exact zeros
 //   ArrayHouseholder  reflections; a row's error is relative to the largest row
-//   ArrayPivoted      the same, largest entry of the column first, largest column first (Powell and
-//                     Reid, 1969)
-//   Potter            reflections compress A-, then A+ = A- - y g' / (1 + sqrt(r / D)) (Potter,
-//   1963)
+//   ArrayPivoted      the same, largest entry of the column first, largest column first
+//                     (Powell and Reid, 1969)
+//   Potter            reflections compress A-, then A+ = A- - y g' / (1 + sqrt(r / D))
+//                     (Potter, 1963)
 //
 // The bias can be carried in the same form (WithBias). With b(k) = W zeta(k),
 //   zeta(k) = (((J3 - J2) / sqrt J1) w2 w3, ... cyclic;  sqrt m (w x v_c))     w in principal axes

@@ -4,9 +4,9 @@
 // In link frames H(k) is a unit row and all updates do the same around their algebra; LinkFrames
 // writes that once. Its kernel has
 //   set(k, inertia, ws)           P-(k) = M(k)
-//   update(k, H, r, ws, g) -> D   P-(k) is complete: g written, P- becomes P+. H: UnitRow or
-//   Vector6 add(k, parent, phi, ws)       P-(parent) += phi P+(k) phi'
-// and serves other frames as well (world_frame.hpp).
+//   update(k, H, r, ws, g) -> D   P-(k) is complete: g written, P- becomes P+. H: UnitRow, Vector6
+//   add(k, parent, phi, ws)       P-(parent) += phi P+(k) phi'
+// and serves other frames as well (in_world_frame.hpp).
 #pragma once
 
 #include <concepts>

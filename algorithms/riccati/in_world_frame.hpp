@@ -1,11 +1,11 @@
 // Any covariance update with P carried in the world's axes instead of the link's: what it costs in
 // digits to leave link frames.
 //
-//   WorldAxes    about the link's origin: P_w(k) = X P X',   X(k) = [Q 0; 0 Q]
-//   WorldOrigin  about the world's origin:                   X(k) = [Q p~Q; 0 Q]
-// Q and p are the pose of link k, from the base outwards. In these frames
-//   M_w = X M X',   H_w = H X^-1,   phi_w(parent,k) = [1 d~; 0 1], d = Q(parent) p(parent,k), or 1
-//   g = X^-1 g_w
+//   P_w(k) = X P X',   M_w = X M X',   H_w = H X^-1,   g = X^-1 g_w
+//   WorldAxes    about the link's origin:   X(k) = [Q 0; 0 Q],     phi_w(parent,k) = [1 d~; 0 1]
+//   WorldOrigin  about the world's origin:  X(k) = [Q p~Q; 0 Q],   phi_w(parent,k) = 1
+//   d = Q(parent) p(parent,k)
+// Q and p are the pose of link k, from the base outwards.
 // Link vectors are turned into the world's axes and never taken as differences of positions. The
 // filter and the smoother stay in link frames, and so does the test for singular mechanisms, which
 // misses some here.
@@ -22,6 +22,8 @@ enum class Origin { link, world };
 
 template <class Update, Origin origin>
 struct InWorldFrame {
+  static constexpr bool in_world_frame = true;
+
   static std::string name() {
     return std::string(origin == Origin::link ? "WorldAxes<" : "WorldOrigin<") + Update::name() +
            ">";

@@ -1,9 +1,10 @@
-// Row-major arrays to packs and back: number j of n states, a row each, is pack j.
+// Row-major arrays to packs and back. The array has one row per state; pack j holds number j of n
+// states.
 //
-// Tiles of n x n numbers are transposed in registers. The last tile of a row ends with the row. A
-// row shorter than a tile is read and written together with the start of the next rows, in order,
-// so that these are overwritten by what is theirs; nothing outside the n rows is written, and
-// nothing outside the array is read.
+// Tiles of n x n numbers are transposed in registers; the last tile of a row ends with the row. A
+// row shorter than a tile is read and written together with the start of the next rows. Rows are
+// written in order, so the next rows then overwrite that with their own numbers. Nothing outside
+// the n rows is written, and nothing outside the array is read.
 #pragma once
 
 #include <algorithm>

@@ -1,6 +1,6 @@
-// n numbers that are worked on at once: a scalar type for kernels that branch on the model alone.
-// 8 double or 16 float are a register of AVX-512; where registers are narrower, the compiler uses
-// several.
+// A SIMD pack of n numbers: a scalar type for kernels whose branches depend on the model alone. What
+// is wider than a register is two packs of half the width: gcc 12 goes through memory, number by
+// number, for vectors that are wider than its registers.
 #pragma once
 
 #ifdef __AVX512F__
@@ -13,10 +13,23 @@
 #include <type_traits>
 #include <utility>
 
+#include "algorithms/spatial/inlining.hpp"
+
 namespace kalmarm {
 
 template <class S>
 using IntegerOf = std::conditional_t<sizeof(S) == 4, std::int32_t, std::int64_t>;
+
+#if defined(__AVX512F__)
+inline constexpr int register_bytes = 64;
+#elif defined(__AVX__)
+inline constexpr int register_bytes = 32;
+#else
+inline constexpr int register_bytes = 16;
+#endif
+
+template <class S, int n>
+concept WiderThanRegister = n* static_cast<int>(sizeof(S)) > register_bytes;
 
 template <class S, int n>
 struct Pack {
@@ -29,8 +42,8 @@ struct Pack {
   Pack() = default;
   // Of its own, so that what holds packs is copied pack by pack: GCC 12 keeps in memory what is
   // copied as a block.
-  [[gnu::always_inline]] Pack(const Pack& x) : v(x.v) {}
-  [[gnu::always_inline]] Pack& operator=(const Pack& x) {
+  KALMARM_INLINE Pack(const Pack& x) : v(x.v) {}
+  KALMARM_INLINE Pack& operator=(const Pack& x) {
     v = x.v;
     return *this;
   }
@@ -49,6 +62,7 @@ struct Pack {
   void store(S* to) const { std::memcpy(to, &v, sizeof v); }
 
   S operator[](int lane) const { return v[lane]; }
+  void set(int lane, S x) { v[lane] = x; }
 
   friend Pack operator+(Pack a, Pack b) { return of(a.v + b.v); }
   friend Pack operator-(Pack a, Pack b) { return of(a.v - b.v); }
@@ -59,6 +73,49 @@ struct Pack {
   friend Pack& operator-=(Pack& a, Pack b) { return a = a - b; }
 
   friend Pack min(Pack a, Pack b) { return of(a.v < b.v ? a.v : b.v); }
+};
+
+template <class S, int n>
+requires WiderThanRegister<S, n>
+struct Pack<S, n> {
+  using Half = Pack<S, n / 2>;
+
+  Half low, high;
+
+  Pack() = default;
+  KALMARM_INLINE Pack(S x) : low(x), high(x) {}
+  KALMARM_INLINE Pack(const Half& first, const Half& second) : low(first), high(second) {}
+
+  KALMARM_INLINE static Pack load(const S* from) {
+    return {Half::load(from), Half::load(from + n / 2)};
+  }
+  KALMARM_INLINE void store(S* to) const {
+    low.store(to);
+    high.store(to + n / 2);
+  }
+
+  S operator[](int lane) const { return lane < n / 2 ? low[lane] : high[lane - n / 2]; }
+  void set(int lane, S x) { lane < n / 2 ? low.set(lane, x) : high.set(lane - n / 2, x); }
+
+  KALMARM_INLINE friend Pack operator+(const Pack& a, const Pack& b) {
+    return {a.low + b.low, a.high + b.high};
+  }
+  KALMARM_INLINE friend Pack operator-(const Pack& a, const Pack& b) {
+    return {a.low - b.low, a.high - b.high};
+  }
+  KALMARM_INLINE friend Pack operator*(const Pack& a, const Pack& b) {
+    return {a.low * b.low, a.high * b.high};
+  }
+  KALMARM_INLINE friend Pack operator/(const Pack& a, const Pack& b) {
+    return {a.low / b.low, a.high / b.high};
+  }
+  KALMARM_INLINE friend Pack operator-(const Pack& a) { return {-a.low, -a.high}; }
+  KALMARM_INLINE friend Pack& operator+=(Pack& a, const Pack& b) { return a = a + b; }
+  KALMARM_INLINE friend Pack& operator-=(Pack& a, const Pack& b) { return a = a - b; }
+
+  KALMARM_INLINE friend Pack min(const Pack& a, const Pack& b) {
+    return {min(a.low, b.low), min(a.high, b.high)};
+  }
 };
 
 template <class T>
@@ -72,13 +129,28 @@ struct Lanes<Pack<S, n>> {
   static constexpr int count = n;
 };
 
-// Lanes of the widest register there is today: 64 bytes.
+// A register full.
 template <class S>
-using WidePack = Pack<S, 64 / static_cast<int>(sizeof(S))>;
+using WidePack = Pack<S, register_bytes / static_cast<int>(sizeof(S))>;
+
+// Two registers: two independent recursions hide the latency of a sweep, each step of which depends
+// on the one before.
+template <class S>
+using TwoPacks = Pack<S, 2 * Lanes<WidePack<S>>::count>;
+
+// The packs of `lanes` numbers that x is made of, by their order.
+template <int lanes, class P>
+KALMARM_INLINE const auto& piece(const P& x, int i) {
+  constexpr int pieces = Lanes<P>::count / lanes;
+  if constexpr (pieces == 1)
+    return x;
+  else
+    return i < pieces / 2 ? piece<lanes>(x.low, i) : piece<lanes>(x.high, i - pieces / 2);
+}
 
 // The first `count` lanes, 0 in the others; nothing behind them is read.
 template <class P, class S>
-[[gnu::always_inline]] inline P load_first(const S* from, int count) {
+KALMARM_INLINE P load_first(const S* from, int count) {
   constexpr int n = Lanes<P>::count;
   if constexpr (n == 1) {
     return *from;
@@ -100,17 +172,17 @@ template <class P, class S>
 // x <- x + x e, e = 1 - d x, which becomes e^2. Not faster than one division, but many of them
 // would wait for the divider. NaN where d is zero, infinite or less than the least normal number.
 template <class T>
-[[gnu::always_inline]] inline T reciprocal(const T& d) {
+KALMARM_INLINE T reciprocal(const T& d) {
   return T(1) / d;
 }
 #ifdef __AVX512F__
-[[gnu::always_inline]] inline Pack<double, 8> reciprocal(const Pack<double, 8>& d) {
+KALMARM_INLINE Pack<double, 8> reciprocal(const Pack<double, 8>& d) {
   const __m512d x = _mm512_rcp14_pd(d.v);
   const __m512d e = _mm512_fnmadd_pd(d.v, x, _mm512_set1_pd(1));
   const __m512d y = _mm512_fmadd_pd(x, e, x);
   return Pack<double, 8>::of(_mm512_fmadd_pd(y, _mm512_mul_pd(e, e), y));
 }
-[[gnu::always_inline]] inline Pack<float, 16> reciprocal(const Pack<float, 16>& d) {
+KALMARM_INLINE Pack<float, 16> reciprocal(const Pack<float, 16>& d) {
   const __m512 x = _mm512_rcp14_ps(d.v);
   return Pack<float, 16>::of(_mm512_fmadd_ps(x, _mm512_fnmadd_ps(d.v, x, _mm512_set1_ps(1)), x));
 }
@@ -136,7 +208,7 @@ P delayed(const P& x, std::integer_sequence<int, i...>) {
 }
 
 template <int step, class S, int n>
-[[gnu::always_inline]] inline Pack<S, n> running_sum(const Pack<S, n>& x) {
+KALMARM_INLINE Pack<S, n> running_sum(const Pack<S, n>& x) {
   if constexpr (step >= n)
     return x;
   else
@@ -148,30 +220,53 @@ template <int step, class S, int n>
 
 // Lane i: the sum of lanes 0 to i, in log2(n) rounds.
 template <class S, int n>
-[[gnu::always_inline]] inline Pack<S, n> running_sum(const Pack<S, n>& x) {
-  return detail::running_sum<1>(x);
-}
-
-// rows[i][j] <-> rows[j][i] of n packs. log2(n) rounds, each of which moves row i + n/2 behind i.
-template <class S, int n>
-void transpose(Pack<S, n>* rows) {
-  using P = Pack<S, n>;
-  constexpr auto lanes = std::make_integer_sequence<int, n>();
-  for (int round = 1; round < n; round *= 2) {
-    P out[n];
-    for (int i = 0; i < n / 2; ++i) {
-      out[2 * i] = detail::interleave<P, 0>(rows[i], rows[i + n / 2], lanes);
-      out[2 * i + 1] = detail::interleave<P, n / 2>(rows[i], rows[i + n / 2], lanes);
-    }
-    for (int i = 0; i < n; ++i) rows[i] = out[i];
+KALMARM_INLINE Pack<S, n> running_sum(const Pack<S, n>& x) {
+  if constexpr (WiderThanRegister<S, n>) {
+    const Pack<S, n / 2> low = running_sum(x.low);
+    return {low, Pack<S, n / 2>(low[n / 2 - 1]) + running_sum(x.high)};
+  } else {
+    return detail::running_sum<1>(x);
   }
 }
 
-// x, or 0 where it is so small that its products would underflow: what a joint does to one far away
-// fades out, and arithmetic on denormal numbers takes a hundred times as long.
+// rows[i][j] <-> rows[j][i] of n packs. log2(n) rounds, each of which moves row i + n/2 behind i;
+// of packs wider than a register the four quarters, and the two off the diagonal change places.
+template <class S, int n>
+void transpose(Pack<S, n>* rows) {
+  using P = Pack<S, n>;
+  if constexpr (WiderThanRegister<S, n>) {
+    typename P::Half quarters[4][n / 2];
+    for (int i = 0; i < n / 2; ++i) {
+      quarters[0][i] = rows[i].low;
+      quarters[1][i] = rows[i].high;
+      quarters[2][i] = rows[n / 2 + i].low;
+      quarters[3][i] = rows[n / 2 + i].high;
+    }
+    for (auto& quarter : quarters) transpose(quarter);
+    for (int i = 0; i < n / 2; ++i) {
+      rows[i] = {quarters[0][i], quarters[2][i]};
+      rows[n / 2 + i] = {quarters[1][i], quarters[3][i]};
+    }
+  } else {
+    constexpr auto lanes = std::make_integer_sequence<int, n>();
+    for (int round = 1; round < n; round *= 2) {
+      P out[n];
+      for (int i = 0; i < n / 2; ++i) {
+        out[2 * i] = detail::interleave<P, 0>(rows[i], rows[i + n / 2], lanes);
+        out[2 * i + 1] = detail::interleave<P, n / 2>(rows[i], rows[i + n / 2], lanes);
+      }
+      for (int i = 0; i < n; ++i) rows[i] = out[i];
+    }
+  }
+}
+
+// x, or 0 where it is so small that its products would underflow. Along a chain the response to a
+// far joint decays to denormal numbers, whose arithmetic takes a hundred times as long.
 template <class W>
-[[gnu::always_inline]] inline W without_tiny(const W& x) {
-  if constexpr (Lanes<W>::count > 1) {
+KALMARM_INLINE W without_tiny(const W& x) {
+  if constexpr (requires { x.high; }) {
+    return {without_tiny(x.low), without_tiny(x.high)};
+  } else if constexpr (Lanes<W>::count > 1) {
     using T = typename Lanes<W>::Scalar;
     constexpr T tiny = std::numeric_limits<T>::min() / std::numeric_limits<T>::epsilon();
     return W::of(((x.v > tiny) | (x.v < -tiny)) ? x.v : W(T(0)).v);

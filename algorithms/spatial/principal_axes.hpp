@@ -16,13 +16,13 @@ RigidBody<T> with_principal_axes(const T& mass, const Vector3<T>& com, const Mat
   return {mass, com, Eigen::Quaternion<T>(axes), eigen.eigenvalues()};
 }
 
-// Two rigid bodies on one link become one.
+// Two rigid bodies on one link become one; either may be an inertia without mass.
 template <class T>
 RigidBody<T> welded(const RigidBody<T>& a, const RigidBody<T>& b) {
   if (a.massless()) return b;
   if (b.massless()) return a;
   const T mass = a.mass + b.mass;
-  const Vector3<T> com = (a.mass * a.com + b.mass * b.com) / mass;
+  const Vector3<T> com = mass > T(0) ? Vector3<T>((a.mass * a.com + b.mass * b.com) / mass) : a.com;
   Matrix3<T> I = Matrix3<T>::Zero();
   for (const RigidBody<T>* body : {&a, &b}) {
     const Matrix3<T> E = rotation(body->axes), d = cross_matrix<T>(body->com - com);

@@ -2,9 +2,9 @@
 //
 //   x = n pi/2 + r + low,  |r| <= pi/4,  low below half a unit in the last place of r
 //   pi/2 = P1 + P2 + P3 + P4, so split that n P1, n P2, n P3 and x - n P1 - n P2 are exact
-//   sin r = r + r^3 S(r^2),  cos r = 1 - r^2/2 + r^4 C(r^2)      minimax polynomials (fdlibm,
-//   Cephes) n mod 4 says which of the two is the sine of x, and the signs: quarters of a turn that
-//   are added to x are added to n, and cost no flop.
+//   sin r = r + r^3 S(r^2),  cos r = 1 - r^2/2 + r^4 C(r^2)     minimax polynomials: fdlibm, Cephes
+// n mod 4 says which of the two is the sine of x, and the signs: quarters of a turn that are added
+// to x are added to n, and cost no flop.
 // Error at most 1.1 ulp for |x| <= 1e6 in double and for |x| <= 1.2e4 in float, zeros included;
 // farther out it grows without a warning. NaN and infinity give NaN.
 #pragma once
@@ -80,7 +80,12 @@ void sin_cos(const Pack<S, n>& x, const typename Pack<S, n>::Mask& quarters, Pac
 
 template <class S, int n>
 void sin_cos(const Pack<S, n>& x, Pack<S, n>& sin_x, Pack<S, n>& cos_x) {
-  sin_cos(x, typename Pack<S, n>::Mask{}, sin_x, cos_x);
+  if constexpr (WiderThanRegister<S, n>) {
+    sin_cos(x.low, sin_x.low, cos_x.low);
+    sin_cos(x.high, sin_x.high, cos_x.high);
+  } else {
+    sin_cos(x, typename Pack<S, n>::Mask{}, sin_x, cos_x);
+  }
 }
 
 // sin and cos of many angles x and quarters, 0 to 3, of a turn. float and double take a register's

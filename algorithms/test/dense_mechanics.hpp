@@ -1,5 +1,5 @@
-// Truth by another route: world frame, vectors of classical mechanics, dense Jacobians, 50 digits.
-// All that it shares with the library is the list of joints.
+// Truth of the tests, from the definitions of mechanics: dense Jacobians in world axes, 50 digits.
+// All that it shares with the library is the list of joints. Energy and momentum come with it.
 //
 //   M    = sum over bodies of m Jc'Jc + Jw' I Jw, and diag(r)
 //   bias = sum over bodies of Jc' m (ac - gravity) + Jw'(I dw + w x I w)         ac, dw at q'' = 0
@@ -7,16 +7,14 @@
 #pragma once
 
 #include <Eigen/Cholesky>
-#include <boost/multiprecision/eigen.hpp>
-#include <boost/multiprecision/mpfr.hpp>
 #include <vector>
 
 #include "algorithms/model/model.hpp"
+#include "algorithms/test/multiprecision.hpp"
 
 namespace kalmarm::test {
 
-using Mp = boost::multiprecision::number<boost::multiprecision::mpfr_float_backend<50>,
-                                         boost::multiprecision::et_off>;
+using Mp = FixedReal<50>;
 
 struct WorldLink {
   Matrix3<Mp> R = Matrix3<Mp>::Identity();                         // to world axes

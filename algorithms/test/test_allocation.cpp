@@ -3,23 +3,18 @@
 
 #include <cstdlib>
 #include <limits>
-#include <vector>
+#include <memory>
+#include <set>
 
 #include "algorithms/derivatives/acceleration_jacobian.hpp"
 #include "algorithms/derivatives/factor_gradient.hpp"
 #include "algorithms/derivatives/innovation_jacobian.hpp"
 #include "algorithms/derivatives/mass_jacobian.hpp"
+#include "algorithms/fast/test/planar_support.hpp"
 #include "algorithms/inverse_mass/sequential.hpp"
 #include "algorithms/riccati/conventional.hpp"
 #include "algorithms/solver.hpp"
-#include "algorithms/structured/at_rest.hpp"
-#include "algorithms/structured/derivatives.hpp"
-#include "algorithms/structured/dynamics.hpp"
-#include "algorithms/structured/inverse.hpp"
-#include "algorithms/structured/inverse_dynamics.hpp"
-#include "algorithms/structured/mass.hpp"
 #include "algorithms/test/allocations.hpp"
-#include "algorithms/test/models.hpp"
 
 namespace kalmarm::test {
 namespace {
@@ -40,13 +35,6 @@ TEST(Counter, SeesEveryWayToAllocate) {
 
 template <class T>
 class Allocation : public testing::Test {};
-
-struct PrecisionName {
-  template <class T>
-  static std::string GetName(int) {
-    return std::is_same_v<T, float> ? "float32" : "float64";
-  }
-};
 
 using Precisions = testing::Types<float, double>;
 TYPED_TEST_SUITE(Allocation, Precisions, PrecisionName);
@@ -72,98 +60,102 @@ TYPED_TEST(Allocation, SolversAllocateOnlyBeforeTheirSecondCall) {
     }
 }
 
-template <class T, class Form>
-void expect_no_allocation_once_made() {
+template <class F>
+void expect_none(const char* what, const F& call) {
+  EXPECT_EQ(allocations_of(call), 0) << what;
+}
+
+// Every call that the question wants, from the first on, and with leave for what the header says.
+template <class T>
+void expect_no_allocation_once_made(const Model<double>& model, const DynamicsOptions& options) {
   constexpr int count = 19;
-  const Model<double> parameters = floating_base(61);
-  const Model<T> model = parameters.template cast<T>();
-  const State<T> state = random_state(parameters, 62).template cast<T>();
-  const int nq = model.nq(), nv = model.nv();
-  VectorX<T> q = state.q.replicate(count, 1), qd = state.qd.replicate(count, 1);
-  VectorX<T> tau = state.tau.replicate(count, 1), a(nv), rows(count * nv);
-  q[3 * nq] = std::numeric_limits<T>::quiet_NaN();  // judged in full
-  std::vector<Outcome> outcomes(count);
-  StructuredDynamics<T, Form> one(model);
-  StructuredBatch<T, Form> batch(model);
-  Outcome solved;
-  int failed = 0;
-  EXPECT_EQ(allocations_of([&] { solved = one.acceleration(state.q, state.qd, state.tau, a); }), 0);
-  EXPECT_EQ(allocations_of([&] {
-              failed = batch.acceleration(count, q.data(), qd.data(), tau.data(), rows.data(),
-                                          outcomes.data());
-            }),
-            0);
-  EXPECT_TRUE(solved);
-  EXPECT_EQ(failed, 1);
-}
+  const State<T> s = random_state(model, 62).template cast<T>();
+  Dynamics<T> robot = dynamics_of<T>(model, options);
+  const Question& question = options.question;
+  const int nq = model.nq(), n = robot.asked(), rows = 6 * static_cast<int>(question.frames.size());
+  VectorX<T> x(n), load = VectorX<T>::Ones(n);
+  MatrixX<T> X(n, n), J(rows, rows), loads = load.replicate(1, 19), solved(n, 19);
+  T log_det(0);
+  Outcome a, inverse, factor, derivatives, diagonal, of_log_det, operational;
+  if (question.wants(Want::acceleration))
+    expect_none("forward_dynamics", [&] { a = robot.forward_dynamics(s.q, s.qd, s.tau, x); });
+  if (question.wants(Want::inverse_dynamics)) {
+    expect_none("inverse_dynamics", [&] { robot.inverse_dynamics(s.q, s.qd, s.tau, x); });
+    expect_none("bias", [&] { robot.bias(s.q, s.qd, x); });
+    expect_none("gravity", [&] { robot.gravity(s.q, x); });
+  }
+  if (question.wants(Want::mass)) expect_none("mass", [&] { robot.mass(s.q, X); });
+  if (question.wants(Want::inverse))
+    expect_none("inverse_mass", [&] { inverse = robot.inverse_mass(s.q, X); });
+  if (question.wants(Want::solve)) {
+    expect_none("factor", [&] { factor = robot.factor(s.q); });
+    expect_none("solve", [&] { robot.solve(load, x); });
+    expect_none("solve columns", [&] { robot.solve(loads, solved); });
+  }
+  if (question.wants(Want::diagonal))
+    expect_none("diagonal", [&] { diagonal = robot.diagonal(s.q, x); });
+  if (question.wants(Want::log_det))
+    expect_none("log_det", [&] { of_log_det = robot.log_det(s.q, log_det); });
+  if (question.wants(Want::operational))
+    expect_none("operational", [&] { operational = robot.operational(s.q, J); });
+  if (question.wants(Want::solve))  // other factors stand there
+    expect_none("solve again", [&] { robot.solve(load, x); });
+  if (question.wants(Want::derivatives)) {
+    MatrixX<T> dq(n, n), dqd(n, n), dtau(n, n);
+    expect_none("derivatives", [&] {
+      derivatives = robot.derivatives(s.q, s.qd, s.tau, {.dq = dq, .dqd = dqd, .dtau = dtau}, x);
+    });
+    derivatives = robot.derivatives(s.q, s.qd, s.tau, {}, x);  // takes room for what is left out
+    expect_none("derivatives, none of them",
+                [&] { derivatives = robot.derivatives(s.q, s.qd, s.tau, {}, x); });
+  }
+  EXPECT_TRUE(a && inverse && factor && derivatives && diagonal && of_log_det && operational);
 
-TYPED_TEST(Allocation, StructuredDynamicsAllocatesOnlyWhenItIsMade) {
-  expect_no_allocation_once_made<TypeParam, CovarianceForm>();
-  expect_no_allocation_once_made<TypeParam, SquareRootForm>();
-  expect_no_allocation_once_made<TypeParam, AtRest>();
-}
-
-TYPED_TEST(Allocation, StructuredInverseDynamicsAllocateOnlyWhenTheyAreMade) {
-  using T = TypeParam;
-  const Model<double> parameters = floating_base(61);
-  const Model<T> model = parameters.template cast<T>();
-  const State<T> state = random_state(parameters, 62).template cast<T>();
-  VectorX<T> tau(model.nv()), row = tau;
-  StructuredInverseDynamics<T> one(model);
-  StructuredInverseDynamicsBatch<T> batch(model);
-  EXPECT_EQ(allocations_of([&] {
-              one.inverse_dynamics(state.q, state.qd, state.tau, tau);
-              batch.inverse_dynamics(1, state.q.data(), state.qd.data(), state.tau.data(),
-                                     row.data());
-            }),
-            0);
-}
-
-TYPED_TEST(Allocation, StructuredInverseAndMassAllocateOnlyWhenTheyAreMade) {
-  using T = TypeParam;
-  for (const Model<double>& parameters : {floating_base(61), chain(61, 36), chain(61, 200)}) {
-    const Model<T> model = parameters.cast<T>();
-    const int nv = model.nv();
-    const State<T> state = random_state(parameters, 62).template cast<T>();
-    StructuredInverse<T> inverse(model);
-    StructuredMass<T> mass(model);
-    VectorX<T> x(nv);
-    MatrixX<T> X(nv, nv), taus = state.tau.replicate(1, 19), xs(nv, 19);
-    Outcome inverted, factored;
-    EXPECT_EQ(allocations_of([&] { inverted = inverse.inverse(state.q, X); }), 0);
-    EXPECT_EQ(allocations_of([&] { factored = inverse.factor(state.q); }), 0);
-    EXPECT_EQ(allocations_of([&] { inverse.solve(state.tau, x); }), 0);
-    EXPECT_EQ(allocations_of([&] { inverse.solve(taus, xs); }), 0);
-    EXPECT_EQ(allocations_of([&] { inverse.diagonal(x); }), 0);
-    Outcome of_diagonal, of_log_det, of_selected;
-    T log_det = T(0);
-    const Selection<T> selection{{0, nv - 1, nv / 2}, {Site<T>{nv - 1}, Site<T>{nv / 2}}};
-    inverse.select(selection);
-    MatrixX<T> block(selection.size(), selection.size());
-    EXPECT_EQ(allocations_of([&] { of_diagonal = inverse.diagonal(state.q, x); }), 0);
-    EXPECT_EQ(allocations_of([&] { of_log_det = inverse.log_det(state.q, log_det); }), 0);
-    EXPECT_EQ(allocations_of([&] { of_selected = inverse.selected(state.q, block); }), 0);
-    EXPECT_TRUE(of_diagonal && of_log_det && of_selected);
-    EXPECT_EQ(allocations_of([&] { mass.mass(state.q, X); }), 0);
-    EXPECT_TRUE(inverted && factored);
+  Rows<T> states(model, count);
+  states.q[3 * nq] = std::numeric_limits<T>::quiet_NaN();  // judged in full
+  if (question.wants(Want::acceleration)) {
+    (void)states.forward_dynamics(robot);  // the first takes memory
+    expect_none("rows", [&] { (void)states.forward_dynamics(robot); });
+  }
+  if (question.wants(Want::inverse_dynamics)) {
+    states.inverse_dynamics(robot);
+    expect_none("rows of torques", [&] { states.inverse_dynamics(robot); });
   }
 }
 
-TYPED_TEST(Allocation, StructuredDerivativesAllocateOnlyWhenTheyAreMade) {
-  using T = TypeParam;
-  for (const Model<double>& parameters : {floating_base(61), chain(61, 53)}) {
-    const Model<T> model = parameters.template cast<T>();
-    const State<T> state = random_state(parameters, 62).template cast<T>();
-    StructuredDerivatives<T> solver(model);
-    MatrixX<T> dq(model.nv(), model.nv()), dqd = dq, dtau = dq;
-    VectorX<T> a(model.nv());
-    Outcome outcome;
-    EXPECT_EQ(allocations_of([&] {
-                outcome = solver.derivatives(state.q, state.qd, state.tau, dq, dqd, dtau, a);
-              }),
-              0);
-    EXPECT_TRUE(outcome);
-  }
+TYPED_TEST(Allocation, DynamicsAllocateOnlyWhenTheyAreMade) {
+  for (const Model<double>& model :
+       {floating_base(61), chain(61, 36), chain(61, 53), chain(61, 200), creature(61)})
+    for (const Form form : {Form::conventional, Form::square_root}) {
+      SCOPED_TRACE(testing::Message() << model.nv() << " DoF, " << to_string(form));
+      DynamicsOptions options{.form = form, .rules = all_rules()};
+      options.question.frames = {{model.nv() - 1}, {model.nv() / 2}};
+      expect_no_allocation_once_made<TypeParam>(model, options);
+      if (model.nv() > 100) continue;
+      options.question.dofs = {model.nv() / 2, model.nv() - 1};  // a block of M^-1
+      expect_no_allocation_once_made<TypeParam>(model, options);
+      options.question.dofs = {};
+      options.question.at_rest = true;
+      expect_no_allocation_once_made<TypeParam>(model, options);
+    }
+}
+
+// Whichever kernels it takes, whatever is locked, with all rules and none.
+TYPED_TEST(Allocation, QuestionsAllocateOnlyWhenTheyAreMade) {
+  for (const Model<double>& model :
+       {forest(3), tree(3), slides(3), armature(3), planar_everything(5), planar_chain(5, 40),
+        slides_alone(5, 20)})
+    for (const std::set<Rule>& rules : {all_rules(), std::set<Rule>()}) {
+      SCOPED_TRACE(testing::Message() << model.nv() << " DoF, " << rules.size() << " rules");
+      DynamicsOptions options{.rules = rules};
+      options.question.frames = {{model.nv() - 1}};
+      expect_no_allocation_once_made<TypeParam>(model, options);
+      options.question.locked = {0, 2};
+      options.question.q.assign(model.nq(), 0);
+      expect_no_allocation_once_made<TypeParam>(model, options);
+      options.question.dofs = {1, 4};
+      expect_no_allocation_once_made<TypeParam>(model, options);
+    }
 }
 
 TYPED_TEST(Allocation, ParameterDerivativesAllocateOnlyTheirWorkspaces) {

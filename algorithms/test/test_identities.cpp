@@ -11,11 +11,11 @@
 #include "algorithms/model/mass_matrix.hpp"
 #include "algorithms/riccati/array.hpp"
 #include "algorithms/riccati/conventional.hpp"
+#include "algorithms/riccati/in_world_frame.hpp"
 #include "algorithms/riccati/ud.hpp"
-#include "algorithms/riccati/world_frame.hpp"
 #include "algorithms/solver.hpp"
+#include "algorithms/test/dense_mechanics.hpp"
 #include "algorithms/test/models.hpp"
-#include "algorithms/test/world_frame.hpp"
 
 namespace kalmarm::test {
 namespace {

@@ -5,8 +5,8 @@
 #include "algorithms/model/inverse_dynamics.hpp"
 #include "algorithms/model/mass_matrix.hpp"
 #include "algorithms/solver.hpp"
+#include "algorithms/test/dense_mechanics.hpp"
 #include "algorithms/test/models.hpp"
-#include "algorithms/test/world_frame.hpp"
 
 namespace kalmarm::test {
 namespace {

@@ -6,11 +6,11 @@
 #include <cmath>
 #include <limits>
 
-#include "algorithms/inverse_mass/refined.hpp"
+#include "algorithms/inverse_mass/refinement/refinement.hpp"
 #include "algorithms/solver.hpp"
+#include "algorithms/test/dense_mechanics.hpp"
 #include "algorithms/test/models.hpp"
 #include "algorithms/test/singular.hpp"
-#include "algorithms/test/world_frame.hpp"
 
 namespace kalmarm::test {
 namespace {

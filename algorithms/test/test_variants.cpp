@@ -18,8 +18,8 @@
 #include <utility>
 
 #include "algorithms/solver.hpp"
+#include "algorithms/test/dense_mechanics.hpp"
 #include "algorithms/test/models.hpp"
-#include "algorithms/test/world_frame.hpp"
 
 namespace kalmarm::test {
 namespace {
@@ -227,7 +227,7 @@ void add_cases(const char* precision, int seeds, int exhibit_seeds, std::vector<
     for (const Family& family : families())
       cases.push_back(
           {precision, variant.name, family.name, static_cast<double>(unit_roundoff<T>()),
-           variant.contender ? seeds : exhibit_seeds, [variant, family](std::uint64_t seed) {
+           variant.traits.contender ? seeds : exhibit_seeds, [variant, family](std::uint64_t seed) {
              return result(variant, problem<T>(family, seed));
            }});
 }

@@ -6,7 +6,7 @@ set(KALMARM_PEER_MODULES)
 
 function(kalmarm_peer_module name source)
   add_library(${name} MODULE ${source})
-  target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
+  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE Eigen3::Eigen)
   set_target_properties(${name} PROPERTIES
     PREFIX "" LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/peers CXX_VISIBILITY_PRESET hidden)
@@ -22,7 +22,7 @@ function(kalmarm_debian_peer name include)
       return()
     endif()
   endforeach()
-  kalmarm_peer_module(peer_${name} benchmarks/peers/${name}.cpp)
+  kalmarm_peer_module(peer_${name} ${CMAKE_CURRENT_SOURCE_DIR}/peers/${name}.cpp)
   set_target_properties(peer_${name} PROPERTIES COMPILE_OPTIONS "-UNDEBUG;-Wall;-Wextra")
   target_include_directories(peer_${name} SYSTEM PRIVATE ${${include}})
   foreach(library ${ARGN})
@@ -31,34 +31,32 @@ function(kalmarm_debian_peer name include)
   set(KALMARM_PEER_MODULES ${KALMARM_PEER_MODULES} PARENT_SCOPE)
 endfunction()
 
+file(GLOB_RECURSE own_headers CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/algorithms/*.hpp)
+
 # By the other compiler, with the same flags. TAG is what its variants' names end with.
-function(kalmarm_peer_by_other_compiler name source tag)
-  cmake_parse_arguments(ARG "" "" "INCLUDES;DEFINITIONS" ${ARGN})
+function(kalmarm_peer_by_other_compiler name tag)
+  cmake_parse_arguments(ARG "" "" "SOURCES;INCLUDES;DEFINITIONS" ${ARGN})
   separate_arguments(flags UNIX_COMMAND "${KALMARM_FLAGS}")
   list(TRANSFORM ARG_INCLUDES PREPEND -isystem)
   list(TRANSFORM ARG_DEFINITIONS PREPEND -D)
   set(module ${CMAKE_BINARY_DIR}/peers/${name}.so)
   add_custom_command(OUTPUT ${module}
     COMMAND ${CMAKE_COMMAND} -E make_directory ${CMAKE_BINARY_DIR}/peers
-    COMMAND ${KALMARM_OTHER_COMPILER} -std=c++20 ${flags} -w -fPIC -shared -fvisibility=hidden -I${CMAKE_SOURCE_DIR}
-            ${ARG_INCLUDES} ${ARG_DEFINITIONS} "-DKALMARM_PEER_TAG=\"${tag}\"" -MD -MF ${module}.d -MT ${module}
-            ${CMAKE_SOURCE_DIR}/${source} -o ${module}
-    DEPENDS ${source} DEPFILE ${module}.d VERBATIM)
+    COMMAND ${KALMARM_OTHER_COMPILER} -std=c++20 ${flags} -w -fPIC -shared -fvisibility=hidden -I${PROJECT_SOURCE_DIR}
+            -I${PROJECT_SOURCE_DIR}/algorithms/include ${ARG_INCLUDES} ${ARG_DEFINITIONS}
+            "-DKALMARM_PEER_TAG=\"${tag}\"" ${ARG_SOURCES} -o ${module}
+    DEPENDS ${ARG_SOURCES} ${own_headers} VERBATIM)
   list(APPEND KALMARM_PEER_MODULES ${module})
   set(KALMARM_PEER_MODULES ${KALMARM_PEER_MODULES} PARENT_SCOPE)
 endfunction()
 
-kalmarm_peer_module(peer_structured benchmarks/peers/structured.cpp)
-target_compile_definitions(peer_structured PRIVATE KALMARM_PEER_TAG="")
-target_link_libraries(peer_structured PRIVATE kalmarm)
-
-file(GLOB wheel ${CMAKE_SOURCE_DIR}/build/venv-peers/lib/python3*/site-packages/cmeel.prefix/include)
+file(GLOB wheel ${PROJECT_SOURCE_DIR}/build/venv-peers/lib/python3*/site-packages/cmeel.prefix/include)
 find_path(PINOCCHIO_INCLUDE pinocchio/config.hpp PATHS ${wheel} NO_DEFAULT_PATH)
 if(PINOCCHIO_INCLUDE)
   # What Pinocchio's own targets define: its variant of all joints is longer than Boost expects.
   set(definitions BOOST_MPL_LIMIT_LIST_SIZE=30 BOOST_MPL_LIMIT_VECTOR_SIZE=30 BOOST_MPL_CFG_NO_PREPROCESSED_HEADERS
     BOOST_FUSION_INVOKE_MAX_ARITY=12)
-  kalmarm_peer_module(peer_pinocchio benchmarks/peers/pinocchio.cpp)
+  kalmarm_peer_module(peer_pinocchio ${CMAKE_CURRENT_SOURCE_DIR}/peers/pinocchio.cpp)
   target_include_directories(peer_pinocchio SYSTEM PRIVATE ${PINOCCHIO_INCLUDE})
   target_link_libraries(peer_pinocchio PRIVATE Boost::headers)
   target_compile_definitions(peer_pinocchio PRIVATE ${definitions})
@@ -73,9 +71,12 @@ if(PINOCCHIO_INCLUDE)
   endif()
   if(KALMARM_OTHER_COMPILER)
     get_target_property(eigen Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)
-    kalmarm_peer_by_other_compiler(peer_structured_${other} benchmarks/peers/structured.cpp "@${other}"
-      INCLUDES ${eigen} DEFINITIONS EIGEN_STACK_ALLOCATION_LIMIT=1048576)
-    kalmarm_peer_by_other_compiler(peer_pinocchio_${other} benchmarks/peers/pinocchio.cpp ""
+    get_target_property(own kalmarm SOURCES)
+    list(TRANSFORM own PREPEND ${PROJECT_SOURCE_DIR}/algorithms/)
+    kalmarm_peer_by_other_compiler(peer_fast_${other} "@${other}"
+      SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/peers/fast.cpp ${own}
+      INCLUDES ${eigen} DEFINITIONS ${KALMARM_EIGEN_DEFINITIONS} KALMARM_ENGINES=kalmarm_engines_native)
+    kalmarm_peer_by_other_compiler(peer_pinocchio_${other} "" SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/peers/pinocchio.cpp
       INCLUDES ${eigen} ${PINOCCHIO_INCLUDE} DEFINITIONS ${definitions})
   endif()
 endif()

@@ -12,8 +12,8 @@
 #include "algorithms/derivatives/factor_direction.hpp"
 #include "algorithms/inverse_mass/sequential.hpp"
 #include "algorithms/riccati/conventional.hpp"
+#include "algorithms/test/dense_mechanics.hpp"
 #include "algorithms/test/models.hpp"
-#include "algorithms/test/world_frame.hpp"
 
 namespace kalmarm::test {
 

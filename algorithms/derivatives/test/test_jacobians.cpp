@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "algorithms/derivatives/acceleration_jacobian.hpp"
+#include "algorithms/derivatives/factor_direction.hpp"
 #include "algorithms/derivatives/innovation_jacobian.hpp"
 #include "algorithms/derivatives/log_D_jacobian.hpp"
 #include "algorithms/derivatives/mass_jacobian.hpp"
@@ -148,6 +149,21 @@ TEST_P(JacobiansOf, AgreeWithDualNumbersColumnByColumn) {
     unit.r[k] = 0;
     unit.tau[k] = 1;
     check(unit);
+  }
+}
+
+// Those of a and log D, against the filter and the smoother differentiated line by line.
+TEST_P(JacobiansOf, AgreeWithTheDerivativesOfTheRecursions) {
+  const Mechanism<double> m = unshifted(at_);
+  const Jacobians jacobians(m);
+  for (int seed = 0; seed < 3; ++seed) {
+    const ParameterVector<double> direction = random_direction(at_, seed);
+    FactorDirection<double> d(m.model);
+    factor_direction(m.model, m.rm, m.ws.factors, m.ws.sweeps, m.a, direction, d);
+    const Eigen::Map<const VectorX<double>> D(m.ws.factors.D.data(), m.model.nv());
+    expect_near({{"a", jacobians.acceleration.times(direction)},
+                 {"log D", jacobians.log_D.times(direction)}},
+                {{"a", d.da}, {"log D", d.dD.cwiseQuotient(D)}}, tolerance);
   }
 }
 

@@ -11,8 +11,8 @@
 #include "algorithms/estimation/filter_smoother.hpp"
 #include "algorithms/inverse_mass/sequential.hpp"
 #include "algorithms/riccati/conventional.hpp"
+#include "algorithms/test/dense_mechanics.hpp"
 #include "algorithms/test/models.hpp"
-#include "algorithms/test/world_frame.hpp"
 
 namespace kalmarm::test {
 namespace {

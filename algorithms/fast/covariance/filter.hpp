@@ -1,16 +1,17 @@
-// The filter of the fast path, tips to base, over P of articulated.hpp: it leaves g(k) of every
-// link and how far D stays above the net. What is carried along with P, and what is made of D and g
-// on the way, is the rider's business: forces with bias (forward_dynamics.hpp), nothing
-// (factors.hpp).
-//
-// A rider has a type Load of z and
-//   begin_all(), has_done(k)           what it does of the tree by itself, before the rest
-//   begin(k, z), add_body(k, z)            z- is new, or comes from link k + 1
-//   add_branch(slot, z), keep(slot, begun, z)            children that are not k + 1
-//   measured<slides, noise>(k, g, 1/D, P+, z)            z- becomes z+; P+ as far as c needs it
-//   to_parent(link, joint, d, z), cycle(z), to_parent(phi, z)    z+ becomes z- of the parent
-// and one step each way on any z and l is here, for riders and for sweeps on factors that were
-// kept:
+// The filter of the fast path, tips to base: P of articulated.hpp, (3.6) and (3.10). It stores g(k)
+// of every link and
+//   margin = min over joints of (D - threshold x size)
+// with the size of the terms that A (C at a slide) was summed from. D may be lost in rounding where
+// the margin is not positive, and then singularity.hpp decides. A policy says what is propagated
+// along with P, and what is done with D and g: forces with bias (forward_dynamics.hpp), forces
+// without (at_rest.hpp), nothing (factors.hpp). It has a type Load of z and
+//   begin_all(), has_done(k)                        links that the policy filters by itself, first
+//   begin(k, z), add_body(k, z)                     z- starts at link k, or comes from link k + 1
+//   add_branch(index, z), keep(index, begun, z)     sums over children other than k + 1; `index` is
+//                                                   the index of the sum in ws.branches
+//   measured<slides, noise>(k, g, 1/D, P+, z)       z- becomes z+; P+ where c is not zero
+//   to_parent(link, joint, d, z), cycle(z), to_parent(phi, z)       z+ becomes z- of the parent
+// One step each way on any z and l is here too, for policies and for sweeps on stored factors:
 //   z+ = z- + g e,  e = tau - H z-,  H z+ = tau where r = 0                (4.2), (4.5)
 //   a  = e / D - g' l+,  l- = l+ + H' a                                    (4.9), (4.11)
 // Where r = 0, H l- = e / D - sum over j != h of g_j l+_j.
@@ -18,26 +19,28 @@
 
 #include <vector>
 
+#include "algorithms/fast/covariance/measurement.hpp"
+#include "algorithms/fast/covariance/three_axes.hpp"
+#include "algorithms/spatial/inlining.hpp"
 #include "algorithms/spatial/sincos.hpp"
-#include "algorithms/structured/three_axes.hpp"
 
 namespace kalmarm {
 
-// The part of phi that depends on q, d of slides apart, which stands with the link.
+// The part of phi that depends on q. d of slides is stored with the link.
 template <class T>
 struct Placements {
   std::vector<T> angle, sin, cos;
   std::vector<MatrixPlacement<T>> matrices;
 
   template <class S>
-  explicit Placements(const StructuredModel<S>& model)
+  explicit Placements(const LoweredModel<S>& model)
       : angle((model.angles() + padding<T> - 1) / padding<T> * padding<T>, T(S(0))),
         sin(angle),
         cos(angle),
         matrices(model.matrices()) {}
 
   template <class S>
-  Direction<T> direction(const StructuredLink<S>& link) const {
+  Direction<T> direction(const LoweredLink<S>& link) const {
     return {cos[link.varying], sin[link.varying]};
   }
 };
@@ -46,7 +49,7 @@ namespace detail {
 
 // cos and sin of every hinge's angle.
 template <class T, class S, class Placed>
-void set_angles(const StructuredModel<S>& model, const T* q, Placed& placed) {
+void set_angles(const LoweredModel<S>& model, const T* q, Placed& placed) {
   const HingeAngles<S>& hinges = model.hinges();
   for (int i = 0; i < model.angles(); ++i)
     placed.angle[i] = q[hinges.q_index[i]] + T(hinges.offset[i]);
@@ -55,11 +58,11 @@ void set_angles(const StructuredModel<S>& model, const T* q, Placed& placed) {
 
 // Where the links are.
 template <class T, class S, class Workspace>
-void set_placements(const StructuredModel<S>& model, const T* q, Workspace& ws) {
-  using Kind = typename StructuredLink<S>::Kind;
+void set_placements(const LoweredModel<S>& model, const T* q, Workspace& ws) {
+  using Kind = typename LoweredLink<S>::Kind;
   set_angles(model, q, ws);
   for (int k = 0; k < model.nv(); ++k) {
-    const StructuredLink<S>& link = model.link(k);
+    const LoweredLink<S>& link = model.link(k);
     const T* const at = q + link.q_index;
     if (link.kind == Kind::screws && link.slides)
       ws.links[k].d = *at + T(link.d);
@@ -70,7 +73,7 @@ void set_placements(const StructuredModel<S>& model, const T* q, Workspace& ws) 
 
 // z- becomes z+, P+ c apart; e is returned. G: type of g, T or its scalar.
 template <bool slides, bool noise, class T, class G>
-[[gnu::always_inline]] inline T gain(const Sixfold<G>& g, const T& tau, Sixfold<T>& z) {
+KALMARM_INLINE T gain(const Sixfold<G>& g, const T& tau, Sixfold<T>& z) {
   const T e = tau - (slides ? z.w : z.z);
   z.x += g.x * e;
   z.y += g.y * e;
@@ -84,8 +87,8 @@ template <bool slides, bool noise, class T, class G>
 
 // a, and l+ becomes l-.
 template <class T, class S, class G>
-[[gnu::always_inline]] inline T smooth(const StructuredLink<S>& link, const Sixfold<G>& g,
-                                       const T& e_plus, Sixfold<T>& l) {
+KALMARM_INLINE T smooth(const LoweredLink<S>& link, const Sixfold<G>& g, const T& e_plus,
+                        Sixfold<T>& l) {
   const bool exact = !link.noise;
   T a;
   if (link.slides) {
@@ -101,7 +104,7 @@ template <class T, class S, class G>
 }
 
 template <class T>
-[[gnu::always_inline]] inline void cycle_back(T& x, T& y, T& z) {
+KALMARM_INLINE void cycle_back(T& x, T& y, T& z) {
   const T first = x;
   x = y;
   y = z;
@@ -110,11 +113,9 @@ template <class T>
 
 // phi' l- of the parent, for one of T or, with U a number and T a Pack, for several.
 template <class T, class S, class U>
-[[gnu::always_inline]] inline void motion_from_parent(const StructuredModel<S>& model,
-                                                      const StructuredLink<S>& link,
-                                                      const Placements<U>& placed, const U& d,
-                                                      Sixfold<T>& l) {
-  using Kind = typename StructuredLink<S>::Kind;
+KALMARM_INLINE void motion_from_parent(const LoweredModel<S>& model, const LoweredLink<S>& link,
+                                       const Placements<U>& placed, const U& d, Sixfold<T>& l) {
+  using Kind = typename LoweredLink<S>::Kind;
   switch (link.kind) {
     case Kind::screws:
       if (link.slides)
@@ -133,30 +134,28 @@ template <class T, class S, class U>
 }
 
 // Across the joint of link k: g is kept, P- becomes P+ in the parent's frame.
-template <bool slides, bool noise, bool zeros, class T, class S, class Workspace, class Rider>
-[[gnu::always_inline]] inline void cross(const StructuredModel<S>& model, int k, Workspace& ws,
-                                         Articulated<T>& P, Size<T>& size, typename Rider::Load& z,
-                                         const Rider& rider) {
-  using Kind = typename StructuredLink<S>::Kind;
+template <bool slides, bool noise, bool zeros, class T, class S, class Workspace, class Policy>
+KALMARM_INLINE void cross(const LoweredModel<S>& model, int k, Workspace& ws, Articulated<T>& P,
+                          Size<T>& size, typename Policy::Load& z, const Policy& policy) {
+  using Kind = typename LoweredLink<S>::Kind;
   using std::min;
-  const StructuredLink<S>& link = model.link(k);
-  const StructuredBody<S>& body = model.body(k);
+  const LoweredLink<S>& link = model.link(k);
+  const LoweredBody<S>& body = model.body(k);
   auto& at = ws.links[k];
   T D, inverse_D;
   Sixfold<T> g;
-  auto P_plus = [&]() __attribute__((always_inline)) {
+  auto P_plus = [&]() KALMARM_INLINE_LAMBDA {
     if constexpr (slides)
       return measure_slide<noise>(P, body.r, D, inverse_D, g);
     else
       return measure_turn<noise>(P, body.r, D, inverse_D, g);
-  }
-  ();
+  }();
   at.g = g;
-  const T net = T(SingularityTest<S, 1>::net());
-  ws.margin = min(ws.margin, T(D - net * (slides ? size.force : size.moment)));
+  const T threshold = T(SingularityTest<S, 1>::threshold());
+  ws.margin = min(ws.margin, T(D - threshold * (slides ? size.force : size.moment)));
   size.moment = P.Axx + P.Ayy + P.Azz;
   size.force = P.Cxx + P.Cyy + P.Czz;
-  rider.template measured<slides, noise>(k, g, inverse_D, P_plus, z);
+  policy.template measured<slides, noise>(k, g, inverse_D, P_plus, z);
   if (link.parent < 0) return;
 
   const T two = T(S(2));
@@ -165,16 +164,16 @@ template <bool slides, bool noise, bool zeros, class T, class S, class Workspace
       const T reach = body.reach + two * two * at.d * at.d;
       size.moment = two * size.moment + reach * size.force;
       P = to_parent<zeros>(model, link, model.uncommon(link).turn, at.d, P_plus);
-      rider.to_parent(link, model.uncommon(link).turn, at.d, z);
+      policy.to_parent(link, model.uncommon(link).turn, at.d, z);
     } else {
       size.moment = two * size.moment + body.reach * size.force;
       const Turn<T> joint(ws.cos[link.varying], ws.sin[link.varying]);
       P = to_parent<zeros>(model, link, joint, link.d, P_plus);
-      rider.to_parent(link, joint, link.d, z);
+      policy.to_parent(link, joint, link.d, z);
     }
   } else if (link.kind == Kind::cyclic) {
     P = cycle(P_plus.full());
-    rider.cycle(z);
+    policy.cycle(z);
   } else {
     Articulated<T> rotated = P_plus.full();  // P stays in registers
     const auto& phi = ws.matrices[link.varying];
@@ -182,27 +181,27 @@ template <bool slides, bool noise, bool zeros, class T, class S, class Workspace
     const T pp = phi.p[0] * phi.p[0] + phi.p[1] * phi.p[1] + phi.p[2] * phi.p[2];
     size.moment = two * (size.moment + pp * size.force);
     P = rotated;
-    rider.to_parent(phi, z);
+    policy.to_parent(phi, z);
   }
 }
 
-// Links without a zero term have code of their own: tests among 27 numbers in registers cost them
-// 6 %. Not so in lanes, where twice the code costs more than the tests.
-template <bool noise, class T, class S, class Workspace, class Rider>
-[[gnu::always_inline]] inline void cross_hinge(const StructuredModel<S>& model, int k,
-                                               Workspace& ws, Articulated<T>& P, Size<T>& size,
-                                               typename Rider::Load& z, const Rider& rider) {
-  using Tilt = typename StructuredLink<S>::Tilt;
+// Links without a zero term have code of their own: with 27 numbers in registers, the tests for
+// zero terms cost 6 %. SIMD lanes share one version: there twice the code costs more than they do.
+template <bool noise, class T, class S, class Workspace, class Policy>
+KALMARM_INLINE void cross_hinge(const LoweredModel<S>& model, int k, Workspace& ws,
+                                Articulated<T>& P, Size<T>& size, typename Policy::Load& z,
+                                const Policy& policy) {
+  using Tilt = typename LoweredLink<S>::Tilt;
   if constexpr (Lanes<T>::count == 1) {
     if (model.link(k).tilt == Tilt::any) {
-      cross<false, noise, false>(model, k, ws, P, size, z, rider);
+      cross<false, noise, false>(model, k, ws, P, size, z, policy);
       return;
     }
   }
-  cross<false, noise, true>(model, k, ws, P, size, z, rider);
+  cross<false, noise, true>(model, k, ws, P, size, z, policy);
 }
 
-// What the filter brings from one link to the next.
+// State of the sweep between two links.
 template <class T, class Load>
 struct Carried {
   bool on = false;  // P and z come from link k + 1
@@ -211,41 +210,41 @@ struct Carried {
   Load z;
 };
 
-// P-, z- of link k: its own body, what is carried, other children.
-template <class T, class S, class Workspace, class Rider>
-[[gnu::always_inline]] inline void gather(const StructuredModel<S>& model, int k, bool carried,
-                                          const Workspace& ws, Articulated<T>& P, Size<T>& size,
-                                          typename Rider::Load& z, const Rider& rider) {
-  const StructuredLink<S>& link = model.link(k);
-  const StructuredBody<S>& body = model.body(k);
+// P-, z- of link k: its own body, plus child k + 1, plus the sum over other children.
+template <class T, class S, class Workspace, class Policy>
+KALMARM_INLINE void gather(const LoweredModel<S>& model, int k, bool carried, const Workspace& ws,
+                           Articulated<T>& P, Size<T>& size, typename Policy::Load& z,
+                           const Policy& policy) {
+  const LoweredLink<S>& link = model.link(k);
+  const LoweredBody<S>& body = model.body(k);
   const S trace_I = body.Ixx + body.Iyy + body.Izz + body.r, trace_m = S(3) * body.m + body.r;
   if (!carried) {
-    set_body(body, P);
+    set_body(P, body);
     size = {T(trace_I), T(trace_m)};
-    rider.begin(k, z);
+    policy.begin(k, z);
   } else if (!link.massless) {
-    add_body(body, P);
+    add_body(P, body);
     size.moment += trace_I;
     size.force += trace_m;
-    rider.add_body(k, z);
+    policy.add_body(k, z);
   }
-  if (link.slot >= 0) {
-    const auto& branch = ws.branches[link.slot];
+  if (link.branch >= 0) {
+    const auto& branch = ws.branches[link.branch];
     add(P, branch.P);
     size.moment += branch.size.moment;
     size.force += branch.size.force;
-    rider.add_branch(link.slot, z);
+    policy.add_branch(link.branch, z);
   }
 }
 
-// Of a link that does not hang on the one before, for its parent.
-template <class T, class S, class Workspace, class Rider>
-[[gnu::always_inline]] inline void leave(const StructuredModel<S>& model, int k, Workspace& ws,
-                                         const Articulated<T>& P, const Size<T>& size,
-                                         const typename Rider::Load& z, const Rider& rider) {
-  const int slot = model.link(model.link(k).parent).slot;
-  auto& branch = ws.branches[slot];
-  rider.keep(slot, branch.begun, z);
+// phi P+ phi' and phi z+ of a link whose parent is not k - 1, added to its parent's sum.
+template <class T, class S, class Workspace, class Policy>
+KALMARM_INLINE void leave(const LoweredModel<S>& model, int k, Workspace& ws,
+                          const Articulated<T>& P, const Size<T>& size,
+                          const typename Policy::Load& z, const Policy& policy) {
+  const int index = model.link(model.link(k).parent).branch;
+  auto& branch = ws.branches[index];
+  policy.keep(index, branch.begun, z);
   if (branch.begun) {
     add(branch.P, P);
     branch.size.moment += size.moment;
@@ -257,64 +256,65 @@ template <class T, class S, class Workspace, class Rider>
   }
 }
 
-// Links one by one. gcc would pair neighbours of P and z into vectors, which are written as numbers
-// and read as pairs: 1.4 times as slow where there is armature.
-template <class T, class S, class Workspace, class Rider>
-[[gnu::noinline, gnu::optimize("no-tree-slp-vectorize")]] void filter_links(
-    const StructuredModel<S>& model, const LinkRun& run, Workspace& ws,
-    Carried<T, typename Rider::Load>& from, const Rider& rider) {
+// Links one by one.
+template <class T, class S, class Workspace, class Policy>
+KALMARM_NOINLINE KALMARM_SWEEP void filter_links(const LoweredModel<S>& model, const LinkRun& run,
+                                                 Workspace& ws,
+                                                 Carried<T, typename Policy::Load>& from,
+                                                 const Policy& policy) {
   Articulated<T> P = from.P;
   Size<T> size = from.size;
-  typename Rider::Load z = from.z;
+  typename Policy::Load z = from.z;
   bool carried = from.on;
   for (int k = run.last; k >= run.first; --k) {
-    if (rider.has_done(k)) {
+    if (policy.has_done(k)) {
       carried = false;
       continue;
     }
-    const StructuredLink<S>& link = model.link(k);
-    gather(model, k, carried, ws, P, size, z, rider);
+    const LoweredLink<S>& link = model.link(k);
+    gather(model, k, carried, ws, P, size, z, policy);
     if (link.slides) {
       if (link.noise)
-        cross<true, true, false>(model, k, ws, P, size, z, rider);
+        cross<true, true, false>(model, k, ws, P, size, z, policy);
       else
-        cross<true, false, false>(model, k, ws, P, size, z, rider);
+        cross<true, false, false>(model, k, ws, P, size, z, policy);
     } else {
       if (link.noise)
-        cross_hinge<true>(model, k, ws, P, size, z, rider);
+        cross_hinge<true>(model, k, ws, P, size, z, policy);
       else
-        cross_hinge<false>(model, k, ws, P, size, z, rider);
+        cross_hinge<false>(model, k, ws, P, size, z, policy);
     }
     carried = link.hangs_on_previous;
-    if (link.parent >= 0 && !carried) leave(model, k, ws, P, size, z, rider);
+    if (link.parent >= 0 && !carried) leave(model, k, ws, P, size, z, policy);
   }
   from = {carried, P, size, z};
 }
 
-// A joint at once.
-template <class T, class S, class Workspace, class Rider>
-[[gnu::noinline, gnu::optimize("no-tree-slp-vectorize")]] void filter_joint(
-    const StructuredModel<S>& model, const LinkRun& run, Workspace& ws,
-    Carried<T, typename Rider::Load>& from, const Rider& rider) {
-  gather(model, run.last, from.on, ws, from.P, from.size, from.z, rider);
-  cross_at_once(model, run, ws, from.P, from.size, from.z, rider);
-  const StructuredLink<S>& link = model.link(run.first);
+// A ball or free joint in one block step (three_axes.hpp).
+template <class T, class S, class Workspace, class Policy>
+KALMARM_NOINLINE KALMARM_SWEEP void filter_joint(const LoweredModel<S>& model, const LinkRun& run,
+                                                 Workspace& ws,
+                                                 Carried<T, typename Policy::Load>& from,
+                                                 const Policy& policy) {
+  gather(model, run.last, from.on, ws, from.P, from.size, from.z, policy);
+  cross_at_once(model, run, ws, from.P, from.size, from.z, policy);
+  const LoweredLink<S>& link = model.link(run.first);
   from.on = link.hangs_on_previous;
-  if (link.parent >= 0 && !from.on) leave(model, run.first, ws, from.P, from.size, from.z, rider);
+  if (link.parent >= 0 && !from.on) leave(model, run.first, ws, from.P, from.size, from.z, policy);
 }
 
 // g of every link, and ws.margin.
-template <class T, class S, class Workspace, class Rider>
-void filter(const StructuredModel<S>& model, Workspace& ws, const Rider& rider) {
+template <class T, class S, class Workspace, class Policy>
+void filter(const LoweredModel<S>& model, Workspace& ws, const Policy& policy) {
   ws.margin = T(S(1));
   for (auto& branch : ws.branches) branch.begun = false;
-  rider.begin_all();
-  Carried<T, typename Rider::Load> carried;
+  policy.begin_all();
+  Carried<T, typename Policy::Load> carried;
   for (auto run = model.runs().rbegin(); run != model.runs().rend(); ++run) {
     if (run->at_once)
-      filter_joint(model, *run, ws, carried, rider);
+      filter_joint(model, *run, ws, carried, policy);
     else
-      filter_links(model, *run, ws, carried, rider);
+      filter_links(model, *run, ws, carried, policy);
   }
 }
 

@@ -13,26 +13,27 @@
 //   z-(parent) += phi z+                                                   (4.4)
 // base to tips:
 //   l+ = phi' l-(parent) + c,  a = e+ - g' l+,  l- = l+ + H' a             (4.10), (4.9), (4.11)
-// Where r = 0, H l- = e+ - sum over j != h of g_j l+_j. About 435 flops a hinge that is an heir
-// without zero terms, and its sine and cosine.
+// Where r = 0, H l- = e+ - sum over j != h of g_j l+_j. About 435 flops an aligned hinge
+// (lowered_model.hpp) without zero terms, and its sine and cosine.
 #pragma once
 
 #include <vector>
 
-#include "algorithms/structured/filter.hpp"
+#include "algorithms/fast/covariance/filter.hpp"
+#include "algorithms/spatial/inlining.hpp"
 
 namespace kalmarm {
 
 template <class T>
-struct StructuredWorkspace : Placements<T> {
-  // What the sweeps leave for each other.
+struct CovarianceWorkspace : Placements<T> {
+  // Passed from sweep to sweep.
   struct Link {
     T wx, wy, wz;
     T d;  // of a slide
     T e;  // e+
     Sixfold<T> c, g;
   };
-  // Of a link with several children: what they have summed up to, and l-.
+  // Of a link with several children: the sum over them, and l-.
   struct Branch {
     bool begun;
     Articulated<T> P;
@@ -42,20 +43,20 @@ struct StructuredWorkspace : Placements<T> {
 
   std::vector<Link> links;
   std::vector<Branch> branches;
-  T margin;  // least D - net x size of the last call
+  T margin;  // min over joints of D - threshold x size in the last call (filter.hpp)
   T check;   // zero where every acceleration was finite, else NaN
 
   template <class S>
-  explicit StructuredWorkspace(const StructuredModel<S>& model)
-      : Placements<T>(model), links(model.nv()), branches(model.slots()) {}
+  explicit CovarianceWorkspace(const LoweredModel<S>& model)
+      : Placements<T>(model), links(model.nv()), branches(model.branch_count()) {}
 };
 
 namespace detail {
 
-// w and c of a joint at once: c of its first DoF, w of its last (three_axes.hpp).
+// w and c of a joint in one block step: c of its first DoF, w of its last (three_axes.hpp).
 template <class T, class S>
-[[gnu::noinline]] void set_joint_velocity(const StructuredModel<S>& model, const LinkRun& run,
-                                          const T* qd, StructuredWorkspace<T>& ws) {
+KALMARM_NOINLINE void set_joint_velocity(const LoweredModel<S>& model, const LinkRun& run,
+                                         const T* qd, CovarianceWorkspace<T>& ws) {
   const T zero = T(S(0)), two = T(S(2));
   const int parent = model.link(run.first).parent;
   T wx = zero, wy = zero, wz = zero;
@@ -65,7 +66,7 @@ template <class T, class S>
     wz = ws.links[parent].wz;
   }
   for (int k = run.first; k <= run.last; k += 3) {
-    const StructuredLink<S>& link = model.link(k);
+    const LoweredLink<S>& link = model.link(k);
     Sixfold<T> c = {zero, zero, zero, zero, zero, zero};
     if (parent >= 0) cross_outward(ws.matrices[link.varying], wx, wy, wz, c);
     const T qx = qd[k + 1], qy = qd[k + 2], qz = qd[k];
@@ -93,14 +94,14 @@ template <class T, class S>
 
 // w and c of links one by one.
 template <class T, class S>
-[[gnu::noinline]] void set_link_velocities(const StructuredModel<S>& model, const LinkRun& run,
-                                           const T* qd, StructuredWorkspace<T>& ws) {
-  using Kind = typename StructuredLink<S>::Kind;
+KALMARM_NOINLINE void set_link_velocities(const LoweredModel<S>& model, const LinkRun& run,
+                                          const T* qd, CovarianceWorkspace<T>& ws) {
+  using Kind = typename LoweredLink<S>::Kind;
   const T zero = T(S(0)), two = T(S(2));
   T wx = zero, wy = zero, wz = zero;
   T ux = zero, uy = zero, uz = zero;  // w before the joint, for all DoF of a ball joint
   for (int k = run.first; k <= run.last; ++k) {
-    const StructuredLink<S>& link = model.link(k);
+    const LoweredLink<S>& link = model.link(k);
     auto& at = ws.links[k];
     Sixfold<T> c = {zero, zero, zero, zero, zero, zero};
     if (!link.hangs_on_previous || k == run.first) {
@@ -157,7 +158,7 @@ template <class T, class S>
 
 // w and c of every link.
 template <class T, class S>
-void set_velocity(const StructuredModel<S>& model, const T* qd, StructuredWorkspace<T>& ws) {
+void set_velocity(const LoweredModel<S>& model, const T* qd, CovarianceWorkspace<T>& ws) {
   for (const LinkRun& run : model.runs()) {
     if (run.at_once)
       set_joint_velocity(model, run, qd, ws);
@@ -168,8 +169,8 @@ void set_velocity(const StructuredModel<S>& model, const T* qd, StructuredWorksp
 
 // b of a link alone is added to z, or written where z is new. 45 flops.
 template <bool add, class T, class S>
-[[gnu::always_inline]] inline void bias(const StructuredBody<S>& body, const T& wx, const T& wy,
-                                        const T& wz, Sixfold<T>& z) {
+KALMARM_INLINE void bias(const LoweredBody<S>& body, const T& wx, const T& wy, const T& wz,
+                         Sixfold<T>& z) {
   const T Lx = body.Ixx * wx + body.Ixy * wy + body.Ixz * wz;
   const T Ly = body.Ixy * wx + body.Iyy * wy + body.Iyz * wz;
   const T Lz = body.Ixz * wx + body.Iyz * wy + body.Izz * wz;
@@ -189,24 +190,24 @@ template <class T, class S>
 struct BiasedForces {
   using Load = Sixfold<T>;
 
-  const StructuredModel<S>& model;
+  const LoweredModel<S>& model;
   const T* tau;
-  StructuredWorkspace<T>& ws;
+  CovarianceWorkspace<T>& ws;
 
   void begin_all() const {}
   static constexpr bool has_done(int) { return false; }
 
-  [[gnu::always_inline]] void begin(int k, Load& z) const {
+  KALMARM_INLINE void begin(int k, Load& z) const {
     const auto& at = ws.links[k];
     bias<false>(model.body(k), at.wx, at.wy, at.wz, z);
   }
-  [[gnu::always_inline]] void add_body(int k, Load& z) const {
+  KALMARM_INLINE void add_body(int k, Load& z) const {
     const auto& at = ws.links[k];
     bias<true>(model.body(k), at.wx, at.wy, at.wz, z);
   }
-  [[gnu::always_inline]] void add_branch(int slot, Load& z) const { add(z, ws.branches[slot].z); }
-  [[gnu::always_inline]] void keep(int slot, bool begun, const Load& z) const {
-    auto& sum = ws.branches[slot].z;
+  KALMARM_INLINE void add_branch(int index, Load& z) const { add(z, ws.branches[index].z); }
+  KALMARM_INLINE void keep(int index, bool begun, const Load& z) const {
+    auto& sum = ws.branches[index].z;
     if (begun)
       add(sum, z);
     else
@@ -214,16 +215,16 @@ struct BiasedForces {
   }
 
   template <bool slides, bool noise, class P_plus>
-  [[gnu::always_inline]] void measured(int k, const Sixfold<T>& g, const T& inverse_D,
-                                       const P_plus& P, Load& z) const {
+  KALMARM_INLINE void measured(int k, const Sixfold<T>& g, const T& inverse_D, const P_plus& P,
+                               Load& z) const {
     auto& at = ws.links[k];
     at.e = gain<slides, noise>(g, tau[k], z) * inverse_D;
-    add_times(P, at.c, slides, z);
+    add_times(z, P, at.c, slides);
   }
 
   template <class C, class D>
-  [[gnu::always_inline]] void to_parent(const StructuredLink<S>& link, const Direction<C>& joint,
-                                        const D& d, Load& z) const {
+  KALMARM_INLINE void to_parent(const LoweredLink<S>& link, const Direction<C>& joint, const D& d,
+                                Load& z) const {
     force_to_parent(model, link, joint, d, z);
   }
   void to_parent(const MatrixPlacement<T>& phi, Load& z) const {
@@ -231,20 +232,19 @@ struct BiasedForces {
     far_force_to_parent(phi, moved);
     z = moved;
   }
-  [[gnu::always_inline]] void cycle(Load& z) const { z = kalmarm::cycle(z); }
+  KALMARM_INLINE void cycle(Load& z) const { z = kalmarm::cycle(z); }
 };
 
 // D, g, e+ of every link.
 template <class T, class S>
-void filter(const StructuredModel<S>& model, const T* tau, StructuredWorkspace<T>& ws) {
+void filter(const LoweredModel<S>& model, const T* tau, CovarianceWorkspace<T>& ws) {
   filter<T>(model, ws, BiasedForces<T, S>{model, tau, ws});
 }
 
 // l- of the parent, where that is not the link before.
 template <class T, class S>
-[[gnu::always_inline]] inline void begin_motion(const StructuredModel<S>& model,
-                                                const StructuredLink<S>& link,
-                                                const StructuredWorkspace<T>& ws, Sixfold<T>& l) {
+KALMARM_INLINE void begin_motion(const LoweredModel<S>& model, const LoweredLink<S>& link,
+                                 const CovarianceWorkspace<T>& ws, Sixfold<T>& l) {
   const T zero = T(S(0));
   if (link.parent < 0)
     l = {zero,
@@ -254,18 +254,18 @@ template <class T, class S>
          T(model.uncommon(link).a0[1]),
          T(model.uncommon(link).a0[2])};
   else if (!link.hangs_on_previous)
-    l = ws.branches[model.link(link.parent).slot].l;
+    l = ws.branches[model.link(link.parent).branch].l;
 }
 
-// l and a of a joint at once; at rest c is zero, and is not read.
+// l and a of a joint in one block step; at rest c is zero, and is not read.
 template <bool at_rest, class T, class S>
-[[gnu::noinline]] void smooth_joint(const StructuredModel<S>& model, const LinkRun& run,
-                                    StructuredWorkspace<T>& ws, Sixfold<T>& from, T* a) {
+KALMARM_NOINLINE void smooth_joint(const LoweredModel<S>& model, const LinkRun& run,
+                                   CovarianceWorkspace<T>& ws, Sixfold<T>& from, T* a) {
   Sixfold<T> l = from;
   T check = ws.check;
   begin_motion(model, model.link(run.first), ws, l);
   for (int first = run.first; first <= run.last; first += 3) {
-    const StructuredLink<S>& link = model.link(first);
+    const LoweredLink<S>& link = model.link(first);
     motion_from_parent(ws.matrices[link.varying], l);
     if constexpr (!at_rest) add(l, ws.links[first].c);
     for (int k = first; k < first + 3; ++k) {
@@ -277,20 +277,20 @@ template <bool at_rest, class T, class S>
       check += a[k] * T(S(0));
     }
   }
-  if (const int slot = model.link(run.last).slot; slot >= 0) ws.branches[slot].l = l;
+  if (const int index = model.link(run.last).branch; index >= 0) ws.branches[index].l = l;
   ws.check = check;
   from = l;
 }
 
 // l and a of links one by one, likewise.
 template <bool at_rest, class T, class S>
-[[gnu::noinline]] void smooth_links(const StructuredModel<S>& model, const LinkRun& run,
-                                    StructuredWorkspace<T>& ws, Sixfold<T>& from, T* a) {
+KALMARM_NOINLINE void smooth_links(const LoweredModel<S>& model, const LinkRun& run,
+                                   CovarianceWorkspace<T>& ws, Sixfold<T>& from, T* a) {
   const T zero = T(S(0));
   Sixfold<T> l = from;
   T check = ws.check;
   for (int k = run.first; k <= run.last; ++k) {
-    const StructuredLink<S>& link = model.link(k);
+    const LoweredLink<S>& link = model.link(k);
     const auto& at = ws.links[k];
     begin_motion(model, link, ws, l);
     motion_from_parent(model, link, ws, at.d, l);
@@ -306,7 +306,7 @@ template <bool at_rest, class T, class S>
     }
     a[k] = smooth(link, at.g, at.e, l);
     check += a[k] * zero;
-    if (link.slot >= 0) ws.branches[link.slot].l = l;
+    if (link.branch >= 0) ws.branches[link.branch].l = l;
   }
   ws.check = check;
   from = l;
@@ -314,7 +314,7 @@ template <bool at_rest, class T, class S>
 
 // l and a of every link.
 template <bool at_rest = false, class T, class S>
-void smooth(const StructuredModel<S>& model, StructuredWorkspace<T>& ws, T* a) {
+void smooth(const LoweredModel<S>& model, CovarianceWorkspace<T>& ws, T* a) {
   Sixfold<T> l;
   ws.check = T(S(0));
   for (const LinkRun& run : model.runs()) {
@@ -330,8 +330,8 @@ void smooth(const StructuredModel<S>& model, StructuredWorkspace<T>& ws, T* a) {
 // a (nv) from q (nq), qd (nv) and tau (nv), all numbers in T; ws.margin and ws.check say whether it
 // can be believed.
 template <class T, class S>
-void structured_acceleration(const StructuredModel<S>& model, const T* q, const T* qd, const T* tau,
-                             StructuredWorkspace<T>& ws, T* a) {
+void covariance_acceleration(const LoweredModel<S>& model, const T* q, const T* qd, const T* tau,
+                             CovarianceWorkspace<T>& ws, T* a) {
   detail::set_placements(model, q, ws);
   detail::set_velocity(model, qd, ws);
   detail::filter(model, tau, ws);

@@ -1,4 +1,5 @@
-// Ball and free joints crossed at once, where no noise and no body is between their DoF.
+// Ball and free joints in one block step, where their DoF have no joint noise and no body between
+// them.
 //
 // The three axes of a ball joint are the link's own z, y and x, tips to base. Measured one after
 // another they leave of P = [A B; B' C] nothing but C:
@@ -7,16 +8,17 @@
 //   D_x = Axx,  g_x = (Bx.) / D_x,            C+ = C - g_x Bx.
 //   P+(parent) = phi [0 0; 0 R C+ R'] phi'
 // The three slides of a free joint likewise take all of C, and nothing is left: P+ = 0.
-// The axes stand still in the body, so that what turning and sliding bring along is one term of
-// the joint, c = (u x q'; 2 u x q' + centripetal) of forward_dynamics.hpp, u = R'w(parent), which
-// its first DoF has; that of the others is zero (LinkRun::at_once). About 180 flops a free joint
-// for P, where six joints of one DoF take 560.
+// The axes are fixed in the body, so the velocity-product acceleration is one term of the joint,
+//   c = (u x q'; 2 u x q' + centripetal),  u = R'w(parent)             of forward_dynamics.hpp
+// stored at its first DoF; that of the others is zero (LinkRun::at_once). About 180 flops a free
+// joint for P, where six joints of one DoF take 560.
 #pragma once
 
 #include <algorithm>
 
+#include "algorithms/fast/lowering/transforms.hpp"
 #include "algorithms/inverse_mass/singularity.hpp"
-#include "algorithms/structured/transforms.hpp"
+#include "algorithms/spatial/inlining.hpp"
 
 namespace kalmarm {
 
@@ -40,17 +42,16 @@ struct Translational {
 
 namespace detail {
 
-// P+ c.
+// z += P+ c.
 template <class T>
-[[gnu::always_inline]] inline void add_times(const Translational<T>& C, const Sixfold<T>& c, bool,
-                                             Sixfold<T>& z) {
+KALMARM_INLINE void add_times(Sixfold<T>& z, const Translational<T>& C, const Sixfold<T>& c, bool) {
   z.u += C.xx * c.u + C.xy * c.v + C.xz * c.w;
   z.v += C.xy * c.u + C.yy * c.v + C.yz * c.w;
   z.w += C.xz * c.u + C.yz * c.v + C.zz * c.w;
 }
 // Where c is zero, or P+ is.
 template <class T>
-void add_times(Zero, const Sixfold<T>&, bool, Sixfold<T>&) {}
+void add_times(Sixfold<T>&, Zero, const Sixfold<T>&, bool) {}
 
 // R C R'. 75 flops.
 template <class T>
@@ -69,18 +70,17 @@ Translational<T> rotate(const Rotation<T>& by, const Translational<T>& C) {
 }
 
 // The slides of a free joint, whose last DoF is k: z- becomes z+ of its first DoF. 27 flops for P.
-template <class T, class S, class Workspace, class Load, class Rider>
-[[gnu::always_inline]] inline void cross_slides(int k, Workspace& ws, const Translational<T>& C,
-                                                T& margin, Size<T>& size, Load& z,
-                                                const Rider& rider) {
+template <class T, class S, class Workspace, class Load, class Policy>
+KALMARM_INLINE void cross_slides(int k, Workspace& ws, const Translational<T>& C, T& margin,
+                                 Size<T>& size, Load& z, const Policy& policy) {
   using std::min;
-  const T zero = T(S(0)), one = T(S(1)), net = T(SingularityTest<S, 1>::net());
+  const T zero = T(S(0)), one = T(S(1)), threshold = T(SingularityTest<S, 1>::threshold());
   const auto measured = [&](int dof, const T& D, const T& inverse_D, const Sixfold<T>& g)
-      __attribute__((always_inline)) {
-    margin = min(margin, T(D - net * size.force));
-    ws.links[dof].g = g;
-    rider.template measured<true, false>(dof, g, inverse_D, Zero{}, z);
-  };
+                            KALMARM_INLINE_LAMBDA {
+                              margin = min(margin, T(D - threshold * size.force));
+                              ws.links[dof].g = g;
+                              policy.template measured<true, false>(dof, g, inverse_D, Zero{}, z);
+                            };
 
   T inverse_D = one / C.zz;
   Sixfold<T> g = {zero, zero, zero, C.xz * inverse_D, C.yz * inverse_D, one};
@@ -88,31 +88,30 @@ template <class T, class S, class Workspace, class Load, class Rider>
   const T xx = C.xx - g.u * C.xz, xy = C.xy - g.u * C.yz, yy = C.yy - g.v * C.yz;
   size.force = C.trace();
 
-  rider.cycle(z);
+  policy.cycle(z);
   inverse_D = one / yy;
   g = {zero, zero, zero, zero, xy * inverse_D, one};
   measured(k - 1, yy, inverse_D, g);
   const T left = xx - g.v * xy;
   size.force = xx + yy;
 
-  rider.cycle(z);
+  policy.cycle(z);
   measured(k - 2, left, one / left, {zero, zero, zero, zero, zero, one});
   size = {zero, left};
 }
 
 // The axes of a ball joint, whose last DoF is k: C+ in the frame of its first, and z+ there.
-template <class T, class S, class Workspace, class Load, class Rider>
-[[gnu::always_inline]] inline Translational<T> cross_turns(int k, Workspace& ws,
-                                                           const Articulated<T>& P, T& margin,
-                                                           Size<T>& size, Load& z,
-                                                           const Rider& rider) {
+template <class T, class S, class Workspace, class Load, class Policy>
+KALMARM_INLINE Translational<T> cross_turns(int k, Workspace& ws, const Articulated<T>& P,
+                                            T& margin, Size<T>& size, Load& z,
+                                            const Policy& policy) {
   using std::min;
-  const T zero = T(S(0)), one = T(S(1)), net = T(SingularityTest<S, 1>::net());
+  const T zero = T(S(0)), one = T(S(1)), threshold = T(SingularityTest<S, 1>::threshold());
   const auto measured = [&](int dof, const T& D, const T& inverse_D, const Sixfold<T>& g,
-                            const auto& P_plus) __attribute__((always_inline)) {
-    margin = min(margin, T(D - net * size.moment));
+                            const auto& P_plus) KALMARM_INLINE_LAMBDA {
+    margin = min(margin, T(D - threshold * size.moment));
     ws.links[dof].g = g;
-    rider.template measured<false, false>(dof, g, inverse_D, P_plus, z);
+    policy.template measured<false, false>(dof, g, inverse_D, P_plus, z);
   };
 
   T inverse_D = one / P.Azz;
@@ -126,7 +125,7 @@ template <class T, class S, class Workspace, class Load, class Rider>
   C.subtract(g.u, g.v, g.w, P.Bzx, P.Bzy, P.Bzz);
   size.moment = P.Axx + P.Ayy + P.Azz;
 
-  rider.cycle(z);  // the link's (z, x, y)
+  policy.cycle(z);  // the link's (z, x, y)
   inverse_D = one / Ayy;
   g = {zero, Axy * inverse_D, one, Byz * inverse_D, Byx * inverse_D, Byy * inverse_D};
   measured(k - 1, Ayy, inverse_D, g, Zero{});
@@ -137,7 +136,7 @@ template <class T, class S, class Workspace, class Load, class Rider>
   C.subtract(g.v, g.w, g.u, Byx, Byy, Byz);
   size = {Axx + Ayy, C.trace()};
 
-  rider.cycle(z);  // the link's (y, z, x)
+  policy.cycle(z);  // the link's (y, z, x)
   inverse_D = one / left;
   g = {zero, zero, one, Bxy * inverse_D, Bxz * inverse_D, Bxx * inverse_D};
   C.subtract(g.w, g.u, g.v, Bxx, Bxy, Bxz);
@@ -149,26 +148,26 @@ template <class T, class S, class Workspace, class Load, class Rider>
 
 // Across the joint of a run: g of every DoF is kept; P- becomes P+ in the parent's frame, z and
 // size likewise.
-template <class T, class S, class Workspace, class Load, class Rider>
-void cross_at_once(const StructuredModel<S>& model, const LinkRun& run, Workspace& ws,
-                   Articulated<T>& P, Size<T>& size, Load& z, const Rider& rider) {
+template <class T, class S, class Workspace, class Load, class Policy>
+void cross_at_once(const LoweredModel<S>& model, const LinkRun& run, Workspace& ws,
+                   Articulated<T>& P, Size<T>& size, Load& z, const Policy& policy) {
   const T zero = T(S(0));
   const int ball = run.last - 2;
   T margin = ws.margin;
-  Translational<T> C = cross_turns<T, S>(run.last, ws, P, margin, size, z, rider);
+  Translational<T> C = cross_turns<T, S>(run.last, ws, P, margin, size, z, policy);
   if (run.first < ball) {
     const auto& phi = ws.matrices[model.link(ball).varying];
     C = rotate(phi.R, C);
-    rider.to_parent(phi, z);
-    cross_slides<T, S>(ball - 1, ws, C, margin, size, z, rider);
+    policy.to_parent(phi, z);
+    cross_slides<T, S>(ball - 1, ws, C, margin, size, z, policy);
     C = {zero, zero, zero, zero, zero, zero};
   }
   ws.margin = margin;
-  const StructuredLink<S>& first = model.link(run.first);
+  const LoweredLink<S>& first = model.link(run.first);
   if (first.parent < 0) return;
   const auto& phi = ws.matrices[first.varying];
   C = rotate(phi.R, C);
-  rider.to_parent(phi, z);
+  policy.to_parent(phi, z);
   P = {zero, zero, zero, zero, zero, zero, zero, zero, zero, zero, zero,
        zero, zero, zero, zero, C.xx, C.xy, C.yy, C.xz, C.yz, C.zz};
   const auto& p = phi.p;

@@ -1,21 +1,22 @@
 // Columns of M^-1, da/dq and da/dq' for a chain of hinges and slides, in tiles.
 //
-// Blocks are `lanes` joints. What block I does to what comes across its ends is linear: of a force
-// z at its outboard end and of an acceleration l and a turn b at its inboard end,
+// A block is `lanes` joints. Its response is linear in the force z at its outboard end and in the
+// acceleration l and the turn b at its inboard end:
 //   inboard   y = N z,  z <- Phi z,  and l = -Upsilon z at its outboard end                  (C1)
 //   outboard  y = R (l; b),  l <- A (l; b)                                                   (C2)
 // N is lanes x 6, R lanes x 9, Phi 6x6, A 6x9: the sweeps of derivative_columns.hpp on columns of
-// the identity. -Upsilon turns what a block sends inward into what comes back, so that a block's
-// columns need the sweeps in their own block alone, and products elsewhere:
+// the identity. -Upsilon gives the acceleration that returns for a force sent inward, so a block's
+// columns need sweeps within that block alone, and matrix products elsewhere:
 //   rows of block I < J: N(I) z(J), z(J) <- Phi(I) z(J);  I > J: R(I) (l; b), l <- A(I) (l; b)
-// Factors stay in order and stay whole: products of I - gH are projectors, which no quotient of
-// vectors at both ends could tell apart. Per tile of 8 x 8: 84 products of a register, inboard,
-// and 126 outboard, where the sweeps take 260 and 150, one after another.
+// The products Phi and A are kept as matrices: I - gH is a projector, so they are singular and no
+// quotient of vectors at both ends can replace them. A tile of 8 x 8 takes 84 multiply-adds of a
+// register inboard and 126 outboard; the sweeps take 260 and 150, each waiting for the one before.
 #pragma once
 
 #include <vector>
 
-#include "algorithms/structured/derivative_columns.hpp"
+#include "algorithms/fast/derivatives/derivative_columns.hpp"
+#include "algorithms/spatial/inlining.hpp"
 
 namespace kalmarm {
 
@@ -33,7 +34,7 @@ struct ChainBlocks {
 
   // Empty where the model is no chain, or a short one: then the sweeps are faster.
   template <class S>
-  explicit ChainBlocks(const StructuredModel<S>& model) {
+  explicit ChainBlocks(const LoweredModel<S>& model) {
     bool tiles = lanes >= 8 && model.nv() > 2 * lanes;
     for (int k = 0; k < model.nv(); ++k)
       tiles = tiles && model.link(k).coordinate != Coordinate::quaternion &&
@@ -45,7 +46,7 @@ struct ChainBlocks {
 namespace detail {
 
 template <class T>
-[[gnu::always_inline]] inline void put(const Sixfold<Wide<T>>& x, T (*to)[lanes_of<T>]) {
+KALMARM_INLINE void put(const Sixfold<Wide<T>>& x, T (*to)[lanes_of<T>]) {
   store(x.x, to[0]);
   store(x.y, to[1]);
   store(x.z, to[2]);
@@ -54,19 +55,19 @@ template <class T>
   store(x.w, to[5]);
 }
 template <class T>
-[[gnu::always_inline]] inline void put(const Triple<Wide<T>>& x, T (*to)[lanes_of<T>]) {
+KALMARM_INLINE void put(const Triple<Wide<T>>& x, T (*to)[lanes_of<T>]) {
   store(x.x, to[0]);
   store(x.y, to[1]);
   store(x.z, to[2]);
 }
 template <class T>
-[[gnu::always_inline]] inline Sixfold<Wide<T>> get(const T (*from)[lanes_of<T>]) {
+KALMARM_INLINE Sixfold<Wide<T>> get(const T (*from)[lanes_of<T>]) {
   return {load(from[0]), load(from[1]), load(from[2]), load(from[3]), load(from[4]), load(from[5])};
 }
 
 // Row i of a 6 x n matrix times n signals.
 template <int n, class T>
-[[gnu::always_inline]] inline Wide<T> row_times(const T* row, const T (*x)[lanes_of<T>]) {
+KALMARM_INLINE Wide<T> row_times(const T* row, const T (*x)[lanes_of<T>]) {
   using W = Wide<T>;
   W sum = W(row[0]) * load(x[0]);
   for (int j = 1; j < n; ++j) sum += W(row[j]) * load(x[j]);
@@ -75,15 +76,13 @@ template <int n, class T>
 
 // Matrix times signals.
 template <class T>
-[[gnu::always_inline]] inline Sixfold<Wide<T>> times(const T (*A)[lanes_of<T>],
-                                                     const T (*x)[lanes_of<T>]) {
+KALMARM_INLINE Sixfold<Wide<T>> times(const T (*A)[lanes_of<T>], const T (*x)[lanes_of<T>]) {
   return {row_times<6>(A[0], x), row_times<6>(A[1], x), row_times<6>(A[2], x),
           row_times<6>(A[3], x), row_times<6>(A[4], x), row_times<6>(A[5], x)};
 }
 
 template <class T>
-[[gnu::always_inline]] inline void put_without_tiny(const Sixfold<Wide<T>>& x,
-                                                    T (*to)[lanes_of<T>]) {
+KALMARM_INLINE void put_without_tiny(const Sixfold<Wide<T>>& x, T (*to)[lanes_of<T>]) {
   put<T>({without_tiny(x.x), without_tiny(x.y), without_tiny(x.z), without_tiny(x.u),
           without_tiny(x.v), without_tiny(x.w)},
          to);
@@ -91,8 +90,7 @@ template <class T>
 
 // The rows of a block for its columns' signals, a register of rows for every column.
 template <int rank, class T>
-[[gnu::always_inline]] inline void tile_of(const Wide<T>* rows, const T (*x)[lanes_of<T>],
-                                           Wide<T>* tile) {
+KALMARM_INLINE void tile_of(const Wide<T>* rows, const T (*x)[lanes_of<T>], Wide<T>* tile) {
   using W = Wide<T>;
   for (int j = 0; j < lanes_of<T>; ++j) {
     W sum = rows[0] * W(x[0][j]);
@@ -103,10 +101,11 @@ template <int rank, class T>
 
 // (C1) and (C2) of every block.
 template <class T, class S>
-void set_blocks(const StructuredModel<S>& model, const DerivativeTerms<T>& terms,
+void set_blocks(const LoweredModel<S>& model, const DerivativeTerms<T>& terms,
                 DerivativeColumns<T>& ws, ChainBlocks<T>& chain) {
   using W = Wide<T>;
   constexpr int lanes = lanes_of<T>;
+  static_assert(lanes == 1 || lanes >= 6);
   const auto unit = [&](int i) { return load(&ws.unit[i * lanes]); };
   const Sixfold<W> identity = {unit(0), unit(1), unit(2), unit(3), unit(4), unit(5)};
   const W zero = W(0);
@@ -143,14 +142,14 @@ void set_blocks(const StructuredModel<S>& model, const DerivativeTerms<T>& terms
 
 // A block's columns of the chain.
 template <class T, class S>
-void chain_columns(const StructuredModel<S>& model, const DerivativeTerms<T>& terms, int block,
+void chain_columns(const LoweredModel<S>& model, const DerivativeTerms<T>& terms, int block,
                    const ChainBlocks<T>& chain, DerivativeColumns<T>& ws, T* da_dq, T* da_dqd,
                    T* da_dtau) {
   using W = Wide<T>;
   using Row = typename DerivativeColumns<T>::Row;
   constexpr int lanes = lanes_of<T>;
   const int nv = model.nv(), first = block * lanes, end = std::min(first + lanes, nv);
-  const int columns = end - first;
+  const int columns = std::min(lanes, nv - first);
   alignas(64) typename ChainBlocks<T>::Signal m, q, v;
   typename DerivativeColumns<T>::Inward z;
   typename DerivativeColumns<T>::Outward l;

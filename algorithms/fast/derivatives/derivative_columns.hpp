@@ -1,22 +1,23 @@
-// Columns of M^-1, da/dq and da/dq', a register's width of columns at once: lane j of every number
-// is that of column j.
+// Columns of M^-1, da/dq and da/dq', one column per SIMD lane.
 //
-// A unit torque, or the x of (B3), goes inward through the filter and comes back outward as an
-// acceleration l; outboard of j turns what a turn of everything there turns with it, b:
+// Column j: the filter propagates a unit torque, or the force x of (B3), inward from joint j; the
+// smoother propagates the acceleration l outward, and outboard of j also the turn b of everything
+// there about joint j:
 //   inward   z- = sum of phi z+, and x(j) at k = j
-//            e = (1 at k = j) - H z-  for M^-1,  -H z-  for the others;   z+ = z- + g e   (4.2),
-//            (4.5)
-//   outward  l+ = phi' l-,  y(k) = e / D - g'l+ - q'b,  l- = l+ + H'y                     (4.9),
-//   (4.11)
+//            e = (1 at k = j) - H z-  for M^-1,  -H z-  for the others                        (4.2)
+//            z+ = z- + g e                                                                    (4.5)
+//   outward  l+ = phi' l-,  y(k) = e / D - g'l+ - q'b,  l- = l+ + H'y                 (4.9), (4.11)
 //            and at k = j: l- += chi, b = psi_w for dq;  l- += (v- + v+) x H, b = H_w for dq'
-// y is the column. Lanes that have not begun hold zeros, so branches need no masks: what a branch
-// adds is saved where the tree branches. 15 numbers in and 16 to 19 out a link and register.
+// y is the column. On the way inward a lane is zero outboard of its joint j, so no masks are
+// needed. Forces of children other than k + 1 are summed at their parent. 15 numbers are read and
+// 16 to 19 written a link and register.
 #pragma once
 
 #include <array>
 #include <vector>
 
-#include "algorithms/structured/derivative_filter.hpp"
+#include "algorithms/fast/derivatives/derivative_filter.hpp"
+#include "algorithms/spatial/inlining.hpp"
 
 namespace kalmarm {
 
@@ -43,10 +44,10 @@ struct DerivativeColumns {
   AlignedVector<T> unit;      // rows of the identity
 
   template <class S>
-  explicit DerivativeColumns(const StructuredModel<S>& model)
+  explicit DerivativeColumns(const LoweredModel<S>& model)
       : rows(model.nv()),
-        inward(model.slots()),
-        outward(model.slots()),
+        inward(model.branch_count()),
+        outward(model.branch_count()),
         carries((model.nv() + lanes - 1) / lanes * model.nv()),
         unit(lanes * lanes, T(0)) {
     for (int i = 0; i < lanes; ++i) unit[i * lanes + i] = T(1);
@@ -58,15 +59,15 @@ struct DerivativeColumns {
 namespace detail {
 
 template <class W>
-[[gnu::always_inline]] inline Sixfold<W> nothing() {
+KALMARM_INLINE Sixfold<W> nothing() {
   const W zero = W(0);
   return {zero, zero, zero, zero, zero, zero};
 }
 
 // y += unit x, unit being a row of the identity and x six numbers of the block's joints.
 template <class T>
-[[gnu::always_inline]] inline void add_own(const Wide<T>& unit, const DerivativeTerms<T>& terms,
-                                           int number, int block, Sixfold<Wide<T>>& y) {
+KALMARM_INLINE void add_own(Sixfold<Wide<T>>& y, const Wide<T>& unit,
+                            const DerivativeTerms<T>& terms, int number, int block) {
   const auto& table = terms.table;
   y.x += unit * table.load(number, block);
   y.y += unit * table.load(number + 1, block);
@@ -78,8 +79,7 @@ template <class T>
 
 // z+ from z-, and e.
 template <bool slides, class T>
-[[gnu::always_inline]] inline Wide<T> measure(const DerivativeJoint<T>& at, Wide<T> e,
-                                              Sixfold<Wide<T>>& z) {
+KALMARM_INLINE Wide<T> measure(const DerivativeJoint<T>& at, Wide<T> e, Sixfold<Wide<T>>& z) {
   using W = Wide<T>;
   e -= along<slides>(at.s, z);
   z.x += W(at.g.x) * e;
@@ -91,10 +91,10 @@ template <bool slides, class T>
   return e;
 }
 
-// From link end - 1 to link `begin`, with z- from outboard in and what goes to the parent out. With
-// `own`, columns of the block begin on the way.
+// From link end - 1 to link `begin`: z- from outboard becomes the force on the parent of `begin`.
+// `own`: the links are those of the block's own columns.
 template <bool own, class T, class S>
-void sweep_inward(const StructuredModel<S>& model, const DerivativeTerms<T>& terms, int block,
+void sweep_inward(const LoweredModel<S>& model, const DerivativeTerms<T>& terms, int block,
                   int begin, int end, DerivativeColumns<T>& ws,
                   typename DerivativeColumns<T>::Inward& z) {
   using Terms = DerivativeTerms<T>;
@@ -105,7 +105,7 @@ void sweep_inward(const StructuredModel<S>& model, const DerivativeTerms<T>& ter
   Sixfold<W> m = z.m, q = z.q, v = z.v;
   bool carried = true;
   for (int k = end - 1; k >= begin; --k) {
-    const StructuredLink<S>& link = model.link(k);
+    const LoweredLink<S>& link = model.link(k);
     auto& row = ws.rows[k];
     if (!ws.carries[block * model.nv() + k]) {
       row.m = row.q = row.v = zero;
@@ -113,17 +113,17 @@ void sweep_inward(const StructuredModel<S>& model, const DerivativeTerms<T>& ter
       continue;
     }
     if (!carried) m = q = v = nothing<W>();
-    if (link.slot >= 0) {
-      add(m, ws.inward[link.slot].m);
-      add(q, ws.inward[link.slot].q);
-      add(v, ws.inward[link.slot].v);
+    if (link.branch >= 0) {
+      add(m, ws.inward[link.branch].m);
+      add(q, ws.inward[link.branch].q);
+      add(v, ws.inward[link.branch].v);
     }
     const DerivativeJoint<T>& at = terms.joints[k];
     W torque = zero;
     if (own && k >= first) {
       torque = load(&ws.unit[(k - first) * lanes]);
-      add_own(torque, terms, Terms::x_q, block, q);
-      add_own(torque, terms, Terms::x_qd, block, v);
+      add_own(q, torque, terms, Terms::x_q, block);
+      add_own(v, torque, terms, Terms::x_qd, block);
     }
     if (link.slides) {
       row.m = measure<true>(at, torque, m);
@@ -138,14 +138,14 @@ void sweep_inward(const StructuredModel<S>& model, const DerivativeTerms<T>& ter
     if (link.parent < 0) continue;
     if (own && link.coordinate == Coordinate::quaternion)
       for (int j = std::max(k, first); j < std::min(k + 3, end); ++j)
-        add_own(load(&ws.unit[(j - first) * lanes]), terms, Terms::H_x_F, block, q);
-    if (link.kind != StructuredLink<S>::Kind::cyclic) {
+        add_own(q, load(&ws.unit[(j - first) * lanes]), terms, Terms::H_x_F, block);
+    if (link.kind != LoweredLink<S>::Kind::cyclic) {
       move_inward(at.r, m);
       move_inward(at.r, q);
       move_inward(at.r, v);
     }
     if (carried) continue;
-    auto& branch = ws.inward[model.link(link.parent).slot];
+    auto& branch = ws.inward[model.link(link.parent).branch];
     add(branch.m, m);
     add(branch.q, q);
     add(branch.v, v);
@@ -157,19 +157,19 @@ void sweep_inward(const StructuredModel<S>& model, const DerivativeTerms<T>& ter
 
 // y and l- from l+ and e.
 template <bool slides, class T>
-[[gnu::always_inline]] inline void respond(const DerivativeJoint<T>& at, const Wide<T>& qb,
-                                           Wide<T>& row, Sixfold<Wide<T>>& l) {
+KALMARM_INLINE void respond(const DerivativeJoint<T>& at, const Wide<T>& qb, Wide<T>& row,
+                            Sixfold<Wide<T>>& l) {
   using W = Wide<T>;
   const W angular = W(at.g.x) * l.x + W(at.g.y) * l.y + W(at.g.z) * l.z;
   const W linear = W(at.g.u) * l.u + W(at.g.v) * l.v + W(at.g.w) * l.w;
   row = (row * W(at.inverse_D) - qb - angular) - linear;
-  add_along<slides>(at.s, row, l);
+  add_along<slides>(l, at.s, row);
 }
 
-// From link `begin` to link end - 1, with l- of the parent in and of the last link out; without
-// M^-1 where `inverse` is false.
+// From link `begin` to link end - 1: l- of the parent becomes l- of the last link. Without M^-1
+// where `inverse` is false.
 template <bool own, bool inverse, class T, class S>
-void sweep_outward(const StructuredModel<S>& model, const DerivativeTerms<T>& terms, int block,
+void sweep_outward(const LoweredModel<S>& model, const DerivativeTerms<T>& terms, int block,
                    int begin, int end, DerivativeColumns<T>& ws,
                    typename DerivativeColumns<T>::Outward& l) {
   using Terms = DerivativeTerms<T>;
@@ -180,21 +180,21 @@ void sweep_outward(const StructuredModel<S>& model, const DerivativeTerms<T>& te
   Sixfold<W> m = l.m, q = l.q, v = l.v;
   Triple<W> b_q = l.b_q, b_v = l.b_v;
   for (int k = begin; k < end; ++k) {
-    const StructuredLink<S>& link = model.link(k);
+    const LoweredLink<S>& link = model.link(k);
     const DerivativeJoint<T>& at = terms.joints[k];
     if (link.parent < 0) {
       m = q = v = nothing<W>();
       b_q = b_v = {zero, zero, zero};
     } else {
       if (!link.hangs_on_previous) {
-        const auto& branch = ws.outward[model.link(link.parent).slot];
+        const auto& branch = ws.outward[model.link(link.parent).branch];
         if constexpr (inverse) m = branch.m;
         q = branch.q;
         v = branch.v;
         b_q = branch.b_q;
         b_v = branch.b_v;
       }
-      if (link.kind != StructuredLink<S>::Kind::cyclic) {
+      if (link.kind != LoweredLink<S>::Kind::cyclic) {
         if constexpr (inverse) move_outward(at.r, m);
         move_outward(at.r, q);
         move_outward(at.r, v);
@@ -213,13 +213,13 @@ void sweep_outward(const StructuredModel<S>& model, const DerivativeTerms<T>& te
     }
     if (own && k >= first && k < first + lanes) {
       const W unit = load(&ws.unit[(k - first) * lanes]);
-      add_own(unit, terms, Terms::chi, block, q);
-      add_own(unit, terms, Terms::chi_qd, block, v);
+      add_own(q, unit, terms, Terms::chi, block);
+      add_own(v, unit, terms, Terms::chi_qd, block);
       b_q = b_q + unit * terms.table.load3(Terms::psi, block);
       b_v = b_v + unit * terms.table.load3(Terms::turn, block);
     }
-    if (link.slot >= 0) {
-      auto& branch = ws.outward[link.slot];
+    if (link.branch >= 0) {
+      auto& branch = ws.outward[link.branch];
       if constexpr (inverse) branch.m = m;
       branch.q = q;
       branch.v = v;
@@ -236,7 +236,7 @@ void sweep_outward(const StructuredModel<S>& model, const DerivativeTerms<T>& te
 
 // Rows of columns to columns of rows, for a tile.
 template <class T>
-[[gnu::always_inline]] inline void turn_tile(Wide<T>* tile) {
+KALMARM_INLINE void turn_tile(Wide<T>* tile) {
   if constexpr ((lanes_of<T>) > 1) transpose(tile);
 }
 
@@ -259,7 +259,7 @@ void write_columns(const DerivativeColumns<T>& ws, Wide<T> DerivativeColumns<T>:
   }
 }
 
-// The block of M^-1 on the diagonal: what is above it, and its mirror image.
+// The diagonal block of M^-1: its upper triangle, and the mirror image.
 template <class T>
 void write_diagonal(const DerivativeColumns<T>& ws, int block, int nv, T* out) {
   constexpr int lanes = lanes_of<T>;
@@ -275,7 +275,7 @@ void write_diagonal(const DerivativeColumns<T>& ws, int block, int nv, T* out) {
   }
 }
 
-// What is above the diagonal of M^-1 in columns `begin` to end - 1 is copied below it.
+// Copies the upper triangle of M^-1 in columns `begin` to end - 1 to the lower one.
 template <class T>
 void mirror(int begin, int end, int nv, T* out) {
   constexpr int lanes = lanes_of<T>;
@@ -293,7 +293,7 @@ void mirror(int begin, int end, int nv, T* out) {
 
 // A block's columns of any tree.
 template <class T, class S>
-void tree_columns(const StructuredModel<S>& model, const DerivativeTerms<T>& terms, int block,
+void tree_columns(const LoweredModel<S>& model, const DerivativeTerms<T>& terms, int block,
                   DerivativeColumns<T>& ws, T* da_dq, T* da_dqd, T* da_dtau) {
   using W = Wide<T>;
   using Row = typename DerivativeColumns<T>::Row;

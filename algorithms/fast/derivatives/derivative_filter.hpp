@@ -1,19 +1,21 @@
-// Filter and smoother in a tree's common axes, which carry Q of (B2) in derivative_terms.hpp beside
-// P and z, and the starts of columns (B3). About 500 flops a joint for the filter.
+// Filter and smoother in a tree's common axes, with Q of (B2) propagated beside P and z, and the
+// forces (B3) that columns start from; the equations are in derivative_terms.hpp. About 500 flops a
+// joint for the filter.
 #pragma once
 
-#include "algorithms/structured/derivative_motion.hpp"
+#include "algorithms/fast/derivatives/derivative_motion.hpp"
+#include "algorithms/spatial/inlining.hpp"
 
 namespace kalmarm {
 
 namespace detail {
 
-// Across the joint of link k: what is kept of it, and P-, Q-, z- become P+, Q+, z+.
+// Across the joint of link k: P-, Q-, z- become P+, Q+, z+; g, D and e are stored.
 template <bool slides, class T, class S>
-[[gnu::always_inline]] inline void cross_joint(int k, const S& noise, const T& tau, const T& qd,
-                                               DerivativeTerms<T>& ws, Articulated<T>& P,
-                                               Sixfold<T>& z, Sixfold<T>& Qx, Sixfold<T>& Qy,
-                                               Sixfold<T>& Qz, const Size<T>& size) {
+KALMARM_INLINE void cross_joint(int k, const S& noise, const T& tau, const T& qd,
+                                DerivativeTerms<T>& ws, Articulated<T>& P, Sixfold<T>& z,
+                                Sixfold<T>& Qx, Sixfold<T>& Qy, Sixfold<T>& Qz,
+                                const Size<T>& size) {
   using Terms = DerivativeTerms<T>;
   using std::min;
   DerivativeJoint<T>& at = ws.joints[k];
@@ -29,8 +31,8 @@ template <bool slides, class T, class S>
          P.Bxy * s.x + P.Byy * s.y + P.Bzy * s.z, P.Bxz * s.x + P.Byz * s.y + P.Bzz * s.z};
   const T D = along<slides>(s, u) + T(noise);
   const T inverse_D = T(S(1)) / D;
-  const T net = T(SingularityTest<S, 1>::net());
-  ws.margin = min(ws.margin, T(D - net * (slides ? size.force : size.moment)));
+  const T threshold = T(SingularityTest<S, 1>::threshold());
+  ws.margin = min(ws.margin, T(D - threshold * (slides ? size.force : size.moment)));
   const Sixfold<T> g = {u.x * inverse_D, u.y * inverse_D, u.z * inverse_D,
                         u.u * inverse_D, u.v * inverse_D, u.w * inverse_D};
   subtract(g, u, P);
@@ -52,9 +54,9 @@ template <bool slides, class T, class S>
 
 // P-, Q-, z- and what the sweeps need of every joint.
 template <class T, class S>
-void filter(const StructuredModel<S>& model, const T* tau, const T* qd, DerivativeTerms<T>& ws) {
+void filter(const LoweredModel<S>& model, const T* tau, const T* qd, DerivativeTerms<T>& ws) {
   using Terms = DerivativeTerms<T>;
-  using Kind = typename StructuredLink<S>::Kind;
+  using Kind = typename LoweredLink<S>::Kind;
   const T zero = T(S(0)), two = T(S(2));
   auto& table = ws.table;
   ws.margin = T(S(1));
@@ -64,8 +66,8 @@ void filter(const StructuredModel<S>& model, const T* tau, const T* qd, Derivati
   Size<T> size;
   bool carried = false;  // from link k + 1
   for (int k = model.nv() - 1; k >= 0; --k) {
-    const StructuredLink<S>& link = model.link(k);
-    const StructuredBody<S>& body = model.body(k);
+    const LoweredLink<S>& link = model.link(k);
+    const LoweredBody<S>& body = model.body(k);
     if (!carried) {
       for_numbers(P, [&](int, T& x) { x = zero; });
       z = Qx = Qy = Qz = {zero, zero, zero, zero, zero, zero};
@@ -99,8 +101,8 @@ void filter(const StructuredModel<S>& model, const T* tau, const T* qd, Derivati
     }
     size.moment += T(body.Ixx + body.Iyy + body.Izz + body.r);
     size.force += T(S(3) * body.m + body.r);
-    if (link.slot >= 0) {
-      const auto& branch = ws.branches[link.slot];
+    if (link.branch >= 0) {
+      const auto& branch = ws.branches[link.branch];
       add(P, branch.P);
       add(z, branch.z);
       add(Qx, branch.Qx);
@@ -137,7 +139,7 @@ void filter(const StructuredModel<S>& model, const T* tau, const T* qd, Derivati
       move_inward(r, Qz);
     }
     if (carried) continue;
-    auto& branch = ws.branches[model.link(link.parent).slot];
+    auto& branch = ws.branches[model.link(link.parent).branch];
     if (!branch.begun) {
       branch = {true, P, z, Qx, Qy, Qz, size};
       continue;
@@ -154,13 +156,13 @@ void filter(const StructuredModel<S>& model, const T* tau, const T* qd, Derivati
 
 // The accelerations: `qdd` of the joints, a- and a of every link.
 template <class T, class S>
-void accelerate(const StructuredModel<S>& model, const T* qd, DerivativeTerms<T>& ws, T* qdd) {
+void accelerate(const LoweredModel<S>& model, const T* qd, DerivativeTerms<T>& ws, T* qdd) {
   using Terms = DerivativeTerms<T>;
   const T zero = T(S(0));
   Sixfold<T> a, before = {zero, zero, zero, zero, zero, zero};
   ws.check = zero;
   for (int k = 0; k < model.nv(); ++k) {
-    const StructuredLink<S>& link = model.link(k);
+    const LoweredLink<S>& link = model.link(k);
     const DerivativeJoint<T>& at = ws.joints[k];
     if (link.parent < 0) {
       const Vector3<S>& a0 = model.uncommon(link).a0;
@@ -169,15 +171,15 @@ void accelerate(const StructuredModel<S>& model, const T* qd, DerivativeTerms<T>
       if (!link.hangs_on_previous) a = six(ws.table, Terms::a, link.parent);
       move_outward(at.r, a);
     }
-    if (link.kind != StructuredLink<S>::Kind::cyclic) before = a;
+    if (link.kind != LoweredLink<S>::Kind::cyclic) before = a;
     set(ws.table, Terms::a_before, k, before);
     add_scaled(a, qd[k], six(ws.table, Terms::psi, k));
     const auto& g = at.g;
     qdd[k] = ((at.e - g.x * a.x - g.y * a.y) - g.z * a.z) - ((g.u * a.u + g.v * a.v) + g.w * a.w);
     if (link.slides)
-      add_along<true>(at.s, qdd[k], a);
+      add_along<true>(a, at.s, qdd[k]);
     else
-      add_along<false>(at.s, qdd[k], a);
+      add_along<false>(a, at.s, qdd[k]);
     set(ws.table, Terms::a, k, a);
     ws.check += qdd[k] * zero;
   }
@@ -242,7 +244,7 @@ void set_starts(int block, DerivativeTerms<T>& ws) {
 
 // All of the above, and qdd (nv).
 template <class T, class S>
-void derivative_terms(const StructuredModel<S>& model, const T* q, const T* qd, const T* tau,
+void derivative_terms(const LoweredModel<S>& model, const T* q, const T* qd, const T* tau,
                       DerivativeTerms<T>& ws, T* qdd) {
   detail::set_angles(model, q, ws);
   detail::set_motion(model, q, qd, ws);

@@ -3,7 +3,7 @@
 // derivative_terms.hpp for a block of joints at once.
 #pragma once
 
-#include "algorithms/structured/derivative_terms.hpp"
+#include "algorithms/fast/derivatives/derivative_terms.hpp"
 
 namespace kalmarm {
 
@@ -11,15 +11,15 @@ namespace detail {
 
 // Rotation, r, v- and v+ of every link.
 template <class T, class S>
-void set_motion(const StructuredModel<S>& model, const T* q, const T* qd, DerivativeTerms<T>& ws) {
+void set_motion(const LoweredModel<S>& model, const T* q, const T* qd, DerivativeTerms<T>& ws) {
   using Terms = DerivativeTerms<T>;
-  using Kind = typename StructuredLink<S>::Kind;
+  using Kind = typename LoweredLink<S>::Kind;
   const T zero = T(S(0)), one = T(S(1));
   Triple<T> X, Y, Z, w, v;
   Triple<T> w_before = {zero, zero, zero}, v_before = w_before;
   int body = 0;  // first DoF of the joint
   for (int k = 0; k < model.nv(); ++k) {
-    const StructuredLink<S>& link = model.link(k);
+    const LoweredLink<S>& link = model.link(k);
     if (link.parent < 0) {
       X = {one, zero, zero};
       Y = {zero, one, zero};

@@ -3,8 +3,8 @@
 // Axes are common to a tree: those of its root's placement. Reference points are not: everything
 // about link k is about its own origin, which a hinge's axis runs through, so that H = (s; 0), or
 // (0; s) of a slide, and what is passed on is moved by r = o(k) - o(parent) alone:
-//   force (n; f) -> (n + r x f; f) inward,   motion (w; v) -> (w; v + w x r) outward       phi,
-//   phi'
+//   force (n; f) -> (n + r x f; f) inward                                                   phi
+//   motion (w; v) -> (w; v + w x r) outward                                                 phi'
 // Velocities v and accelerations a are spatial, gravity is the acceleration of the base. With v-,
 // a- of the joint's inboard side (for the three DoF of a ball joint: of all three) and v+ of its
 // body:
@@ -28,8 +28,9 @@
 #include <algorithm>
 #include <vector>
 
-#include "algorithms/structured/forward_dynamics.hpp"
-#include "algorithms/structured/joint_table.hpp"
+#include "algorithms/fast/covariance/forward_dynamics.hpp"
+#include "algorithms/fast/derivatives/joint_table.hpp"
+#include "algorithms/spatial/inlining.hpp"
 
 namespace kalmarm {
 
@@ -92,11 +93,11 @@ struct DerivativeTerms {
   std::vector<T> angle, sin, cos;
   std::vector<MatrixPlacement<T>> matrices;
   std::vector<Branch> branches;
-  T margin;  // least D - net x size of the last call
+  T margin;  // min over joints of D - threshold x size in the last call (filter.hpp)
   T check;   // zero where every acceleration was finite, else NaN
 
   template <class S>
-  explicit DerivativeTerms(const StructuredModel<S>& model)
+  explicit DerivativeTerms(const LoweredModel<S>& model)
       : table(model.nv()),
         constant(model.nv()),
         joints(model.nv()),
@@ -105,11 +106,11 @@ struct DerivativeTerms {
         sin(angle),
         cos(angle),
         matrices(model.matrices()),
-        branches(model.slots()) {
+        branches(model.branch_count()) {
     bool ball = false;
     for (int k = 0; k < model.nv(); ++k) {
-      const StructuredLink<S>& link = model.link(k);
-      const StructuredBody<S>& body = model.body(k);
+      const LoweredLink<S>& link = model.link(k);
+      const LoweredBody<S>& body = model.body(k);
       const S I[] = {body.Ixx, body.Ixy, body.Iyy, body.Ixz, body.Iyz, body.Izz};
       constant.at(mass, k) = T(body.m);
       constant.set(body_h, k, {T(body.h[0]), T(body.h[1]), T(body.h[2])});
@@ -126,7 +127,7 @@ struct DerivativeTerms {
 namespace detail {
 
 template <class T>
-[[gnu::always_inline]] inline void add_scaled(Sixfold<T>& y, const T& a, const Sixfold<T>& x) {
+KALMARM_INLINE void add_scaled(Sixfold<T>& y, const T& a, const Sixfold<T>& x) {
   y.x += a * x.x;
   y.y += a * x.y;
   y.z += a * x.z;
@@ -137,14 +138,14 @@ template <class T>
 
 // H x and x += H'a.
 template <bool slides, class T, class X>
-[[gnu::always_inline]] inline X along(const Triple<T>& s, const Sixfold<X>& x) {
+KALMARM_INLINE X along(const Triple<T>& s, const Sixfold<X>& x) {
   if constexpr (slides)
     return X(s.x) * x.u + X(s.y) * x.v + X(s.z) * x.w;
   else
     return X(s.x) * x.x + X(s.y) * x.y + X(s.z) * x.z;
 }
 template <bool slides, class T, class X>
-[[gnu::always_inline]] inline void add_along(const Triple<T>& s, const X& a, Sixfold<X>& x) {
+KALMARM_INLINE void add_along(Sixfold<X>& x, const Triple<T>& s, const X& a) {
   (slides ? x.u : x.x) += X(s.x) * a;
   (slides ? x.v : x.y) += X(s.y) * a;
   (slides ? x.w : x.z) += X(s.z) * a;
@@ -152,34 +153,34 @@ template <bool slides, class T, class X>
 
 // phi and phi'.
 template <class T, class X>
-[[gnu::always_inline]] inline void move_inward(const Triple<T>& r, Sixfold<X>& x) {
+KALMARM_INLINE void move_inward(const Triple<T>& r, Sixfold<X>& x) {
   x.x = x.x + X(r.y) * x.w - X(r.z) * x.v;
   x.y = x.y + X(r.z) * x.u - X(r.x) * x.w;
   x.z = x.z + X(r.x) * x.v - X(r.y) * x.u;
 }
 template <class T, class X>
-[[gnu::always_inline]] inline void move_outward(const Triple<T>& r, Sixfold<X>& x) {
+KALMARM_INLINE void move_outward(const Triple<T>& r, Sixfold<X>& x) {
   x.u = x.u + X(r.z) * x.y - X(r.y) * x.z;
   x.v = x.v + X(r.x) * x.z - X(r.z) * x.x;
   x.w = x.w + X(r.y) * x.x - X(r.x) * x.y;
 }
 
 template <class T>
-[[gnu::always_inline]] inline void set(JointTable<T, DerivativeTerms<T>::numbers>& table,
-                                       int number, int k, const Sixfold<T>& x) {
+KALMARM_INLINE void set(JointTable<T, DerivativeTerms<T>::numbers>& table, int number, int k,
+                        const Sixfold<T>& x) {
   table.set(number, k, {x.x, x.y, x.z});
   table.set(number + 3, k, {x.u, x.v, x.w});
 }
 template <class T>
-[[gnu::always_inline]] inline Sixfold<T> six(
-    const JointTable<T, DerivativeTerms<T>::numbers>& table, int number, int k) {
+KALMARM_INLINE Sixfold<T> six(const JointTable<T, DerivativeTerms<T>::numbers>& table, int number,
+                              int k) {
   const Triple<T> a = table.triple(number, k), b = table.triple(number + 3, k);
   return {a.x, a.y, a.z, b.x, b.y, b.z};
 }
 
 // f(i, number i of P).
 template <class A, class F>
-[[gnu::always_inline]] inline void for_numbers(A& P, const F& f) {
+KALMARM_INLINE void for_numbers(A& P, const F& f) {
   f(0, P.Axx), f(1, P.Axy), f(2, P.Ayy), f(3, P.Axz), f(4, P.Ayz), f(5, P.Azz);
   f(6, P.Bxx), f(7, P.Bxy), f(8, P.Byx), f(9, P.Byy), f(10, P.Bxz), f(11, P.Byz);
   f(12, P.Bzx), f(13, P.Bzy), f(14, P.Bzz);
@@ -188,8 +189,7 @@ template <class A, class F>
 
 // P - g u'.
 template <class T>
-[[gnu::always_inline]] inline void subtract(const Sixfold<T>& g, const Sixfold<T>& u,
-                                            Articulated<T>& P) {
+KALMARM_INLINE void subtract(const Sixfold<T>& g, const Sixfold<T>& u, Articulated<T>& P) {
   P.Axx -= g.x * u.x;
   P.Axy -= g.x * u.y;
   P.Ayy -= g.y * u.y;

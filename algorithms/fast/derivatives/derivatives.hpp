@@ -17,10 +17,9 @@
 // it: a free base 7e7 m away that travels at 1e4 m/s has the same derivatives to the bit.
 #pragma once
 
-#include <cassert>
+#include <algorithm>
 
-#include "algorithms/structured/derivative_chain.hpp"
-#include "algorithms/structured/dynamics.hpp"
+#include "algorithms/fast/derivatives/derivative_chain.hpp"
 
 namespace kalmarm {
 
@@ -31,15 +30,15 @@ struct DerivativeWorkspace {
   ChainBlocks<T> chain;
 
   template <class S>
-  explicit DerivativeWorkspace(const StructuredModel<S>& model)
+  explicit DerivativeWorkspace(const LoweredModel<S>& model)
       : terms(model), columns(model), chain(model) {}
 };
 
 // da_dq, da_dqd and da_dtau (nv x nv, by columns) and a (nv) from q (nq), qd and tau (nv);
 // ws.terms.margin and ws.terms.check say whether they can be believed.
 template <class T, class S>
-void structured_derivatives(const StructuredModel<S>& model, const T* q, const T* qd, const T* tau,
-                            DerivativeWorkspace<T>& ws, T* da_dq, T* da_dqd, T* da_dtau, T* a) {
+void fast_derivatives(const LoweredModel<S>& model, const T* q, const T* qd, const T* tau,
+                      DerivativeWorkspace<T>& ws, T* da_dq, T* da_dqd, T* da_dtau, T* a) {
   derivative_terms(model, q, qd, tau, ws.terms, a);
   constexpr int lanes = lanes_of<T>, mirrored_at_once = 8;
   const int blocks = ws.terms.table.blocks();
@@ -56,34 +55,5 @@ void structured_derivatives(const StructuredModel<S>& model, const T* q, const T
                      std::min((block + 1) * lanes, model.nv()), model.nv(), da_dtau);
   }
 }
-
-template <class S>
-class StructuredDerivatives {
- public:
-  explicit StructuredDerivatives(const Model<S>& model)
-      : model_(model), workspace_(model_), fallback_(model, model_) {}
-
-  // da_dq, da_dqd, da_dtau = M^-1 (nv x nv, every entry is written; M^-1 is symmetric to the bit)
-  // and a (nv) from q (nq), qd and tau (nv), in SI units. On failure none is to be used.
-  Outcome derivatives(const VectorX<S>& q, const VectorX<S>& qd, const VectorX<S>& tau,
-                      MatrixX<S>& da_dq, MatrixX<S>& da_dqd, MatrixX<S>& da_dtau, VectorX<S>& a) {
-    const int nv = model_.nv();
-    const auto fits = [nv](const MatrixX<S>& x) { return x.rows() == nv && x.cols() == nv; };
-    assert(q.size() == model_.nq() && qd.size() == nv && tau.size() == nv && a.size() == nv);
-    assert(fits(da_dq) && fits(da_dqd) && fits(da_dtau));
-    (void)fits;
-    structured_derivatives(model_, q.data(), qd.data(), tau.data(), workspace_, da_dq.data(),
-                           da_dqd.data(), da_dtau.data(), a.data());
-    const S check = workspace_.terms.check;
-    if (!fallback_.suspects(model_, q.data(), workspace_.terms, check)) return {};
-    const Outcome out = fallback_.factor(q.data());
-    return out && check != S(0) ? Outcome{.status = Outcome::Status::not_finite} : out;
-  }
-
- private:
-  StructuredModel<S> model_;
-  DerivativeWorkspace<S> workspace_;
-  detail::Fallback<S, CovarianceForm> fallback_;  // a verdict: it has no derivatives
-};
 
 }  // namespace kalmarm

@@ -1,29 +1,28 @@
-// Numbers of every joint, which can be worked on joint by joint or for a register's width of
-// joints at once: blocks of `lanes` joints, as many as V holds, in each block one row for every
-// number.
+// A table of numbers per joint that can be read by joint or by SIMD register: blocks of `lanes`
+// joints, as many as V holds, and in each block one row for every number.
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <type_traits>
 #include <vector>
 
+#include "algorithms/fast/covariance/articulated.hpp"
+#include "algorithms/spatial/inlining.hpp"
 #include "algorithms/spatial/pack.hpp"
-#include "algorithms/structured/articulated.hpp"
 
 namespace kalmarm {
 
-// The type that works on several T at once: float and double have one, of any other T it is one.
+// The SIMD pack of T: a register of float or double, but the six columns of a link have room
+// (derivative_chain.hpp); T itself for any other scalar.
 template <class T>
 struct WideOf {
   using type = T;
 };
-template <>
-struct WideOf<float> {
-  using type = WidePack<float>;
-};
-template <>
-struct WideOf<double> {
-  using type = WidePack<double>;
+template <class T>
+requires std::is_floating_point_v<T>
+struct WideOf<T> {
+  using type = Pack<T, std::max(Lanes<WidePack<T>>::count, 8)>;
 };
 template <class T>
 using Wide = typename WideOf<T>::type;
@@ -35,14 +34,14 @@ template <class T>
 using AlignedVector = std::vector<T, Eigen::aligned_allocator<T>>;
 
 template <class T>
-[[gnu::always_inline]] inline Wide<T> load(const T* from) {
+KALMARM_INLINE Wide<T> load(const T* from) {
   if constexpr ((lanes_of<T>) > 1)
     return Wide<T>::load(from);
   else
     return *from;
 }
 template <class T>
-[[gnu::always_inline]] inline void store(const Wide<T>& x, T* to) {
+KALMARM_INLINE void store(const Wide<T>& x, T* to) {
   if constexpr ((lanes_of<T>) > 1)
     x.store(to);
   else
@@ -51,22 +50,28 @@ template <class T>
 
 // The first `count` lanes; `room` says whether all of them may be written, in which case the others
 // keep what is there.
-template <class T>
-[[gnu::always_inline]] inline void store_some(const Wide<T>& x, int count, bool room, T* to) {
-  constexpr int lanes = lanes_of<T>;
-  if constexpr (lanes == 1) {
-    *to = x;
+template <class P>
+KALMARM_INLINE void store_first(const P& x, int count, bool room, typename Lanes<P>::Scalar* to) {
+  constexpr int lanes = Lanes<P>::count;
+  if (count >= lanes) return x.store(to);
+  if constexpr (requires { x.high; }) {
+    store_first(x.low, count, room, to);
+    if (count > lanes / 2) store_first(x.high, count - lanes / 2, room, to + lanes / 2);
+  } else if (room) {
+    typename P::Mask lane;
+    for (int i = 0; i < lanes; ++i) lane[i] = i;
+    const P there = P::load(to);
+    P::of(lane < count ? x.v : there.v).store(to);
   } else {
-    if (count >= lanes) return x.store(to);
-    typename Wide<T>::Mask lane;
-    if (room) {
-      for (int i = 0; i < lanes; ++i) lane[i] = i;
-      const Wide<T> there = Wide<T>::load(to);
-      Wide<T>::of(lane < count ? x.v : there.v).store(to);
-    } else {
-      for (int i = 0; i < count; ++i) to[i] = x[i];
-    }
+    for (int i = 0; i < count; ++i) to[i] = x[i];
   }
+}
+template <class T>
+KALMARM_INLINE void store_some(const Wide<T>& x, int count, bool room, T* to) {
+  if constexpr ((lanes_of<T>) == 1)
+    *to = x;
+  else
+    store_first(x, count, room, to);
 }
 
 template <class T>
@@ -83,12 +88,12 @@ struct Triple {
 };
 
 template <class T>
-[[gnu::always_inline]] inline T dot(const Triple<T>& a, const Triple<T>& b) {
+KALMARM_INLINE T dot(const Triple<T>& a, const Triple<T>& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
 template <class T>
-[[gnu::always_inline]] inline Triple<T> cross(const Triple<T>& a, const Triple<T>& b) {
+KALMARM_INLINE Triple<T> cross(const Triple<T>& a, const Triple<T>& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 

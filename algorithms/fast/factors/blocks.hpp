@@ -1,13 +1,13 @@
 // A symmetric matrix of a long chain, column-major, whose entries off the diagonal have rank 6:
 //
 //   X(m,j) = N(m)' Phi(m+1) ... Phi(j-1) Z(j),  m < j          Phi(k): from link k to link k - 1
-// By blocks I of 16 links, the first perhaps of less:
+// By blocks I of 16 links with AVX-512, else of 8, the first perhaps of less:
 //   rows(I)  = N(m)' Phi(m+1) ... to the last link of I
 //   Phi(I)   = Phi(first) ... Phi(last), 6 x 6
 //   Z(J)     = Phi(first) ... Phi(j-1) Z(j), at the link before J
 //   X(I,J)   = rows(I) Z(J),  Z(J) <- Phi(I) Z(J)    for I = J - 1, J - 2, ...
 // 12 flops for an entry of either triangle, 5 for Phi(I) Z(J), and within a block about 30 for
-// each of 16 x 3 numbers a link. The upper triangle is the mirror image of the lower one.
+// each of 3 numbers a link and lane. The upper triangle is the mirror image of the lower one.
 #pragma once
 
 #include <algorithm>
@@ -15,13 +15,13 @@
 #include <type_traits>
 #include <vector>
 
-#include "algorithms/structured/columns.hpp"
+#include "algorithms/fast/factors/columns.hpp"
 
 namespace kalmarm {
 
-// Whether every link hangs on the one before, and there are `links` of them.
+// Whether the model is a chain (every parent is k - 1) of at least `links` links.
 template <class S>
-bool is_chain(const StructuredModel<S>& model, int links) {
+bool is_chain(const LoweredModel<S>& model, int links) {
   for (int k = 1; k < model.nv(); ++k)
     if (!model.link(k).hangs_on_previous) return false;
   return model.nv() >= links;
@@ -30,7 +30,8 @@ bool is_chain(const StructuredModel<S>& model, int links) {
 template <class S>
 class Blocks {
  public:
-  static constexpr int size = 16;
+  // A register of float, two of double; the six columns of Phi have room.
+  static constexpr int size = std::max(Lanes<WidePack<float>>::count, 8);
 
   explicit Blocks(int links) : rows_((links + size - 1) / size), Phi_(rows_.size()) {}
 
@@ -62,7 +63,7 @@ class Blocks {
 
  private:
   using Part = WidePack<S>;
-  using Lane = std::conditional_t<Lanes<Part>::count == size, Part, Twin<Part>>;
+  using Lane = Pack<S, size>;
   static constexpr int part = Lanes<Part>::count, parts = size / part;
 
   // N(m)' ... of one number each, by component.
@@ -116,11 +117,11 @@ class Blocks {
     for (int k = first + count - 1; k >= first; --k)
       store_rows(chain.enter(k, detail::Unit<Lane>::lane(k - first), z), first, k, n, X);
     detail::mirror_triangle(first, first + count, n, X);
-    detail::copy(z, Z);
+    detail::assign(Z, z);
   }
 
-  // Of `size` columns the lines from a row on: stores that miss the cache one after another would
-  // take most of the time.
+  // Prefetches the cache lines of `size` columns from a row on: otherwise store misses, one after
+  // another, take most of the time.
   static void prefetch(int column, int row, int n, const S* X) {
     for (int j = 0; j < size; ++j) {
       const S* const from = X + std::ptrdiff_t(column + j) * n + row;
@@ -138,12 +139,7 @@ class Blocks {
       for (int i = 0; i < part; ++i) {
         const Lane x = (Z.x * N.at[0][m + i] + Z.y * N.at[1][m + i] + Z.z * N.at[2][m + i]) +
                        (Z.u * N.at[3][m + i] + Z.v * N.at[4][m + i] + Z.w * N.at[5][m + i]);
-        if constexpr (parts == 1) {
-          square[0][i] = x;
-        } else {
-          square[0][i] = x.a;
-          square[1][i] = x.b;
-        }
+        for (int j = 0; j < parts; ++j) square[j][i] = piece<part>(x, j);
       }
       const int rows = std::min(part, height - m);
       for (int i = 0; i < rows; ++i)

@@ -5,15 +5,16 @@
 //   a = e - g' l+,  l+ = phi' l-(parent)                     base to tips
 // In a column of M^-1, tau is a unit vector: the first sweep visits the links on the path to the
 // base alone, and the second one only has to go as far as the diagonal. About 43 flops a link and
-// lane in each, at a hinge that is an heir.
+// lane in each, at an aligned hinge (lowered_model.hpp).
 #pragma once
 
 #include <array>
 #include <vector>
 
-#include "algorithms/spatial/twin.hpp"
-#include "algorithms/structured/factors.hpp"
-#include "algorithms/structured/lower_triangle.hpp"
+#include "algorithms/fast/factors/factors.hpp"
+#include "algorithms/fast/factors/lower_triangle.hpp"
+#include "algorithms/spatial/inlining.hpp"
+#include "algorithms/spatial/pack.hpp"
 
 namespace kalmarm {
 
@@ -27,8 +28,8 @@ struct ColumnsWorkspace {
   std::vector<Branch> branches;
 
   template <class S>
-  explicit ColumnsWorkspace(const StructuredModel<S>& model)
-      : e(model.nv()), branches(model.slots()) {}
+  explicit ColumnsWorkspace(const LoweredModel<S>& model)
+      : e(model.nv()), branches(model.branch_count()) {}
 };
 
 // Of every chunk of columns (lower_triangle.hpp) the links between them and the base.
@@ -60,7 +61,7 @@ struct Unit {
 };
 template <class S, int n>
 struct Unit<Pack<S, n>> {
-  [[gnu::always_inline]] static Pack<S, n> lane(int i) {
+  KALMARM_INLINE static Pack<S, n> lane(int i) {
     static constexpr auto one_among_zeros = [] {
       std::array<S, 2 * n + 1> numbers{};
       numbers[n] = S(1);
@@ -69,20 +70,14 @@ struct Unit<Pack<S, n>> {
     return Pack<S, n>::load(&one_among_zeros[n - (i < 0 ? -1 : i < n ? i : n)]);
   }
 };
-template <class P>
-struct Unit<Twin<P>> {
-  [[gnu::always_inline]] static Twin<P> lane(int i) {
-    return {Unit<P>::lane(i), Unit<P>::lane(i - Lanes<P>::count)};
-  }
-};
 
 // Number by number: gcc keeps in memory what is assigned as a whole.
 template <class T>
-[[gnu::always_inline]] inline void set_zero(Sixfold<T>& x) {
+KALMARM_INLINE void set_zero(Sixfold<T>& x) {
   x.x = x.y = x.z = x.u = x.v = x.w = T(0);
 }
 template <class T>
-[[gnu::always_inline]] inline void copy(const Sixfold<T>& from, Sixfold<T>& to) {
+KALMARM_INLINE void assign(Sixfold<T>& to, const Sixfold<T>& from) {
   to.x = from.x;
   to.y = from.y;
   to.z = from.z;
@@ -91,7 +86,7 @@ template <class T>
   to.w = from.w;
 }
 template <class T>
-[[gnu::always_inline]] inline void cycle(T& x, T& y, T& z) {
+KALMARM_INLINE void cycle(T& x, T& y, T& z) {
   const T first = x;
   x = z;
   z = y;
@@ -100,11 +95,9 @@ template <class T>
 
 // phi z+, for several columns at once.
 template <class T, class S, class U>
-[[gnu::always_inline]] inline void force_to_parent(const StructuredModel<S>& model,
-                                                   const StructuredLink<S>& link,
-                                                   const Placements<U>& placed, const U& d,
-                                                   Sixfold<T>& z) {
-  using Kind = typename StructuredLink<S>::Kind;
+KALMARM_INLINE void force_to_parent(const LoweredModel<S>& model, const LoweredLink<S>& link,
+                                    const Placements<U>& placed, const U& d, Sixfold<T>& z) {
+  using Kind = typename LoweredLink<S>::Kind;
   switch (link.kind) {
     case Kind::screws:
       if (link.slides)
@@ -124,15 +117,15 @@ template <class T, class S, class U>
 
 // z- becomes z+; e is returned.
 template <class T, class S, class G>
-[[gnu::always_inline]] inline T gain(const StructuredLink<S>& link, const Sixfold<G>& g,
-                                     const T& tau, Sixfold<T>& z) {
+KALMARM_INLINE T gain(const LoweredLink<S>& link, const Sixfold<G>& g, const T& tau,
+                      Sixfold<T>& z) {
   if (link.slides) return link.noise ? gain<true, true>(g, tau, z) : gain<true, false>(g, tau, z);
   return link.noise ? gain<false, true>(g, tau, z) : gain<false, false>(g, tau, z);
 }
 
 // e of the links up to `last`, of which those with visits[k] have a tau(k) outboard that is not 0.
 template <class T, class S, class U, class Tau>
-void sweep_inward(const StructuredModel<S>& model, const StructuredFactors<U>& factors, int last,
+void sweep_inward(const LoweredModel<S>& model, const FastFactors<U>& factors, int last,
                   const char* visits, const Tau& tau, ColumnsWorkspace<T>& ws) {
   for (auto& branch : ws.branches) set_zero(branch.z);
   Sixfold<T> z;
@@ -144,35 +137,34 @@ void sweep_inward(const StructuredModel<S>& model, const StructuredFactors<U>& f
       carried = false;
       continue;
     }
-    const StructuredLink<S>& link = model.link(k);
+    const LoweredLink<S>& link = model.link(k);
     const auto& at = factors.links[k];
     if (!carried) set_zero(z);
-    if (link.slot >= 0) add(z, ws.branches[link.slot].z);
+    if (link.branch >= 0) add(z, ws.branches[link.branch].z);
     ws.e[k] = gain(link, at.g, T(tau(k)), z) * at.inverse_D;
     carried = link.hangs_on_previous;
     if (link.parent < 0) continue;
     force_to_parent(model, link, factors, at.d, z);
-    if (!carried) add(ws.branches[model.link(link.parent).slot].z, z);
+    if (!carried) add(ws.branches[model.link(link.parent).branch].z, z);
   }
 }
 
 // write(k, a) of the links up to `last`.
 template <class T, class S, class U, class Write>
-[[gnu::always_inline]] inline void sweep_outward(const StructuredModel<S>& model,
-                                                 const StructuredFactors<U>& factors, int last,
-                                                 ColumnsWorkspace<T>& ws, const Write& write) {
+KALMARM_INLINE void sweep_outward(const LoweredModel<S>& model, const FastFactors<U>& factors,
+                                  int last, ColumnsWorkspace<T>& ws, const Write& write) {
   Sixfold<T> l;
   set_zero(l);
   for (int k = 0; k <= last; ++k) {
-    const StructuredLink<S>& link = model.link(k);
+    const LoweredLink<S>& link = model.link(k);
     const auto& at = factors.links[k];
     if (link.parent < 0)
       set_zero(l);
     else if (!link.hangs_on_previous)
-      copy(ws.branches[model.link(link.parent).slot].l, l);
+      assign(l, ws.branches[model.link(link.parent).branch].l);
     if (link.parent >= 0) motion_from_parent(model, link, factors, at.d, l);
     write(k, smooth(link, at.g, ws.e[k], l));
-    if (link.slot >= 0) copy(l, ws.branches[link.slot].l);
+    if (link.branch >= 0) assign(ws.branches[link.branch].l, l);
   }
 }
 

@@ -1,22 +1,23 @@
-// g and D of every link from q alone: the filter without velocities and forces, whose factors are
-// kept for what follows (columns.hpp, lambda.hpp); limbs of a tree in lanes (limbs.hpp). About 195
-// flops a hinge that is an heir, and its sine and cosine.
+// g and D of every link from q alone: the filter without velocities and forces. Its factors are
+// used by columns.hpp and lambda.hpp; limbs of a tree run in SIMD lanes (limbs.hpp). About 195
+// flops an aligned hinge (lowered_model.hpp), and its sine and cosine.
 #pragma once
 
 #include <vector>
 
-#include "algorithms/structured/limbs.hpp"
+#include "algorithms/fast/factors/limbs.hpp"
+#include "algorithms/spatial/inlining.hpp"
 
 namespace kalmarm {
 
 template <class T>
-struct StructuredFactors : Placements<T> {
+struct FastFactors : Placements<T> {
   struct Link {
     T d;  // of a slide
     T inverse_D;
     Sixfold<T> g;
   };
-  // What the children of a link with several have summed up to.
+  // Of a link with several children: the sum over them.
   struct Branch {
     bool begun;
     Articulated<T> P;
@@ -25,23 +26,23 @@ struct StructuredFactors : Placements<T> {
 
   std::vector<Link> links;
   std::vector<Branch> branches;
-  T margin;  // least D - net x size
+  T margin;  // min over joints of D - threshold x size (filter.hpp)
   Limbs<T> limbs;
 
   template <class S>
-  explicit StructuredFactors(const StructuredModel<S>& model)
-      : Placements<T>(model), links(model.nv()), branches(model.slots()), limbs(model) {}
+  explicit FastFactors(const LoweredModel<S>& model)
+      : Placements<T>(model), links(model.nv()), branches(model.branch_count()), limbs(model) {}
 };
 
 namespace detail {
 
-// The filter's rider where there is nothing to be carried.
+// The filter's policy where nothing is propagated along with P.
 template <class T, class S>
 struct NoForces {
   struct Load {};
 
-  const StructuredModel<S>& model;
-  StructuredFactors<T>& factors;
+  const LoweredModel<S>& model;
+  FastFactors<T>& factors;
 
   void begin_all() const { factors.limbs.factor(model, factors); }
   bool has_done(int k) const { return factors.limbs.have(k); }
@@ -50,8 +51,8 @@ struct NoForces {
   void add_branch(int, Load) const {}
   void keep(int, bool, Load) const {}
   template <bool slides, bool noise, class P_plus>
-  [[gnu::always_inline]] void measured(int k, const Sixfold<T>&, const T& inverse_D, const P_plus&,
-                                       Load) const {
+  KALMARM_INLINE void measured(int k, const Sixfold<T>&, const T& inverse_D, const P_plus&,
+                               Load) const {
     auto& at = factors.links[k];
     at.inverse_D = inverse_D;
     if constexpr (!noise) (slides ? at.g.w : at.g.z) = T(1);
@@ -66,7 +67,7 @@ struct NoForces {
 
 // The factors at q (nq).
 template <class T, class S>
-void structured_factor(const StructuredModel<S>& model, const T* q, StructuredFactors<T>& factors) {
+void covariance_factor(const LoweredModel<S>& model, const T* q, FastFactors<T>& factors) {
   detail::set_placements(model, q, factors);
   detail::filter<T>(model, factors, detail::NoForces<T, S>{model, factors});
 }

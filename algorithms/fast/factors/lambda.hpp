@@ -7,12 +7,13 @@
 //   M^-1(k,j) = n(k)' z-(k)     where tau is 0 but for tau(j) = 1 and j is outboard of k
 // Lambda is held as P is (articulated.hpp), but with the linear part first: [A B; B' C] on (v, w).
 // So v - p x w moves it as n + p x f moves P, with -p, and the kernels are the same. About 250
-// flops a hinge that is an heir.
+// flops an aligned hinge (lowered_model.hpp).
 #pragma once
 
 #include <vector>
 
-#include "algorithms/structured/factors.hpp"
+#include "algorithms/fast/factors/factors.hpp"
+#include "algorithms/spatial/inlining.hpp"
 
 namespace kalmarm {
 
@@ -23,14 +24,14 @@ struct LambdaWorkspace {
   std::vector<Articulated<T>> branches;  // Lambda- of links with several children
 
   template <class S>
-  explicit LambdaWorkspace(const StructuredModel<S>& model)
-      : n(model.nv()), alpha(model.nv()), branches(model.slots()) {}
+  explicit LambdaWorkspace(const LoweredModel<S>& model)
+      : n(model.nv()), alpha(model.nv()), branches(model.branch_count()) {}
 };
 
 namespace detail {
 
 template <class C>
-[[gnu::always_inline]] inline Turn<C> reversed(const Turn<C>& by) {
+KALMARM_INLINE Turn<C> reversed(const Turn<C>& by) {
   Turn<C> back = by;
   back.s = -back.s;
   back.cs = -back.cs;
@@ -39,10 +40,8 @@ template <class C>
 
 // phi' Lambda- phi across a screw.
 template <class T, class S, class C, class D>
-[[gnu::always_inline]] inline Articulated<T> from_parent(const StructuredModel<S>& model,
-                                                         const StructuredLink<S>& link,
-                                                         const Turn<C>& joint, const D& d,
-                                                         Articulated<T> L) {
+KALMARM_INLINE Articulated<T> from_parent(const LoweredModel<S>& model, const LoweredLink<S>& link,
+                                          const Turn<C>& joint, const D& d, Articulated<T> L) {
   if (link.p[2] != S(0)) translate_z(S(-link.p[2]), L);
   if (link.p[1] != S(0)) translate_y(S(-link.p[1]), L);
   translate_x(S(-link.p[0]), L);
@@ -54,7 +53,7 @@ template <class T, class S, class C, class D>
 }
 
 template <class T>
-[[gnu::noinline]] void from_parent(const MatrixPlacement<T>& phi, Articulated<T>& L) {
+KALMARM_NOINLINE void from_parent(const MatrixPlacement<T>& phi, Articulated<T>& L) {
   translate_z(T(-phi.p[2]), L);
   translate_y(T(-phi.p[1]), L);
   translate_x(T(-phi.p[0]), L);
@@ -66,8 +65,7 @@ template <class T>
 
 // Lambda+ g: L stands with its halves exchanged.
 template <class T>
-[[gnu::always_inline]] inline Sixfold<T> lambda_times(const Articulated<T>& L,
-                                                      const Sixfold<T>& g) {
+KALMARM_INLINE Sixfold<T> lambda_times(const Articulated<T>& L, const Sixfold<T>& g) {
   const Sixfold<T> y = times(L, Sixfold<T>{g.u, g.v, g.w, g.x, g.y, g.z});
   return {y.u, y.v, y.w, y.x, y.y, y.z};
 }
@@ -76,18 +74,18 @@ template <class T>
 
 // alpha and n of every link. Not in pairs: filter.hpp says why.
 template <class T, class S>
-[[gnu::optimize("no-tree-slp-vectorize")]] void structured_lambda(
-    const StructuredModel<S>& model, const StructuredFactors<T>& factors, LambdaWorkspace<T>& ws) {
-  using Kind = typename StructuredLink<S>::Kind;
+KALMARM_SWEEP void fast_lambda(const LoweredModel<S>& model, const FastFactors<T>& factors,
+                               LambdaWorkspace<T>& ws) {
+  using Kind = typename LoweredLink<S>::Kind;
   Articulated<T> L;
   for (int k = 0; k < model.nv(); ++k) {
-    const StructuredLink<S>& link = model.link(k);
+    const LoweredLink<S>& link = model.link(k);
     const auto& at = factors.links[k];
     if (link.parent < 0) {
       const T o = T(S(0));
       L = {o, o, o, o, o, o, o, o, o, o, o, o, o, o, o, o, o, o, o, o, o};
     } else {
-      if (!link.hangs_on_previous) L = ws.branches[model.link(link.parent).slot];
+      if (!link.hangs_on_previous) L = ws.branches[model.link(link.parent).branch];
       if (link.kind == Kind::cyclic) {
         L = cycle(cycle(L));
       } else if (link.kind == Kind::matrix) {
@@ -126,7 +124,7 @@ template <class T, class S>
       L.Czz -= y.z;
     }
     ws.n[k] = y;
-    if (link.slot >= 0) ws.branches[link.slot] = L;
+    if (link.branch >= 0) ws.branches[link.branch] = L;
   }
 }
 

@@ -1,12 +1,12 @@
-// The filter of the fast path (filter.hpp) on the limbs of a tree, one limb in every lane.
+// The filter of the fast path (filter.hpp) on the limbs of a tree, one limb per SIMD lane.
 //
-// A limb is a run of hinges from a link that branches, or from the base, to a tip. Lanes end at
-// their limb's first joint together, so that shorter limbs begin later; until then a lane works on
-// a body of unit inertia about its joint and of none else,
+// A limb is a run of hinges from a link that branches, or from the base, to a tip. All lanes reach
+// their limb's root joint in the same step. Lanes of shorter limbs start with dummy bodies (unit
+// inertia about the axis, else zero), which pass on exactly nothing:
 //   P = H'H,  D = 1,  g = H',  P+ = 0 to the last bit
-// Where r = 0, r stands as 0 in lanes beside others with r > 0: the same P+, and g(axis) is set to
-// 1. Lanes take about twice as long as one link, so that limbs are taken together where they have
-// two and a half times the links of the longest.
+// If some lanes of a step have joint noise, the others run with r = 0: P+ is the same, and g(axis)
+// is set to 1. One SIMD step costs about two scalar links, so limbs are grouped only if together
+// they have 2.5 times the links of the longest.
 #pragma once
 
 #include <algorithm>
@@ -15,11 +15,12 @@
 #include <utility>
 #include <vector>
 
-#include "algorithms/structured/filter.hpp"
+#include "algorithms/fast/covariance/filter.hpp"
+#include "algorithms/spatial/inlining.hpp"
 
 namespace kalmarm {
 
-// Where a scalar has no lanes.
+// For scalars without SIMD lanes.
 struct NoLimbs {
   template <class Model>
   explicit NoLimbs(const Model&) {}
@@ -32,7 +33,7 @@ struct NoLimbs {
 template <class S>
 class LimbsInLanes {
  public:
-  explicit LimbsInLanes(const StructuredModel<S>& model) : taken_(model.nv(), 0) {
+  explicit LimbsInLanes(const LoweredModel<S>& model) : taken_(model.nv(), 0) {
     std::vector<Limb> limbs = limbs_of(model);
     std::stable_sort(limbs.begin(), limbs.end(),
                      [](const Limb& a, const Limb& b) { return a.links > b.links; });
@@ -46,13 +47,13 @@ class LimbsInLanes {
     }
   }
 
-  // Whether link k is of a limb in a lane.
+  // Whether factor() handles link k.
   bool have(int k) const { return taken_[k]; }
 
-  // g and D of the limbs' links; what they put into the links that they hang on goes to their
-  // branches, and into the margin.
+  // g and D of the limbs' links. phi P+ phi' of their root joints is added to the parents'
+  // branches, and their margin is included.
   template <class Factors>
-  void factor(const StructuredModel<S>& model, Factors& factors) {
+  void factor(const LoweredModel<S>& model, Factors& factors) {
     for (Group& group : groups_) factor(model, factors, group);
   }
 
@@ -66,12 +67,12 @@ class LimbsInLanes {
 
   // A joint of every lane.
   struct Level {
-    int link[lanes];  // -1: the lane has not begun
+    int link[lanes];  // -1: a dummy body
     bool noise = false, turned = false, has_y = false, has_z = false;
-    StructuredBody<Lane> body;
+    LoweredBody<Lane> body;
     Turn<Lane> alpha{Lane(S(1)), Lane(S(0))}, theta = alpha;
     Lane p[3], d = Lane(S(0));
-    Lane twice = Lane(S(0));  // 2, or 0 where nothing is to be carried on
+    Lane twice = Lane(S(0));  // 2, or 0 for a dummy body
     Lane cos = Lane(S(1)), sin = Lane(S(0));
   };
   struct Group {
@@ -79,7 +80,7 @@ class LimbsInLanes {
     std::vector<Level> levels;  // tips to base
   };
 
-  static std::vector<Limb> limbs_of(const StructuredModel<S>& model) {
+  static std::vector<Limb> limbs_of(const LoweredModel<S>& model) {
     std::vector<int> children(model.nv(), 0);
     for (int k = 0; k < model.nv(); ++k)
       if (model.link(k).parent >= 0) ++children[model.link(k).parent];
@@ -92,19 +93,19 @@ class LimbsInLanes {
       while (model.link(first).hangs_on_previous && children[first - 1] == 1 && is_hinge(first - 1))
         --first;
       const int parent = model.link(first).parent;
-      if (parent < 0 || model.link(parent).slot >= 0) limbs.push_back({first, tip - first + 1});
+      if (parent < 0 || model.link(parent).branch >= 0) limbs.push_back({first, tip - first + 1});
     }
     return limbs;
   }
 
-  static void set(Lane& x, int lane, const S& value) { x.v[lane] = value; }
+  static void set(Lane& x, int lane, const S& value) { x.set(lane, value); }
   static void set(Turn<Lane>& x, int lane, const Turn<S>& value) {
     set(x.c, lane, value.c);
     set(x.s, lane, value.s);
     set(x.ss, lane, value.ss);
     set(x.cs, lane, value.cs);
   }
-  static void set(StructuredBody<Lane>& x, int lane, const StructuredBody<S>& value) {
+  static void set(LoweredBody<Lane>& x, int lane, const LoweredBody<S>& value) {
     set(x.r, lane, value.r);
     set(x.m, lane, value.m);
     for (int i = 0; i < 3; ++i) set(x.h[i], lane, value.h[i]);
@@ -117,13 +118,13 @@ class LimbsInLanes {
     set(x.reach, lane, value.reach);
   }
 
-  void take(const StructuredModel<S>& model, const std::vector<Limb>& limbs) {
+  void take(const LoweredModel<S>& model, const std::vector<Limb>& limbs) {
     Group group{limbs, std::vector<Level>(limbs[0].links)};
     const int height = limbs[0].links;
     for (int i = 0; i < height; ++i) {
       Level& level = group.levels[i];
       for (Lane& x : level.p) x = Lane(S(0));
-      StructuredBody<S> none;
+      LoweredBody<S> none;
       none.Izz = S(1);
       for (int lane = 0; lane < lanes; ++lane) {
         level.link[lane] = -1;
@@ -131,7 +132,7 @@ class LimbsInLanes {
         if (lane >= static_cast<int>(limbs.size())) continue;
         const int k = limbs[lane].first + height - 1 - i;
         if (k >= limbs[lane].first + limbs[lane].links) continue;
-        const StructuredLink<S>& link = model.link(k);
+        const LoweredLink<S>& link = model.link(k);
         taken_[k] = 1;
         level.link[lane] = k;
         level.noise |= link.noise;
@@ -150,7 +151,7 @@ class LimbsInLanes {
   }
 
   template <class Factors>
-  static void factor(const StructuredModel<S>& model, Factors& factors, Group& group) {
+  static void factor(const LoweredModel<S>& model, Factors& factors, Group& group) {
     const int limbs = static_cast<int>(group.limbs.size());
     for (Level& level : group.levels)
       for (int lane = 0; lane < limbs; ++lane)
@@ -174,18 +175,17 @@ class LimbsInLanes {
     for (int lane = 0; lane < limbs; ++lane) {
       factors.margin = std::min(factors.margin, margin[lane]);
       const int parent = model.link(group.limbs[lane].first).parent;
-      if (parent >= 0) leave(P, size, lane, factors.branches[model.link(parent).slot]);
+      if (parent >= 0) leave(P, size, lane, factors.branches[model.link(parent).branch]);
     }
   }
 
   // Across the joints of a level, as in filter.hpp.
   template <bool noise, class Factors>
-  [[gnu::always_inline]] static inline void cross(const StructuredModel<S>& model,
-                                                  const Level& level, int limbs,
-                                                  Articulated<Lane>& P, Size<Lane>& size,
-                                                  Lane& margin, Factors& factors) {
-    const StructuredBody<Lane>& body = level.body;
-    add_body(body, P);
+  KALMARM_INLINE static void cross(const LoweredModel<S>& model, const Level& level, int limbs,
+                                   Articulated<Lane>& P, Size<Lane>& size, Lane& margin,
+                                   Factors& factors) {
+    const LoweredBody<Lane>& body = level.body;
+    add_body(P, body);
     size.moment += body.Ixx + body.Iyy + body.Izz + body.r;
     size.force += Lane(S(3)) * body.m + body.r;
     Lane D;
@@ -193,7 +193,7 @@ class LimbsInLanes {
     Lane rows[lanes];
     Sixfold<Lane> g;
     auto P_plus = measure_turn<noise>(P, body.r, D, rows[1], g);
-    margin = min(margin, Lane(D - Lane(SingularityTest<S, 1>::net()) * size.moment));
+    margin = min(margin, Lane(D - Lane(SingularityTest<S, 1>::threshold()) * size.moment));
     size.moment = level.twice * (P.Axx + P.Ayy + P.Azz);
     size.force = P.Cxx + P.Cyy + P.Czz;
     size.moment += body.reach * size.force;
@@ -224,7 +224,7 @@ class LimbsInLanes {
     }
   }
 
-  // One lane's P and size, for the branches of a link.
+  // Adds one lane's P and size to the sum over a link's children.
   template <class Branch>
   static void leave(const Articulated<Lane>& P, const Size<Lane>& size, int lane, Branch& branch) {
     const Articulated<S> own = {

@@ -1,15 +1,16 @@
-// A symmetric matrix, column-major, from lanes that run down its columns.
+// A symmetric matrix, column-major, computed with one column per SIMD lane.
 //
-// Only the lower triangle is worked out; the upper one is its mirror image, so that both agree to
-// the last bit. Columns are taken in chunks of as many as there are lanes. Chunks are counted from
-// the last column, so that only the first may be short: its rows stop where the next begins, and
-// what it writes beyond is written again. Squares of n x n numbers are mirrored in registers.
+// Only the lower triangle is computed; the upper one is its mirror image, so that both agree to the
+// last bit. Columns are taken in chunks of one register. Chunks are counted from the last column,
+// so that only the first may be short: what its spare lanes write belongs to the next chunk, which
+// is written later. Squares of n x n numbers are mirrored in registers.
 #pragma once
 
 #include <algorithm>
 #include <cstddef>
 
-#include "algorithms/spatial/twin.hpp"
+#include "algorithms/spatial/inlining.hpp"
+#include "algorithms/spatial/pack.hpp"
 
 namespace kalmarm {
 
@@ -24,7 +25,7 @@ void for_each_chunk(int columns, int n, const F& f) {
 // X(first + i, k) = x[i]. Lanes that are more than there are rows go to the next column, which is
 // written after this one, and nowhere from the last.
 template <class T, class S>
-[[gnu::always_inline]] inline void store_rows(const T& x, int first, int k, int n, S* X) {
+KALMARM_INLINE void store_rows(const T& x, int first, int k, int n, S* X) {
   constexpr int lanes = Lanes<T>::count;
   S* const to = X + static_cast<std::ptrdiff_t>(k) * n + first;
   if (static_cast<std::ptrdiff_t>(k) * n + first + lanes <= static_cast<std::ptrdiff_t>(n) * n)
@@ -37,7 +38,7 @@ namespace detail {
 
 // The square below the diagonal at (row, column), mirrored.
 template <class P, class S>
-[[gnu::always_inline]] inline void mirror_square(int row, int column, int n, S* X) {
+KALMARM_INLINE void mirror_square(int row, int column, int n, S* X) {
   constexpr int lanes = Lanes<P>::count;
   P square[lanes];
   for (int j = 0; j < lanes; ++j)
@@ -56,8 +57,8 @@ void mirror_triangle(int first, int end, int n, S* X) {
 
 }  // namespace detail
 
-// The upper triangle of X (n x n) becomes the mirror image of the lower one. Squares are as wide as
-// half a register of AVX-512: wider ones cross lines of the cache wherever they begin.
+// The upper triangle of X (n x n) becomes the mirror image of the lower one. Squares are 32 bytes
+// wide: wider ones cross lines of the cache wherever they begin.
 template <class S>
 void mirror(int n, S* X) {
   constexpr int lanes = 32 / sizeof(S);

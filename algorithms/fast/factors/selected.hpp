@@ -1,5 +1,5 @@
 // B'M^-1 B on the fast path, for columns b_j of B that are unit vectors of chosen DoF and the J' of
-// chosen sites (partial_solver.hpp), from factors and an inward sweep alone:
+// chosen sites (model/selection.hpp), from factors and an inward sweep alone:
 //
 //   M^-1 = (I - L*) D^-1 (I - L)                                           (3.3)
 //   X = Y'Y,  y_j = D^(-1/2) (I - L) b_j: whitened innovations             (4.2)
@@ -17,8 +17,9 @@
 #include <utility>
 #include <vector>
 
-#include "algorithms/partial_solver.hpp"
-#include "algorithms/structured/columns.hpp"
+#include "algorithms/fast/factors/columns.hpp"
+#include "algorithms/model/plain.hpp"
+#include "algorithms/model/selection.hpp"
 
 namespace kalmarm {
 
@@ -26,41 +27,11 @@ template <class S>
 class SelectedColumns {
  public:
   // Takes its memory. Links and DoF are those of the model.
-  void select(const StructuredModel<S>& model, const Selection<S>& selection) {
-    chunks_.clear();
-    meetings_.clear();
-    const int dofs = static_cast<int>(selection.dofs.size());
-    for (int first = 0; first < dofs; first += lanes) {
-      Chunk chunk{first, std::min(lanes, dofs - first)};
-      std::vector<Entry> entries(model.nv());
-      for (int i = 0; i < chunk.count; ++i) {
-        const int dof = selection.dofs[first + i];
-        assert(dof >= 0 && dof < model.nv());
-        Entry& entry = entries[dof];
-        entry.is_there = true;
-        entry.tau += detail::Unit<Lane>::lane(i);
-      }
-      add_way(model, entries, chunk);
-    }
-    for (int i = 0; i < static_cast<int>(selection.sites.size()); ++i) {
-      const Site<S>& site = selection.sites[i];
-      assert(site.link >= -1 && site.link < model.nv());
-      std::vector<Entry> entries(model.nv());
-      if (site.link >= 0) entries[site.link] = wrenches(model, site);
-      add_way(model, entries, Chunk{dofs + 6 * i, 6});
-    }
-    for (int b = 0; b < static_cast<int>(chunks_.size()); ++b)
-      for (int a = b; a < static_cast<int>(chunks_.size()); ++a) add_meeting(a, b);
-  }
+  void select(const LoweredModel<S>& model, const Selection& selection);
 
-  // X (size x size of the selection), both triangles, symmetric to the last bit. Returns 0 if all
+  // X (size x size, column-major), both triangles, symmetric to the last bit. Returns 0 if all
   // of it is finite, else NaN.
-  S fill(const StructuredModel<S>& model, const StructuredFactors<S>& factors, MatrixX<S>& X) {
-    for (Chunk& chunk : chunks_) whiten(model, factors, chunk);
-    S check = S(0);
-    for (const Meeting& meeting : meetings_) check += multiply(meeting, X);
-    return check;
-  }
+  S fill(const LoweredModel<S>& model, const FastFactors<S>& factors, S* result);
 
  private:
   static constexpr int lanes = 8;
@@ -93,7 +64,7 @@ class SelectedColumns {
     std::vector<std::pair<int, int>> steps = {};
   };
 
-  static Entry wrenches(const StructuredModel<S>& model, const Site<S>& site) {
+  static Entry wrenches(const LoweredModel<S>& model, const Site<double>& site) {
     const Transform<S> on_link = model.phi_on_link(site.link, site.template cast<Wider<S>>().phi());
     MatrixPlacement<S> phi;
     for (int i = 0; i < 3; ++i) {
@@ -110,7 +81,7 @@ class SelectedColumns {
   }
 
   // The way of a chunk from its entries, one a link, to the base.
-  void add_way(const StructuredModel<S>& model, const std::vector<Entry>& entries, Chunk chunk) {
+  void add_way(const LoweredModel<S>& model, const std::vector<Entry>& entries, Chunk chunk) {
     std::vector<char> visits(model.nv(), 0);
     std::vector<int> step_of(model.nv(), -1);
     for (int k = model.nv() - 1; k >= 0; --k) {
@@ -155,30 +126,10 @@ class SelectedColumns {
     meetings_.push_back(std::move(meeting));
   }
 
-  static void whiten(const StructuredModel<S>& model, const StructuredFactors<S>& factors,
-                     Chunk& chunk) {
-    for (Sixfold<Lane>& sum : chunk.sums) detail::set_zero(sum);
-    Sixfold<Lane> z;
-    Lane* y = chunk.y.data();
-    for (const Step& step : chunk.steps) {
-      const StructuredLink<S>& link = model.link(step.link);
-      const auto& at = factors.links[step.link];
-      Lane tau = Lane(S(0));
-      if (!step.carried) detail::set_zero(z);
-      if (step.sum >= 0) add(z, chunk.sums[step.sum]);
-      if (step.entry >= 0) {
-        tau = chunk.entries[step.entry].tau;
-        add(z, chunk.entries[step.entry].z);
-      }
-      const Lane e = detail::gain(link, at.g, tau, z);
-      *y++ = e * Lane(std::sqrt(at.inverse_D));
-      if (link.parent >= 0) detail::force_to_parent(model, link, factors, at.d, z);
-      if (step.leaves_at >= 0) add(chunk.sums[step.leaves_at], z);
-    }
-  }
+  static void whiten(const LoweredModel<S>& model, const FastFactors<S>& factors, Chunk& chunk);
 
   // The block of X that two chunks meet in, and its mirror image.
-  S multiply(const Meeting& meeting, MatrixX<S>& X) const {
+  S multiply(const Meeting& meeting, Eigen::Map<MatrixX<S>>& X) const {
     const Chunk &a = chunks_[meeting.a], &b = chunks_[meeting.b];
     Lane columns[lanes];
     for (Lane& column : columns) column = Lane(S(0));
@@ -196,8 +147,70 @@ class SelectedColumns {
     return check;
   }
 
+  int size_ = 0;
   std::vector<Chunk> chunks_;
   std::vector<Meeting> meetings_;
 };
+
+template <class S>
+void SelectedColumns<S>::select(const LoweredModel<S>& model, const Selection& selection) {
+  chunks_.clear();
+  meetings_.clear();
+  size_ = selection.size();
+  const int dofs = static_cast<int>(selection.dofs.size());
+  for (int first = 0; first < dofs; first += lanes) {
+    Chunk chunk{first, std::min(lanes, dofs - first)};
+    std::vector<Entry> entries(model.nv());
+    for (int i = 0; i < chunk.count; ++i) {
+      const int dof = selection.dofs[first + i];
+      assert(dof >= 0 && dof < model.nv());
+      Entry& entry = entries[dof];
+      entry.is_there = true;
+      entry.tau += detail::Unit<Lane>::lane(i);
+    }
+    add_way(model, entries, chunk);
+  }
+  for (int i = 0; i < static_cast<int>(selection.frames.size()); ++i) {
+    const Frame& frame = selection.frames[i];
+    assert(frame.link >= -1 && frame.link < model.nv());
+    std::vector<Entry> entries(model.nv());
+    if (frame.link >= 0) entries[frame.link] = wrenches(model, site_of(frame));
+    add_way(model, entries, Chunk{dofs + 6 * i, 6});
+  }
+  for (int b = 0; b < static_cast<int>(chunks_.size()); ++b)
+    for (int a = b; a < static_cast<int>(chunks_.size()); ++a) add_meeting(a, b);
+}
+
+template <class S>
+S SelectedColumns<S>::fill(const LoweredModel<S>& model, const FastFactors<S>& factors, S* result) {
+  Eigen::Map<MatrixX<S>> X(result, size_, size_);
+  for (Chunk& chunk : chunks_) whiten(model, factors, chunk);
+  S check = S(0);
+  for (const Meeting& meeting : meetings_) check += multiply(meeting, X);
+  return check;
+}
+
+template <class S>
+void SelectedColumns<S>::whiten(const LoweredModel<S>& model, const FastFactors<S>& factors,
+                                Chunk& chunk) {
+  for (Sixfold<Lane>& sum : chunk.sums) detail::set_zero(sum);
+  Sixfold<Lane> z;
+  Lane* y = chunk.y.data();
+  for (const Step& step : chunk.steps) {
+    const LoweredLink<S>& link = model.link(step.link);
+    const auto& at = factors.links[step.link];
+    Lane tau = Lane(S(0));
+    if (!step.carried) detail::set_zero(z);
+    if (step.sum >= 0) add(z, chunk.sums[step.sum]);
+    if (step.entry >= 0) {
+      tau = chunk.entries[step.entry].tau;
+      add(z, chunk.entries[step.entry].z);
+    }
+    const Lane e = detail::gain(link, at.g, tau, z);
+    *y++ = e * Lane(std::sqrt(at.inverse_D));
+    if (link.parent >= 0) detail::force_to_parent(model, link, factors, at.d, z);
+    if (step.leaves_at >= 0) add(chunk.sums[step.leaves_at], z);
+  }
+}
 
 }  // namespace kalmarm

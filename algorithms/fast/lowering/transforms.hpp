@@ -1,5 +1,5 @@
 // phi(parent,k) of the fast path at work: on forces, motions, velocities and P, for a placement by
-// screws (structured_model.hpp) and for one by a matrix that depends on the state.
+// screws (lowered_model.hpp) and for one by a matrix that depends on the state.
 //
 //   x+ -> phi x+:  moment + p x force;   l -> phi' l:  v - p x w;   P+ -> phi P+ phi'
 //   w -> R'w, and the acceleration that turning brings to the link's origin,
@@ -7,7 +7,8 @@
 // Rx(alpha) of parallel axes, and of axes at a right angle, takes no flop.
 #pragma once
 
-#include "algorithms/structured/articulated.hpp"
+#include "algorithms/fast/covariance/congruence.hpp"
+#include "algorithms/spatial/inlining.hpp"
 
 namespace kalmarm {
 
@@ -21,8 +22,8 @@ namespace detail {
 
 // Rx(alpha) of (y, z), and back. A right angle costs nothing.
 template <class T, class S>
-[[gnu::always_inline]] inline void tilt(const StructuredLink<S>& link, T& y, T& z) {
-  using Tilt = typename StructuredLink<S>::Tilt;
+KALMARM_INLINE void tilt(const LoweredLink<S>& link, T& y, T& z) {
+  using Tilt = typename LoweredLink<S>::Tilt;
   if (link.tilt == Tilt::right) {
     const T old = y;
     y = -z;
@@ -32,8 +33,8 @@ template <class T, class S>
   }
 }
 template <class T, class S>
-[[gnu::always_inline]] inline void tilt_back(const StructuredLink<S>& link, T& y, T& z) {
-  using Tilt = typename StructuredLink<S>::Tilt;
+KALMARM_INLINE void tilt_back(const LoweredLink<S>& link, T& y, T& z) {
+  using Tilt = typename LoweredLink<S>::Tilt;
   if (link.tilt == Tilt::right) {
     const T old = y;
     y = z;
@@ -43,12 +44,10 @@ template <class T, class S>
   }
 }
 
-// phi x of an heir or any child on a screw.
+// phi x of a link on a hinge or slide.
 template <class T, class S, class C, class D>
-[[gnu::always_inline]] inline void force_to_parent(const StructuredModel<S>& model,
-                                                   const StructuredLink<S>& link,
-                                                   const Direction<C>& joint, const D& d,
-                                                   Sixfold<T>& z) {
+KALMARM_INLINE void force_to_parent(const LoweredModel<S>& model, const LoweredLink<S>& link,
+                                    const Direction<C>& joint, const D& d, Sixfold<T>& z) {
   z.x = z.x - d * z.v;
   z.y = z.y + d * z.u;
   turn(joint, z.x, z.y, z.x, z.y);
@@ -73,10 +72,8 @@ template <class T, class S, class C, class D>
 
 // phi' l.
 template <class T, class S, class C, class D>
-[[gnu::always_inline]] inline void motion_from_parent(const StructuredModel<S>& model,
-                                                      const StructuredLink<S>& link,
-                                                      const Direction<C>& joint, const D& d,
-                                                      Sixfold<T>& l) {
+KALMARM_INLINE void motion_from_parent(const LoweredModel<S>& model, const LoweredLink<S>& link,
+                                       const Direction<C>& joint, const D& d, Sixfold<T>& l) {
   l.v = l.v + link.p[0] * l.z;
   l.w = l.w - link.p[0] * l.y;
   if (link.p[1] != S(0)) {
@@ -99,13 +96,12 @@ template <class T, class S, class C, class D>
   l.v = l.v - d * l.x;
 }
 
-// phi P+ phi'. zeros: zero terms of phi are looked for and left out.
+// phi P+ phi'. zeros: whether zero terms of phi are tested for and left out.
 template <bool zeros, class T, class R, class L, class S, class C, class D>
-[[gnu::always_inline]] inline Articulated<T> to_parent(const StructuredModel<S>& model,
-                                                       const StructuredLink<S>& link,
-                                                       const Turn<C>& joint, const D& d,
-                                                       Articulated<T, R, L>& P_plus) {
-  using Tilt = typename StructuredLink<S>::Tilt;
+KALMARM_INLINE Articulated<T> to_parent(const LoweredModel<S>& model, const LoweredLink<S>& link,
+                                        const Turn<C>& joint, const D& d,
+                                        Articulated<T, R, L>& P_plus) {
+  using Tilt = typename LoweredLink<S>::Tilt;
   if constexpr (zeros) {
     if (d != S(0)) translate_z(d, P_plus);
   } else {
@@ -127,7 +123,7 @@ template <bool zeros, class T, class R, class L, class S, class C, class D>
 }
 
 template <class T, class U>
-[[gnu::always_inline]] inline void force_to_parent(const MatrixPlacement<U>& phi, Sixfold<T>& z) {
+KALMARM_INLINE void force_to_parent(const MatrixPlacement<U>& phi, Sixfold<T>& z) {
   const auto& R = phi.R.R;
   const auto& p = phi.p;
   const Sixfold<T> in = z;
@@ -142,15 +138,15 @@ template <class T, class U>
   z.z += p[0] * z.v - p[1] * z.u;
 }
 
-// The same in a call, where code that is not often run would take registers.
+// The same, not inlined: rarely run code would take registers from the caller.
 template <class T>
-[[gnu::noinline]] void far_force_to_parent(const MatrixPlacement<T>& phi, Sixfold<T>& z) {
+KALMARM_NOINLINE void far_force_to_parent(const MatrixPlacement<T>& phi, Sixfold<T>& z) {
   force_to_parent(phi, z);
 }
 
 // phi P+ phi'.
 template <class T>
-[[gnu::noinline]] void to_parent(const MatrixPlacement<T>& phi, Articulated<T>& P) {
+KALMARM_NOINLINE void to_parent(const MatrixPlacement<T>& phi, Articulated<T>& P) {
   rotate(phi.R, P);
   translate_x(phi.p[0], P);
   translate_y(phi.p[1], P);
@@ -159,7 +155,7 @@ template <class T>
 
 // R'x.
 template <class T, class U>
-[[gnu::always_inline]] inline void turn_back(const Rotation<U>& by, T& x, T& y, T& z) {
+KALMARM_INLINE void turn_back(const Rotation<U>& by, T& x, T& y, T& z) {
   const auto& R = by.R;
   const T new_x = R[0][0] * x + R[1][0] * y + R[2][0] * z;
   const T new_y = R[0][1] * x + R[1][1] * y + R[2][1] * z;
@@ -169,8 +165,7 @@ template <class T, class U>
 }
 
 template <class T, class U>
-[[gnu::always_inline]] inline void motion_from_parent(const MatrixPlacement<U>& phi,
-                                                      Sixfold<T>& l) {
+KALMARM_INLINE void motion_from_parent(const MatrixPlacement<U>& phi, Sixfold<T>& l) {
   const auto& p = phi.p;
   l.u -= p[1] * l.z - p[2] * l.y;
   l.v -= p[2] * l.x - p[0] * l.z;
@@ -181,8 +176,8 @@ template <class T, class U>
 
 // R = E R(q) C or E C, p = p or p + E q, as model.hpp says.
 template <class T, class S>
-[[gnu::noinline]] void set_matrix(const StructuredLink<S>& link, const Matrix3<S>& E, const T* q,
-                                  MatrixPlacement<T>& phi) {
+KALMARM_NOINLINE void set_matrix(const LoweredLink<S>& link, const Matrix3<S>& E, const T* q,
+                                 MatrixPlacement<T>& phi) {
   T X[3][3];
   for (int i = 0; i < 3; ++i) phi.p[i] = T(link.p[i]);
   if (link.coordinate == Coordinate::position) {
@@ -207,8 +202,8 @@ template <class T, class S>
 
 // W x = w (w'x) - x w'w.
 template <class T, class S>
-[[gnu::always_inline]] inline void centripetal(const StructuredLink<S>& link, const T& wx,
-                                               const T& wy, const T& wz, Sixfold<T>& c) {
+KALMARM_INLINE void centripetal(const LoweredLink<S>& link, const T& wx, const T& wy, const T& wz,
+                                Sixfold<T>& c) {
   const T xx = wx * wx, yy = wy * wy, zz = wz * wz, xy = wx * wy, xz = wx * wz;
   c.u = -link.p[0] * (yy + zz);
   c.v = link.p[0] * xy;
@@ -225,12 +220,11 @@ template <class T, class S>
   }
 }
 
-// w and c of a link on a screw, the joint's own motion apart, from w of the parent.
+// w and c of a link on a hinge or slide from w of the parent, without the joint's own motion.
 template <class T, class S, class C, class D>
-[[gnu::always_inline]] inline void cross_outward(const StructuredModel<S>& model,
-                                                 const StructuredLink<S>& link,
-                                                 const Direction<C>& joint, const D& d, T& wx,
-                                                 T& wy, T& wz, Sixfold<T>& c) {
+KALMARM_INLINE void cross_outward(const LoweredModel<S>& model, const LoweredLink<S>& link,
+                                  const Direction<C>& joint, const D& d, T& wx, T& wy, T& wz,
+                                  Sixfold<T>& c) {
   centripetal(link, wx, wy, wz, c);
   if (link.turned) {
     turn_back(model.uncommon(link).theta, wx, wy);
@@ -248,8 +242,8 @@ template <class T, class S, class C, class D>
 
 // The same across a matrix.
 template <class T>
-[[gnu::noinline]] void cross_outward(const MatrixPlacement<T>& phi, T& wx, T& wy, T& wz,
-                                     Sixfold<T>& c) {
+KALMARM_NOINLINE void cross_outward(const MatrixPlacement<T>& phi, T& wx, T& wy, T& wz,
+                                    Sixfold<T>& c) {
   const T wp = wx * phi.p[0] + wy * phi.p[1] + wz * phi.p[2];
   const T ww = wx * wx + wy * wy + wz * wz;
   c.u = wx * wp - phi.p[0] * ww;

@@ -1,5 +1,5 @@
 // What of phi(parent,k) is zero in a robot's fast path, and therefore left out of it
-// (structured_model.hpp):
+// (lowered_model.hpp):
 //
 //   alpha = 0             the axes are parallel: Rx(alpha) is 1
 //   alpha = pi/2          the axes are at a right angle: Rx(alpha) is an exchange and a sign
@@ -8,7 +8,7 @@
 // Only what is exact counts: an angle of 1.5708 is no right angle.
 #pragma once
 
-#include "algorithms/structured/structured_model.hpp"
+#include "algorithms/fast/lowering/lowered_model.hpp"
 
 namespace kalmarm {
 
@@ -18,8 +18,8 @@ struct ZeroTerms {
 };
 
 template <class S>
-ZeroTerms count_zero_terms(const StructuredModel<S>& model) {
-  using Link = StructuredLink<S>;
+ZeroTerms count_zero_terms(const LoweredModel<S>& model) {
+  using Link = LoweredLink<S>;
   ZeroTerms out;
   for (int k = 0; k < model.nv(); ++k) {
     const Link& link = model.link(k);

@@ -3,15 +3,17 @@
 //
 //   e = tau - H z-,  z-(parent) += phi (z- + g e)            tips to base      (4.2), (4.4)
 //   a = e / D - g'l+,  l+ = phi' l-(parent)                  base to tips      (4.9)
-//   Lambda+(k) = phi' Lambda-(parent) phi,  y = Lambda+ g,  M^-1(k,k) = 1 / D + g'y      (5.7),
-//   (6.1) Lambda-(k) = Lambda+ - H'y' - (y - H' M^-1(k,k)) H (5.6)
+//   Lambda+(k) = phi' Lambda-(parent) phi                                             (5.7)
+//   y = Lambda+ g,  M^-1(k,k) = 1 / D + g'y                                           (6.1)
+//   Lambda-(k) = Lambda+ - H'y' - (y - H' M^-1(k,k)) H                                (5.6)
 // About 26 flops a hinge and lane in the two sweeps, 40 a hinge for the diagonal.
 #pragma once
 
 #include <vector>
 
-#include "algorithms/planar/planar_filter.hpp"
-#include "algorithms/structured/columns.hpp"
+#include "algorithms/fast/factors/columns.hpp"
+#include "algorithms/fast/planar/planar_filter.hpp"
+#include "algorithms/spatial/inlining.hpp"
 
 namespace kalmarm {
 
@@ -25,20 +27,21 @@ struct PlanarColumns {
   std::vector<Branch> branches;
 
   template <class S>
-  explicit PlanarColumns(const PlanarModel<S>& model) : e(model.nv()), branches(model.slots()) {}
+  explicit PlanarColumns(const PlanarModel<S>& model)
+      : e(model.nv()), branches(model.branch_count()) {}
 };
 
 namespace detail {
 
 template <class T>
-[[gnu::always_inline]] inline void set_zero(Planar<T>& x) {
+KALMARM_INLINE void set_zero(Planar<T>& x) {
   x.n = x.x = x.y = T(0);
 }
 
 // z- becomes z+; e is returned. A hinge's tau is turned to its sign.
 template <class T, class S>
-[[gnu::always_inline]] inline T gain(const PlanarWorkspace<S>& ws, const PlanarLink<S>& link, int k,
-                                     const T& tau, Planar<T>& z) {
+KALMARM_INLINE T gain(const PlanarWorkspace<S>& ws, const PlanarLink<S>& link, int k, const T& tau,
+                      Planar<T>& z) {
   const Planar<S>& g = ws.links[k].g;
   if (!link.slides) {
     const T signed_tau = link.sign * tau;
@@ -50,7 +53,7 @@ template <class T, class S>
 
 // phi z+.
 template <class T, class S>
-[[gnu::always_inline]] inline void force_to_parent(const PlanarStep<S>& step, Planar<T>& z) {
+KALMARM_INLINE void force_to_parent(const PlanarStep<S>& step, Planar<T>& z) {
   z.n += step.tx * z.x + step.ty * z.y;
 }
 
@@ -70,20 +73,19 @@ void sweep_inward(const PlanarModel<S>& model, const PlanarWorkspace<S>& ws, int
     }
     const PlanarLink<S>& link = model.link(k);
     if (!carried) set_zero(z);
-    if (link.slot >= 0) add(columns.branches[link.slot].z, z);
+    if (link.branch >= 0) add(z, columns.branches[link.branch].z);
     columns.e[k] = gain(ws, link, k, T(tau(k)), z) * ws.links[k].inverse_D;
     carried = link.hangs_on_previous;
     if (link.parent < 0) continue;
     force_to_parent(ws.step(link, k), z);
-    if (!carried) add(z, columns.branches[model.link(link.parent).slot].z);
+    if (!carried) add(columns.branches[model.link(link.parent).branch].z, z);
   }
 }
 
 // write(k, a) of the links up to `last`.
 template <class T, class S, class Write>
-[[gnu::always_inline]] inline void sweep_outward(const PlanarModel<S>& model,
-                                                 const PlanarWorkspace<S>& ws, int last,
-                                                 PlanarColumns<T>& columns, const Write& write) {
+KALMARM_INLINE void sweep_outward(const PlanarModel<S>& model, const PlanarWorkspace<S>& ws,
+                                  int last, PlanarColumns<T>& columns, const Write& write) {
   Planar<T> l;
   set_zero(l);
   for (int k = 0; k <= last; ++k) {
@@ -91,11 +93,11 @@ template <class T, class S, class Write>
     if (link.parent < 0)
       set_zero(l);
     else if (!link.hangs_on_previous)
-      copy(columns.branches[model.link(link.parent).slot].l, l);
+      assign(l, columns.branches[model.link(link.parent).branch].l);
     PlanarStep<S> step{};
     if (link.parent >= 0) step = ws.step(link, k);
     write(k, smooth(ws, link, step, ws.links[k].g, columns.e[k], l));
-    if (link.slot >= 0) copy(l, columns.branches[link.slot].l);
+    if (link.branch >= 0) assign(columns.branches[link.branch].l, l);
   }
 }
 
@@ -106,7 +108,7 @@ struct PlanarCovariance {
 };
 
 template <class T>
-[[gnu::always_inline]] inline void from_parent(const PlanarStep<T>& step, PlanarCovariance<T>& L) {
+KALMARM_INLINE void from_parent(const PlanarStep<T>& step, PlanarCovariance<T>& L) {
   const T x = L.x + step.tx * L.n, y = L.y + step.ty * L.n;
   L.xx += step.tx * (L.x + x);
   L.xy += step.ty * L.x + step.tx * y;
@@ -116,9 +118,9 @@ template <class T>
 }
 
 template <class T>
-[[gnu::always_inline]] inline T diagonal_at_turn(const PlanarLink<T>& link,
-                                                 const typename PlanarWorkspace<T>::Link& at,
-                                                 PlanarCovariance<T>& L) {
+KALMARM_INLINE T diagonal_at_turn(const PlanarLink<T>& link,
+                                  const typename PlanarWorkspace<T>::Link& at,
+                                  PlanarCovariance<T>& L) {
   const T gn = link.noise ? at.g.n : T(1);
   const T yn = L.n * gn + L.x * at.g.x + L.y * at.g.y;
   const T yx = L.x * gn + L.xx * at.g.x + L.xy * at.g.y;
@@ -131,10 +133,9 @@ template <class T>
 }
 
 template <class T>
-[[gnu::always_inline]] inline T diagonal_at_slide(const PlanarLink<T>& link, const T& ux,
-                                                  const T& uy,
-                                                  const typename PlanarWorkspace<T>::Link& at,
-                                                  PlanarCovariance<T>& L) {
+KALMARM_INLINE T diagonal_at_slide(const PlanarLink<T>& link, const T& ux, const T& uy,
+                                   const typename PlanarWorkspace<T>::Link& at,
+                                   PlanarCovariance<T>& L) {
   const T gu = link.noise ? at.g.x : T(1);
   const T gx = gu * ux - at.g.y * uy, gy = gu * uy + at.g.y * ux;
   const T yn = L.n * at.g.n + L.x * gx + L.y * gy;
@@ -151,7 +152,7 @@ template <class T>
 
 }  // namespace detail
 
-// write(k, x) of the diagonal of M^-1. branches: room for one Lambda a slot.
+// write(k, x) of the diagonal of M^-1. branches: memory for one Lambda per link.branch.
 template <class T, class Write>
 void planar_diagonal(const PlanarModel<T>& model, const PlanarWorkspace<T>& ws,
                      std::vector<detail::PlanarCovariance<T>>& branches, const Write& write) {
@@ -161,7 +162,7 @@ void planar_diagonal(const PlanarModel<T>& model, const PlanarWorkspace<T>& ws,
     if (link.parent < 0) {
       L = {T(0), T(0), T(0), T(0), T(0), T(0)};
     } else {
-      if (!link.hangs_on_previous) L = branches[model.link(link.parent).slot];
+      if (!link.hangs_on_previous) L = branches[model.link(link.parent).branch];
       detail::from_parent(ws.step(link, k), L);
     }
     const auto& at = ws.links[k];
@@ -171,7 +172,7 @@ void planar_diagonal(const PlanarModel<T>& model, const PlanarWorkspace<T>& ws,
     } else {
       write(k, detail::diagonal_at_turn(link, at, L));
     }
-    if (link.slot >= 0) branches[link.slot] = L;
+    if (link.branch >= 0) branches[link.branch] = L;
   }
 }
 

@@ -1,47 +1,30 @@
 // Planar mechanisms (plane.hpp) behind the interface of every solver: what moves in the plane by
 // planar_filter.hpp, what slides along its normal by translational.hpp.
 //
-// A suspect, of which some D is small beside what it is summed from, is looked into, and answered,
-// by Sequential<Conventional> on the same model (structured/dynamics.hpp).
+// A suspect, of which some D is small beside what it is summed from, gets a second look and its
+// answer by Sequential<Conventional> on the same model (fast/fallback/fallback.hpp).
 #pragma once
 
 #include <cassert>
 #include <cmath>
 #include <vector>
 
-#include "algorithms/partial_solver.hpp"
-#include "algorithms/planar/planar_columns.hpp"
-#include "algorithms/planar/planar_selection.hpp"
-#include "algorithms/structured/dynamics.hpp"
+#include "algorithms/fast/common_engine.hpp"
+#include "algorithms/fast/fallback/guard.hpp"
+#include "algorithms/fast/planar/planar_columns.hpp"
+#include "algorithms/fast/planar/planar_selection.hpp"
 
 namespace kalmarm {
 
 template <class T>
-class PlanarSolver final : public PartialSolver<T> {
+class PlanarEngine final : public CommonEngine<T> {
  public:
-  // Of a model that find_plane finds a plane of.
-  explicit PlanarSolver(const Model<T>& model) : PlanarSolver(model, *find_plane(model)) {}
+  // Of a robot that find_plane finds a plane of.
+  PlanarEngine(const RobotModel& robot, const EngineOptions& options)
+      : PlanarEngine(robot, options, *find_plane(model_of(robot).template cast<T>())) {}
 
-  PlanarSolver(const Model<T>& model, const Plane<Lowering<T>>& plane)
-      : plane_(plane),
-        along_(model.template cast<Lowering<T>>(), plane),
-        along_factors_(along_.slides, Vector3<W>(plane.axes * model.gravity().template cast<W>()),
-                       W(SingularityTest<T, 1>::net())),
-        model_(model, plane),
-        ws_(model_),
-        one_(model_),
-        many_(model_),
-        paths_(model_, model_.nv(), lanes),
-        all_(model_.nv(), 1),
-        covariances_(model_.slots()),
-        in_plane_(model_.nv(), model_.nv()),
-        fallback_(model, StructuredModel<T>(model)) {
-    assert(static_cast<int>(plane.home.size()) == model.nv());
-  }
-
-  Outcome acceleration(const VectorX<T>& q, const VectorX<T>& qd, const VectorX<T>& tau,
-                       VectorX<T>& a) override {
-    planar_acceleration(model_, q.data(), qd.data(), tau.data(), ws_, a.data());
+  Outcome forward_dynamics(const T* q, const T* qd, const T* tau, T* a) override {
+    planar_acceleration(model_, q, qd, tau, ws_, a);
     T check = ws_.check;
     along_factors_.solve([&](int i) { return tau[along_.dofs[i]]; },
                          [&](int i, const T& x) {
@@ -49,35 +32,61 @@ class PlanarSolver final : public PartialSolver<T> {
                            check += x * T(0);
                          });
     if (!suspects(check)) return {};
-    return fallback_.acceleration(q.data(), qd.data(), tau.data(), a.data());
+    return guard_.fallback().acceleration(q, qd, tau, a);
   }
 
-  Outcome factor(const VectorX<T>& q) override {
-    planar_factor(model_, q.data(), ws_);
+  void reserve_workers(int count) override {
+    CommonEngine<T>::reserve_workers(count);
+    while (static_cast<int>(workers_.size()) < count - 1)
+      workers_.push_back(std::make_unique<PlanarEngine>(robot_, rows_, plane_));
+  }
+
+  // One after another; the first worker is this engine itself.
+  int forward_dynamics(int worker, int count, const T* q, const T* qd, const T* tau, T* a,
+                       Outcome* outcomes) override {
+    if (worker > 0)
+      return workers_[worker - 1]->forward_dynamics(0, count, q, qd, tau, a, outcomes);
+    const int nq = this->lowered().nq(), nv = this->lowered().nv();
+    int failed = 0;
+    for (int i = 0; i < count; ++i, q += nq, qd += nv, tau += nv, a += nv) {
+      outcomes[i] = forward_dynamics(q, qd, tau, a);
+      failed += !outcomes[i];
+    }
+    return failed;
+  }
+
+  Outcome factor(const T* q) override {
+    planar_factor(model_, q, ws_);
     T check = T(0);
     for (const auto& at : ws_.links) check += at.inverse_D * T(0);
     by_fallback_ = suspects(check);
-    return by_fallback_ ? fallback_.factor(q.data()) : Outcome{};
+    return by_fallback_ ? guard_.fallback().factor(q) : Outcome{};
   }
 
-  // About 26 flops a hinge.
-  void solve(const VectorX<T>& tau, VectorX<T>& x) override {
-    if (by_fallback_) return fallback_.solve(tau, x);
-    const int last = model_.nv() - 1;
-    detail::sweep_inward(
-        model_, ws_, last, all_.data(), [&](int k) { return tau[model_.link(k).dof]; }, one_);
-    detail::sweep_outward(model_, ws_, last, one_,
-                          [&](int k, const T& a) { x[model_.link(k).dof] = a; });
-    along_factors_.solve([&](int i) { return tau[along_.dofs[i]]; },
-                         [&](int i, const T& a) { x[along_.dofs[i]] = a; });
+  // About 26 flops a hinge and column.
+  void solve(int columns, const T* taus, T* X) override {
+    if (by_fallback_) return guard_.fallback().solve(columns, taus, X);
+    const int nv = this->lowered().nv(), last = model_.nv() - 1;
+    for (int j = 0; j < columns; ++j) {
+      const T* const tau = taus + std::ptrdiff_t(j) * nv;
+      T* const x = X + std::ptrdiff_t(j) * nv;
+      detail::sweep_inward(
+          model_, ws_, last, all_.data(), [&](int k) { return tau[model_.link(k).dof]; }, one_);
+      detail::sweep_outward(model_, ws_, last, one_,
+                            [&](int k, const T& a) { x[model_.link(k).dof] = a; });
+      along_factors_.solve([&](int i) { return tau[along_.dofs[i]]; },
+                           [&](int i, const T& a) { x[along_.dofs[i]] = a; });
+    }
   }
 
-  Outcome inverse(const VectorX<T>& q, MatrixX<T>& X) override {
-    planar_factor(model_, q.data(), ws_);
+  Outcome inverse(const T* q, T* result) override {
+    planar_factor(model_, q, ws_);
     T check = T(0);
     if (along_.dofs.empty()) {
-      check = columns(X.data());
+      check = columns(result);
     } else {
+      const int nv = this->lowered().nv();
+      Eigen::Map<MatrixX<T>> X(result, nv, nv);
       check = columns(in_plane_.data());
       X.setZero();
       for (int j = 0; j < model_.nv(); ++j)
@@ -87,14 +96,14 @@ class PlanarSolver final : public PartialSolver<T> {
         for (int i = 0; i < along_factors_.nv(); ++i)
           X(along_.dofs[i], along_.dofs[j]) = along_factors_.inverse()(i, j);
     }
-    return suspects(check) ? fallback_.inverse(q.data(), X) : Outcome{};
+    return suspects(check) ? guard_.fallback().inverse(q, result) : Outcome{};
   }
 
-  Outcome diagonal(const VectorX<T>& q, VectorX<T>& x) override {
+  Outcome diagonal(const T* q, T* x) override {
     const Outcome out = factor(q);
     if (!out) return out;
     if (by_fallback_) {
-      fallback_.diagonal(x);
+      guard_.fallback().kept_diagonal(x);
       return out;
     }
     planar_diagonal(model_, ws_, covariances_,
@@ -104,12 +113,12 @@ class PlanarSolver final : public PartialSolver<T> {
     return out;
   }
 
-  Outcome log_det(const VectorX<T>& q, T& x) override {
+  Outcome log_det(const T* q, T& x) override {
     using std::log;
     const Outcome out = factor(q);
     if (!out) return out;
     if (by_fallback_) {
-      x = fallback_.log_det();
+      x = guard_.fallback().kept_log_det();
       return out;
     }
     x = along_factors_.log_det();
@@ -117,16 +126,21 @@ class PlanarSolver final : public PartialSolver<T> {
     return out;
   }
 
-  void select(const Selection<T>& selection) override {
-    selection_ = PlanarSelection<T>(model_, along_, along_factors_, plane_, selection);
-    fallback_.select(selection);
-  }
-
-  Outcome selected(const VectorX<T>& q, MatrixX<T>& X) override {
+  Outcome selected(const T* q, T* X) override {
     const Outcome out = factor(q);
-    if (by_fallback_) return fallback_.selected(q.data(), X);
+    if (by_fallback_) return guard_.fallback().selected(q, X);
     selection_.fill(model_, ws_, X);
     return out;
+  }
+
+  // By the spatial kernels, which are looked at by their own numbers.
+  Outcome derivatives(const T* q, const T* qd, const T* tau, T* da_dq, T* da_dqd, T* da_dtau,
+                      T* a) override {
+    this->set_derivatives(q, qd, tau, da_dq, da_dqd, da_dtau, a);
+    const T check = this->terms().check;
+    if (!guard_.suspects_all() && check == T(0) && this->terms().margin > T(0)) return {};
+    const Outcome out = guard_.fallback().factor(q);
+    return out && check != T(0) ? Outcome{.status = Outcome::Status::not_finite} : out;
   }
 
  private:
@@ -134,8 +148,34 @@ class PlanarSolver final : public PartialSolver<T> {
   using Many = WidePack<T>;
   static constexpr int lanes = Lanes<Many>::count;
 
+ public:
+  PlanarEngine(const RobotModel& robot, const EngineOptions& options, const Plane<W>& plane)
+      : CommonEngine<T>(robot, options),
+        robot_(robot),
+        plane_(plane),
+        along_(this->model().template cast<W>(), plane),
+        along_factors_(along_.slides,
+                       Vector3<W>(plane.axes * this->model().gravity().template cast<W>()),
+                       W(SingularityTest<T, 1>::threshold())),
+        model_(this->model(), plane),
+        ws_(model_),
+        one_(model_),
+        many_(model_),
+        paths_(model_, options.wants(Want::inverse) ? model_.nv() : 0, lanes),
+        all_(model_.nv(), 1),
+        covariances_(model_.branch_count()),
+        guard_(robot, this->lowered(), RoundingGrowth<T>(this->model(), this->lowered()).grows()) {
+    assert(static_cast<int>(plane.home.size()) == this->lowered().nv());
+    rows_.want = {Want::acceleration};
+    if (options.wants(Want::inverse)) in_plane_.resize(model_.nv(), model_.nv());
+    if (options.selection.size() == 0) return;
+    selection_ = PlanarSelection<T>(model_, along_, along_factors_, plane_, options.selection);
+    guard_.fallback().select(options.selection);
+  }
+
+ private:
   bool suspects(const T& check) const {
-    return fallback_.suspects_all() || along_factors_.suspect() || check != T(0) ||
+    return guard_.suspects_all() || along_factors_.suspect() || check != T(0) ||
            !(ws_.margin > T(0));
   }
 
@@ -160,6 +200,7 @@ class PlanarSolver final : public PartialSolver<T> {
     return sum;
   }
 
+  RobotModel robot_;
   Plane<W> plane_;
   AlongNormal<W> along_;
   TranslationalFactors<T> along_factors_;
@@ -173,7 +214,9 @@ class PlanarSolver final : public PartialSolver<T> {
   MatrixX<T> in_plane_;
   PlanarSelection<T> selection_;
   bool by_fallback_ = false;  // the factors that are kept
-  detail::Fallback<T, CovarianceForm> fallback_;
+  Guard<T, CovarianceForm> guard_;
+  EngineOptions rows_;  // of further workers, who answer rows alone
+  std::vector<std::unique_ptr<PlanarEngine>> workers_;
 };
 
 }  // namespace kalmarm

@@ -14,20 +14,20 @@
 
 #include <vector>
 
-#include "algorithms/planar/planar_joint.hpp"
+#include "algorithms/fast/planar/planar_joint.hpp"
+#include "algorithms/spatial/inlining.hpp"
 
 namespace kalmarm {
 
 namespace detail {
 
-// From the outboard side of joint k to the inboard one, and to the parent's origin, to which is
-// added what is there. Where J+ = 0, J- of the parent is t'C-t - (t'b)^2 / D: it waits for nothing
-// but the division.
+// Across joint k and to the parent's origin, where the parent's own body is added. Where J+ = 0, J-
+// of the parent is t'C-t - (t'b)^2 / D, which depends on no result but the division.
 template <bool forces, bool slides, bool noise, class T>
-[[gnu::always_inline]] inline void cross(const PlanarLink<T>& link, const PlanarStep<T>& step,
-                                         const PlanarBody<T>& there, const T& net, const T& tau,
-                                         PlanarWorkspace<T>& ws, int k, PlanarInertia<T>& P,
-                                         Planar<T>& z, T& size_J, T& size_m, T& margin) {
+KALMARM_INLINE void cross(const PlanarLink<T>& link, const PlanarStep<T>& step,
+                          const PlanarBody<T>& there, const T& threshold, const T& tau,
+                          PlanarWorkspace<T>& ws, int k, PlanarInertia<T>& P, Planar<T>& z,
+                          T& size_J, T& size_m, T& margin) {
   using std::min;
   constexpr bool full = slides || noise;  // J+ and b+ are not zero
   auto& at = ws.links[k];
@@ -45,13 +45,13 @@ template <bool forces, bool slides, bool noise, class T>
     }
     measure_turn<noise>(link.r, P, at);
   }
-  margin = min(margin, T(at.D - net * (slides ? size_m : size_J)));
+  margin = min(margin, T(at.D - threshold * (slides ? size_m : size_J)));
   if constexpr (forces) {
     if constexpr (slides)
       at.e = gain_slide<noise>(ux, uy, at.g, tau, z) * at.inverse_D;
     else
       at.e = gain_turn<noise>(at.g, T(link.sign * tau), z) * at.inverse_D;
-    add_times<full>(P, step, z);
+    add_times<full>(z, P, step);
     z.n += step.tx * z.x + step.ty * z.y;
     z.x += there.fx;
     z.y += there.fy;
@@ -71,9 +71,8 @@ template <bool forces, bool slides, bool noise, class T>
 
 // D and g of every link and ws.margin; with forces e+ too.
 template <bool forces, class T>
-[[gnu::optimize("no-tree-slp-vectorize")]] void filter(const PlanarModel<T>& model, const T* tau,
-                                                       PlanarWorkspace<T>& ws) {
-  const T net = model.net(), zero = T(0);
+KALMARM_SWEEP void filter(const PlanarModel<T>& model, const T* tau, PlanarWorkspace<T>& ws) {
+  const T threshold = model.threshold(), zero = T(0);
   PlanarInertia<T> P;
   Planar<T> z;
   T size_J, size_m, margin = T(1);
@@ -97,10 +96,10 @@ template <bool forces, class T>
       size_J = body.size_J;
       size_m = body.size_m;
     }
-    if (link.slot >= 0) {
-      const auto& branch = ws.branches[link.slot];
-      add(branch.P, P);
-      if constexpr (forces) add(branch.z, z);
+    if (link.branch >= 0) {
+      const auto& branch = ws.branches[link.branch];
+      add(P, branch.P);
+      if constexpr (forces) add(z, branch.z);
       size_J += branch.size_J;
       size_m += branch.size_m;
     }
@@ -111,8 +110,8 @@ template <bool forces, class T>
     if (link.parent >= 0) step = ws.step(link, k);
     T force = zero;
     if constexpr (forces) force = tau[link.dof];
-    const auto across = [&]<bool slides, bool noise>() __attribute__((always_inline)) {
-      cross<forces, slides, noise>(link, step, there, net, force, ws, k, P, z, size_J, size_m,
+    const auto across = [&]<bool slides, bool noise>() KALMARM_INLINE_LAMBDA {
+      cross<forces, slides, noise>(link, step, there, threshold, force, ws, k, P, z, size_J, size_m,
                                    margin);
     };
     if (link.slides)
@@ -122,9 +121,9 @@ template <bool forces, class T>
       link.noise ? across.template operator()<false, true>()
                  : across.template operator()<false, false>();
     if (link.parent < 0 || carried) continue;
-    auto& branch = ws.branches[model.link(link.parent).slot];
-    add(P, branch.P);
-    if constexpr (forces) add(z, branch.z);
+    auto& branch = ws.branches[model.link(link.parent).branch];
+    add(branch.P, P);
+    if constexpr (forces) add(branch.z, z);
     branch.size_J += size_J;
     branch.size_m += size_m;
   }
@@ -132,9 +131,9 @@ template <bool forces, class T>
 }
 
 template <class T, class G>
-[[gnu::always_inline]] inline T smooth(const PlanarWorkspace<G>& ws, const PlanarLink<G>& link,
-                                       const PlanarStep<G>& step, const Planar<G>& g,
-                                       const T& e_plus, Planar<T>& l) {
+KALMARM_INLINE T smooth(const PlanarWorkspace<G>& ws, const PlanarLink<G>& link,
+                        const PlanarStep<G>& step, const Planar<G>& g, const T& e_plus,
+                        Planar<T>& l) {
   if (!link.slides) return smooth_turn(link, g, step, e_plus, l);
   const auto& apart = ws.apart[link.apart];
   return smooth_slide(link, apart.ux, apart.uy, g, step, e_plus, l);
@@ -154,7 +153,7 @@ void smooth(const PlanarModel<T>& model, PlanarWorkspace<T>& ws, T* a) {
       l.x = model.a0_x();
       l.y = model.a0_y();
     } else {
-      if (!link.hangs_on_previous) copy(ws.branches[model.link(link.parent).slot].l, l);
+      if (!link.hangs_on_previous) assign(l, ws.branches[model.link(link.parent).branch].l);
       step = ws.step(link, k);
       l.x += step.cx;
       l.y += step.cy;
@@ -162,14 +161,14 @@ void smooth(const PlanarModel<T>& model, PlanarWorkspace<T>& ws, T* a) {
     const T acceleration = smooth(ws, link, step, at.g, at.e, l);
     a[link.dof] = acceleration;
     check += acceleration * T(0);
-    if (link.slot >= 0) copy(l, ws.branches[link.slot].l);
+    if (link.branch >= 0) assign(ws.branches[link.branch].l, l);
   }
   ws.check = check;
 }
 
 }  // namespace detail
 
-// a of the DoF in the plane, from q, qd and tau; where they stand, they stand in the model.
+// a of the DoF in the plane from q, qd and tau, all indexed by the DoF of the whole model.
 template <class T>
 void planar_acceleration(const PlanarModel<T>& model, const T* q, const T* qd, const T* tau,
                          PlanarWorkspace<T>& ws, T* a) {

@@ -1,12 +1,13 @@
-// One joint of a planar mechanism: what the sweeps of planar_filter.hpp and planar_columns.hpp do
-// there. A hinge measures the moment, H = (1; 0), a slide the force along its axis u, H = (0; u).
+// One joint of a planar mechanism, for the sweeps of planar_filter.hpp and planar_columns.hpp. A
+// hinge measures the moment, H = (1; 0), a slide the force along its axis u, H = (0; u).
 //
 //   D = J + r,         g = (J; b) / D,              C+ = C - b b' / D          at a hinge
 //   D = u'C u + r,     g = (b'u; C u) / D,          the same in the axes u and v, across u
 //   P+ = [0 0; 0 C+] at a hinge with r = 0, P+ (0; u) = 0 at a slide with r = 0; else H P+ = r g'
 #pragma once
 
-#include "algorithms/planar/planar_state.hpp"
+#include "algorithms/fast/planar/planar_state.hpp"
+#include "algorithms/spatial/inlining.hpp"
 
 namespace kalmarm {
 
@@ -14,8 +15,8 @@ namespace detail {
 
 // Across a hinge: P- becomes P+; D, g are kept.
 template <bool noise, class T>
-[[gnu::always_inline]] inline void measure_turn(const T& r, PlanarInertia<T>& P,
-                                                typename PlanarWorkspace<T>::Link& at) {
+KALMARM_INLINE void measure_turn(const T& r, PlanarInertia<T>& P,
+                                 typename PlanarWorkspace<T>::Link& at) {
   const T D = noise ? T(P.J + r) : P.J, inverse_D = T(1) / D;
   // The products do not wait for the division.
   const T xx = P.x * P.x, xy = P.x * P.y, yy = P.y * P.y;
@@ -36,9 +37,8 @@ template <bool noise, class T>
 
 // Across a slide along u; v = (-u_y, u_x).
 template <bool noise, class T>
-[[gnu::always_inline]] inline void measure_slide(const T& r, const T& ux, const T& uy,
-                                                 PlanarInertia<T>& P,
-                                                 typename PlanarWorkspace<T>::Link& at) {
+KALMARM_INLINE void measure_slide(const T& r, const T& ux, const T& uy, PlanarInertia<T>& P,
+                                  typename PlanarWorkspace<T>::Link& at) {
   const T sx = P.xx * ux + P.xy * uy, sy = P.xy * ux + P.yy * uy;
   const T uu = sx * ux + sy * uy, uv = sy * ux - sx * uy;
   const T vv = (P.xx * uy - P.xy * ux) * uy + (P.yy * ux - P.xy * uy) * ux;
@@ -68,7 +68,7 @@ template <bool noise, class T>
 
 // z- becomes z+, P+ c apart; e is returned.
 template <bool noise, class T, class G>
-[[gnu::always_inline]] inline T gain_turn(const Planar<G>& g, const T& tau, Planar<T>& z) {
+KALMARM_INLINE T gain_turn(const Planar<G>& g, const T& tau, Planar<T>& z) {
   const T e = tau - z.n;
   z.x += g.x * e;
   z.y += g.y * e;
@@ -80,8 +80,8 @@ template <bool noise, class T, class G>
 }
 
 template <bool noise, class T, class G>
-[[gnu::always_inline]] inline T gain_slide(const G& ux, const G& uy, const Planar<G>& g,
-                                           const T& tau, Planar<T>& z) {
+KALMARM_INLINE T gain_slide(const G& ux, const G& uy, const Planar<G>& g, const T& tau,
+                            Planar<T>& z) {
   const T u = ux * z.x + uy * z.y, e = tau - u;
   z.n += g.n * e;
   const T along = noise ? T(g.x * e) : e, aside = g.y * e;
@@ -90,10 +90,9 @@ template <bool noise, class T, class G>
   return e;
 }
 
-// P+ c, and to the parent. full: J+ and b+ are not zero.
+// z += P+ c, and to the parent. full: J+ and b+ are not zero.
 template <bool full, class T>
-[[gnu::always_inline]] inline void add_times(const PlanarInertia<T>& P, const PlanarStep<T>& step,
-                                             Planar<T>& z) {
+KALMARM_INLINE void add_times(Planar<T>& z, const PlanarInertia<T>& P, const PlanarStep<T>& step) {
   z.x += P.xx * step.cx + P.xy * step.cy;
   z.y += P.xy * step.cx + P.yy * step.cy;
   if constexpr (full) z.n += P.x * step.cx + P.y * step.cy;
@@ -101,14 +100,14 @@ template <bool full, class T>
 
 // t'C t.
 template <class T>
-[[gnu::always_inline]] inline T across(const PlanarStep<T>& step, const PlanarInertia<T>& P) {
+KALMARM_INLINE T across(const PlanarStep<T>& step, const PlanarInertia<T>& P) {
   return step.tt_xx * P.xx + (step.tt_xy * P.xy + step.tt_yy * P.yy);
 }
 
 // b of P+ at the parent's origin, and what is there.
 template <bool full, class T>
-[[gnu::always_inline]] inline void move_b(const PlanarStep<T>& step, const PlanarBody<T>& there,
-                                          PlanarInertia<T>& P) {
+KALMARM_INLINE void move_b(const PlanarStep<T>& step, const PlanarBody<T>& there,
+                           PlanarInertia<T>& P) {
   T x = step.tx * P.xx + there.x, y = step.tx * P.xy + there.y;
   x += step.ty * P.xy;
   y += step.ty * P.yy;
@@ -120,12 +119,11 @@ template <bool full, class T>
   P.y = y;
 }
 
-// a, and l- of the parent becomes l- of the link. What hangs on the parent's l.n, which comes last,
-// is kept apart: few operations wait for it.
+// a, and l- of the parent becomes l- of the link. The parent's l.n is known last, so the terms that
+// depend on it are kept apart: few operations wait for it.
 template <class T, class G>
-[[gnu::always_inline]] inline T smooth_turn(const PlanarLink<G>& link, const Planar<G>& g,
-                                            const PlanarStep<G>& step, const T& e_plus,
-                                            Planar<T>& l) {
+KALMARM_INLINE T smooth_turn(const PlanarLink<G>& link, const Planar<G>& g,
+                             const PlanarStep<G>& step, const T& e_plus, Planar<T>& l) {
   const T rest = e_plus - g.x * l.x - g.y * l.y, before = l.n;
   const G gt = g.x * step.tx + g.y * step.ty;
   l.x += step.tx * before;
@@ -140,9 +138,9 @@ template <class T, class G>
 }
 
 template <class T, class G>
-[[gnu::always_inline]] inline T smooth_slide(const PlanarLink<G>& link, const G& ux, const G& uy,
-                                             const Planar<G>& g, const PlanarStep<G>& step,
-                                             const T& e_plus, Planar<T>& l) {
+KALMARM_INLINE T smooth_slide(const PlanarLink<G>& link, const G& ux, const G& uy,
+                              const Planar<G>& g, const PlanarStep<G>& step, const T& e_plus,
+                              Planar<T>& l) {
   l.x += step.tx * l.n;
   l.y += step.ty * l.n;
   const T along = ux * l.x + uy * l.y, aside = ux * l.y - uy * l.x;

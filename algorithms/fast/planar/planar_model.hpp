@@ -16,10 +16,10 @@
 #include <utility>
 #include <vector>
 
+#include "algorithms/fast/derivatives/joint_table.hpp"
+#include "algorithms/fast/planar/plane.hpp"
+#include "algorithms/fast/planar/translational.hpp"
 #include "algorithms/inverse_mass/singularity.hpp"
-#include "algorithms/planar/plane.hpp"
-#include "algorithms/planar/translational.hpp"
-#include "algorithms/structured/joint_table.hpp"
 
 namespace kalmarm {
 
@@ -34,9 +34,9 @@ struct PlanarLink {
   int parent = -1;  // link in the plane on the inboard side; -1: the fixed base
   int dof = 0, q_index = 0;
   bool slides = false, noise = false, hangs_on_previous = false;
-  int slot = -1;   // in the workspace, for links with a child other than k + 1; else -1
-  int apart = -1;  // in the workspace, of a slide, or of a link on a branch; else -1
-  T sign = T(1);   // of a hinge's axis along n
+  int branch = -1;  // index of its sum over children other than k + 1 in the workspace; else -1
+  int apart = -1;   // in the workspace, of a slide, or of a link on a branch; else -1
+  T sign = T(1);    // of a hinge's axis along n
   T ref = T(0), r = T(0);
   T m = T(0), J = T(0);
   T size_m = T(0);                               // trace of C, and r
@@ -53,12 +53,12 @@ class PlanarModel {
 
   template <class Given>
   PlanarModel(const Model<Given>& model, const Plane<Lowering<Given>>& plane) {
-    net_ = T(SingularityTest<Given, 1>::net());
+    threshold_ = T(SingularityTest<Given, 1>::threshold());
     lower(model.template cast<Lowering<Given>>(), plane);
   }
 
   int nv() const { return static_cast<int>(links_.size()); }  // of the DoF in the plane
-  int slots() const { return slots_; }
+  int branch_count() const { return branch_count_; }
   const std::vector<int>& apart() const { return apart_; }  // links that have such a place
   const PlanarLink<T>& link(int k) const { return links_[k]; }
   int moves_with(int link) const { return moves_with_[link]; }  // link in the plane, or -1
@@ -66,7 +66,9 @@ class PlanarModel {
     return is_chain_;
   }  // link k is DoF k and coordinate k, and hangs on k - 1
   const JointTable<T, rows, Four<T>>& home() const { return home_; }
-  const T& net() const { return net_; }    // D below net times its terms is looked into
+  const T& threshold() const {
+    return threshold_;
+  }  // threshold: D below threshold() x size gets the full test
   const T& a0_x() const { return a0_x_; }  // acceleration of the base, -gravity
   const T& a0_y() const { return a0_y_; }
 
@@ -119,8 +121,8 @@ class PlanarModel {
     link.r = T(joint.r);
     link.noise = joint.r != W(0);
     link.hangs_on_previous = parent >= 0 && parent == k - 1;
-    if (parent >= 0 && !link.hangs_on_previous && links_[parent].slot < 0)
-      links_[parent].slot = slots_++;
+    if (parent >= 0 && !link.hangs_on_previous && links_[parent].branch < 0)
+      links_[parent].branch = branch_count_++;
     if (joint.slides || (parent >= 0 && !link.hangs_on_previous)) {
       link.apart = static_cast<int>(apart_.size());
       apart_.push_back(k);
@@ -162,13 +164,13 @@ class PlanarModel {
     }
   }
 
-  int slots_ = 0;
+  int branch_count_ = 0;
   bool is_chain_ = true;
   std::vector<int> apart_;
   std::vector<PlanarLink<T>> links_;
   std::vector<int> moves_with_;
   JointTable<T, rows, Four<T>> home_{0};
-  T net_, a0_x_, a0_y_;
+  T threshold_, a0_x_, a0_y_;
 };
 
 // The slides along n, and for every link the one that it moves with along n, or -1.

@@ -1,4 +1,4 @@
-// B'M^-1 B of chosen DoF and sites (partial_solver.hpp) of a planar mechanism, without M^-1:
+// B'M^-1 B of chosen DoF and frames (model/selection.hpp) of a planar mechanism, without M^-1:
 //
 //   B'M^-1 B = E'D^-1 E,  E = (I - L) B                                        (3.3)
 // and what slides along the normal n, which is constant. Seen from the site's axes, with N = n and
@@ -10,8 +10,9 @@
 #include <cmath>
 #include <vector>
 
-#include "algorithms/partial_solver.hpp"
-#include "algorithms/planar/planar_columns.hpp"
+#include "algorithms/fast/planar/planar_columns.hpp"
+#include "algorithms/model/plain.hpp"
+#include "algorithms/model/selection.hpp"
 
 namespace kalmarm {
 
@@ -23,7 +24,7 @@ class PlanarSelection {
   template <class W>
   PlanarSelection(const PlanarModel<T>& model, const AlongNormal<W>& along,
                   const TranslationalFactors<T>& along_factors, const Plane<W>& plane,
-                  const Selection<T>& selection)
+                  const Selection& selection)
       : E_(selection.size(), model.nv()) {
     MatrixX<T> B = MatrixX<T>::Zero(along.slides.size(), selection.size());  // along n
     std::vector<int> link_of(along.moves_with.size(), -1), slide_of = link_of;
@@ -35,9 +36,9 @@ class PlanarSelection {
       if (slide_of[dof] >= 0) B(slide_of[dof], column) = T(1);
       ++column;
     }
-    for (const Site<T>& site : selection.sites) {
-      add_site(model, plane, site.template cast<W>());
-      for (int i = site.link < 0 ? -1 : along.moves_with[site.link]; i >= 0;
+    for (const Frame& frame : selection.frames) {
+      add_site(model, plane, site_of(frame).template cast<W>());
+      for (int i = frame.link < 0 ? -1 : along.moves_with[frame.link]; i >= 0;
            i = along.slides[i].parent)
         for (int axis = 0; axis < 3; ++axis)
           B(i, column + 3 + axis) = T(along.slides[i].axis[2]) * sites_.back().n[axis];
@@ -46,10 +47,11 @@ class PlanarSelection {
     along_ = B.transpose() * along_factors.inverse() * B;
   }
 
-  // X (both triangles), after planar_factor. About 10 flops a column and link inboard of it, and
+  // X (size x size, column-major, both triangles), after planar_factor. About 10 flops a column and link inboard of it, and
   // half the square of the columns that a link carries.
-  void fill(const PlanarModel<T>& model, const PlanarWorkspace<T>& ws, MatrixX<T>& X) {
+  void fill(const PlanarModel<T>& model, const PlanarWorkspace<T>& ws, T* result) {
     const int size = static_cast<int>(E_.rows());
+    Eigen::Map<MatrixX<T>> X(result, size, size);
     E_.setZero();
     int column = 0;
     for (const int link : links_) {

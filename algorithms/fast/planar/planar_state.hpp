@@ -1,5 +1,5 @@
-// Where the links of a planar mechanism are and how they turn, in world axes, worked out for all
-// links before the filter runs (planar_filter.hpp), four at once.
+// Positions and velocities of the links of a planar mechanism, in world axes, computed for all
+// links before the filter runs (planar_filter.hpp), four links per SIMD register.
 //
 //   theta, w = sums of q - ref and q' from the base on
 //   t, b     at home, turned by theta of the parent and of the link     (planar_model.hpp)
@@ -12,7 +12,8 @@
 
 #include <vector>
 
-#include "algorithms/planar/planar_model.hpp"
+#include "algorithms/fast/planar/planar_model.hpp"
+#include "algorithms/spatial/inlining.hpp"
 #include "algorithms/spatial/sincos.hpp"
 
 namespace kalmarm {
@@ -29,14 +30,14 @@ struct PlanarInertia {
 };
 
 template <class T>
-[[gnu::always_inline]] inline void add(const Planar<T>& from, Planar<T>& to) {
+KALMARM_INLINE void add(Planar<T>& to, const Planar<T>& from) {
   to.n += from.n;
   to.x += from.x;
   to.y += from.y;
 }
 
 template <class T>
-[[gnu::always_inline]] inline void add(const PlanarInertia<T>& from, PlanarInertia<T>& to) {
+KALMARM_INLINE void add(PlanarInertia<T>& to, const PlanarInertia<T>& from) {
   to.J += from.J;
   to.x += from.x;
   to.y += from.y;
@@ -47,7 +48,7 @@ template <class T>
 
 // Number by number: gcc keeps in memory what is assigned as a whole.
 template <class T>
-[[gnu::always_inline]] inline void copy(const Planar<T>& from, Planar<T>& to) {
+KALMARM_INLINE void assign(Planar<T>& to, const Planar<T>& from) {
   to.n = from.n;
   to.x = from.x;
   to.y = from.y;
@@ -60,7 +61,7 @@ struct PlanarStep {
   T cx, cy;
 };
 
-// M, f and the sizes that a link alone brings.
+// M, f and the sizes (filter.hpp) of a link's own body.
 template <class T>
 struct PlanarBody {
   T J, x, y, m, fx, fy, size_J, size_m;
@@ -99,7 +100,7 @@ struct PlanarWorkspace {
     PlanarStep<T> step;
     T ux, uy, reach;
   };
-  // Of a link with children that are not the next link: what they have summed up to, and l-.
+  // Of a link with children that are not the next link: the sum over them, and l-.
   struct Branch {
     PlanarInertia<T> P;
     T size_J, size_m;
@@ -110,14 +111,14 @@ struct PlanarWorkspace {
   std::vector<Link> links;
   std::vector<Apart> apart;
   std::vector<Branch> branches;
-  T margin;  // least D - net x size
+  T margin;  // min over joints of D - threshold x size
   T check;   // zero where every acceleration was finite, else NaN
 
   explicit PlanarWorkspace(const PlanarModel<T>& model)
       : table(model.nv()),
         links(model.nv()),
         apart(model.apart().size()),
-        branches(model.slots()) {}
+        branches(model.branch_count()) {}
 
   // The rows of link k: row r is at [r * four<T>].
   const T* at(unsigned k) const {
@@ -126,7 +127,7 @@ struct PlanarWorkspace {
   }
 
   template <bool forces>
-  [[gnu::always_inline]] PlanarBody<T> body(const PlanarLink<T>& link, int k) const {
+  KALMARM_INLINE PlanarBody<T> body(const PlanarLink<T>& link, int k) const {
     constexpr int n = four<T>;
     const T* const from = at(k);
     return {link.J,
@@ -139,7 +140,7 @@ struct PlanarWorkspace {
             link.size_m};
   }
 
-  [[gnu::always_inline]] PlanarStep<T> step(const PlanarLink<T>& link, int k) const {
+  KALMARM_INLINE PlanarStep<T> step(const PlanarLink<T>& link, int k) const {
     if (link.apart >= 0) return apart[link.apart].step;
     constexpr int n = four<T>;
     const T* const from = at(k - 1);
@@ -151,7 +152,7 @@ struct PlanarWorkspace {
 namespace detail {
 
 template <class T>
-[[gnu::always_inline]] inline void sin_cos_of(const Four<T>& x, Four<T>& s, Four<T>& c) {
+KALMARM_INLINE void sin_cos_of(const Four<T>& x, Four<T>& s, Four<T>& c) {
   using std::cos;
   using std::sin;
   if constexpr (four < T >> 1) {
@@ -162,13 +163,13 @@ template <class T>
   }
 }
 
-// What q or q' adds up to from the base, where link k is DoF k and hangs on link k - 1.
+// Running sums of q or q' from the base, where link k is DoF k and its parent is link k - 1.
 template <class T>
 struct SumAlongChain {
   Four<T> last = T(0);
 
   // The next block of `count`.
-  [[gnu::always_inline]] Four<T> next(const Four<T>& x) {
+  KALMARM_INLINE Four<T> next(const Four<T>& x) {
     if constexpr (four < T >> 1) {
       const Four<T> sum = last + running_sum(x);
       last = sum[four<T> - 1];
@@ -201,9 +202,8 @@ void set_sums(const PlanarModel<T>& model, const T* q, const T* qd, PlanarWorksp
 
 // Of the links of block i: t, b and, where there is a velocity, c and f.
 template <bool moving, class T>
-[[gnu::always_inline]] inline void set_block(const PlanarModel<T>& model, int i,
-                                             const Four<T>& theta, const Four<T>& w,
-                                             PlanarWorkspace<T>& ws) {
+KALMARM_INLINE void set_block(const PlanarModel<T>& model, int i, const Four<T>& theta,
+                              const Four<T>& w, PlanarWorkspace<T>& ws) {
   using Ws = PlanarWorkspace<T>;
   using At = PlanarModel<T>;
   Four<T> s, c;

@@ -7,10 +7,13 @@
 //   n is the first hinge's axis, where there is a hinge; else the axis of a slide, or perpendicular
 //   to two that are not parallel, or to the only direction that there is.
 // A joint's axis is compared with its parent's, and then set right, so that nothing adds up along a
-// chain. It may be off by 8 u, u of the precision that the model is given in: a quaternion whose
-// numbers are rounded turns by up to 2 u more or less than it should, one that was multiplied from
-// two that are rounded by up to 6 u; and both sides count at a slide. To leave that out is to
-// change each placement by rounding. A chain whose axes were tilted on purpose is not planar.
+// chain. It may be off by 16 u, u of the precision that the model is given in:
+//   2 u          for each quaternion whose numbers are rounded, two where it is a product
+//   2 sqrt(2) 4 u     for rounding in the product: each number is a sum of four products, off by up
+//                to 4 u |a| |b|, and two of them tilt the axis, by twice as much
+// At a slide two placements count; where they add up to more the spatial kernels answer. To leave
+// that out is to change each placement by rounding. A chain whose axes were tilted on purpose is
+// not planar.
 #pragma once
 
 #include <cmath>
@@ -129,7 +132,7 @@ std::optional<Plane<Lowering<T>>> find_plane(const Model<T>& model) {
         coordinate != Coordinate::angle && coordinate != Coordinate::distance)
       return std::nullopt;
   const Model<W> wide = model.template cast<W>();
-  const W tolerance = W(8) * W(unit_roundoff<T>());
+  const W tolerance = W(16) * W(unit_roundoff<T>());
   for (const Vector3<W>& n : detail::candidate_normals(wide, tolerance))
     if (auto plane = detail::at_home(wide, n, tolerance)) return plane;
   return std::nullopt;

@@ -13,9 +13,18 @@
 #include <cmath>
 #include <vector>
 
-#include "algorithms/planar/plane.hpp"
+#include "algorithms/fast/planar/plane.hpp"
+#include "algorithms/spatial/inlining.hpp"
 
 namespace kalmarm {
+
+// Nothing turns.
+template <class T>
+bool is_translational(const Model<T>& model) {
+  for (int k = 0; k < model.nv(); ++k)
+    if (model.joint(k).coordinate != Coordinate::distance) return false;
+  return true;
+}
 
 // One slide of the tree, and the mass that it carries without another slide between.
 template <class W>
@@ -30,9 +39,10 @@ class TranslationalFactors {
  public:
   static constexpr int few = 6;
 
-  // net: a D below net times the masses it is made of is no sure one (singularity.hpp).
+  // threshold: a D below threshold times the masses it is made of is no sure one (singularity.hpp).
   template <class W>
-  TranslationalFactors(const std::vector<Slide<W>>& slides, const Vector3<W>& gravity, const W& net)
+  TranslationalFactors(const std::vector<Slide<W>>& slides, const Vector3<W>& gravity,
+                       const W& threshold)
       : links_(slides.size()), inverse_(slides.size(), slides.size()), by_weight_(slides.size()) {
     using std::log;
     const int n = nv();
@@ -47,7 +57,7 @@ class TranslationalFactors {
     for (int k = n - 1; k >= 0; --k) {
       const Vector3<W> Pu = P[k] * slides[k].axis;
       const W D = slides[k].axis.dot(Pu) + slides[k].r;
-      suspect_ = suspect_ || !(D > net * size[k]);
+      suspect_ = suspect_ || !(D > threshold * size[k]);
       const Vector3<W> g = Pu / D;
       if (slides[k].parent >= 0) {
         P[slides[k].parent] += P[k] - g * Pu.transpose();
@@ -79,7 +89,7 @@ class TranslationalFactors {
 
   // write(k, x) of x = M^-1 tau.
   template <class Tau, class Write>
-  [[gnu::always_inline]] inline void solve(const Tau& tau, const Write& write) {
+  KALMARM_INLINE void solve(const Tau& tau, const Write& write) {
     const int n = nv();
     if (n <= few) {
       T x[few] = {};

@@ -1,92 +1,118 @@
-// Models of slides alone behind the interface of every solver. Neither M nor what is asked of it
-// depends on q: all is worked out once, and a call costs a product or two sweeps
-// (translational.hpp). A suspect is looked into by Sequential<Conventional>, once.
+// The engine of robots of slides alone. Neither M nor what is asked of it depends on q: all is worked
+// out once, and a call costs a product or two sweeps (translational.hpp). Where some D is small
+// beside what it is summed from, the fallback gives its verdict once.
 #pragma once
 
 #include <cmath>
 #include <vector>
 
-#include "algorithms/inverse_mass/sequential.hpp"
-#include "algorithms/partial_solver.hpp"
-#include "algorithms/planar/translational.hpp"
-#include "algorithms/riccati/conventional.hpp"
+#include "algorithms/fast/common_engine.hpp"
+#include "algorithms/fast/fallback/fallback.hpp"
+#include "algorithms/fast/planar/translational.hpp"
 
 namespace kalmarm {
 
-// Nothing turns.
 template <class T>
-bool is_translational(const Model<T>& model) {
-  for (int k = 0; k < model.nv(); ++k)
-    if (model.joint(k).coordinate != Coordinate::distance) return false;
-  return true;
-}
-
-template <class T>
-class TranslationalSolver final : public PartialSolver<T> {
+class TranslationalEngine final : public CommonEngine<T> {
  public:
-  // Of a model that is translational.
-  explicit TranslationalSolver(const Model<T>& model)
-      : TranslationalSolver(model.template cast<Lowering<T>>(), model) {}
-
-  Outcome acceleration(const VectorX<T>&, const VectorX<T>&, const VectorX<T>& tau,
-                       VectorX<T>& a) override {
-    if (!outcome_) return outcome_;
-    T check = T(0);
-    factors_.solve([&](int k) { return tau[k]; },
-                   [&](int k, const T& x) {
-                     a[k] = x + factors_.by_weight()[k];
-                     check += x * T(0);
-                   });
-    return check == T(0) ? outcome_ : Outcome{.status = Outcome::Status::not_finite};
+  // Of a robot that is translational.
+  TranslationalEngine(const RobotModel& robot, const EngineOptions& options)
+      : TranslationalEngine(robot, options, model_of(robot).template cast<T>().template cast<W>()) {
   }
 
-  Outcome factor(const VectorX<T>&) override { return outcome_; }
-
-  void solve(const VectorX<T>& tau, VectorX<T>& x) override {
-    factors_.solve([&](int k) { return tau[k]; }, [&](int k, const T& a) { x[k] = a; });
+  Outcome forward_dynamics(const T*, const T*, const T* tau, T* a) override {
+    return acceleration(factors_, tau, a);
   }
 
-  Outcome inverse(const VectorX<T>&, MatrixX<T>& X) override {
-    X = factors_.inverse();
+  void reserve_workers(int count) override {
+    CommonEngine<T>::reserve_workers(count);
+    while (static_cast<int>(workers_.size()) < count) workers_.push_back(factors_);
+  }
+
+  int forward_dynamics(int worker, int count, const T*, const T*, const T* tau, T* a,
+                       Outcome* outcomes) override {
+    const int nv = factors_.nv();
+    int failed = 0;
+    for (int i = 0; i < count; ++i, tau += nv, a += nv) {
+      outcomes[i] = acceleration(workers_[worker], tau, a);
+      failed += !outcomes[i];
+    }
+    return failed;
+  }
+
+  Outcome factor(const T*) override { return outcome_; }
+
+  void solve(int columns, const T* taus, T* X) override {
+    const std::ptrdiff_t nv = factors_.nv();
+    for (int j = 0; j < columns; ++j)
+      factors_.solve([&](int k) { return taus[j * nv + k]; },
+                     [&](int k, const T& a) { X[j * nv + k] = a; });
+  }
+
+  Outcome inverse(const T*, T* X) override {
+    std::copy_n(factors_.inverse().data(), factors_.inverse().size(), X);
     return outcome_;
   }
 
-  Outcome diagonal(const VectorX<T>&, VectorX<T>& x) override {
-    x = factors_.inverse().diagonal();
+  Outcome diagonal(const T*, T* x) override {
+    for (int k = 0; k < factors_.nv(); ++k) x[k] = factors_.inverse()(k, k);
     return outcome_;
   }
 
-  Outcome log_det(const VectorX<T>&, T& x) override {
+  Outcome log_det(const T*, T& x) override {
     x = factors_.log_det();
     return outcome_;
   }
 
-  void select(const Selection<T>& selection) override {
-    const int nv = factors_.nv();
-    MatrixX<T> B = MatrixX<T>::Zero(nv, selection.size());
-    int column = 0;
-    for (const int dof : selection.dofs) B(dof, column++) = T(1);
-    for (const Site<T>& site : selection.sites) {
-      set_site(site.template cast<W>(), column, B);
-      column += 6;
-    }
-    selected_ = B.transpose() * factors_.inverse() * B;
-    selected_.template triangularView<Eigen::StrictlyUpper>() = selected_.transpose();
+  Outcome selected(const T*, T* X) override {
+    std::copy_n(selected_.data(), selected_.size(), X);
+    return outcome_;
   }
 
-  Outcome selected(const VectorX<T>&, MatrixX<T>& X) override {
-    X = selected_;
-    return outcome_;
+  Outcome derivatives(const T* q, const T* qd, const T* tau, T* da_dq, T* da_dqd, T* da_dtau,
+                      T* a) override {
+    this->set_derivatives(q, qd, tau, da_dq, da_dqd, da_dtau, a);
+    const bool finite = this->terms().check == T(0);
+    return outcome_ && !finite ? Outcome{.status = Outcome::Status::not_finite} : outcome_;
   }
 
  private:
   using W = Lowering<T>;
 
-  TranslationalSolver(const Model<W>& wide, const Model<T>& model)
-      : axes_(axes_of(wide)),
+  Outcome acceleration(TranslationalFactors<T>& factors, const T* tau, T* a) const {
+    if (!outcome_) return outcome_;
+    T check = T(0);
+    factors.solve([&](int k) { return tau[k]; },
+                  [&](int k, const T& x) {
+                    a[k] = x + factors.by_weight()[k];
+                    check += x * T(0);
+                  });
+    return check == T(0) ? outcome_ : Outcome{.status = Outcome::Status::not_finite};
+  }
+
+  TranslationalEngine(const RobotModel& robot, const EngineOptions& options, const Model<W>& wide)
+      : CommonEngine<T>(robot, options),
+        axes_(axes_of(wide)),
         slides_(slides_of(wide, axes_)),
-        factors_(slides_, wide.gravity(), W(SingularityTest<T, 1>::net())) {
-    if (factors_.suspect()) outcome_ = looked_into(model);
+        factors_(slides_, wide.gravity(), W(SingularityTest<T, 1>::threshold())) {
+    if (factors_.suspect()) {
+      const VectorX<T> q = VectorX<T>::Zero(wide.nq());
+      outcome_ = make_fallback<T>(robot, Form::conventional, false, false)->factor(q.data());
+    }
+    select(options.selection);
+  }
+
+  void select(const Selection& selection) {
+    const int nv = factors_.nv();
+    MatrixX<T> B = MatrixX<T>::Zero(nv, selection.size());
+    int column = 0;
+    for (const int dof : selection.dofs) B(dof, column++) = T(1);
+    for (const Frame& frame : selection.frames) {
+      set_site(site_of(frame).template cast<W>(), column, B);
+      column += 6;
+    }
+    selected_ = B.transpose() * factors_.inverse() * B;
+    selected_.template triangularView<Eigen::StrictlyUpper>() = selected_.transpose();
   }
 
   static std::vector<Matrix3<W>> axes_of(const Model<W>& model) {
@@ -105,16 +131,6 @@ class TranslationalSolver final : public PartialSolver<T> {
     return slides;
   }
 
-  static Outcome looked_into(const Model<T>& model) {
-    using V = Sequential<Conventional>;
-    RandomModel<T> rm(model);
-    typename V::template Workspace<T> ws(model);
-    set_position(model, VectorX<T>(VectorX<T>::Zero(model.nq())), rm);
-    Outcome out = V::factor(model, rm, ws);
-    out.suspect = static_cast<bool>(out);
-    return out;
-  }
-
   // J' of a site: of its force alone, which is the same at every link.
   void set_site(const Site<W>& site, int column, MatrixX<T>& B) const {
     using std::abs;
@@ -131,6 +147,7 @@ class TranslationalSolver final : public PartialSolver<T> {
   std::vector<Matrix3<W>> axes_;  // of the links, in the world's axes
   std::vector<Slide<W>> slides_;
   TranslationalFactors<T> factors_;
+  std::vector<TranslationalFactors<T>> workers_;  // a solve keeps its sums in them
   MatrixX<T> selected_;
   Outcome outcome_;
 };

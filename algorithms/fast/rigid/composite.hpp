@@ -1,15 +1,16 @@
-// Composite inertias of the fast path: what hangs on a joint, as one rigid body of ten numbers
+// Composite inertias of the fast path: the links outboard of a joint as one rigid body, ten numbers
 // about the link's origin, P = [I h~; -h~ m 1] in the notation of articulated.hpp.
 //
 //   R(k) = M(k) + sum over children c of phi(k,c) R(c) phi'(k,c)           (3.5)
 //   F(k) = R(k) H'(k)                   force at link k that its acceleration costs
 //   T(p): h <- h + m p,  I <- I - p~h~ - h~'p~ with the old h and the new one, one axis at a time
-// About 75 flops a hinge that is an heir, and its sine and cosine.
+// About 75 flops an aligned hinge (lowered_model.hpp), and its sine and cosine.
 #pragma once
 
 #include <vector>
 
-#include "algorithms/structured/filter.hpp"
+#include "algorithms/fast/covariance/filter.hpp"
+#include "algorithms/spatial/inlining.hpp"
 
 namespace kalmarm {
 
@@ -34,30 +35,30 @@ struct CompositeForces : Placements<T> {
   std::vector<Branch> branches;
 
   template <class S>
-  explicit CompositeForces(const StructuredModel<S>& model)
-      : Placements<T>(model), links(model.nv()), branches(model.slots()) {}
+  explicit CompositeForces(const LoweredModel<S>& model)
+      : Placements<T>(model), links(model.nv()), branches(model.branch_count()) {}
 };
 
 namespace detail {
 
 template <class T>
-[[gnu::always_inline]] inline void add(Rigid<T>& a, const Rigid<T>& b) {
-  a.m += b.m;
-  a.hx += b.hx;
-  a.hy += b.hy;
-  a.hz += b.hz;
-  a.Ixx += b.Ixx;
-  a.Ixy += b.Ixy;
-  a.Ixz += b.Ixz;
-  a.Iyy += b.Iyy;
-  a.Iyz += b.Iyz;
-  a.Izz += b.Izz;
+KALMARM_INLINE void add(Rigid<T>& to, const Rigid<T>& from) {
+  to.m += from.m;
+  to.hx += from.hx;
+  to.hy += from.hy;
+  to.hz += from.hz;
+  to.Ixx += from.Ixx;
+  to.Ixy += from.Ixy;
+  to.Ixz += from.Ixz;
+  to.Iyy += from.Iyy;
+  to.Iyz += from.Iyz;
+  to.Izz += from.Izz;
 }
 
 // Of two axes, a tensor's numbers and those that go with a vector.
 template <class T, class C>
-[[gnu::always_inline]] inline void turn_inertia(const Turn<C>& by, T& xx, T& xy, T& yy, T& xz,
-                                                T& yz, T& hx, T& hy) {
+KALMARM_INLINE void turn_inertia(const Turn<C>& by, T& xx, T& xy, T& yy, T& xz, T& yz, T& hx,
+                                 T& hy) {
   const T h = xx - yy, u = xy + xy;
   const T delta = by.ss * h + by.cs * u;
   xy += by.cs * h - by.ss * u;
@@ -69,8 +70,8 @@ template <class T, class C>
 
 // T(a,0,0), and T(0,a,0), T(0,0,a) with the axes in cyclic order.
 template <class T, class D>
-[[gnu::always_inline]] inline void shift_inertia(const D& a, const T& m, T& hx, const T& hy,
-                                                 const T& hz, T& Iyy, T& Izz, T& Ixy, T& Ixz) {
+KALMARM_INLINE void shift_inertia(const D& a, const T& m, T& hx, const T& hy, const T& hz, T& Iyy,
+                                  T& Izz, T& Ixy, T& Ixz) {
   const T before = hx;
   hx = hx + a * m;
   const T both = a * (before + hx);
@@ -81,22 +82,22 @@ template <class T, class D>
 }
 
 template <class T, class D>
-[[gnu::always_inline]] inline void shift_x(const D& a, Rigid<T>& R) {
+KALMARM_INLINE void shift_x(const D& a, Rigid<T>& R) {
   shift_inertia(a, R.m, R.hx, R.hy, R.hz, R.Iyy, R.Izz, R.Ixy, R.Ixz);
 }
 template <class T, class D>
-[[gnu::always_inline]] inline void shift_y(const D& b, Rigid<T>& R) {
+KALMARM_INLINE void shift_y(const D& b, Rigid<T>& R) {
   shift_inertia(b, R.m, R.hy, R.hz, R.hx, R.Izz, R.Ixx, R.Iyz, R.Ixy);
 }
 template <class T, class D>
-[[gnu::always_inline]] inline void shift_z(const D& d, Rigid<T>& R) {
+KALMARM_INLINE void shift_z(const D& d, Rigid<T>& R) {
   shift_inertia(d, R.m, R.hz, R.hx, R.hy, R.Ixx, R.Iyy, R.Ixz, R.Iyz);
 }
 
 // Rx(alpha) R Rx(alpha)'. A right angle costs nothing.
 template <class T, class S>
-[[gnu::always_inline]] inline void tilt(const StructuredLink<S>& link, Rigid<T>& R) {
-  using Tilt = typename StructuredLink<S>::Tilt;
+KALMARM_INLINE void tilt(const LoweredLink<S>& link, Rigid<T>& R) {
+  using Tilt = typename LoweredLink<S>::Tilt;
   if (link.tilt == Tilt::right) {
     const T hy = R.hy, Iyy = R.Iyy, Ixy = R.Ixy;
     R.hy = -R.hz;
@@ -113,9 +114,8 @@ template <class T, class S>
 
 // phi R phi'.
 template <class T, class S, class C, class D>
-[[gnu::always_inline]] inline void to_parent(const StructuredModel<S>& model,
-                                             const StructuredLink<S>& link, const Turn<C>& joint,
-                                             const D& d, Rigid<T>& R) {
+KALMARM_INLINE void to_parent(const LoweredModel<S>& model, const LoweredLink<S>& link,
+                              const Turn<C>& joint, const D& d, Rigid<T>& R) {
   shift_z(d, R);
   turn_inertia(joint, R.Ixx, R.Ixy, R.Iyy, R.Ixz, R.Iyz, R.hx, R.hy);
   tilt(link, R);
@@ -127,7 +127,7 @@ template <class T, class S, class C, class D>
 }
 
 template <class T>
-[[gnu::noinline]] void to_parent(const MatrixPlacement<T>& phi, Rigid<T>& R) {
+KALMARM_NOINLINE void to_parent(const MatrixPlacement<T>& phi, Rigid<T>& R) {
   T I[3][3];
   conjugate(phi.R, {{R.Ixx, R.Ixy, R.Ixz}, {R.Ixy, R.Iyy, R.Iyz}, {R.Ixz, R.Iyz, R.Izz}}, I);
   const auto& Q = phi.R.R;
@@ -140,19 +140,17 @@ template <class T>
   shift_z(phi.p[2], R);
 }
 
-// F of every link. gcc would pair neighbours of F and of the inertia into vectors, 1.2 times
-// slower.
+// F of every link.
 template <class T, class S>
-[[gnu::optimize("no-tree-slp-vectorize")]] void set_composite_forces(
-    const StructuredModel<S>& model, CompositeForces<T>& ws) {
-  using Kind = typename StructuredLink<S>::Kind;
+KALMARM_SWEEP void set_composite_forces(const LoweredModel<S>& model, CompositeForces<T>& ws) {
+  using Kind = typename LoweredLink<S>::Kind;
   const T zero = T(S(0));
   for (auto& branch : ws.branches) branch.begun = false;
   Rigid<T> R;
   bool carried = false;  // R comes from link k + 1
   for (int k = model.nv() - 1; k >= 0; --k) {
-    const StructuredLink<S>& link = model.link(k);
-    const StructuredBody<S>& body = model.body(k);
+    const LoweredLink<S>& link = model.link(k);
+    const LoweredBody<S>& body = model.body(k);
     auto& at = ws.links[k];
     const Rigid<T> own = {T(body.m),   T(body.h[0]), T(body.h[1]), T(body.h[2]), T(body.Ixx),
                           T(body.Ixy), T(body.Ixz),  T(body.Iyy),  T(body.Iyz),  T(body.Izz)};
@@ -160,7 +158,7 @@ template <class T, class S>
       R = own;
     else if (!link.massless)
       add(R, own);
-    if (link.slot >= 0) add(R, ws.branches[link.slot].R);
+    if (link.branch >= 0) add(R, ws.branches[link.branch].R);
     if (link.slides)
       at.F = {R.hy, -R.hx, zero, zero, zero, R.m};
     else
@@ -180,7 +178,7 @@ template <class T, class S>
       R = moved;
     }
     if (carried) continue;
-    auto& branch = ws.branches[model.link(link.parent).slot];
+    auto& branch = ws.branches[model.link(link.parent).branch];
     if (branch.begun) {
       add(branch.R, R);
     } else {
@@ -194,7 +192,7 @@ template <class T, class S>
 
 // F at q (nq).
 template <class T, class S>
-void structured_composite(const StructuredModel<S>& model, const T* q, CompositeForces<T>& ws) {
+void composite_forces(const LoweredModel<S>& model, const T* q, CompositeForces<T>& ws) {
   detail::set_placements(model, q, ws);
   detail::set_composite_forces(model, ws);
 }

@@ -13,14 +13,16 @@
 //   z(k) = (n + c x f; f) + sum over children j of phi(k,j) z(j)                             (1.1)
 //   tau(k) = H(k) z(k) + r(k) q''(k)                                                         (1.4)
 // a of the base is -gravity. The force on a body is its mass times one acceleration, as in
-// model/inverse_dynamics.hpp. About 171 flops a hinge that is an heir, and its sine and cosine.
+// model/inverse_dynamics.hpp. About 171 flops a hinge that is an aligned child, and its sine and
+// cosine.
 #pragma once
 
 #include <algorithm>
 #include <vector>
 
+#include "algorithms/fast/factors/columns.hpp"
+#include "algorithms/spatial/inlining.hpp"
 #include "algorithms/spatial/lanes.hpp"
-#include "algorithms/structured/columns.hpp"
 
 namespace kalmarm {
 
@@ -49,16 +51,16 @@ struct InverseDynamicsWorkspace : Placements<T> {
   std::vector<Branch> branches;
 
   template <class S>
-  explicit InverseDynamicsWorkspace(const StructuredModel<S>& model)
-      : Placements<T>(model), links(model.nv()), branches(model.slots()) {}
+  explicit InverseDynamicsWorkspace(const LoweredModel<S>& model)
+      : Placements<T>(model), links(model.nv()), branches(model.branch_count()) {}
 };
 
 namespace detail {
 
 // (1)
 template <class T>
-[[gnu::always_inline]] inline void set_gradient(const T& wx, const T& wy, const T& wz,
-                                                const Sixfold<T>& a, AccelerationGradient<T>& G) {
+KALMARM_INLINE void set_gradient(const T& wx, const T& wy, const T& wz, const Sixfold<T>& a,
+                                 AccelerationGradient<T>& G) {
   const T xx = wx * wx, yy = wy * wy, zz = wz * wz, xy = wx * wy, xz = wx * wz, yz = wy * wz;
   G.xx = -(yy + zz);
   G.yy = -(xx + zz);
@@ -73,8 +75,8 @@ template <class T>
 
 // a += Gamma p of the parent, for a link on a screw.
 template <class T, class S>
-[[gnu::always_inline]] inline void add_offset(const StructuredLink<S>& link,
-                                              const AccelerationGradient<T>& G, Sixfold<T>& a) {
+KALMARM_INLINE void add_offset(const LoweredLink<S>& link, const AccelerationGradient<T>& G,
+                               Sixfold<T>& a) {
   a.u = a.u + link.p[0] * G.xx;
   a.v = a.v + link.p[0] * G.yx;
   a.w = a.w + link.p[0] * G.zx;
@@ -92,10 +94,8 @@ template <class T, class S>
 
 // R' of w, alpha and a, for a link on a screw.
 template <class T, class S, class C>
-[[gnu::always_inline]] inline void turn_motion(const StructuredModel<S>& model,
-                                               const StructuredLink<S>& link,
-                                               const Direction<C>& joint, T& wx, T& wy, T& wz,
-                                               Sixfold<T>& a) {
+KALMARM_INLINE void turn_motion(const LoweredModel<S>& model, const LoweredLink<S>& link,
+                                const Direction<C>& joint, T& wx, T& wy, T& wz, Sixfold<T>& a) {
   if (link.turned) {
     const auto& theta = model.uncommon(link).theta;
     turn_back(theta, wx, wy);
@@ -112,8 +112,8 @@ template <class T, class S, class C>
 
 // The same across a matrix, Gamma p included.
 template <class T>
-[[gnu::noinline]] void turn_motion(const MatrixPlacement<T>& phi, T& wx, T& wy, T& wz,
-                                   Sixfold<T>& a) {
+KALMARM_NOINLINE void turn_motion(const MatrixPlacement<T>& phi, T& wx, T& wy, T& wz,
+                                  Sixfold<T>& a) {
   AccelerationGradient<T> G;
   set_gradient(wx, wy, wz, a, G);
   a.u += phi.p[0] * G.xx + phi.p[1] * G.xy + phi.p[2] * G.xz;
@@ -126,9 +126,8 @@ template <class T>
 
 // (3), and z of the link alone. 66 flops.
 template <class T, class S>
-[[gnu::always_inline]] inline void link_force(const CentralBody<S>& body,
-                                              const AccelerationGradient<T>& G, const T& au,
-                                              const T& av, const T& aw, Sixfold<T>& z) {
+KALMARM_INLINE void link_force(const CentralBody<S>& body, const AccelerationGradient<T>& G,
+                               const T& au, const T& av, const T& aw, Sixfold<T>& z) {
   const S* const c = body.c;
   const T u = body.m * (au + c[0] * G.xx + c[1] * G.xy + c[2] * G.xz);
   const T v = body.m * (av + c[0] * G.yx + c[1] * G.yy + c[2] * G.yz);
@@ -146,17 +145,16 @@ template <class T, class S>
 
 // z of every link alone. Not in pairs: filter.hpp says why.
 template <class T, class S>
-[[gnu::optimize("no-tree-slp-vectorize")]] void set_link_forces(const StructuredModel<S>& model,
-                                                                const T* qd, const T* qdd,
-                                                                InverseDynamicsWorkspace<T>& ws) {
-  using Kind = typename StructuredLink<S>::Kind;
+KALMARM_SWEEP void set_link_forces(const LoweredModel<S>& model, const T* qd, const T* qdd,
+                                   InverseDynamicsWorkspace<T>& ws) {
+  using Kind = typename LoweredLink<S>::Kind;
   const T zero = T(S(0)), two = T(S(2));
   T wx = zero, wy = zero, wz = zero;
   T ux = zero, uy = zero, uz = zero;  // w before the joint, for all DoF of a ball joint
   Sixfold<T> a = {zero, zero, zero, zero, zero, zero};
   AccelerationGradient<T> G = {zero, zero, zero, zero, zero, zero, zero, zero, zero};
   for (int k = 0; k < model.nv(); ++k) {
-    const StructuredLink<S>& link = model.link(k);
+    const LoweredLink<S>& link = model.link(k);
     auto& at = ws.links[k];
     if (link.parent < 0) {
       const auto& a0 = model.uncommon(link).a0;
@@ -167,11 +165,11 @@ template <class T, class S>
       a.w = T(a0[2]);
       G.xx = G.xy = G.xz = G.yx = G.yy = G.yz = G.zx = G.zy = G.zz = zero;
     } else if (!link.hangs_on_previous) {
-      const auto& parent = ws.branches[model.link(link.parent).slot];
+      const auto& parent = ws.branches[model.link(link.parent).branch];
       wx = parent.wx;
       wy = parent.wy;
       wz = parent.wz;
-      copy(parent.a, a);
+      assign(a, parent.a);
       set_gradient(wx, wy, wz, a, G);
     }
     if (link.kind == Kind::screws) {
@@ -183,12 +181,12 @@ template <class T, class S>
     } else if (link.kind == Kind::matrix) {
       T x = wx, y = wy, z = wz;  // w and a stay in registers
       Sixfold<T> turned;
-      copy(a, turned);
+      assign(turned, a);
       turn_motion(ws.matrices[link.varying], x, y, z, turned);
       wx = x;
       wy = y;
       wz = z;
-      copy(turned, a);
+      assign(a, turned);
     } else {
       cycle_back(wx, wy, wz);
       cycle_back(ux, uy, uz);
@@ -222,42 +220,40 @@ template <class T, class S>
     at.u = a.u;
     at.v = a.v;
     at.w = a.w;
-    if (link.slot >= 0) {
-      auto& branch = ws.branches[link.slot];
+    if (link.branch >= 0) {
+      auto& branch = ws.branches[link.branch];
       branch.wx = wx;
       branch.wy = wy;
       branch.wz = wz;
-      copy(a, branch.a);
+      assign(branch.a, a);
     }
   }
 }
 
 // tau from z of every link alone. Not in pairs either.
 template <class T, class S>
-[[gnu::optimize("no-tree-slp-vectorize")]] void sum_forces(const StructuredModel<S>& model,
-                                                           const T* qdd,
-                                                           InverseDynamicsWorkspace<T>& ws,
-                                                           T* tau) {
+KALMARM_SWEEP void sum_forces(const LoweredModel<S>& model, const T* qdd,
+                              InverseDynamicsWorkspace<T>& ws, T* tau) {
   for (auto& branch : ws.branches) branch.begun = false;
   Sixfold<T> z;
   bool carried = false;  // z comes from link k + 1
   for (int k = model.nv() - 1; k >= 0; --k) {
-    const StructuredLink<S>& link = model.link(k);
+    const LoweredLink<S>& link = model.link(k);
     const auto& at = ws.links[k];
     Sixfold<T> own;
     link_force(model.central(k), at.Gamma, at.u, at.v, at.w, own);
     if (carried)
       add(z, own);
     else
-      copy(own, z);
-    if (link.slot >= 0) add(z, ws.branches[link.slot].z);
+      assign(z, own);
+    if (link.branch >= 0) add(z, ws.branches[link.branch].z);
     tau[k] = link.slides ? z.w : z.z;
     if (link.noise) tau[k] += model.body(k).r * qdd[k];
     carried = link.hangs_on_previous;
     if (link.parent < 0) continue;
     force_to_parent(model, link, ws, at.d, z);
     if (carried) continue;
-    auto& branch = ws.branches[model.link(link.parent).slot];
+    auto& branch = ws.branches[model.link(link.parent).branch];
     if (branch.begun)
       add(branch.z, z);
     else
@@ -270,65 +266,11 @@ template <class T, class S>
 
 // tau (nv) from q (nq), qd and qdd (nv), all numbers in T.
 template <class T, class S>
-void structured_inverse_dynamics(const StructuredModel<S>& model, const T* q, const T* qd,
-                                 const T* qdd, InverseDynamicsWorkspace<T>& ws, T* tau) {
+void fast_inverse_dynamics(const LoweredModel<S>& model, const T* q, const T* qd, const T* qdd,
+                           InverseDynamicsWorkspace<T>& ws, T* tau) {
   detail::set_placements(model, q, ws);
   detail::set_link_forces(model, qd, qdd, ws);
   detail::sum_forces(model, qdd, ws, tau);
 }
-
-template <class S>
-class StructuredInverseDynamics {
- public:
-  explicit StructuredInverseDynamics(const Model<S>& model) : model_(model), workspace_(model_) {}
-
-  // tau = M qdd + bias (nv), gravity and armature included, from q (nq), qd and qdd (nv).
-  void inverse_dynamics(const VectorX<S>& q, const VectorX<S>& qd, const VectorX<S>& qdd,
-                        VectorX<S>& tau) {
-    structured_inverse_dynamics(model_, q.data(), qd.data(), qdd.data(), workspace_, tau.data());
-  }
-
- private:
-  StructuredModel<S> model_;
-  InverseDynamicsWorkspace<S> workspace_;
-};
-
-// Many states of one robot, one thread's.
-template <class S, int lanes = padding<S>>
-class StructuredInverseDynamicsBatch {
- public:
-  explicit StructuredInverseDynamicsBatch(const Model<S>& model)
-      : model_(model),
-        workspace_(model_),
-        q_(model.nq()),
-        qd_(model.nv()),
-        qdd_(model.nv()),
-        tau_(model.nv()) {}
-
-  // tau (count x nv) from q (count x nq), qd and qdd (count x nv), all row-major: one state a row.
-  void inverse_dynamics(int count, const S* q, const S* qd, const S* qdd, S* tau) {
-    const int nq = model_.nq(), nv = model_.nv();
-    for (int first = 0; first < count; first += lanes) {
-      const int left = count - first, states = std::min(lanes, left);
-      to_lanes(q, nq, states, left, q_);
-      to_lanes(qd, nv, states, left, qd_);
-      to_lanes(qdd, nv, states, left, qdd_);
-      structured_inverse_dynamics(model_, q_.data(), qd_.data(), qdd_.data(), workspace_,
-                                  tau_.data());
-      from_lanes(tau_, nv, states, tau);
-      q += states * nq;
-      qd += states * nv;
-      qdd += states * nv;
-      tau += states * nv;
-    }
-  }
-
- private:
-  using P = Pack<S, lanes>;
-
-  StructuredModel<S> model_;
-  InverseDynamicsWorkspace<P> workspace_;
-  std::vector<P> q_, qd_, qdd_, tau_;
-};
 
 }  // namespace kalmarm

@@ -5,8 +5,9 @@
 // for an entry below the diagonal.
 #pragma once
 
-#include "algorithms/structured/blocks.hpp"
-#include "algorithms/structured/composite.hpp"
+#include "algorithms/fast/factors/blocks.hpp"
+#include "algorithms/fast/rigid/composite.hpp"
+#include "algorithms/spatial/inlining.hpp"
 
 namespace kalmarm {
 
@@ -14,9 +15,8 @@ namespace detail {
 
 // F of link k is added in its own lane, where r belongs too; H z is returned.
 template <class T, class S, class U>
-[[gnu::always_inline]] inline T add_force(const StructuredModel<S>& model,
-                                          const CompositeForces<U>& composite, int k, const T& own,
-                                          Sixfold<T>& z) {
+KALMARM_INLINE T add_force(const LoweredModel<S>& model, const CompositeForces<U>& composite, int k,
+                           const T& own, Sixfold<T>& z) {
   const Sixfold<U>& F = composite.links[k].F;
   z.x += own * F.x;
   z.y += own * F.y;
@@ -31,7 +31,7 @@ template <class T, class S, class U>
 
 // M(k, first + lane) of the links up to `last`.
 template <class T, class S, class U>
-void sweep_composite_forces(const StructuredModel<S>& model, const CompositeForces<U>& composite,
+void sweep_composite_forces(const LoweredModel<S>& model, const CompositeForces<U>& composite,
                             int first, int last, const char* path, ColumnsWorkspace<T>& ws) {
   for (auto& branch : ws.branches) set_zero(branch.z);
   Sixfold<T> z;
@@ -43,22 +43,22 @@ void sweep_composite_forces(const StructuredModel<S>& model, const CompositeForc
       carried = false;
       continue;
     }
-    const StructuredLink<S>& link = model.link(k);
+    const LoweredLink<S>& link = model.link(k);
     const auto& at = composite.links[k];
     if (!carried) set_zero(z);
-    if (link.slot >= 0) add(z, ws.branches[link.slot].z);
+    if (link.branch >= 0) add(z, ws.branches[link.branch].z);
     ws.e[k] = add_force(model, composite, k, Unit<T>::lane(k - first), z);
     carried = link.hangs_on_previous;
     if (link.parent < 0) continue;
     force_to_parent(model, link, composite, at.d, z);
-    if (!carried) add(ws.branches[model.link(link.parent).slot].z, z);
+    if (!carried) add(ws.branches[model.link(link.parent).branch].z, z);
   }
 }
 
 // M of a chain, for Blocks: Phi = phi, N = H', Z = phi F.
 template <class S>
 struct MassOfChain {
-  const StructuredModel<S>& model;
+  const LoweredModel<S>& model;
   const CompositeForces<S>& composite;
 
   Sixfold<S> N(int k) const {
@@ -68,12 +68,12 @@ struct MassOfChain {
   }
 
   template <class T>
-  [[gnu::always_inline]] void Phi_times(int k, Sixfold<T>& v) const {
+  KALMARM_INLINE void Phi_times(int k, Sixfold<T>& v) const {
     motion_from_parent(model, model.link(k), composite, composite.links[k].d, v);
   }
 
   template <class T>
-  [[gnu::always_inline]] T enter(int k, const T& own, Sixfold<T>& z) const {
+  KALMARM_INLINE T enter(int k, const T& own, Sixfold<T>& z) const {
     const T x = add_force(model, composite, k, own, z);
     if (k > 0) force_to_parent(model, model.link(k), composite, composite.links[k].d, z);
     return x;
@@ -83,49 +83,29 @@ struct MassOfChain {
 }  // namespace detail
 
 template <class S>
-class StructuredMass {
+class FastMass {
  public:
-  explicit StructuredMass(const Model<S>& model)
-      : model_(model),
-        composite_(model_),
-        blocks_(model_.nv()),
-        by_blocks_(is_chain(model_, 4 * lanes)),
-        few_(model_),
-        many_(model_),
-        paths_(model_, by_blocks_ ? 0 : model_.nv(), lanes) {}
+  explicit FastMass(const LoweredModel<S>& model)
+      : composite_(model),
+        blocks_(model.nv()),
+        by_blocks_(is_chain(model, 4 * lanes)),
+        few_(model),
+        many_(model),
+        paths_(model, by_blocks_ ? 0 : model.nv(), lanes) {}
 
   // M (nv x nv) at q (nq), both triangles, symmetric to the last bit. About 80 nv + 16 nv^2 flops,
   // of long chains 1500 nv + 8 nv^2.
-  void mass(const VectorX<S>& q, MatrixX<S>& M) {
-    structured_composite(model_, q.data(), composite_);
-    if (by_blocks_) {
-      blocks_.fill(detail::MassOfChain<S>{model_, composite_}, model_.nv(), M.data());
-      return;
-    }
-    int i = 0;
-    for_each_chunk(model_.nv(), lanes, [&](int first, int count) {
-      const char* const path = paths_[i++];
-      if (count <= Lanes<Few>::count)
-        columns(first, count, path, few_, M);
-      else
-        columns(first, count, path, many_, M);
-    });
-    mirror(model_.nv(), M.data());
-  }
+  void fill(const LoweredModel<S>& model, const S* q, S* M);
 
  private:
   using Few = WidePack<S>;
-  using Many = Twin<WidePack<S>>;
+  using Many = TwoPacks<S>;
   static constexpr int lanes = Lanes<Many>::count;
 
   template <class T>
-  void columns(int first, int count, const char* path, ColumnsWorkspace<T>& ws, MatrixX<S>& M) {
-    const int last = first + count - 1;
-    detail::sweep_composite_forces(model_, composite_, first, last, path, ws);
-    for (int k = 0; k <= last; ++k) store_rows(ws.e[k], first, k, model_.nv(), M.data());
-  }
+  void columns(const LoweredModel<S>& model, int first, int count, const char* path,
+               ColumnsWorkspace<T>& ws, S* M);
 
-  StructuredModel<S> model_;
   CompositeForces<S> composite_;
   Blocks<S> blocks_;
   bool by_blocks_;  // where they are faster than columns
@@ -133,5 +113,32 @@ class StructuredMass {
   ColumnsWorkspace<Many> many_;
   ColumnPaths paths_;
 };
+
+template <class S>
+void FastMass<S>::fill(const LoweredModel<S>& model, const S* q, S* M) {
+  composite_forces(model, q, composite_);
+  if (by_blocks_) {
+    blocks_.fill(detail::MassOfChain<S>{model, composite_}, model.nv(), M);
+    return;
+  }
+  int i = 0;
+  for_each_chunk(model.nv(), lanes, [&](int first, int count) {
+    const char* const path = paths_[i++];
+    if (count <= Lanes<Few>::count)
+      columns(model, first, count, path, few_, M);
+    else
+      columns(model, first, count, path, many_, M);
+  });
+  mirror(model.nv(), M);
+}
+
+template <class S>
+template <class T>
+void FastMass<S>::columns(const LoweredModel<S>& model, int first, int count, const char* path,
+                          ColumnsWorkspace<T>& ws, S* M) {
+  const int last = first + count - 1;
+  detail::sweep_composite_forces(model, composite_, first, last, path, ws);
+  for (int k = 0; k <= last; ++k) store_rows(ws.e[k], first, k, model.nv(), M);
+}
 
 }  // namespace kalmarm

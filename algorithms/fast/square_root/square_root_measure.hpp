@@ -4,22 +4,23 @@
 
 #include <algorithm>
 
-#include "algorithms/structured/forward_dynamics.hpp"
-#include "algorithms/structured/square_root_rows.hpp"
+#include "algorithms/fast/covariance/forward_dynamics.hpp"
+#include "algorithms/fast/square_root/square_root_rows.hpp"
+#include "algorithms/spatial/inlining.hpp"
 
 namespace kalmarm {
 
-// Of a link, with all that its children have put in.
+// Of a link: its body and the children absorbed so far.
 template <class T>
 struct SquareRoot {
   FullTriangle<T> P;
   Sixfold<T> z;
-  T reach;  // farthest centre of mass from the origin, by way of the joints
+  T reach;  // bound of the distance from the origin to an outboard centre of mass, along the joints
 };
 
 template <class T>
-struct SquareRootWorkspace : StructuredWorkspace<T> {
-  // Of a link with several children: what they have put in so far.
+struct SquareRootWorkspace : CovarianceWorkspace<T> {
+  // Of a link with several children: the rows accumulated so far.
   struct Sum : SquareRoot<T> {
     bool begun;
   };
@@ -27,26 +28,25 @@ struct SquareRootWorkspace : StructuredWorkspace<T> {
   std::vector<T> inverse_D;
 
   template <class S>
-  explicit SquareRootWorkspace(const StructuredModel<S>& model)
-      : StructuredWorkspace<T>(model), sums(model.slots()), inverse_D(model.nv()) {}
+  explicit SquareRootWorkspace(const LoweredModel<S>& model)
+      : CovarianceWorkspace<T>(model), sums(model.branch_count()), inverse_D(model.nv()) {}
 };
 
 namespace detail {
 
 template <class T>
-[[gnu::always_inline]] inline T larger(const T& a, const T& b) {
+KALMARM_INLINE T larger(const T& a, const T& b) {
   using std::min;
   return -min(T(-a), T(-b));
 }
 
 // Rows of the body alone. 51 flops.
 template <class T, class S>
-[[gnu::always_inline]] inline auto body_rows(const FactoredBody<S>& body, const T& wx, const T& wy,
-                                             const T& wz) {
+KALMARM_INLINE auto body_rows(const FactoredBody<S>& body, const T& wx, const T& wy, const T& wz) {
   const T m = T(body.m), cx = T(body.c[0]), cy = T(body.c[1]), cz = T(body.c[2]);
   const T xx = wx * wx, yy = wy * wy, zz = wz * wz;
   const T xz_squares = xx - zz, yz_squares = yy - zz, xy = wx * wy, xz = wx * wz, yz = wy * wz;
-  const auto zeta = [&](int i) __attribute__((always_inline)) {
+  const auto zeta = [&](int i) KALMARM_INLINE_LAMBDA {
     const auto Z = body.Z.row(i);
     return T(Z[0] * xz_squares + Z[1] * yz_squares + Z[2] * xy + Z[3] * xz + Z[4] * yz);
   };
@@ -78,13 +78,12 @@ template <class Pivot, class L1, class L2, class L3, class Rz, class Rx, class R
 Measured(Pivot, L1, L2, L3, Rz, Rx, Ry) -> Measured<Pivot, L1, L2, L3, Rz, Rx, Ry>;
 
 template <class T>
-[[gnu::always_inline]] inline Row<T, Zero, One, Zero, Zero, Zero, Zero> as_row(
-    const LastRow<T>& ry) {
+KALMARM_INLINE Row<T, Zero, One, Zero, Zero, Zero, Zero> as_row(const LastRow<T>& ry) {
   return {{}, {}, {}, {}, {}, {}, ry.zeta(), ry.weight};
 }
 
 template <bool noise, class T>
-[[gnu::always_inline]] inline auto measure_turn(const FullTriangle<T>& P, const T& r) {
+KALMARM_INLINE auto measure_turn(const FullTriangle<T>& P, const T& r) {
   const auto ry = as_row(P.ry);
   if constexpr (!noise) {
     const auto z = eliminate<Column::z, true>(P.rz, P.l3, P.l2, P.l1);
@@ -95,7 +94,7 @@ template <bool noise, class T>
     const auto z = eliminate<Column::z, true>(first.pivot, P.l3, P.l2, P.l1);
     const T D1 = first.pivot.weight, D2 = weight_with<Column::z>(D1, P.l3),
             D3 = weight_with<Column::z>(D2, P.l2);
-    const auto with_z = [](const auto& row, const auto& entry) __attribute__((always_inline)) {
+    const auto with_z = [](const auto& row, const auto& entry) KALMARM_INLINE_LAMBDA {
       return make_row<T>(row.x, row.y, entry, row.u, row.v, row.w, row.zeta, row.weight);
     };
     return Measured{z.pivot,
@@ -110,7 +109,7 @@ template <bool noise, class T>
 
 // d of (1").
 template <bool slides, class T>
-[[gnu::always_inline]] inline T without_noise(const FullTriangle<T>& P) {
+KALMARM_INLINE T without_noise(const FullTriangle<T>& P) {
   constexpr Column c = slides ? Column::w : Column::z;
   T d = slides ? P.l3.weight : weight_with<c>(P.rz.weight, P.l3);
   d = weight_with<c>(d, P.l2);
@@ -119,7 +118,7 @@ template <bool slides, class T>
 
 // (1').
 template <bool noise, class T>
-[[gnu::always_inline]] inline auto measure_slide(const FullTriangle<T>& P, const T& r) {
+KALMARM_INLINE auto measure_slide(const FullTriangle<T>& P, const T& r) {
   const auto ry = as_row(P.ry);
   if constexpr (!noise) {
     const auto w = eliminate<Column::w, true>(P.l3, P.l2, P.l1);
@@ -129,7 +128,7 @@ template <bool noise, class T>
     const auto first = eliminate<Column::w, true>(rotor, P.l3);
     const auto w = eliminate<Column::w, true>(first.pivot, P.l2, P.l1);
     const T D1 = first.pivot.weight, D2 = weight_with<Column::w>(D1, P.l2);
-    const auto with_w = [](const auto& row, const auto& entry) __attribute__((always_inline)) {
+    const auto with_w = [](const auto& row, const auto& entry) KALMARM_INLINE_LAMBDA {
       return make_row<T>(row.x, row.y, row.z, row.u, row.v, entry, row.zeta, row.weight);
     };
     return Measured{w.pivot,
@@ -144,7 +143,7 @@ template <bool noise, class T>
 
 // (3).
 template <class T, class R>
-[[gnu::always_inline]] inline void add_acceleration(const Sixfold<T>& c, bool slides, R& row) {
+KALMARM_INLINE void add_acceleration(const Sixfold<T>& c, bool slides, R& row) {
   if constexpr (!std::is_same_v<R, None>) {
     row.zeta = row.zeta + row.u * c.u + row.v * c.v + row.w * c.w;
     if (!slides) row.zeta = row.zeta + row.x * c.x + row.y * c.y;
@@ -153,16 +152,16 @@ template <class T, class R>
 
 // (2), with D, g, e+ kept in ws.
 template <bool noise, bool slides, class T, class S, class Pivot>
-[[gnu::always_inline]] inline void keep(const StructuredModel<S>& model, int k, const T& tau,
-                                        SquareRootWorkspace<T>& ws, SquareRoot<T>& at,
-                                        const Pivot& pivot) {
+KALMARM_INLINE void keep(const LoweredModel<S>& model, int k, const T& tau,
+                         SquareRootWorkspace<T>& ws, SquareRoot<T>& at, const Pivot& pivot) {
   using std::min;
   const FactoredBody<S>& body = model.factored(k);
   auto& link = ws.links[k];
-  const S net = SingularityTest<S, 2>::net();
-  const S size_m = net * body.outboard_mass, least = S(65536) * least_weight<S>();
+  const S threshold = SingularityTest<S, 2>::threshold();
+  const S size_m = threshold * body.outboard_mass, least = S(65536) * least_weight<S>();
   const T D = pivot.weight;
-  const T size = slides ? T(size_m) : T(size_m * at.reach * at.reach + net * body.outboard_spin);
+  const T size =
+      slides ? T(size_m) : T(size_m * at.reach * at.reach + threshold * body.outboard_spin);
   ws.margin = min(ws.margin, T(D - size - least));
 
   const T e = tau - (slides ? at.z.w : at.z.z), inverse_D = reciprocal(D);
@@ -184,9 +183,8 @@ template <bool noise, bool slides, class T, class S, class Pivot>
 
 // (1), (2), (3).
 template <bool noise, bool slides, class T, class S, class Rows>
-[[gnu::always_inline]] inline void measure(const StructuredModel<S>& model, int k, const T& tau,
-                                           SquareRootWorkspace<T>& ws, SquareRoot<T>& at,
-                                           Rows& rows) {
+KALMARM_INLINE void measure(const LoweredModel<S>& model, int k, const T& tau,
+                            SquareRootWorkspace<T>& ws, SquareRoot<T>& at, Rows& rows) {
   keep<noise, slides>(model, k, tau, ws, at, rows.pivot);
   const Sixfold<T>& c = ws.links[k].c;
   add_acceleration(c, slides, rows.l1);

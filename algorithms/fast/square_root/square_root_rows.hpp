@@ -11,8 +11,9 @@
 // compiled, and the pattern of a result follows from that of the rows.
 #pragma once
 
+#include "algorithms/fast/covariance/articulated.hpp"
+#include "algorithms/spatial/inlining.hpp"
 #include "algorithms/spatial/pack.hpp"
-#include "algorithms/structured/articulated.hpp"
 
 namespace kalmarm {
 
@@ -47,11 +48,11 @@ struct Row {
   T zeta, weight;
 
   Row() = default;
-  [[gnu::always_inline]] Row(const X& x_, const Y& y_, const Z& z_, const U& u_, const V& v_,
-                             const W& w_, const T& zeta_, const T& weight_)
+  KALMARM_INLINE Row(const X& x_, const Y& y_, const Z& z_, const U& u_, const V& v_, const W& w_,
+                     const T& zeta_, const T& weight_)
       : x(x_), y(y_), z(z_), u(u_), v(v_), w(w_), zeta(zeta_), weight(weight_) {}
-  [[gnu::always_inline]] Row(const Row& r) : Row(r.x, r.y, r.z, r.u, r.v, r.w, r.zeta, r.weight) {}
-  [[gnu::always_inline]] Row& operator=(const Row& r) {
+  KALMARM_INLINE Row(const Row& r) : Row(r.x, r.y, r.z, r.u, r.v, r.w, r.zeta, r.weight) {}
+  KALMARM_INLINE Row& operator=(const Row& r) {
     x = r.x;
     y = r.y;
     z = r.z;
@@ -69,9 +70,9 @@ template <class T>
 using Spin = Row<T, T, T, T, Zero, Zero, Zero>;
 
 template <class T, class X, class Y, class Z, class U, class V, class W>
-[[gnu::always_inline]] inline Row<T, X, Y, Z, U, V, W> make_row(const X& x, const Y& y, const Z& z,
-                                                                const U& u, const V& v, const W& w,
-                                                                const T& zeta, const T& weight) {
+KALMARM_INLINE Row<T, X, Y, Z, U, V, W> make_row(const X& x, const Y& y, const Z& z, const U& u,
+                                                 const V& v, const W& w, const T& zeta,
+                                                 const T& weight) {
   return {x, y, z, u, v, w, zeta, weight};
 }
 
@@ -79,7 +80,7 @@ template <class T, class X, class Y, class Z, class U, class V, class W>
 enum class Column { u, v, w, z, x, y };
 
 template <Column c, class R>
-[[gnu::always_inline]] inline const auto& entry(const R& row) {
+KALMARM_INLINE const auto& entry(const R& row) {
   if constexpr (c == Column::u)
     return row.u;
   else if constexpr (c == Column::v)
@@ -95,7 +96,7 @@ template <Column c, class R>
 }
 
 template <bool first, class A, class B>
-[[gnu::always_inline]] inline const auto& choose(const A& a, const B& b) {
+KALMARM_INLINE const auto& choose(const A& a, const B& b) {
   if constexpr (first)
     return a;
   else
@@ -104,7 +105,7 @@ template <bool first, class A, class B>
 
 // r - x p of entry k.
 template <Column c, Column k, class X, class P, class R>
-[[gnu::always_inline]] inline auto below(const X& x, const P& p, const R& r) {
+KALMARM_INLINE auto below(const X& x, const P& p, const R& r) {
   if constexpr (k == c)
     return Zero{};
   else
@@ -113,7 +114,7 @@ template <Column c, Column k, class X, class P, class R>
 
 // p + g r of entry k, with the new r, or f p + g r with the old one.
 template <Column c, Column k, bool stable, class T, class P, class R>
-[[gnu::always_inline]] inline auto above(const T& f, const T& g, const P& p, const R& r) {
+KALMARM_INLINE auto above(const T& f, const T& g, const P& p, const R& r) {
   if constexpr (k == c)
     return One{};
   else if constexpr (stable)
@@ -136,7 +137,7 @@ constexpr bool has_entry() {
 
 // D behind the step on a row, from d before it.
 template <Column c, class T, class R>
-[[gnu::always_inline]] inline T weight_with(const T& d, const R& r) {
+KALMARM_INLINE T weight_with(const T& d, const R& r) {
   if constexpr (has_entry<c, R>())
     return d + r.weight * entry<c>(r) * entry<c>(r);
   else
@@ -159,7 +160,7 @@ struct Pair {
 
 // One step, with D known.
 template <Column c, bool stable, class T, class P, class R>
-[[gnu::always_inline]] inline auto step(const P& p, const R& r, const T& D, const T& inverse_D) {
+KALMARM_INLINE auto step(const P& p, const R& r, const T& D, const T& inverse_D) {
   using enum Column;
   if constexpr (!has_entry<c, R>()) {
     return Pair<P, R>{p, r};
@@ -182,8 +183,7 @@ template <Column c, bool stable, class T, class P, class R>
 // The steps of a column. All D are known before the first step, so that no division waits for
 // another's step.
 template <Column column, bool stable = false, class P, class A, class B = None, class C = None>
-[[gnu::always_inline]] inline auto eliminate(const P& p, const A& a, const B& b = {},
-                                             const C& c = {}) {
+KALMARM_INLINE auto eliminate(const P& p, const A& a, const B& b = {}, const C& c = {}) {
   using T = typename P::Number;
   const T Da = weight_with<column>(p.weight, a), Db = weight_with<column>(Da, b),
           Dc = weight_with<column>(Db, c);
@@ -225,7 +225,7 @@ using FullTriangle = Triangle<Row<T, T, T, T, One, T, T>, Row<T, T, T, T, Zero, 
 
 // The row's part of ry: 5 flops.
 template <class T, class R>
-[[gnu::always_inline]] inline LastRow<T> close(const LastRow<T>& to, const R& r) {
+KALMARM_INLINE LastRow<T> close(const LastRow<T>& to, const R& r) {
   if constexpr (std::is_same_v<R, None>) {
     return {to.weight, to.moment};
   } else {
@@ -237,9 +237,8 @@ template <class T, class R>
 // The rows and up to six more, s without beta: 17, 15, 13, 11, 9 flops a step and 5 for the last.
 template <class L1, class L2, class L3, class Rz, class Rx, class Ry, class S1, class S2, class S3,
           class A, class B, class C>
-[[gnu::always_inline]] inline auto absorb(const Triangle<L1, L2, L3, Rz, Rx, Ry>& to, const S1& s1,
-                                          const S2& s2, const S3& s3, const A& a, const B& b,
-                                          const C& c) {
+KALMARM_INLINE auto absorb(const Triangle<L1, L2, L3, Rz, Rx, Ry>& to, const S1& s1, const S2& s2,
+                           const S3& s3, const A& a, const B& b, const C& c) {
   const auto u = eliminate<Column::u>(to.l1, a, b, c);
   const auto v = eliminate<Column::v>(to.l2, u.a, u.b, u.c);
   const auto w = eliminate<Column::w>(to.l3, v.a, v.b, v.c);
@@ -255,7 +254,7 @@ template <class L1, class L2, class L3, class Rz, class Rx, class Ry, class S1, 
 namespace detail {
 
 template <class To, class From>
-[[gnu::always_inline]] inline To number_as(const From& x) {
+KALMARM_INLINE To number_as(const From& x) {
   if constexpr (std::is_same_v<To, From>)
     return x;
   else if constexpr (std::is_same_v<From, Zero>)
@@ -270,7 +269,7 @@ template <class To, class From>
 
 // The same row with fewer entries that are known.
 template <class T, class X, class Y, class Z, class U, class V, class W, class R>
-[[gnu::always_inline]] inline void widen(const R& from, Row<T, X, Y, Z, U, V, W>& to) {
+KALMARM_INLINE void widen(const R& from, Row<T, X, Y, Z, U, V, W>& to) {
   using detail::number_as;
   to = {number_as<X>(from.x),
         number_as<Y>(from.y),
@@ -282,8 +281,7 @@ template <class T, class X, class Y, class Z, class U, class V, class W, class R
         from.weight};
 }
 template <class T, class L1, class L2, class L3, class Rz, class Rx, class Ry>
-[[gnu::always_inline]] inline void widen(const Triangle<L1, L2, L3, Rz, Rx, Ry>& from,
-                                         FullTriangle<T>& to) {
+KALMARM_INLINE void widen(const Triangle<L1, L2, L3, Rz, Rx, Ry>& from, FullTriangle<T>& to) {
   widen(from.l1, to.l1);
   widen(from.l2, to.l2);
   widen(from.l3, to.l3);

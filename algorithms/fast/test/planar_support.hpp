@@ -5,7 +5,7 @@
 #include <numbers>
 #include <vector>
 
-#include "algorithms/structured/test/support.hpp"
+#include "algorithms/fast/test/support.hpp"
 
 namespace kalmarm::test {
 
@@ -121,6 +121,12 @@ inline Model<double> one_planar_slide(std::uint64_t seed) {
   PlanarBuilder builder(seed);
   builder.add(-1, Moves::slides_across);
   return builder.build();
+}
+
+inline Model<double> with_joint(const Model<double>& model, int k, const Joint<double>& joint) {
+  std::vector<Joint<double>> joints;
+  for (int i = 0; i < model.nv(); ++i) joints.push_back(i == k ? joint : model.joint(i));
+  return {joints, model.names(), model.nq(), model.gravity()};
 }
 
 inline std::vector<Family> planar_families() {

@@ -1,15 +1,18 @@
-// What the tests of the fast path's forms share: mechanisms, truth, batches.
+// What the tests of the fast path share: mechanisms, robots of them, rows of states. They ask as a
+// user does, of Dynamics: no kernel is compiled here.
 #pragma once
 
+#include <algorithm>
 #include <limits>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "algorithms/spatial/count.hpp"
-#include "algorithms/structured/dynamics.hpp"
+#include "algorithms/fast/test/truth.hpp"
+#include "algorithms/model/plain.hpp"
 #include "algorithms/test/models.hpp"
-#include "algorithms/test/world_frame.hpp"
+#include "kalmarm/dynamics.hpp"
 
 namespace kalmarm::test {
 
@@ -55,6 +58,25 @@ Model<double> body_on_the_base(std::uint64_t seed) {
   return builder.build();
 }
 
+// Eleven limbs of one to five hinges, with armature here and there, on a free trunk and on the
+// base: more than there are lanes.
+inline Model<double> creature(std::uint64_t seed) {
+  Random random(seed);
+  Builder builder;
+  const auto add = [&](int parent) {
+    Joint<double> joint = random_joint(random, parent);
+    if (random.chance(0.3)) joint.r = random.uniform(0.01, 0.1);
+    return builder.add(joint);
+  };
+  const int trunk = builder.add_free(random_joint(random, -1));
+  const int chest = add(add(trunk));
+  for (int limb = 0; limb < 11; ++limb) {
+    int link = limb == 10 ? -1 : limb % 3 == 0 ? trunk : chest;
+    for (int k = 0; k < 1 + (limb * 3) % 5; ++k) link = add(link);
+  }
+  return builder.build();
+}
+
 inline std::vector<Family> all_families() {
   std::vector<Family> all = families();
   all.push_back({"everything", everything});
@@ -79,45 +101,44 @@ inline std::vector<Family> all_families() {
   return all;
 }
 
-struct Truth {
-  MatrixX<Mp> M;
-  VectorX<Mp> a;
-  Mp size;  // |M^-1 tau|_M + |M^-1 bias|_M
-
-  Truth(const Model<Mp>& model, const State<Mp>& state) {
-    const World world(model, state.q, state.qd);
-    const VectorX<Mp> bias = world.bias();
-    M = world.mass_matrix();
-    const Eigen::LDLT<MatrixX<Mp>> ldlt(M);
-    a = ldlt.solve(state.tau - bias);
-    size = sqrt(Mp(state.tau.dot(ldlt.solve(state.tau)))) + sqrt(Mp(bias.dot(ldlt.solve(bias))));
-  }
-
-  template <class T>
-  double error(const VectorX<T>& x) const {
-    const VectorX<Mp> d = x.template cast<Mp>() - a;
-    return Mp(sqrt(Mp(d.dot(M * d))) / size).template convert_to<double>();
-  }
-};
-
 template <class T>
 VectorX<T> poisoned(int n) {
   return VectorX<T>::Constant(n, std::numeric_limits<T>::quiet_NaN());
 }
 
-template <class Form>
-double flops_per_joint(const Model<double>& model) {
-  const State<double> state = random_state(model, 3);
-  const StructuredModel<double> structured(model);
-  typename Form::template Workspace<Count> ws(structured);
-  const auto counts = [](const VectorX<double>& x) {
-    return std::vector<Count>(x.begin(), x.end());
-  };
-  const std::vector<Count> q = counts(state.q), qd = counts(state.qd), tau = counts(state.tau);
-  std::vector<Count> a(model.nv());
-  Count::flops = 0;
-  Form::acceleration(structured, q.data(), qd.data(), tau.data(), ws, a.data());
-  return static_cast<double>(Count::flops) / model.nv();
+template <class T>
+MatrixX<T> poisoned(int rows, int columns) {
+  return MatrixX<T>::Constant(rows, columns, std::numeric_limits<T>::quiet_NaN());
+}
+
+// What a sweep answers itself: nothing about planes, and several trees in one.
+inline std::set<Rule> rules_of_sweeps() {
+  return {Rule::zero_terms, Rule::rest, Rule::partial_answers};
+}
+
+// By the kernels of 6-D vectors, also where a mechanism stays in a plane.
+inline DynamicsOptions spatial(std::set<Want> want, Form form = Form::conventional) {
+  return {form, {.want = std::move(want)}, rules_of_sweeps()};
+}
+
+template <class T>
+Dynamics<T> dynamics_of(const Model<double>& model, const DynamicsOptions& options) {
+  return Dynamics<T>(plain(model), options);
+}
+
+// DoF of all branches, one of them twice, and frames on leaves, on a branch, two on one link, one on
+// the base.
+inline Selection random_selection(const Model<double>& model, std::uint64_t seed) {
+  Random random(seed);
+  Selection selection;
+  const int nv = model.nv();
+  for (int i = 0; i < std::min(nv, 9); ++i) selection.dofs.push_back(random.below(nv));
+  selection.dofs.push_back(selection.dofs[0]);
+  for (int link : {nv - 1, nv / 2, -1, nv / 2, random.below(nv), 0}) {
+    const Eigen::Quaterniond rotation = random.quaternion();
+    selection.frames.push_back({link, plain(rotation), plain(random.vector3())});
+  }
+  return selection;
 }
 
 // Rows with a guard behind them.
@@ -135,6 +156,20 @@ struct Rows {
       qd.insert(qd.end(), state.qd.begin(), state.qd.end());
       tau.insert(tau.end(), state.tau.begin(), state.tau.end());
     }
+  }
+
+  // Returns how many failed.
+  int forward_dynamics(Dynamics<T>& robot, int threads = 1) {
+    return robot.forward_dynamics(q, qd, tau, result(robot), outcomes, threads);
+  }
+  // qdd stands in tau.
+  void inverse_dynamics(Dynamics<T>& robot, int threads = 1) {
+    robot.inverse_dynamics(q, qd, tau, result(robot), threads);
+  }
+
+ private:
+  RowsView<T> result(const Dynamics<T>& robot) {
+    return {a.data(), static_cast<std::ptrdiff_t>(outcomes.size()), robot.asked()};
   }
 };
 

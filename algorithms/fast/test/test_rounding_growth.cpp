@@ -4,9 +4,8 @@
 #include <cmath>
 #include <vector>
 
-#include "algorithms/structured/rounding_growth.hpp"
-#include "algorithms/structured/structured_solver.hpp"
-#include "algorithms/structured/test/support.hpp"
+#include "algorithms/fast/instances.hpp"
+#include "algorithms/fast/test/support.hpp"
 
 namespace kalmarm::test {
 namespace {
@@ -42,22 +41,20 @@ Model<double> com_inboard(int n) {
 template <class T>
 bool errors_grow(const Model<double>& drawn) {
   const Model<T> model = drawn.cast<T>();
-  const StructuredModel<T> structured(model);
-  return RoundingGrowth<T>(model, structured).grows();
+  const LoweredModel<T> lowered(model);
+  return RoundingGrowth<T>(model, lowered).grows();
 }
 
 // a is right to 1 per cent, or the outcome says that it may not be. Counts what it says.
 template <class T>
 void expect_no_silent_error(const Model<double>& drawn, const State<double>& state, int& told) {
-  const Model<T> model = drawn.cast<T>();
   const State<T> asked = state.cast<T>();
-  StructuredSolver<T, CovarianceForm> solver(model);
-  VectorX<T> a = poisoned<T>(model.nv());
-  const Outcome out = solver.acceleration(asked.q, asked.qd, asked.tau, a);
+  Dynamics<T> robot = dynamics_of<T>(drawn, spatial({Want::acceleration}));
+  VectorX<T> a = poisoned<T>(drawn.nv());
+  const Outcome out = robot.forward_dynamics(asked.q, asked.qd, asked.tau, a);
   told += !out || out.warns();
   if (!out || out.warns()) return;
-  const Truth truth(model.template cast<Mp>(), asked.template cast<Mp>());
-  EXPECT_LE(Mp((a.template cast<Mp>() - truth.a).norm()), Mp(0.01 * truth.a.norm()));
+  EXPECT_LE(Truth(rounded<T>(drawn), asked.template cast<double>()).relative(a), 0.01);
 }
 
 TEST(RoundingGrowth, MassesThatGrowToTheTipAreNeverAnsweredWrongInSilence) {
@@ -110,11 +107,12 @@ TEST(RoundingGrowth, HomeMayBeSingular) {
   }
   const Model<double> model = builder.build();
   EXPECT_FALSE(errors_grow<double>(model));
-  StructuredSolver<double, CovarianceForm> solver(model);
+  Dynamics<double> robot = dynamics_of<double>(model, spatial({Want::acceleration}));
+  const VectorX<double> home = VectorX<double>::Zero(3), away = VectorX<double>::Constant(3, 0.8);
   VectorX<double> a(3);
   const VectorX<double> ones = VectorX<double>::Ones(3);
-  EXPECT_FALSE(solver.acceleration(VectorX<double>::Zero(3), ones, ones, a));
-  EXPECT_TRUE(solver.acceleration(VectorX<double>::Constant(3, 0.8), ones, ones, a));
+  EXPECT_FALSE(robot.forward_dynamics(home, ones, ones, a));
+  EXPECT_TRUE(robot.forward_dynamics(away, ones, ones, a));
 }
 
 TEST(RoundingGrowth, WellMadeRobotsAreNotSuspected) {

@@ -1,5 +1,5 @@
 // The square-root form against truth of the world frame, where masses are alike and where they are
-// not, against itself in lanes, and against its promises: flops, outcomes.
+// not, against itself in lanes, and its outcomes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,26 +8,14 @@
 #include <string>
 #include <vector>
 
-#include "algorithms/inverse_mass/sequential.hpp"
-#include "algorithms/structured/test/support.hpp"
+#include "algorithms/fast/test/plain_filter.hpp"
+#include "algorithms/fast/test/support.hpp"
 #include "algorithms/test/singular.hpp"
 
 namespace kalmarm::test {
 namespace {
 
-TEST(SquareRoot, EquationsHoldInMultiPrecision) {
-  for (const Family& family : all_families()) {
-    const Model<double> drawn = family.make(3);
-    const Model<Mp> model = drawn.cast<Mp>();
-    const State<Mp> state = random_state(drawn, 4).cast<Mp>();
-    const StructuredModel<Mp> structured(model);
-    SquareRootWorkspace<Mp> ws(structured);
-    VectorX<Mp> a = poisoned<Mp>(model.nv());
-    square_root_acceleration(structured, state.q.data(), state.qd.data(), state.tau.data(), ws,
-                             a.data());
-    EXPECT_LE(Truth(model, state).error(a), 1e-40) << family.name;
-  }
-}
+const DynamicsOptions root = spatial({Want::acceleration}, Form::square_root);
 
 // In the energy norm. The largest error was 21 u, near gimbal lock (massless_links) 250 u.
 template <class T>
@@ -35,14 +23,12 @@ void expect_accurate(int seeds) {
   for (const Family& family : all_families()) {
     double worst = 0;
     for (int seed = 0; seed < seeds; ++seed) {
-      const Model<double> drawn = family.make(seed);
-      const Model<T> model = drawn.cast<T>();
+      const Model<double> drawn = family.make(seed), model = rounded<T>(drawn);
       const State<T> state = random_state(drawn, seed + 1000).template cast<T>();
-      StructuredDynamics<T, SquareRootForm> dynamics(model);
+      Dynamics<T> dynamics = dynamics_of<T>(model, root);
       VectorX<T> a = poisoned<T>(model.nv());
-      EXPECT_TRUE(dynamics.acceleration(state.q, state.qd, state.tau, a));
-      const Model<Mp> exact = model.template cast<Mp>();
-      const double error = Truth(exact, state.template cast<Mp>()).error(a);
+      EXPECT_TRUE(dynamics.forward_dynamics(state.q, state.qd, state.tau, a));
+      const double error = Truth(model, state.template cast<double>()).acceleration(a);
       worst = std::max(worst, error / static_cast<double>(unit_roundoff<T>()));
     }
     EXPECT_LE(worst, std::string(family.name) == "massless_links" ? 800 : 80) << family.name;
@@ -98,38 +84,23 @@ struct Errors {
     for (int seed = 0; seed < 20; ++seed) {
       const Model<double> model = make(seed);
       const State<double> state = random_state(model, seed + 1000).cast<float>().cast<double>();
-      const Truth truth(model.cast<Mp>(), state.cast<Mp>());
-      float64.push_back(of<double, SquareRootForm>(model, state, truth));
-      float32.push_back(of<float, SquareRootForm>(model, state, truth));
-
-      RandomModel<double> rm(model);
-      Sequential<Conventional>::Workspace<double> ws(model);
-      VectorX<double> a = poisoned<double>(model.nv());
-      set_position(model, state.q, rm);
-      set_velocity(model, state.qd, rm);
-      (void)Sequential<Conventional>::factor(model, rm, ws);
-      Sequential<Conventional>::acceleration(model, rm, state.tau, ws, a);
-      covariance.push_back(relative(a, truth));
+      const Truth truth(model, state);
+      float64.push_back(of<double>(model, state, truth));
+      float32.push_back(of<float>(model, state, truth));
+      covariance.push_back(truth.relative(plain_acceleration<double>(model, state)));
       float32_is_better += float32.back() < covariance.back();
     }
     for (auto* all : {&float64, &float32, &covariance}) std::ranges::sort(*all);
   }
 
   // And it is not refused.
-  template <class T, class Form>
+  template <class T>
   static double of(const Model<double>& drawn, const State<double>& state, const Truth& truth) {
-    StructuredDynamics<T, Form> dynamics(drawn.cast<T>());
+    Dynamics<T> dynamics = dynamics_of<T>(drawn, root);
     const State<T> rounded = state.template cast<T>();
     VectorX<T> a = poisoned<T>(drawn.nv());
-    EXPECT_TRUE(dynamics.acceleration(rounded.q, rounded.qd, rounded.tau, a));
-    return relative(a, truth);
-  }
-
-  template <class T>
-  static double relative(const VectorX<T>& x, const Truth& truth) {
-    const Mp error = (x.template cast<Mp>() - truth.a).norm() / truth.a.norm();
-    const double rounded = error.convert_to<double>();
-    return std::isfinite(rounded) ? rounded : std::numeric_limits<double>::infinity();
+    EXPECT_TRUE(dynamics.forward_dynamics(rounded.q, rounded.qd, rounded.tau, a));
+    return truth.relative(a);
   }
 };
 
@@ -162,15 +133,6 @@ TEST(SquareRoot, HeavyBranchesOnJointsOfAllKindsLoseNoDigits) {
   }
 }
 
-TEST(SquareRoot, HingeOfAChainCostsAtMost800Flops) {
-  for (int n : {7, 31, 100}) {
-    const double flops = flops_per_joint<SquareRootForm>(chain(1, n));
-    EXPECT_LE(flops, 800) << n;
-    EXPECT_GE(flops, 600) << n << ": does it count?";
-    RecordProperty("flops_" + std::to_string(n), std::to_string(flops));
-  }
-}
-
 template <class T>
 class SquareRootBatches : public testing::Test {};
 
@@ -182,18 +144,14 @@ TYPED_TEST(SquareRootBatches, LanesAgreeWithOneState) {
   for (const Family& family : all_families()) {
     const int count = 19;
     const Model<double> drawn = family.make(2);
-    const Model<T> model = drawn.template cast<T>();
-    const int nv = model.nv();
+    const int nv = drawn.nv();
     Rows<T> rows(drawn, count);
-    StructuredBatch<T, SquareRootForm> batch(model);
-    StructuredDynamics<T, SquareRootForm> one(model);
-    EXPECT_EQ(batch.acceleration(count, rows.q.data(), rows.qd.data(), rows.tau.data(),
-                                 rows.a.data(), rows.outcomes.data()),
-              0);
+    Dynamics<T> batch = dynamics_of<T>(drawn, root), one = dynamics_of<T>(drawn, root);
+    EXPECT_EQ(rows.forward_dynamics(batch), 0);
     for (int i = 0; i < count; ++i) {
       const State<T> state = random_state(drawn, i).template cast<T>();
       VectorX<T> a = poisoned<T>(nv);
-      EXPECT_TRUE(one.acceleration(state.q, state.qd, state.tau, a));
+      EXPECT_TRUE(one.forward_dynamics(state.q, state.qd, state.tau, a));
       const Eigen::Map<const VectorX<T>> row(&rows.a[i * nv], nv);
       // The two may be contracted to FMA differently.
       EXPECT_LE((row - a).norm(), 4000 * unit_roundoff<T>() * a.norm())
@@ -202,24 +160,13 @@ TYPED_TEST(SquareRootBatches, LanesAgreeWithOneState) {
   }
 }
 
-TYPED_TEST(SquareRootBatches, ReciprocalIsWithinTwoUnitsInTheLastPlace) {
-  using T = TypeParam;
-  Random random(1);
-  for (int i = 0; i < 100000; ++i) {
-    const T d(static_cast<T>(std::exp2(random.uniform(-100, 100))));
-    const T exact = T(1) / d;
-    EXPECT_LE(std::abs(reciprocal(WidePack<T>(d))[0] - exact), 4 * unit_roundoff<T>() * exact) << d;
-  }
-}
-
 TYPED_TEST(SquareRootBatches, SingularMechanismIsReportedAndRegularOneIsNot) {
   using T = TypeParam;
   const auto outcome_of = [](const Mechanism& mechanism) {
-    const Model<T> model = mechanism.model.template cast<T>();
-    StructuredDynamics<T, SquareRootForm> dynamics(model);
-    VectorX<T> a = poisoned<T>(model.nv());
-    const VectorX<T> ones = VectorX<T>::Ones(model.nv());
-    return dynamics.acceleration(mechanism.q.template cast<T>(), ones, ones, a);
+    Dynamics<T> dynamics = dynamics_of<T>(mechanism.model, root);
+    VectorX<T> a = poisoned<T>(mechanism.model.nv());
+    const VectorX<T> ones = VectorX<T>::Ones(a.size()), q = mechanism.q.template cast<T>();
+    return dynamics.forward_dynamics(q, ones, ones, a);
   };
   for (int seed = 0; seed < 20; ++seed) {
     for (const Mechanism& mechanism : singular_mechanisms(seed)) {
@@ -239,9 +186,9 @@ TYPED_TEST(SquareRootBatches, ModerateLoadsAreNoSuspects) {
   for (int seed = 0; seed < 20; ++seed) {
     const Model<double> model = heavy_tip(seed, ratio, false);
     const State<T> state = random_state(model, seed + 1000).template cast<T>();
-    StructuredDynamics<T, SquareRootForm> dynamics(model.cast<T>());
+    Dynamics<T> dynamics = dynamics_of<T>(model, root);
     VectorX<T> a = poisoned<T>(model.nv());
-    const Outcome outcome = dynamics.acceleration(state.q, state.qd, state.tau, a);
+    const Outcome outcome = dynamics.forward_dynamics(state.q, state.qd, state.tau, a);
     EXPECT_TRUE(outcome && !outcome.suspect) << "seed " << seed;
   }
 }
@@ -252,8 +199,7 @@ TYPED_TEST(SquareRootBatches, WhatWasLookedIntoIsMarked) {
   const State<T> state = random_state(heavy, 2).template cast<T>();
   VectorX<T> a = poisoned<T>(heavy.nv());
   const auto outcome = [&](const Model<double>& model) {
-    StructuredDynamics<T, SquareRootForm> dynamics(model.template cast<T>());
-    return dynamics.acceleration(state.q, state.qd, state.tau, a);
+    return dynamics_of<T>(model, root).forward_dynamics(state.q, state.qd, state.tau, a);
   };
   EXPECT_TRUE(outcome(heavy) && outcome(heavy).suspect);
   EXPECT_TRUE(outcome(light) && !outcome(light).suspect);

@@ -15,7 +15,7 @@ struct [[nodiscard]] Outcome {
 
   Status status = Status::ok;
   bool near_singular = false;  // ok, but D(joint) may be wrong by 1 per cent or more
-  bool suspect = false;        // ok, but some D(joint) was so small that it had to be looked into
+  bool suspect = false;        // ok, after a second look at some small D(joint)
   int joint = -1;    // DoF at which the factorisation stopped, or nearly did; -1 where it did not
   double D = 0;      // its innovation covariance, or Cholesky pivot [kg m^2 or kg]
   double scale = 0;  // the size that D was compared with, same unit

@@ -1,5 +1,5 @@
-// Guarded refinement (refined.hpp) with the residual in a wider precision: float64 for float32, and
-// long double, 64 bits on x86, for float64. Kinematics and Newton-Euler start again from the
+// Guarded refinement (refinement.hpp) with the residual in a wider precision: float64 for float32,
+// and long double, 64 bits on x86, for float64. Kinematics and Newton-Euler start again from the
 // parameters and the state, which are exact, so the residual is that of the mechanism itself:
 //   r = tau - ID(x), wide;   d = M^^-1 r;   x <- x + d
 // With factors that are right to a digit, x becomes right to the last bits, whatever kS is, and
@@ -17,12 +17,13 @@
 #include <optional>
 #include <string>
 
-#include "algorithms/inverse_mass/refined.hpp"
+#include "algorithms/inverse_mass/refinement/refined_variant.hpp"
 
 namespace kalmarm {
 
 template <class V>
-struct WideRefined {
+struct WideResidualScheme {
+  using Inner = V;
   static std::string name() { return "WideRefined<" + V::name() + ">"; }
   static constexpr const char* equation = "guarded refinement, residual in a wider precision";
   template <class T>
@@ -33,33 +34,27 @@ struct WideRefined {
   template <class T>
   struct Workspace {
     typename V::template Workspace<T> inner;
-    RefinementWorkspace<T> refinement_workspace;
-    Refinement refinement;  // of the last acceleration
+    VectorX<T> rhs, scaled_d;
+    bool suspect = false;
     Model<Wider<T>> model;
     RandomModel<Wider<T>> rm;
-    InverseDynamics<Wider<T>> newton_euler;
-    VectorX<Wider<T>> wide_tau, wide_x, wide_residual, wide_rhs, wide_d;
+    Residual<Wider<T>> residual;
+    VectorX<Wider<T>> wide_tau, wide_x, wide_rhs, wide_d;
     typename V::template Workspace<Wider<T>> wide_inner;
-    bool suspect = false;
     std::optional<Outcome> widened;  // of the factorisation that wide_inner holds
-    VectorX<T> rhs, scaled_d, unit, x;
 
     explicit Workspace(const Model<T>& narrow)
         : inner(narrow),
-          refinement_workspace(narrow),
-          model(narrow.template cast<Wider<T>>()),
-          rm(model),
-          newton_euler(model),
-          wide_tau(narrow.nv()),
-          wide_x(narrow.nv()),
-          wide_residual(narrow.nv()),
-          wide_rhs(narrow.nv()),
-          wide_d(narrow.nv()),
-          wide_inner(model),
           rhs(narrow.nv()),
           scaled_d(narrow.nv()),
-          unit(narrow.nv()),
-          x(narrow.nv()) {}
+          model(narrow.template cast<Wider<T>>()),
+          rm(model),
+          residual(model),
+          wide_tau(narrow.nv()),
+          wide_x(narrow.nv()),
+          wide_rhs(narrow.nv()),
+          wide_d(narrow.nv()),
+          wide_inner(model) {}
   };
 
   template <class T>
@@ -71,87 +66,47 @@ struct WideRefined {
     return outcome;
   }
 
-  // a (nv) from tau (nv), with the bias of rm, after factor.
-  template <class T>
-  static void acceleration(const Model<T>& model, const RandomModel<T>& rm, const VectorX<T>& tau,
-                           Workspace<T>& ws, VectorX<T>& a) {
-    set_velocity(ws.model, rm.qd, ws.rm);
+  template <class Equation, class T>
+  static Refinement solve(const Model<T>& model, const RandomModel<T>& rm, const VectorX<T>& tau,
+                          Workspace<T>& ws, RefinementWorkspace<T>& loop, VectorX<T>& x) {
+    if constexpr (!Equation::linear) set_velocity(ws.model, rm.qd, ws.rm);
     ws.wide_tau = tau.template cast<Wider<T>>();
-    V::acceleration(model, rm, tau, ws.inner, a);
-    ws.refinement = refine_to_last_bits(
-        model, rm, ws,
-        [&] {
-          inverse_dynamics(ws.model, ws.rm, ws.wide_x, ws.newton_euler,
-                           Eigen::Ref<VectorX<Wider<T>>>(ws.wide_residual));
-        },
-        [&] { V::acceleration(ws.model, ws.rm, ws.wide_tau, ws.wide_inner, ws.wide_x); }, a);
-  }
-
-  // x = M^-1 tau, after factor.
-  template <class T>
-  static void solve(const Model<T>& model, const RandomModel<T>& rm, const VectorX<T>& tau,
-                    Workspace<T>& ws, VectorX<T>& x) {
-    ws.wide_tau = tau.template cast<Wider<T>>();
-    V::solve(model, rm, tau, ws.inner, x);
-    refine_to_last_bits(
-        model, rm, ws,
-        [&] {
-          mass_times(ws.model, ws.rm, ws.wide_x, ws.newton_euler,
-                     Eigen::Ref<VectorX<Wider<T>>>(ws.wide_residual));
-        },
-        [&] { V::solve(ws.model, ws.rm, ws.wide_tau, ws.wide_inner, ws.wide_x); }, x);
-  }
-
-  // M^-1 (nv x nv), both triangles, after factor: every column refined.
-  template <class T>
-  static void inverse(const Model<T>& model, const RandomModel<T>& rm, Workspace<T>& ws,
-                      MatrixX<T>& X) {
-    inverse_by_solving(
-        [&](const VectorX<T>& unit, VectorX<T>& x) { solve(model, rm, unit, ws, x); }, ws.unit,
-        ws.x, X);
-  }
-
- private:
-  // torques() writes the torques of wide_x into wide_residual; start() answers in wide_x by the
-  // factors of the wider precision.
-  template <class T, class Torques, class Start>
-  static Refinement refine_to_last_bits(const Model<T>& model, const RandomModel<T>& rm,
-                                        Workspace<T>& ws, const Torques& torques,
-                                        const Start& start, VectorX<T>& x) {
-    const auto set_residual = [&](const VectorX<T>& y) {
-      ws.wide_x = y.template cast<Wider<T>>();
-      torques();
-      ws.wide_residual = ws.wide_tau - ws.wide_residual;
-    };
-    const auto solve_narrow = [&](const VectorX<T>& rhs, VectorX<T>& d) {
-      V::solve(model, rm, rhs, ws.inner, d);
-    };
-    const Refinement narrow = refine<T>(
-        most, enough,
-        [&](const VectorX<T>& y, VectorX<T>& d) {
-          set_residual(y);
-          solve_scaled(ws.wide_residual, solve_narrow, ws.rhs, ws.scaled_d, d);
-        },
-        ws.refinement_workspace, x);
+    Equation::template solve<V>(model, rm, tau, ws.inner, x);
+    const Refinement narrow = refine_by<Equation, T>(
+        [&](const VectorX<T>& rhs, VectorX<T>& d) { V::solve(model, rm, rhs, ws.inner, d); },
+        ws.rhs, ws.scaled_d, ws, loop, x);
     if (!ws.suspect && narrow.error <= settled * unit_roundoff<T>()) return narrow;
 
     if (!ws.widened) ws.widened = V::factor(ws.model, ws.rm, ws.wide_inner);
     if (!*ws.widened) return narrow;
-    start();
+    Equation::template solve<V>(ws.model, ws.rm, ws.wide_tau, ws.wide_inner, ws.wide_x);
     x = ws.wide_x.template cast<T>();
-    const auto solve_wide = [&](const VectorX<Wider<T>>& rhs, VectorX<Wider<T>>& d) {
-      V::solve(ws.model, ws.rm, rhs, ws.wide_inner, d);
-    };
-    Refinement wide = refine<T>(
-        most, enough,
-        [&](const VectorX<T>& y, VectorX<T>& d) {
-          set_residual(y);
-          solve_scaled(ws.wide_residual, solve_wide, ws.wide_rhs, ws.wide_d, d);
+    Refinement wide = refine_by<Equation, T>(
+        [&](const VectorX<Wider<T>>& rhs, VectorX<Wider<T>>& d) {
+          V::solve(ws.model, ws.rm, rhs, ws.wide_inner, d);
         },
-        ws.refinement_workspace, x);
+        ws.wide_rhs, ws.wide_d, ws, loop, x);
     wide.widened = true;
     return wide;
   }
+
+ private:
+  // Refines x by solve(rhs, d) of factors in the scalar N.
+  template <class Equation, class T, class N, class Solve>
+  static Refinement refine_by(const Solve& solve, VectorX<N>& rhs, VectorX<N>& scaled_d,
+                              Workspace<T>& ws, RefinementWorkspace<T>& loop, VectorX<T>& x) {
+    return refine<T>(
+        most, enough,
+        [&](const VectorX<T>& y, VectorX<T>& d) {
+          ws.wide_x = y.template cast<Wider<T>>();
+          set_residual<Equation>(ws.model, ws.rm, ws.wide_tau, ws.wide_x, ws.residual);
+          solve_scaled(ws.residual.r, solve, rhs, scaled_d, d);
+        },
+        loop, x);
+  }
 };
+
+template <class V>
+using WideRefined = RefinedVariant<WideResidualScheme<V>>;
 
 }  // namespace kalmarm

@@ -1,0 +1,125 @@
+// The forms of the fast path as types: which sweeps give accelerations and factors, and what takes a
+// second look at a state before the fallback does (fallback/guard.hpp).
+#pragma once
+
+#include <cmath>
+#include <vector>
+
+#include "algorithms/fast/instances.hpp"
+#include "kalmarm/dynamics.hpp"
+
+namespace kalmarm {
+
+namespace detail {
+
+template <class S>
+S number(const S& x, int) {
+  return x;
+}
+template <class S, int n>
+S number(const Pack<S, n>& x, int lane) {
+  return x[lane];
+}
+
+template <class T>
+auto inverse_D(const SquareRootWorkspace<T>& swept, int k, int lane) {
+  return number(swept.inverse_D[k], lane);
+}
+template <class S>
+S inverse_D(const FastFactors<S>& swept, int k, int) {
+  return swept.links[k].inverse_D;
+}
+
+}  // namespace detail
+
+struct CovarianceForm {
+  static constexpr Form form = Form::conventional;
+  static constexpr bool at_rest = false;
+  template <class T>
+  using Workspace = CovarianceWorkspace<T>;
+
+  template <class T, class S>
+  static void acceleration(const LoweredModel<S>& model, const T* q, const T* qd, const T* tau,
+                           Workspace<T>& ws, T* a) {
+    covariance_acceleration(model, q, qd, tau, ws, a);
+  }
+
+  // D and g at q alone.
+  template <class S>
+  struct Factoring {
+    explicit Factoring(const LoweredModel<S>&) {}
+
+    void factor(const LoweredModel<S>& model, const S* q, FastFactors<S>& factors) const {
+      covariance_factor(model, q, factors);
+    }
+  };
+
+  // A second look at a suspect: none.
+  template <class S>
+  struct Second {
+    explicit Second(const LoweredModel<S>&) {}
+    template <class Swept>
+    static bool clears(const LoweredModel<S>&, const S*, const Swept&, int) {
+      return false;
+    }
+  };
+};
+
+struct SquareRootForm {
+  static constexpr Form form = Form::square_root;
+  static constexpr bool at_rest = false;
+  template <class T>
+  using Workspace = SquareRootWorkspace<T>;
+
+  template <class T, class S>
+  static void acceleration(const LoweredModel<S>& model, const T* q, const T* qd, const T* tau,
+                           Workspace<T>& ws, T* a) {
+    square_root_acceleration(model, q, qd, tau, ws, a);
+  }
+
+  template <class S>
+  struct Factoring {
+    SquareRootWorkspace<S> ws;
+    std::vector<S> zeros;
+
+    explicit Factoring(const LoweredModel<S>& model) : ws(model), zeros(model.nv(), S(0)) {}
+
+    void factor(const LoweredModel<S>& model, const S* q, FastFactors<S>& factors) {
+      square_root_factor(model, q, zeros, ws, factors);
+    }
+  };
+
+  // The threshold is made of composite inertias, which grow with the cube of a chain's length: in
+  // float32 it catches long chains. P of the other form tells them from singular ones, for less than
+  // the fallback takes. The two have to agree on every D: rows of least weight would show there.
+  template <class S>
+  struct Second {
+    FastFactors<S> factors;
+
+    explicit Second(const LoweredModel<S>& model) : factors(model) {}
+
+    // swept: where the rows have left 1 / D.
+    template <class Swept>
+    bool clears(const LoweredModel<S>& model, const S* q, const Swept& swept, int lane) {
+      covariance_factor(model, q, factors);
+      bool agree = factors.margin > S(0);
+      for (int k = 0; k < model.nv() && agree; ++k)
+        agree = std::abs(detail::inverse_D(swept, k, lane) / factors.links[k].inverse_D - S(1)) <
+                S(0.01);
+      return agree;
+    }
+  };
+};
+
+// The covariance form where all velocities are zero: qd is not looked at.
+struct AtRest : CovarianceForm {
+  static constexpr bool at_rest = true;
+
+  template <class T, class S>
+  static void acceleration(const LoweredModel<S>& model, const T* q, const T*, const T* tau,
+                           Workspace<T>& ws, T* a) {
+    resting_acceleration(model, q, tau, ws, a);
+  }
+};
+
+}  // namespace kalmarm

@@ -1,0 +1,80 @@
+// The kernels of the fast path that are compiled once a scalar, float and double, for one state and
+// for one in every lane: each in its own file (instances_*.cpp), so that what calls a kernel does
+// not change the code that a compiler makes of it. Other scalars (multi-precision, counting) are
+// instantiated where they are used.
+#pragma once
+
+#include "algorithms/fast/covariance/at_rest.hpp"
+#include "algorithms/fast/covariance/forward_dynamics.hpp"
+#include "algorithms/fast/covariance/rounding_growth.hpp"
+#include "algorithms/fast/derivatives/derivatives.hpp"
+#include "algorithms/fast/factors/inverse.hpp"
+#include "algorithms/fast/factors/lambda.hpp"
+#include "algorithms/fast/factors/selected.hpp"
+#include "algorithms/fast/factors/solve.hpp"
+#include "algorithms/fast/rigid/inverse_dynamics.hpp"
+#include "algorithms/fast/rigid/mass.hpp"
+#include "algorithms/fast/square_root/square_root.hpp"
+
+namespace kalmarm {
+
+// A state in every lane.
+template <class S>
+using StateLanes = Pack<S, padding<S>>;
+
+#define KALMARM_LOWERING_INSTANCES(KIND, S) \
+  KIND template class LoweredModel<S>;      \
+  KIND template LoweredModel<S>::LoweredModel(const Model<S>&, Zeros);
+
+#define KALMARM_FORWARD_INSTANCES(KIND, S, T)                                                      \
+  KIND template void covariance_acceleration(const LoweredModel<S>&, const T*, const T*, const T*, \
+                                             CovarianceWorkspace<T>&, T*);                         \
+  KIND template void resting_acceleration(const LoweredModel<S>&, const T*, const T*,              \
+                                          CovarianceWorkspace<T>&, T*);
+
+#define KALMARM_SQUARE_ROOT_INSTANCES(KIND, S, T)                                         \
+  KIND template void square_root_acceleration(const LoweredModel<S>&, const T*, const T*, \
+                                              const T*, SquareRootWorkspace<T>&, T*);
+
+#define KALMARM_SQUARE_ROOT_FACTOR_INSTANCES(KIND, S)                                            \
+  KIND template void square_root_factor(const LoweredModel<S>&, const S*, const std::vector<S>&, \
+                                        SquareRootWorkspace<S>&, FastFactors<S>&);
+
+#define KALMARM_FACTOR_INSTANCES(KIND, S)                                                  \
+  KIND template void covariance_factor(const LoweredModel<S>&, const S*, FastFactors<S>&); \
+  KIND template void fast_lambda(const LoweredModel<S>&, const FastFactors<S>&,            \
+                                 LambdaWorkspace<S>&);                                     \
+  KIND template class InverseColumns<S>;                                                   \
+  KIND template class FactorSolver<S>;                                                     \
+  KIND template class SelectedColumns<S>;                                                  \
+  KIND template class RoundingGrowth<S>;
+
+#define KALMARM_RIGID_INSTANCES(KIND, S, T)                                                      \
+  KIND template void fast_inverse_dynamics(const LoweredModel<S>&, const T*, const T*, const T*, \
+                                           InverseDynamicsWorkspace<T>&, T*);
+
+#define KALMARM_MASS_INSTANCES(KIND, S) KIND template class FastMass<S>;
+
+#define KALMARM_DERIVATIVE_INSTANCES(KIND, S)                                               \
+  KIND template struct DerivativeWorkspace<S>;                                              \
+  KIND template DerivativeWorkspace<S>::DerivativeWorkspace(const LoweredModel<S>&);        \
+  KIND template void fast_derivatives(const LoweredModel<S>&, const S*, const S*, const S*, \
+                                      DerivativeWorkspace<S>&, S*, S*, S*, S*);
+
+#define KALMARM_INSTANCES(S)                              \
+  KALMARM_LOWERING_INSTANCES(extern, S)                   \
+  KALMARM_FORWARD_INSTANCES(extern, S, S)                 \
+  KALMARM_FORWARD_INSTANCES(extern, S, StateLanes<S>)     \
+  KALMARM_SQUARE_ROOT_INSTANCES(extern, S, S)             \
+  KALMARM_SQUARE_ROOT_INSTANCES(extern, S, StateLanes<S>) \
+  KALMARM_SQUARE_ROOT_FACTOR_INSTANCES(extern, S)         \
+  KALMARM_FACTOR_INSTANCES(extern, S)                     \
+  KALMARM_RIGID_INSTANCES(extern, S, S)                   \
+  KALMARM_RIGID_INSTANCES(extern, S, StateLanes<S>)       \
+  KALMARM_MASS_INSTANCES(extern, S)                       \
+  KALMARM_DERIVATIVE_INSTANCES(extern, S)
+
+KALMARM_INSTANCES(float)
+KALMARM_INSTANCES(double)
+
+}  // namespace kalmarm

@@ -1,0 +1,270 @@
+// A model lowered once for the fast path: frames moved along and about the joint axes, which stay
+// z, so that most numbers of phi(parent,k) become 0 or 1.
+//
+//   phi(parent,k) = T(p) Rz(theta) Rx(alpha) Rz(angle) Tz(d)       T: translation, R: rotation
+// angle = q + offset + quarters of a turn at a hinge, d = q + offset at a slide; all else is
+// constant. An angle of quarters alone is exact, and so is alpha where it is zero or a right angle:
+// such links are marked. A link's frame may be turned about its axis and moved along it. That is
+// chosen for one child, the aligned one (child k + 1 where both joints are hinges or slides), so
+// that its
+//   theta = 0 and p = (a, 0, 0)
+// as in modified Denavit-Hartenberg: the origin is the foot of the axes' common perpendicular.
+// Where the axes are so near to parallel that the foot is farther away than twice the distance of
+// the origins, the origin stays where it is and p = (a, b, 0). Other children keep theta and any p.
+// The fixed base has a frame for each of its children: p = 0, theta = alpha = 0.
+// Ball and free joints keep their frames: a matrix that depends on q, then two followers, DoF whose
+// phi is a cyclic permutation of the axes (model.hpp). Where their DoF have no joint noise and no
+// body between them, the sweeps treat the joint in one block step (three_axes.hpp).
+//
+// All constants are computed in a wider precision and rounded once.
+#pragma once
+
+#include <cmath>
+#include <type_traits>
+#include <vector>
+
+#include "algorithms/fast/lowering/factored_body.hpp"
+#include "algorithms/fast/lowering/link_frame.hpp"
+#include "algorithms/fast/lowering/lowered_link.hpp"
+#include "algorithms/fast/lowering/zeros.hpp"
+#include "algorithms/model/model.hpp"
+#include "algorithms/spatial/sincos.hpp"
+
+namespace kalmarm {
+
+template <class S>
+class LoweredModel {
+ public:
+  template <class Given>
+  explicit LoweredModel(const Model<Given>& model, Zeros zeros = Zeros::left_out);
+
+  int nv() const { return static_cast<int>(links_.size()); }
+  int nq() const { return nq_; }
+  int angles() const { return static_cast<int>(hinges_.q_index.size()); }
+  int matrices() const { return matrices_; }  // of ball joints, and of positions of free joints
+  int branch_count() const { return branch_count_; }
+  const HingeAngles<S>& hinges() const { return hinges_; }
+  const std::vector<LinkRun>& runs() const { return runs_; }
+  const LoweredLink<S>& link(int k) const { return links_[k]; }
+  const LoweredBody<S>& body(int k) const { return bodies_[k]; }
+  const FactoredBody<S>& factored(int k) const { return factored_[k]; }
+  const CentralBody<S>& central(int k) const { return central_[k]; }
+  const UncommonPlacement<S>& uncommon(const LoweredLink<S>& link) const {
+    return uncommon_[link.uncommon];
+  }
+
+  // phi from a frame on link k to the link: from the link frame of Model to the one used here.
+  Transform<S> phi_on_link(int k, const Transform<Wider<S>>& phi) const {
+    const Move& move = moves_[k];
+    const Matrix3<Wider<S>> back = detail::about_z(move.gamma).transpose();
+    const Vector3<Wider<S>> p = back * (phi.p - move.shift * Vector3<Wider<S>>::UnitZ());
+    return {Matrix3<Wider<S>>(back * phi.R).template cast<S>(), p.template cast<S>()};
+  }
+
+ private:
+  // Of a link's frame: Rz(gamma) T(0,0,shift).
+  struct Move {
+    Direction<Wider<S>> gamma{Wider<S>(1), Wider<S>(0)};
+    Wider<S> shift = Wider<S>(0);
+  };
+
+  // The angle of a hinge from q on, when it is `angle` at q = ref.
+  template <class W>
+  void add_hinge(int q_index, const Direction<W>& angle, const W& ref) {
+    using std::atan2;
+    static constexpr int cos[] = {1, 0, -1, 0};
+    const int quarters = detail::nearest_quarters(angle);
+    const Direction<W> rest = detail::sum(angle, {W(cos[quarters]), W(-cos[(quarters + 3) % 4])});
+    const auto i = hinges_.q_index.size();
+    hinges_.q_index.push_back(q_index);
+    hinges_.offset.push_back(S(atan2(rest.s, rest.c) - ref));
+    if (i % padding<S> == 0) hinges_.quarters.resize(i + padding<S>);
+    hinges_.quarters[i] = quarters;
+  }
+
+  static bool has_matrix(const Coordinate& coordinate) {
+    return coordinate == Coordinate::quaternion || coordinate == Coordinate::position;
+  }
+  static bool on_a_screw(const Coordinate& coordinate) {
+    return coordinate == Coordinate::angle || coordinate == Coordinate::distance;
+  }
+
+  template <class W>
+  void lower(const Model<W>& model);
+
+  // Whether DoF k is the first of three about, or along, the axes of one joint, between which there
+  // is nothing else.
+  bool is_one_joint(int k) const {
+    for (int i = k; i < k + 3; ++i) {
+      const LoweredLink<S>& link = links_[i];
+      if (link.noise || (i > k && link.coordinate != Coordinate::follower)) return false;
+      if (i < k + 2 && (!link.massless || link.branch >= 0)) return false;
+    }
+    return true;
+  }
+
+  // How many DoF from k on are one block step: six of a free joint, three of a ball joint, or none.
+  int dofs_at_once(int k) const {
+    const auto begins = [this](int first, Coordinate coordinate) {
+      return first + 3 <= nv() && links_[first].coordinate == coordinate && is_one_joint(first);
+    };
+    if (begins(k, Coordinate::quaternion)) return 3;
+    const bool is_free = begins(k, Coordinate::position) && begins(k + 3, Coordinate::quaternion) &&
+                         links_[k + 2].massless && links_[k + 2].branch < 0 &&
+                         links_[k + 3].parent == k + 2 && links_[k + 3].p.isZero(S(0));
+    return is_free ? 6 : 0;
+  }
+
+  void set_runs();
+
+  template <class W>
+  void set_link(const Model<W>& model, const detail::LinkFrame<W>& frame, int k);
+
+  Zeros zeros_;
+  int nq_, matrices_ = 0, branch_count_ = 0;
+  HingeAngles<S> hinges_;
+  std::vector<LoweredLink<S>> links_;
+  std::vector<LoweredBody<S>> bodies_;
+  std::vector<FactoredBody<S>> factored_;  // the same bodies, for the square-root form
+  std::vector<CentralBody<S>> central_;    // and for inverse dynamics
+  std::vector<UncommonPlacement<S>> uncommon_;
+  std::vector<Move> moves_;
+  std::vector<LinkRun> runs_;
+};
+
+template <class S>
+template <class Given>
+LoweredModel<S>::LoweredModel(const Model<Given>& model, Zeros zeros)
+    : zeros_(zeros),
+      nq_(model.nq()),
+      links_(model.nv()),
+      bodies_(model.nv()),
+      factored_(model.nv()),
+      central_(model.nv()),
+      moves_(model.nv()) {
+  // A float's tilt of 1e-16 is no rounding yet, which in double it could be.
+  using Next = Wider<Given>;
+  lower(model.template cast<std::conditional_t<std::is_same_v<Given, float>, Wider<Next>, Next>>());
+}
+
+template <class S>
+template <class W>
+void LoweredModel<S>::lower(const Model<W>& model) {
+  std::vector<detail::LinkFrame<W>> frames(model.nv());
+  for (int k = 0; k < model.nv(); ++k) {
+    const Joint<W>& joint = model.joint(k);
+    detail::LinkFrame<W>& frame = frames[k];
+    if (joint.parent < 0 || joint.coordinate == Coordinate::follower) continue;
+    detail::LinkFrame<W>& parent = frames[joint.parent];
+    if (joint.parent == k - 1 && on_a_screw(joint.coordinate) &&
+        on_a_screw(model.joint(k - 1).coordinate)) {
+      detail::align(parent, frame, model.E(k), joint.translation);
+    } else {
+      const Matrix3<W> back = detail::about_z(parent.gamma).transpose();
+      const Vector3<W> d = joint.translation - parent.shift * Vector3<W>::UnitZ();
+      frame.place(back * model.E(k), back * d);
+    }
+  }
+  for (int k = 0; k < model.nv(); ++k) set_link(model, frames[k], k);
+  set_runs();
+  for (int k = model.nv() - 1; k >= 0; --k) {
+    if (links_[k].parent < 0) continue;
+    FactoredBody<S>& parent = factored_[links_[k].parent];
+    parent.outboard_mass += factored_[k].outboard_mass;
+    parent.outboard_spin += factored_[k].outboard_spin;
+  }
+}
+
+template <class S>
+template <class W>
+void LoweredModel<S>::set_link(const Model<W>& model, const detail::LinkFrame<W>& frame, int k) {
+  using std::sqrt;
+  using Kind = typename LoweredLink<S>::Kind;
+  using Tilt = typename LoweredLink<S>::Tilt;
+  const Joint<W>& joint = model.joint(k);
+  LoweredLink<S>& link = links_[k];
+  LoweredBody<S>& body = bodies_[k];
+  link.parent = joint.parent;
+  link.slides = joint.slides;
+  link.coordinate = joint.coordinate;
+  link.q_index = joint.q_index;
+  body.r = S(joint.r);
+  link.noise = body.r != S(0);
+  link.hangs_on_previous = joint.parent >= 0 && joint.parent == k - 1;
+  if (joint.parent >= 0 && !link.hangs_on_previous && links_[joint.parent].branch < 0)
+    links_[joint.parent].branch = branch_count_++;
+  link.kind = has_matrix(joint.coordinate)               ? Kind::matrix
+              : joint.coordinate == Coordinate::follower ? Kind::cyclic
+                                                         : Kind::screws;
+  moves_[k] = {{Wider<S>(frame.gamma.c), Wider<S>(frame.gamma.s)}, Wider<S>(frame.shift)};
+  link.p = frame.p.template cast<S>();
+  link.turned = frame.theta.s != W(0) || frame.theta.c != W(1);
+  link.aligned = link.hangs_on_previous && joint.coordinate == Coordinate::angle && !link.turned &&
+                 link.p[2] == S(0);
+  link.alpha = Turn<S>(S(frame.alpha.c), S(frame.alpha.s));
+  link.tilt = zeros_ == Zeros::kept                           ? Tilt::any
+              : frame.alpha.s == W(0) && frame.alpha.c > W(0) ? Tilt::none
+              : frame.alpha.c == W(0)                         ? Tilt::right
+                                                              : Tilt::any;
+  const Direction<W> angle = detail::sum(frame.angle, frame.gamma);
+  const W d = frame.d + frame.shift;
+  link.d = S(joint.slides ? W(d - joint.ref) : d);
+  const Vector3<W> along(W(0), -d * frame.alpha.s, d * frame.alpha.c);
+  const Vector3<W> origin =
+      joint.slides ? frame.p : Vector3<W>(frame.p + detail::about_z(frame.theta) * along);
+  body.reach = S((joint.slides ? W(4) : W(2)) * origin.squaredNorm());
+  factored_[k].length = S(sqrt(origin.squaredNorm()));
+  if (joint.slides || link.turned || link.kind == Kind::matrix || joint.parent < 0) {
+    link.uncommon = static_cast<int>(uncommon_.size());
+    uncommon_.push_back({Turn<S>(S(angle.c), S(angle.s)),
+                         Turn<S>(S(frame.theta.c), S(frame.theta.s)), frame.E.template cast<S>(),
+                         (-(model.E(k).transpose() * model.gravity())).template cast<S>()});
+  }
+  if (joint.coordinate == Coordinate::angle) {
+    link.varying = angles();
+    add_hinge(joint.q_index, angle, joint.ref);
+  }
+  if (link.kind == Kind::matrix) link.varying = matrices_++;
+
+  const LinkInertia<W>& inertia = model.inertia(k);
+  const Matrix3<W> back = detail::about_z(frame.gamma).transpose();
+  const Vector3<W> com = back * (joint.body.com - frame.shift * Vector3<W>::UnitZ());
+  const Vector3<W> h = joint.body.mass * com;
+  const Matrix3<W> I_cm = back * inertia.I_cm * back.transpose();
+  const Matrix3<W> I = I_cm - cross_matrix(h) * cross_matrix(com);
+  link.massless = inertia.massless;
+  factor_body(joint.body.mass, com, Matrix3<W>(back * rotation(joint.body.axes)),
+              joint.body.moments, factored_[k]);
+  body.m = S(joint.body.mass);
+  for (int i = 0; i < 3; ++i) body.h[i] = S(h[i]);
+  body.Ixx = S(I(0, 0));
+  body.Ixy = S(I(0, 1));
+  body.Ixz = S(I(0, 2));
+  body.Iyy = S(I(1, 1));
+  body.Iyz = S(I(1, 2));
+  body.Izz = S(I(2, 2));
+  const W half = I_cm.trace() / W(2);
+  central_[k] = {body.m,
+                 {S(com[0]), S(com[1]), S(com[2])},
+                 S(half - I_cm(0, 0)),
+                 S(-I_cm(0, 1)),
+                 S(-I_cm(0, 2)),
+                 S(half - I_cm(1, 1)),
+                 S(-I_cm(1, 2)),
+                 S(half - I_cm(2, 2))};
+}
+
+template <class S>
+void LoweredModel<S>::set_runs() {
+  for (int k = 0; k < nv();) {
+    if (const int dofs = dofs_at_once(k)) {
+      runs_.push_back({k, k + dofs - 1, true});
+      k += dofs;
+      continue;
+    }
+    if (runs_.empty() || runs_.back().at_once) runs_.push_back({k, k, false});
+    runs_.back().last = k++;
+  }
+}
+
+}  // namespace kalmarm

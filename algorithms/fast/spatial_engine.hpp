@@ -1,0 +1,162 @@
+// The fast path's kernels on 6-D vectors, in the form F (forms.hpp), behind an Outcome: what a
+// kernel leaves is looked at by the guard, which answers in its place where it has to.
+#pragma once
+
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+#include "algorithms/fast/common_engine.hpp"
+#include "algorithms/fast/factors/log_det.hpp"
+#include "algorithms/fast/fallback/guard.hpp"
+
+namespace kalmarm {
+
+template <class S, class F>
+class SpatialEngine final : public CommonEngine<S> {
+ public:
+  SpatialEngine(const RobotModel& robot, const EngineOptions& options)
+      : CommonEngine<S>(robot, options),
+        robot_(robot),
+        rows_wanted_(options.wants(Want::acceleration)),
+        grows_(F::form == Form::conventional && RoundingGrowth<S>(model(), lowered()).grows()),
+        guard_(robot, lowered(), grows_) {
+    const auto wants = [&](Want want) { return options.wants(want); };
+    const bool selects = options.selection.size() > 0;
+    if (wants(Want::acceleration)) one_.emplace(lowered());
+    if (wants(Want::solve) || wants(Want::inverse) || wants(Want::diagonal) ||
+        wants(Want::log_det) || selects) {
+      factoring_.emplace(lowered());
+      factors_.emplace(lowered());
+    }
+    if (wants(Want::inverse)) inverse_.emplace(lowered());
+    if (wants(Want::solve)) solver_.emplace(lowered());
+    if (wants(Want::diagonal)) lambda_.emplace(lowered());
+    if (!selects) return;
+    selected_.select(lowered(), options.selection);
+    guard_.fallback().select(options.selection);
+  }
+
+  Outcome forward_dynamics(const S* q, const S* qd, const S* tau, S* a) override {
+    F::acceleration(lowered(), q, qd, tau, *one_, a);
+    if (!guard_.suspects(lowered(), q, *one_, one_->check)) return {};
+    return guard_.fallback().acceleration(q, qd, tau, a);
+  }
+
+  void reserve_workers(int count) override {
+    CommonEngine<S>::reserve_workers(count);
+    while (rows_wanted_ && static_cast<int>(workers_.size()) < count)
+      workers_.emplace_back(lowered(), Guard<S, F>(robot_, lowered(), grows_));
+  }
+
+  int forward_dynamics(int worker, int count, const S* q, const S* qd, const S* tau, S* a,
+                       Outcome* outcomes) override {
+    Worker& w = workers_[worker];
+    const std::ptrdiff_t nq = lowered().nq(), nv = lowered().nv();
+    int failed = 0;
+    std::fill_n(outcomes, count, Outcome{});
+    w.rows.for_each(lowered(), count, q, qd, tau, a, [&](int first, int states, const auto& store) {
+      F::acceleration(lowered(), w.rows.q.data(), w.rows.qd.data(), w.rows.third.data(),
+                      w.workspace, w.rows.out.data());
+      store();
+      for (int lane = 0; lane < states; ++lane) {
+        const std::ptrdiff_t i = first + lane;
+        if (!w.guard.suspects(lowered(), q + i * nq, w.workspace, w.workspace.check, lane))
+          continue;
+        outcomes[i] =
+            w.guard.fallback().acceleration(q + i * nq, qd + i * nv, tau + i * nv, a + i * nv);
+        failed += !outcomes[i];
+      }
+    });
+    return failed;
+  }
+
+  Outcome inverse(const S* q, S* X) override {
+    set_factors(q);
+    const S check = inverse_->fill(lowered(), *factors_, X);
+    return suspects(q, check) ? guard_.fallback().inverse(q, X) : Outcome{};
+  }
+
+  Outcome factor(const S* q) override {
+    set_factors(q);
+    S check = S(0);
+    for (const auto& at : factors_->links) check += at.inverse_D * S(0);
+    by_fallback_ = suspects(q, check);
+    return by_fallback_ ? guard_.fallback().factor(q) : Outcome{};
+  }
+
+  void solve(int columns, const S* taus, S* X) override {
+    if (by_fallback_) return guard_.fallback().solve(columns, taus, X);
+    solver_->solve(lowered(), *factors_, columns, taus, X);
+  }
+
+  Outcome diagonal(const S* q, S* x) override {
+    set_factors(q);
+    fast_lambda(lowered(), *factors_, *lambda_);
+    S check = S(0);
+    for (int k = 0; k < lowered().nv(); ++k) {
+      x[k] = lambda_->alpha[k];
+      check += x[k] * S(0);
+    }
+    return suspects(q, check) ? guard_.fallback().diagonal(q, x) : Outcome{};
+  }
+
+  Outcome log_det(const S* q, S& x) override {
+    set_factors(q);
+    x = kalmarm::log_det(*factors_);
+    return suspects(q, S(x * S(0))) ? guard_.fallback().log_det(q, x) : Outcome{};
+  }
+
+  Outcome selected(const S* q, S* X) override {
+    set_factors(q);
+    const S check = selected_.fill(lowered(), *factors_, X);
+    return suspects(q, check) ? guard_.fallback().selected(q, X) : Outcome{};
+  }
+
+  // The fallback has no derivatives: it gives its verdict.
+  Outcome derivatives(const S* q, const S* qd, const S* tau, S* da_dq, S* da_dqd, S* da_dtau,
+                      S* a) override {
+    this->set_derivatives(q, qd, tau, da_dq, da_dqd, da_dtau, a);
+    const S check = this->terms().check;
+    if (!suspects_derivatives(q, check)) return {};
+    const Outcome out = guard_.fallback().factor(q);
+    return out && check != S(0) ? Outcome{.status = Outcome::Status::not_finite} : out;
+  }
+
+ private:
+  using CommonEngine<S>::lowered;
+  using CommonEngine<S>::model;
+
+  struct Worker {
+    typename F::template Workspace<StateLanes<S>> workspace;
+    RowBlock<S> rows;
+    Guard<S, F> guard;
+
+    Worker(const LoweredModel<S>& model, Guard<S, F> g)
+        : workspace(model), rows(model), guard(std::move(g)) {}
+  };
+
+  void set_factors(const S* q) { factoring_->factor(lowered(), q, *factors_); }
+  bool suspects(const S* q, const S& check) {
+    return guard_.suspects(lowered(), q, *factors_, check);
+  }
+  // Derivatives are by the covariance form, whatever F is.
+  bool suspects_derivatives(const S* /*q*/, const S& check) {
+    return guard_.suspects_all() || check != S(0) || !(this->terms().margin > S(0));
+  }
+
+  RobotModel robot_;
+  bool rows_wanted_, grows_;
+  Guard<S, F> guard_;
+  std::optional<typename F::template Workspace<S>> one_;
+  std::vector<Worker> workers_;
+  std::optional<typename F::template Factoring<S>> factoring_;
+  std::optional<FastFactors<S>> factors_;
+  std::optional<InverseColumns<S>> inverse_;
+  std::optional<FactorSolver<S>> solver_;
+  std::optional<LambdaWorkspace<S>> lambda_;
+  SelectedColumns<S> selected_;
+  bool by_fallback_ = false;  // the factors that are kept
+};
+
+}  // namespace kalmarm

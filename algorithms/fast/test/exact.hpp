@@ -1,0 +1,67 @@
+// Truth in 50 digits, from the definitions of mechanics (algorithms/test/dense_mechanics.hpp). Two
+// files compile it: truth.cpp, behind doubles, and test_equations.cpp.
+#pragma once
+
+#include <algorithm>
+
+#include "algorithms/fast/test/truth.hpp"
+#include "algorithms/test/dense_mechanics.hpp"
+
+namespace kalmarm::test {
+
+struct Exact {
+  MatrixX<Mp> M;
+  Eigen::LDLT<MatrixX<Mp>> ldlt;
+  VectorX<Mp> bias, a;
+  Mp size;  // |M^-1 tau|_M + |M^-1 bias|_M
+
+  Exact(const Model<Mp>& model, const State<Mp>& state) {
+    const World world(model, state.q, state.qd);
+    bias = world.bias();
+    M = world.mass_matrix();
+    ldlt.compute(M);
+    a = ldlt.solve(state.tau - bias);
+    size = sqrt(Mp(state.tau.dot(ldlt.solve(state.tau)))) + sqrt(Mp(bias.dot(ldlt.solve(bias))));
+  }
+
+  MatrixX<Mp> inverse() const { return ldlt.solve(MatrixX<Mp>::Identity(M.rows(), M.cols())); }
+
+  double error(const VectorX<Mp>& x) const {
+    const VectorX<Mp> d = x - a;
+    return Mp(sqrt(Mp(d.dot(M * d))) / size).convert_to<double>();
+  }
+};
+
+// An error of tau(k) is measured by sqrt(M(k,k)) (|qdd|_M + |bias|_M^-1), of which |tau(k)| is no
+// more. qdd stands in tau of the state.
+struct ExactTorque {
+  VectorX<Mp> tau, scale;
+
+  ExactTorque(const Exact& exact, const VectorX<Mp>& qdd) {
+    tau = exact.M * qdd + exact.bias;
+    const Mp size =
+        sqrt(Mp(qdd.dot(exact.M * qdd))) + sqrt(Mp(exact.bias.dot(exact.ldlt.solve(exact.bias))));
+    scale = size * exact.M.diagonal().cwiseSqrt();
+  }
+
+  double error(const VectorX<Mp>& x) const {
+    const VectorX<Mp> d = x - tau;
+    return d.cwiseQuotient(scale).cwiseAbs().maxCoeff().convert_to<double>();
+  }
+};
+
+// Largest of the four relative errors. What ought to be zero is held against 1.
+inline double error(const AccelerationDerivatives<Mp>& x,
+                    const AccelerationDerivatives<Mp>& truth) {
+  const auto relative = [](const auto& is, const auto& should) {
+    const Mp size = should.norm(), d = (is - should).norm();
+    return static_cast<double>(size > Mp(1e-20) ? Mp(d / size) : d);
+  };
+  return std::max({relative(x.dq, truth.dq), relative(x.dqd, truth.dqd),
+                   relative(x.dtau, truth.dtau), relative(x.a, truth.a)});
+}
+
+// Central differences: their error is about the square of the step, 1e-34.
+AccelerationDerivatives<Mp> differences(const Model<Mp>& model, const State<Mp>& state);
+
+}  // namespace kalmarm::test

@@ -1,0 +1,201 @@
+// The fast path's equations without rounding: all that is instantiated for multi-precision, in a
+// file of its own.
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "algorithms/fast/covariance/forward_dynamics.hpp"
+#include "algorithms/fast/derivatives/derivatives.hpp"
+#include "algorithms/fast/factors/columns.hpp"
+#include "algorithms/fast/factors/lambda.hpp"
+#include "algorithms/fast/planar/planar_filter.hpp"
+#include "algorithms/fast/planar/translational.hpp"
+#include "algorithms/fast/rigid/inverse_dynamics.hpp"
+#include "algorithms/fast/rigid/mass.hpp"
+#include "algorithms/fast/square_root/square_root.hpp"
+#include "algorithms/fast/test/derivatives_support.hpp"
+#include "algorithms/fast/test/exact.hpp"
+#include "algorithms/fast/test/zero_terms_support.hpp"
+#include "algorithms/model/inverse_dynamics.hpp"
+
+namespace kalmarm::test {
+namespace {
+
+struct Case {
+  Model<Mp> model;
+  State<Mp> state;
+  LoweredModel<Mp> lowered;
+
+  Case(const Model<double>& drawn, std::uint64_t seed)
+      : model(drawn.cast<Mp>()), state(random_state(drawn, seed).cast<Mp>()), lowered(model) {}
+
+  VectorX<Mp> acceleration() const {
+    CovarianceWorkspace<Mp> ws(lowered);
+    VectorX<Mp> a = poisoned<Mp>(model.nv());
+    covariance_acceleration(lowered, state.q.data(), state.qd.data(), state.tau.data(), ws,
+                            a.data());
+    return a;
+  }
+
+  VectorX<Mp> torque(const VectorX<Mp>& qdd) const {
+    InverseDynamicsWorkspace<Mp> ws(lowered);
+    VectorX<Mp> tau = poisoned<Mp>(model.nv());
+    fast_inverse_dynamics(lowered, state.q.data(), state.qd.data(), qdd.data(), ws, tau.data());
+    return tau;
+  }
+
+  // Columns are worked on one at a time.
+  AccelerationDerivatives<Mp> derivatives() const {
+    static_assert(lanes_of<Mp> == 1);
+    DerivativeWorkspace<Mp> ws(lowered);
+    AccelerationDerivatives<Mp> out(model.nv());
+    fast_derivatives(lowered, state.q.data(), state.qd.data(), state.tau.data(), ws, out.dq.data(),
+                     out.dqd.data(), out.dtau.data(), out.a.data());
+    return out;
+  }
+};
+
+TEST(Equations, OfTheFilterHold) {
+  for (const Family& family : all_families()) {
+    const Case at(family.make(3), 4);
+    EXPECT_LE(Exact(at.model, at.state).error(at.acceleration()), 1e-40) << family.name;
+  }
+}
+
+TEST(Equations, OfSquareRootsHold) {
+  for (const Family& family : all_families()) {
+    const Case at(family.make(3), 4);
+    const State<Mp>& state = at.state;
+    SquareRootWorkspace<Mp> ws(at.lowered);
+    VectorX<Mp> a = poisoned<Mp>(at.model.nv());
+    square_root_acceleration(at.lowered, state.q.data(), state.qd.data(), state.tau.data(), ws,
+                             a.data());
+    EXPECT_LE(Exact(at.model, state).error(a), 1e-40) << family.name;
+  }
+}
+
+TEST(Equations, OfInverseDynamicsHold) {
+  for (const Family& family : all_families()) {
+    const Case at(family.make(3), 4);
+    const VectorX<Mp>& qdd = at.state.tau;
+    const ExactTorque truth(Exact(at.model, at.state), qdd);
+    EXPECT_LE(truth.error(at.torque(qdd)), 1e-43) << family.name;
+
+    RandomModel<Mp> rm(at.model);
+    InverseDynamics<Mp> ws(at.model);
+    VectorX<Mp> tau = poisoned<Mp>(at.model.nv());
+    set_position(at.model, at.state.q, rm);
+    set_velocity(at.model, at.state.qd, rm);
+    inverse_dynamics(at.model, rm, qdd, ws, Eigen::Ref<VectorX<Mp>>(tau));
+    EXPECT_LE(truth.error(tau), 1e-43) << family.name;
+  }
+}
+
+TEST(Equations, HoldWhereTermsAreZeroAndLeftOut) {
+  for (int seed = 0; seed < 20; ++seed) {
+    SCOPED_TRACE(seed);
+    const Case at(like_a_robot(seed), seed);
+    const VectorX<Mp> a = at.acceleration();
+    EXPECT_LE(Exact(at.model, at.state).error(a), 1e-40);
+    EXPECT_LE((at.torque(a) - at.state.tau).norm(), Mp(1e-40) * at.state.tau.norm());
+  }
+}
+
+TEST(Equations, OfFactorsAndCompositesHold) {
+  for (const Family& family : all_families()) {
+    SCOPED_TRACE(family.name);
+    const Case at(family.make(3), 4);
+    const Exact exact(at.model, at.state);
+    const MatrixX<Mp>&M = exact.M, X = exact.inverse();
+    const int nv = at.model.nv();
+
+    FastFactors<Mp> factors(at.lowered);
+    covariance_factor(at.lowered, at.state.q.data(), factors);
+    ColumnsWorkspace<Mp> ws(at.lowered);
+    const std::vector<char> all(nv, 1);
+    VectorX<Mp> solved(nv);
+    detail::sweep_inward(
+        at.lowered, factors, nv - 1, all.data(), [&](int k) { return at.state.tau[k]; }, ws);
+    detail::sweep_outward(at.lowered, factors, nv - 1, ws,
+                          [&](int k, const Mp& a) { solved[k] = a; });
+    EXPECT_LE(Mp((M * solved - at.state.tau).norm() / at.state.tau.norm()), 1e-38);
+
+    LambdaWorkspace<Mp> lambda(at.lowered);
+    fast_lambda(at.lowered, factors, lambda);
+    for (int k = 0; k < nv; ++k) EXPECT_LE(Mp(abs(lambda.alpha[k] / X(k, k) - 1)), 1e-38) << k;
+
+    CompositeForces<Mp> composite(at.lowered);
+    composite_forces(at.lowered, at.state.q.data(), composite);
+    for (int j = 0; j < nv; ++j) {
+      detail::sweep_composite_forces(at.lowered, composite, j, j, all.data(), ws);
+      for (int k = 0; k <= j; ++k)
+        EXPECT_LE(Mp(abs(ws.e[k] - M(k, j)) / sqrt(Mp(M(k, k) * M(j, j)))), 1e-40) << k << ' ' << j;
+    }
+  }
+}
+
+TEST(Equations, OfDerivativesHold) {
+  std::vector<Family> all = all_families();
+  all.push_back({"long_chain", [](std::uint64_t seed) { return long_chain(seed, 19); }});
+  for (const Family& family : all) {
+    const Case at(family.make(3), 4);
+    EXPECT_LE(error(at.derivatives(), differences(at.model, at.state)), 1e-28) << family.name;
+  }
+}
+
+// Of every size, by columns and by tiles.
+TEST(Derivatives, AgreeWithOneColumnAtATimeInMultiPrecision) {
+  for (int n = 1; n <= 70; n += n < 40 ? 1 : 7) {
+    const Model<double> drawn = n % 3 == 0 ? long_chain(7, n) : chain(7, n);
+    const State<double> state = random_state(drawn, 8);
+    const AccelerationDerivatives<Mp> truth = Case(drawn, 8).derivatives();
+    EXPECT_LE(error(derivatives(drawn, state).cast<Mp>(), truth), 1000 * unit_roundoff<double>())
+        << n;
+    EXPECT_LE(error(derivatives(drawn, state.cast<float>()).cast<Mp>(), truth),
+              1000 * unit_roundoff<float>())
+        << n;
+  }
+}
+
+// Hinges and slides whose quaternions are integers, and axes parallel to all digits.
+Model<double> exactly_planar() {
+  Random random(4);
+  Builder builder;
+  const std::vector<Eigen::Quaterniond> rotations{{3, 1, -2, 5}, {2, 0, 0, 1}, {5, -3, 4, 0},
+                                                  {5, 3, -4, 0}, {0, 2, 1, 0}, {3, 0, 0, 2}};
+  const std::vector<int> parents{-1, 0, 1, 2, 3, 1};
+  for (int k = 0; k < 6; ++k) {
+    const bool slides = k == 2 || k == 4;
+    Joint<double> joint =
+        random_joint(random, parents[k], slides ? Coordinate::distance : Coordinate::angle);
+    joint.rotation = rotations[k];
+    if (k == 3) joint.r = 0.2;
+    builder.add(joint);
+  }
+  return builder.build();
+}
+
+TEST(Equations, OfThePlanarFilterHold) {
+  const Model<double> drawn = exactly_planar();
+  const Model<Mp> model = drawn.cast<Mp>();
+  const State<Mp> state = random_state(drawn, 4).cast<Mp>();
+  const auto plane = find_plane(model);
+  ASSERT_TRUE(plane);
+  const Exact truth(model, state);
+  PlanarModel<Mp> planar(model, *plane);
+  PlanarWorkspace<Mp> ws(planar);
+  const AlongNormal<Mp> along(model, *plane);
+  ASSERT_EQ(planar.nv() + along.slides.size(), 6);
+  ASSERT_EQ(along.dofs, std::vector<int>{4});
+  VectorX<Mp> a = poisoned<Mp>(6);
+  planar_acceleration(planar, state.q.data(), state.qd.data(), state.tau.data(), ws, a.data());
+  TranslationalFactors<Mp> factors(along.slides, Vector3<Mp>(plane->axes * model.gravity()),
+                                   Mp(1e-20));
+  factors.solve([&](int i) { return state.tau[along.dofs[i]]; },
+                [&](int i, const Mp& x) { a[along.dofs[i]] = x + factors.by_weight()[i]; });
+  EXPECT_LE(truth.error(a), 1e-40);
+}
+
+}  // namespace
+}  // namespace kalmarm::test

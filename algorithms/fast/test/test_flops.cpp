@@ -1,0 +1,151 @@
+// Flops that the fast path promises, counted by the scalar Count: all that is instantiated for it.
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "algorithms/fast/derivatives/derivatives.hpp"
+#include "algorithms/fast/factors/lambda.hpp"
+#include "algorithms/fast/flops.hpp"
+#include "algorithms/fast/planar/planar_filter.hpp"
+#include "algorithms/fast/rigid/inverse_dynamics.hpp"
+#include "algorithms/fast/rigid/mass.hpp"
+#include "algorithms/fast/test/planar_support.hpp"
+#include "algorithms/fast/test/zero_terms_support.hpp"
+
+namespace kalmarm::test {
+namespace {
+
+using detail::counted;
+using detail::counts;
+
+struct Counted {
+  LoweredModel<double> model;
+  std::vector<Count> q, qd, tau, out;  // tau or qdd
+
+  explicit Counted(const Model<double>& drawn) : model(drawn), out(drawn.nv()) {
+    const State<double> state = random_state(drawn, 3);
+    q = counts(state.q);
+    qd = counts(state.qd);
+    tau = counts(state.tau);
+  }
+};
+
+void expect_between(double least, double flops, double most, const std::string& what) {
+  EXPECT_GE(flops, least) << what << ": does it count?";
+  EXPECT_LE(flops, most) << what;
+  testing::Test::RecordProperty(what, std::to_string(flops));
+}
+
+template <class F>
+double flops_per_joint(const Model<double>& model) {
+  const State<double> state = random_state(model, 3);
+  return acceleration_flops<F>(model, state.q, state.qd, state.tau) / model.nv();
+}
+
+TEST(ForwardDynamicsFlops, HingeOfAChainCostsAtMost480) {
+  for (int n : {7, 31, 100})
+    expect_between(350, flops_per_joint<CovarianceForm>(chain(1, n)), 480,
+                   "flops_" + std::to_string(n));
+  EXPECT_LE(flops_per_joint<CovarianceForm>(nearly_parallel(1e-5)), 480);
+}
+
+// Crossed at once; its six DoF one by one took 1340.
+TEST(ForwardDynamicsFlops, FreeJointCostsAtMost700) {
+  Random random(5);
+  Builder builder;
+  builder.add_free(random_joint(random, -1));
+  expect_between(400, 6 * flops_per_joint<CovarianceForm>(builder.build()), 700, "free_joint");
+}
+
+TEST(ForwardDynamicsFlops, HingeOfAChainAtRestCostsAtMost300) {
+  for (int n : {31, 100})
+    expect_between(230, flops_per_joint<AtRest>(chain(1, n)), 300, "flops_" + std::to_string(n));
+}
+
+TEST(ForwardDynamicsFlops, HingeOfAChainCostsAtMost800InSquareRoots) {
+  for (int n : {7, 31, 100})
+    expect_between(600, flops_per_joint<SquareRootForm>(chain(1, n)), 800,
+                   "flops_" + std::to_string(n));
+}
+
+TEST(ForwardDynamicsFlops, ZeroTermsCostNone) {
+  const double any = flops_per_joint<CovarianceForm>(chain(1, 31));
+  const double offset = flops_per_joint<CovarianceForm>(chain_of(right, {0.3, 0.4, 0.5}, 31));
+  const double meeting = flops_per_joint<CovarianceForm>(chain_of(right, {0, 0, 0.5}, 31));
+  EXPECT_LE(offset, any - 60);
+  EXPECT_LE(meeting, any - 90);
+  RecordProperty("flops_any", std::to_string(any));
+  RecordProperty("flops_right_angles", std::to_string(offset));
+  RecordProperty("flops_meeting", std::to_string(meeting));
+}
+
+TEST(InverseDynamicsFlops, HingeOfAChainCostsAtMost200) {
+  for (int n : {7, 31, 100}) {
+    Counted at(chain(1, n));
+    InverseDynamicsWorkspace<Count> ws(at.model);
+    const double flops = counted([&] {
+      fast_inverse_dynamics(at.model, at.q.data(), at.qd.data(), at.tau.data(), ws, at.out.data());
+    });
+    expect_between(120, flops / n, 200, "flops_" + std::to_string(n));
+  }
+}
+
+TEST(InverseMassFlops, HingeOfAChainCostsNoMoreThanIsSaid) {
+  for (int n : {31, 100}) {
+    const Counted at(chain(1, n));
+    const LoweredModel<double>& model = at.model;
+    const std::vector<char> all(n, 1);
+    FastFactors<Count> factors(model);
+    ColumnsWorkspace<Count> ws(model);
+    LambdaWorkspace<Count> lambda(model);
+    CompositeForces<Count> composite(model);
+    const auto expect = [n](double least, double most, const char* what, const auto& work) {
+      expect_between(least, counted(work) / n, most, what);
+    };
+    expect(150, 210, "factor", [&] { covariance_factor(model, at.q.data(), factors); });
+    expect(50, 95, "solve", [&] {
+      detail::sweep_inward(
+          model, factors, n - 1, all.data(), [](int) { return Count(1); }, ws);
+      detail::sweep_outward(model, factors, n - 1, ws, [](int, const Count&) {});
+    });
+    expect(200, 270, "lambda", [&] { fast_lambda(model, factors, lambda); });
+    expect(50, 110, "composite", [&] { composite_forces(model, at.q.data(), composite); });
+    expect(30, 50, "mass_entry",
+           [&] { detail::sweep_composite_forces(model, composite, n - 1, n - 1, all.data(), ws); });
+  }
+}
+
+// Joint by joint, and then for every pair of joints of a chain.
+TEST(DerivativeFlops, GrowAsTheirEquationsSay) {
+  const auto flops = [](int n) {
+    Counted at(chain(1, n));
+    DerivativeWorkspace<Count> ws(at.model);
+    std::vector<Count> dq(n * n, 0), dqd = dq, dtau = dq;
+    return counted([&] {
+      fast_derivatives(at.model, at.q.data(), at.qd.data(), at.tau.data(), ws, dq.data(),
+                       dqd.data(), dtau.data(), at.out.data());
+    });
+  };
+  const double small = flops(40), large = flops(80);
+  const double pairs = (large - 2 * small) / (80 * 80 - 2 * 40 * 40);
+  const double joints = small / 40 - 40 * pairs;
+  expect_between(80, pairs, 140, "flops_a_pair");
+  expect_between(0, joints, 1400, "flops_a_joint");
+}
+
+TEST(PlanarFlops, HingeOfAChainCostsAtMost110) {
+  for (int n : {10, 40}) {
+    const Model<double> drawn = planar_chain(1, n);
+    Counted at(drawn);
+    const PlanarModel<Count> model(drawn, *find_plane(drawn));
+    PlanarWorkspace<Count> ws(model);
+    const double flops = counted([&] {
+      planar_acceleration(model, at.q.data(), at.qd.data(), at.tau.data(), ws, at.out.data());
+    });
+    expect_between(80, flops / n, 110, "flops_" + std::to_string(n));
+  }
+}
+
+}  // namespace
+}  // namespace kalmarm::test

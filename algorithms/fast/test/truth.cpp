@@ -1,0 +1,193 @@
+#include "algorithms/fast/test/truth.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "algorithms/fast/test/exact.hpp"
+#include "algorithms/model/plain.hpp"
+
+namespace kalmarm::test {
+namespace {
+
+MatrixX<Mp> jacobian(const Model<Mp>& model, const VectorX<Mp>& q,
+                     const std::vector<Frame>& frames) {
+  RandomModel<Mp> rm(model);
+  set_position(model, q, rm);
+  std::vector<Site<Mp>> sites;
+  for (const Frame& frame : frames) sites.push_back(site_of(frame).cast<Mp>());
+  MatrixX<Mp> J(6 * sites.size(), model.nv());
+  site_jacobian<Mp>(model, rm, sites, J);
+  return J;
+}
+
+double worst_entry(const MatrixX<double>& X, const MatrixX<Mp>& exact) {
+  double worst = 0;
+  for (int j = 0; j < X.cols(); ++j)
+    for (int i = 0; i < X.rows(); ++i) {
+      const Mp d = abs(Mp(Mp(X(i, j)) - exact(i, j)));
+      if (d == 0) continue;
+      const Mp size = sqrt(Mp(exact(i, i) * exact(j, j)));
+      const double own = (size == 0 ? d : Mp(d / size)).convert_to<double>();
+      worst = own <= worst ? worst : own < 1e300 ? own : std::numeric_limits<double>::infinity();
+    }
+  return worst;
+}
+
+// q moved by h along the velocity of DoF k.
+State<Mp> moved(const Model<Mp>& model, State<Mp> state, int k, const Mp& h) {
+  int first = k;
+  while (model.joint(first).coordinate == Coordinate::follower) --first;
+  const int i = model.joint(first).q_index;
+  if (model.joint(first).coordinate != Coordinate::quaternion) {
+    state.q[i + k - first] += h;
+    return state;
+  }
+  Eigen::Quaternion<Mp> turn(cos(Mp(h / 2)), Mp(0), Mp(0), Mp(0));
+  turn.vec()[k - first] = sin(Mp(h / 2));
+  const auto& q = state.q;
+  const Eigen::Quaternion<Mp> turned =
+      Eigen::Quaternion<Mp>(q[i], q[i + 1], q[i + 2], q[i + 3]) * turn;
+  state.q.segment<4>(i) << turned.w(), turned.x(), turned.y(), turned.z();
+  return state;
+}
+
+VectorX<Mp> acceleration(const Model<Mp>& model, const State<Mp>& state) {
+  const World world(model, state.q, state.qd);
+  return world.mass_matrix().llt().solve(state.tau - world.bias());
+}
+
+}  // namespace
+
+AccelerationDerivatives<Mp> differences(const Model<Mp>& model, const State<Mp>& state) {
+  const Mp h("1e-17");
+  AccelerationDerivatives<Mp> out(model.nv());
+  out.a = acceleration(model, state);
+  out.dtau = World(model, state.q, state.qd).mass_matrix().inverse();
+  for (int k = 0; k < model.nv(); ++k) {
+    out.dq.col(k) = (acceleration(model, moved(model, state, k, h)) -
+                     acceleration(model, moved(model, state, k, -h))) /
+                    (2 * h);
+    State<Mp> faster = state, slower = state;
+    faster.qd[k] += h;
+    slower.qd[k] -= h;
+    out.dqd.col(k) = (acceleration(model, faster) - acceleration(model, slower)) / (2 * h);
+  }
+  return out;
+}
+
+struct Truth::Impl {
+  Model<Mp> model;
+  State<Mp> state;
+  Exact exact;
+  mutable std::optional<MatrixX<Mp>> inverse_of_M;
+
+  Impl(const Model<double>& m, const State<double>& s)
+      : model(m.cast<Mp>()), state(s.cast<Mp>()), exact(model, state) {}
+
+  const MatrixX<Mp>& inverse() const {
+    if (!inverse_of_M) inverse_of_M = exact.inverse();
+    return *inverse_of_M;
+  }
+};
+
+Truth::Truth(const Model<double>& model, const State<double>& state)
+    : impl_(std::make_shared<const Impl>(model, state)) {}
+
+double Truth::acceleration_error(const VectorX<double>& a) const {
+  return impl_->exact.error(a.cast<Mp>());
+}
+
+double Truth::relative_error(const VectorX<double>& a) const {
+  const Mp error = (a.cast<Mp>() - impl_->exact.a).norm() / impl_->exact.a.norm();
+  const double rounded = error.convert_to<double>();
+  return std::isfinite(rounded) ? rounded : std::numeric_limits<double>::infinity();
+}
+
+double Truth::torque_error(const VectorX<double>& tau) const {
+  return ExactTorque(impl_->exact, impl_->state.tau).error(tau.cast<Mp>());
+}
+
+double Truth::solution_error(const VectorX<double>& x) const {
+  const VectorX<Mp> exact = impl_->exact.ldlt.solve(impl_->state.tau), d = x.cast<Mp>() - exact;
+  return Mp(sqrt(Mp(d.dot(impl_->exact.M * d) / exact.dot(impl_->state.tau)))).convert_to<double>();
+}
+
+double Truth::mass_error(const MatrixX<double>& M) const { return worst_entry(M, impl_->exact.M); }
+
+double Truth::inverse_error(const MatrixX<double>& X) const {
+  return worst_entry(X, impl_->inverse());
+}
+
+double Truth::selected_error(const Selection& selection, const MatrixX<double>& X) const {
+  const MatrixX<Mp> J = jacobian(impl_->model, impl_->state.q, selection.frames);
+  MatrixX<Mp> B = MatrixX<Mp>::Zero(impl_->model.nv(), selection.size());
+  for (int i = 0; i < static_cast<int>(selection.dofs.size()); ++i) B(selection.dofs[i], i) = 1;
+  B.rightCols(J.rows()) = J.transpose();
+  return worst_entry(X, MatrixX<Mp>(B.transpose() * impl_->exact.ldlt.solve(B)));
+}
+
+double Truth::diagonal_error(const VectorX<double>& x) const {
+  double worst = 0;
+  for (int k = 0; k < x.size(); ++k) {
+    const double own = Mp(abs(Mp(Mp(x[k]) / impl_->inverse()(k, k) - 1))).convert_to<double>();
+    worst = own <= worst ? worst : own < 1e300 ? own : std::numeric_limits<double>::infinity();
+  }
+  return worst;
+}
+
+double Truth::log_det(double x) const {
+  Mp exact = 0;
+  for (const Mp& D : impl_->exact.ldlt.vectorD()) exact += log(D);
+  return Mp(abs(Mp(Mp(x) - exact))).convert_to<double>();
+}
+
+double Truth::log_det_size() const {
+  const VectorX<Mp> D = Eigen::LLT<MatrixX<Mp>>(impl_->exact.M).matrixLLT().diagonal();
+  Mp size = 1;
+  for (const Mp& d : D) size += abs(Mp(2 * log(d)));
+  return size.convert_to<double>();
+}
+
+MatrixX<double> Truth::M() const { return impl_->exact.M.cast<double>(); }
+
+Energies energies(const Model<double>& model, const State<double>& state) {
+  const Model<Mp> wide = model.cast<Mp>();
+  const World world(wide, state.q.cast<Mp>(), state.qd.cast<Mp>());
+  return {world.kinetic_energy().convert_to<double>(),
+          world.potential_energy().convert_to<double>()};
+}
+
+DenseMechanics dense_mechanics(const Model<double>& model, const State<double>& state) {
+  const Model<Mp> wide = model.cast<Mp>();
+  const World world(wide, state.q.cast<Mp>(), state.qd.cast<Mp>());
+  return {world.mass_matrix().cast<double>(), world.bias().cast<double>()};
+}
+
+MatrixX<double> frame_jacobian(const Model<double>& model, const VectorX<double>& q,
+                               const std::vector<Frame>& frames) {
+  return jacobian(model.cast<Mp>(), q.cast<Mp>(), frames).cast<double>();
+}
+
+struct TrueDerivatives::Impl {
+  AccelerationDerivatives<Mp> truth;
+};
+
+TrueDerivatives::TrueDerivatives(const Model<double>& model, const State<double>& state)
+    : impl_(std::make_shared<const Impl>(Impl{differences(model.cast<Mp>(), state.cast<Mp>())})) {}
+
+double TrueDerivatives::error(const AccelerationDerivatives<double>& x) const {
+  return test::error(x.cast<Mp>(), impl_->truth);
+}
+
+double TrueDerivatives::condition() const {
+  const MatrixX<Mp>& inverse = impl_->truth.dtau;
+  const VectorX<Mp> scale = inverse.diagonal().cwiseSqrt().cwiseInverse();
+  const MatrixX<double> scaled = (scale.asDiagonal() * inverse * scale.asDiagonal()).cast<double>();
+  const VectorX<double> lambda =
+      Eigen::SelfAdjointEigenSolver<MatrixX<double>>(scaled).eigenvalues();
+  return lambda.maxCoeff() / lambda.minCoeff();
+}
+
+}  // namespace kalmarm::test

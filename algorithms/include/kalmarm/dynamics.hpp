@@ -1,0 +1,240 @@
+// Dynamics: the one way to ask for what a robot's dynamics are.
+//
+//   kalmarm::Dynamics<double> robot(model, {.form = kalmarm::Form::square_root});
+//   kalmarm::Outcome outcome = robot.forward_dynamics(q, qd, tau, a);   // a is filled
+//
+// q holds nq numbers, every velocity, acceleration and torque nv; results about chosen joints hold
+// as many as were asked about. Vectors and matrices are anything that holds numbers side by side
+// (views.hpp). Sizes are checked at every call: std::invalid_argument names the call and both
+// sizes. An Outcome (outcome.hpp) says whether a result may be used; nothing is thrown for what the
+// numbers are. Memory is taken when the object is made, for what the question wants; a call takes
+// none, except the first for rows, the first on more threads than before, and the first that leaves
+// a derivative out.
+//
+// What is computed stands in fast/ with its equations: the filter and smoother of the paper,
+// (3.6), (4.1) to (4.11), on frames that lie on the joints' axes. Costs are in flops of double for
+// a chain of n hinges; trees cost less.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "kalmarm/export.hpp"
+#include "kalmarm/outcome.hpp"
+#include "kalmarm/question.hpp"
+#include "kalmarm/robot_model.hpp"
+#include "kalmarm/views.hpp"
+
+namespace kalmarm {
+
+enum class Form {
+  conventional,  // covariances P of the filter
+  square_root,   // their square roots: twice the time, for masses that differ by more than 1e8
+};
+
+KALMARM_EXPORT const char* to_string(Form form);
+
+struct DynamicsOptions {
+  Form form = Form::conventional;
+  Question question = {};                  // empty: everything about the whole robot
+  std::set<Rule> rules = default_rules();  // by which work may be left out
+};
+
+// Derivatives of forward dynamics, nv x nv, column j for DoF j. Each may be left out. dq is for a
+// change along DoF j's velocity, as joints of several DoF need it.
+template <class T>
+struct Derivatives {
+  MatrixView<T> dq = {}, dqd = {}, dtau = {};
+};
+
+struct Plan;
+struct EngineOptions;
+template <class T>
+class Engine;
+template <class T>
+class Execution;
+// Makes what answers for one part of a robot; the study puts its own variants here.
+template <class T>
+using MakeEngine =
+    std::function<std::unique_ptr<Engine<T>>(const RobotModel&, const EngineOptions&)>;
+
+template <class T>
+class KALMARM_EXPORT Dynamics {
+ public:
+  // Throws std::invalid_argument where model or question contradict themselves.
+  explicit Dynamics(const RobotModel& model, const DynamicsOptions& options = {});
+
+  // The same by other engines (algorithms/questions/solver_engine.hpp).
+  Dynamics(const RobotModel& model, const DynamicsOptions& options, const MakeEngine<T>& make);
+
+  ~Dynamics();
+  Dynamics(Dynamics&&) noexcept;
+  Dynamics& operator=(Dynamics&&) noexcept;
+
+  int nq() const { return nq_; }
+  int nv() const { return nv_; }
+  int asked() const { return asked_; }  // DoF asked about: nv() unless the question leaves some out
+  Form form() const { return form_; }
+  const Plan& plan() const;
+
+  // a (asked) = M^-1 (tau - bias(q, qd)), gravity and armature included. 435 n.
+  Outcome forward_dynamics(VectorView<const T> q, VectorView<const T> qd, VectorView<const T> tau,
+                           VectorView<T> a) {
+    check("forward_dynamics", q, qd, "tau", tau, a.size(), asked_);
+    return forward_dynamics(q.data(), qd.data(), tau.data(), a.data());
+  }
+
+  // Rows of states, one outcome each, on `threads` cores. Returns how many failed, whose rows are
+  // not to be used.
+  int forward_dynamics(RowsView<const T> q, RowsView<const T> qd, RowsView<const T> tau,
+                       RowsView<T> a, std::span<Outcome> outcomes, int threads = 1) {
+    const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
+    check("forward_dynamics", count, q, qd, "tau", tau, a, asked_);
+    return forward_dynamics(static_cast<int>(count), q.data(), qd.data(), tau.data(), a.data(),
+                            outcomes.data(), threads);
+  }
+
+  // tau (asked) = M qdd + bias(q, qd), gravity and armature included. 171 n.
+  void inverse_dynamics(VectorView<const T> q, VectorView<const T> qd, VectorView<const T> qdd,
+                        VectorView<T> tau) {
+    check("inverse_dynamics", q, qd, "qdd", qdd, tau.size(), asked_);
+    inverse_dynamics(q.data(), qd.data(), qdd.data(), tau.data());
+  }
+
+  // The same of rows of states, on `threads` cores.
+  void inverse_dynamics(RowsView<const T> q, RowsView<const T> qd, RowsView<const T> qdd,
+                        RowsView<T> tau, int threads) {
+    const std::ptrdiff_t count = nq_ > 0 ? q.size() / nq_ : 0;
+    check("inverse_dynamics", count, q, qd, "qdd", qdd, tau, asked_);
+    inverse_dynamics(static_cast<int>(count), q.data(), qd.data(), qdd.data(), tau.data(), threads);
+  }
+
+  // tau (asked) = bias(q, qd): velocity terms and gravity, the torques of qdd = 0. 171 n.
+  void bias(VectorView<const T> q, VectorView<const T> qd, VectorView<T> tau) {
+    check("bias", q, qd, "qd", qd, tau.size(), asked_);
+    inverse_dynamics(q.data(), qd.data(), nullptr, tau.data());
+  }
+
+  // tau (asked): the torques that hold the robot against gravity. 171 n.
+  void gravity(VectorView<const T> q, VectorView<T> tau) {
+    check("gravity", "q", q.size(), nq_);
+    check("gravity", "tau", tau.size(), asked_);
+    inverse_dynamics(q.data(), nullptr, nullptr, tau.data());
+  }
+
+  // M (asked x asked), both triangles, symmetric to the last bit. 80 n + 16 n^2.
+  void mass(VectorView<const T> q, MatrixView<T> M) {
+    check("mass", "q", q.size(), nq_);
+    check("mass", "M", M, asked_);
+    mass(q.data(), M.data());
+  }
+
+  // M^-1 (asked x asked), both triangles, symmetric to the last bit. 195 n + 44 n^2.
+  Outcome inverse_mass(VectorView<const T> q, MatrixView<T> X) {
+    check("inverse_mass", "q", q.size(), nq_);
+    check("inverse_mass", "X", X, asked_);
+    return inverse_mass(q.data(), X.data());
+  }
+
+  // Factors of M at q, which are kept for any number of solves. On failure there is nothing to
+  // solve by. 195 n.
+  Outcome factor(VectorView<const T> q) {
+    check("factor", "q", q.size(), nq_);
+    return factor(q.data());
+  }
+
+  // x = M^-1 tau by the factors that are kept, of one vector (asked) or of every column of a matrix
+  // (asked x m, column-major). 87 n m.
+  void solve(MatrixView<const T> tau, MatrixView<T> x) {
+    solve(checked_columns("solve", tau, x), tau.data(), x.data());
+  }
+
+  // Derivatives of forward dynamics, and a itself (asked). 1300 n + 60 n^2.
+  Outcome derivatives(VectorView<const T> q, VectorView<const T> qd, VectorView<const T> tau,
+                      const Derivatives<T>& out, VectorView<T> a) {
+    check("derivatives", q, qd, "tau", tau, a.size(), asked_);
+    check_derivatives(out);
+    return derivatives(q.data(), qd.data(), tau.data(), out, a.data());
+  }
+
+  // x (asked) = the diagonal of M^-1. 445 n.
+  Outcome diagonal(VectorView<const T> q, VectorView<T> x) {
+    check("diagonal", "q", q.size(), nq_);
+    check("diagonal", "x", x.size(), asked_);
+    return diagonal(q.data(), x.data());
+  }
+
+  // x = log det M of the joints that are free. 195 n.
+  Outcome log_det(VectorView<const T> q, T& x) {
+    check("log_det", "q", q.size(), nq_);
+    return log_det(q.data(), x);
+  }
+
+  // X = J M^-1 J' of the question's frames, 6 rows each: (angular; linear) in a frame's axes.
+  Outcome operational(VectorView<const T> q, MatrixView<T> X) {
+    check("operational", "q", q.size(), nq_);
+    check("operational", "X", X, rows_);
+    return operational(q.data(), X.data());
+  }
+
+ private:
+  static void refuse(const char* call, const char* what, const std::string& given,
+                     const std::string& needed);
+
+  static void check(const char* call, const char* what, std::ptrdiff_t given, int needed) {
+    if (given != needed) refuse(call, what, std::to_string(given), std::to_string(needed));
+  }
+  static void check(const char* call, const char* what, const MatrixView<T>& X, int n) {
+    if (!X.fits(n, n)) refuse(call, what, X.shape(), detail::shape(n, n));
+  }
+  void check(const char* call, const VectorView<const T>& q, const VectorView<const T>& qd,
+             const char* name, const VectorView<const T>& third, std::ptrdiff_t result,
+             int needed) const {
+    if (q.size() == nq_ && qd.size() == nv_ && third.size() == nv_ && result == needed) return;
+    check(call, "q", q.size(), nq_);
+    check(call, "qd", qd.size(), nv_);
+    check(call, name, third.size(), nv_);
+    check(call, "the result", result, needed);
+  }
+  void check(const char* call, std::ptrdiff_t count, const RowsView<const T>& q,
+             const RowsView<const T>& qd, const char* name, const RowsView<const T>& third,
+             const RowsView<T>& result, int needed) const {
+    const auto fit = [&](const char* what, const auto& rows, int width) {
+      if (!rows.fits(count, width)) refuse(call, what, rows.shape(), detail::shape(count, width));
+    };
+    fit("q", q, nq_);
+    fit("qd", qd, nv_);
+    fit(name, third, nv_);
+    fit("the result", result, needed);
+  }
+  int checked_columns(const char* call, const MatrixView<const T>& tau,
+                      const MatrixView<T>& x) const;
+  void check_derivatives(const Derivatives<T>& out) const;
+
+  Outcome forward_dynamics(const T* q, const T* qd, const T* tau, T* a);
+  int forward_dynamics(int count, const T* q, const T* qd, const T* tau, T* a, Outcome* outcomes,
+                       int threads);
+  void inverse_dynamics(const T* q, const T* qd, const T* qdd, T* tau);
+  void inverse_dynamics(int count, const T* q, const T* qd, const T* qdd, T* tau, int threads);
+  void mass(const T* q, T* M);
+  Outcome inverse_mass(const T* q, T* X);
+  Outcome factor(const T* q);
+  void solve(int columns, const T* taus, T* X);
+  Outcome derivatives(const T* q, const T* qd, const T* tau, const Derivatives<T>& out, T* a);
+  Outcome diagonal(const T* q, T* x);
+  Outcome log_det(const T* q, T& x);
+  Outcome operational(const T* q, T* X);
+
+  int nq_ = 0, nv_ = 0, asked_ = 0, rows_ = 0;
+  Form form_ = Form::conventional;
+  std::unique_ptr<Execution<T>> execution_;
+};
+
+// The instruction set that the kernels of this process were compiled for: "native", or
+// "x86-64-v2", "-v3" or "-v4", the best that the processor has unless the environment variable
+// KALMARM_INSTRUCTION_SET names a lower one.
+KALMARM_EXPORT const char* instruction_set();
+
+}  // namespace kalmarm

@@ -1,0 +1,62 @@
+// What is asked of a robot, and the rules by which work is left out that the answer does not need.
+#pragma once
+
+#include <set>
+#include <string>
+#include <vector>
+
+#include "kalmarm/export.hpp"
+#include "kalmarm/robot_model.hpp"
+
+namespace kalmarm {
+
+enum class Want {
+  acceleration,      // a = M^-1 (tau - bias): forward dynamics
+  inverse,           // M^-1
+  diagonal,          // of M^-1
+  log_det,           // log det M
+  mass,              // M
+  operational,       // J M^-1 J' of the frames: what forces there accelerate them by
+  solve,             // factors of M, and M^-1 tau for any number of tau
+  inverse_dynamics,  // tau = M qdd + bias, bias and gravity alone
+  derivatives,       // of a with respect to q, qd and tau
+};
+
+// Joints that are locked stand still, at the positions in q; what is asked is of the mechanism with
+// the others free. M and M^-1 are theirs.
+struct Question {
+  std::set<Want> want = {};        // empty: all, but operational where there are no frames
+  std::vector<int> dofs = {};      // asked about, in rising order; empty: all that are free
+  std::vector<Frame> frames = {};  // of Want::operational
+  std::vector<int> locked = {};    // DoF, in rising order; of a joint all or none
+  std::vector<double> q = {};      // nq: the entries of joints that are locked are used
+  bool at_rest = false;            // qd is 0, and is not looked at
+
+  bool wants(Want what) const {
+    return want.empty() ? what != Want::operational || !frames.empty() : want.contains(what);
+  }
+};
+
+// What each leaves out stands in docs/questions.md.
+enum class Rule {
+  locked_joints,
+  untouched_trees,
+  massless_branches,
+  separate_trees,
+  translations,
+  planes,
+  zero_terms,
+  rest,
+  partial_answers,
+};
+
+KALMARM_EXPORT const std::set<Rule>& all_rules();
+
+// All but planes, whose kernels are three times faster and lose more: on the planar families of the
+// laboratory 1.5 to 4 times the rounding error, in float32 twice the silent errors.
+KALMARM_EXPORT const std::set<Rule>& default_rules();
+
+KALMARM_EXPORT const char* to_string(Rule rule);
+KALMARM_EXPORT const char* to_string(Want want);
+
+}  // namespace kalmarm

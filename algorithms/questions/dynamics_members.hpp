@@ -1,0 +1,115 @@
+// The members of Dynamics<T>, for the files that instantiate it: dynamics.cpp for float and double,
+// the study for multi-precision.
+#pragma once
+
+#include "algorithms/model/plain.hpp"
+#include "algorithms/questions/execution.hpp"
+#include "kalmarm/dynamics.hpp"
+
+namespace kalmarm {
+
+void check_model(const RobotModel& model);  // dynamics.cpp
+
+template <class T>
+Dynamics<T>::Dynamics(const RobotModel& model, const DynamicsOptions& options,
+                      const MakeEngine<T>& make)
+    : nq_(model.nq), nv_(model.nv()), form_(options.form) {
+  check_model(model);
+  execution_ = std::make_unique<Execution<T>>(
+      make_plan(model_of(model), options.question, options.rules), nq_, form_, make);
+  asked_ = execution_->asked();
+  rows_ = execution_->rows();
+}
+
+template <class T>
+Dynamics<T>::~Dynamics() = default;
+template <class T>
+Dynamics<T>::Dynamics(Dynamics&&) noexcept = default;
+template <class T>
+Dynamics<T>& Dynamics<T>::operator=(Dynamics&&) noexcept = default;
+
+template <class T>
+const Plan& Dynamics<T>::plan() const {
+  return execution_->plan();
+}
+
+template <class T>
+void Dynamics<T>::refuse(const char* call, const char* what, const std::string& given,
+                         const std::string& needed) {
+  throw std::invalid_argument(std::string(call) + ": " + what + " has size " + given + ", " +
+                              needed + " is needed");
+}
+
+template <class T>
+int Dynamics<T>::checked_columns(const char* call, const MatrixView<const T>& tau,
+                                 const MatrixView<T>& x) const {
+  const std::ptrdiff_t columns = tau.columns_of(asked_);
+  if (!tau.fits(asked_, columns) || tau.is_row_major())
+    refuse(call, "tau", tau.shape(), std::to_string(asked_) + " x any, column-major,");
+  if (!x.fits(asked_, columns) || x.is_row_major())
+    refuse(call, "x", x.shape(), detail::shape(asked_, columns) + ", column-major,");
+  return static_cast<int>(columns);
+}
+
+template <class T>
+void Dynamics<T>::check_derivatives(const Derivatives<T>& out) const {
+  const std::pair<const char*, const MatrixView<T>*> all[] = {
+      {"dq", &out.dq}, {"dqd", &out.dqd}, {"dtau", &out.dtau}};
+  for (const auto& [name, X] : all)
+    if (*X && (!X->fits(asked_, asked_) || (X->is_row_major() && X != &out.dtau)))
+      refuse("derivatives", name, X->shape(), detail::shape(asked_, asked_) + ", column-major,");
+}
+
+template <class T>
+Outcome Dynamics<T>::forward_dynamics(const T* q, const T* qd, const T* tau, T* a) {
+  return execution_->forward_dynamics(q, qd, tau, a);
+}
+template <class T>
+int Dynamics<T>::forward_dynamics(int count, const T* q, const T* qd, const T* tau, T* a,
+                                  Outcome* outcomes, int threads) {
+  return execution_->forward_dynamics(count, q, qd, tau, a, outcomes, std::max(threads, 1));
+}
+template <class T>
+void Dynamics<T>::inverse_dynamics(const T* q, const T* qd, const T* qdd, T* tau) {
+  execution_->inverse_dynamics(q, qd, qdd, tau);
+}
+template <class T>
+void Dynamics<T>::inverse_dynamics(int count, const T* q, const T* qd, const T* qdd, T* tau,
+                                   int threads) {
+  execution_->inverse_dynamics(count, q, qd, qdd, tau, std::max(threads, 1));
+}
+template <class T>
+void Dynamics<T>::mass(const T* q, T* M) {
+  execution_->mass(q, M);
+}
+template <class T>
+Outcome Dynamics<T>::inverse_mass(const T* q, T* X) {
+  return execution_->inverse(q, X);
+}
+template <class T>
+Outcome Dynamics<T>::factor(const T* q) {
+  return execution_->factor(q);
+}
+template <class T>
+void Dynamics<T>::solve(int columns, const T* taus, T* X) {
+  execution_->solve(columns, taus, X);
+}
+template <class T>
+Outcome Dynamics<T>::derivatives(const T* q, const T* qd, const T* tau, const Derivatives<T>& out,
+                                 T* a) {
+  return execution_->derivatives(q, qd, tau, out.dq.data(), out.dqd.data(), out.dtau.data(), a);
+}
+template <class T>
+Outcome Dynamics<T>::diagonal(const T* q, T* x) {
+  return execution_->diagonal(q, x);
+}
+template <class T>
+Outcome Dynamics<T>::log_det(const T* q, T& x) {
+  return execution_->log_det(q, x);
+}
+template <class T>
+Outcome Dynamics<T>::operational(const T* q, T* X) {
+  return execution_->operational(q, X);
+}
+
+}  // namespace kalmarm

@@ -1,0 +1,40 @@
+// Robots from MJCF and URDF files, through MuJoCo: component `robots` of the CMake package.
+//
+//   kalmarm::LoadedRobot robot = kalmarm::load_robot("g1.xml");
+//   kalmarm::Dynamics<double> dynamics(robot.model);
+//
+// Of the file only what M and the bias depend on is read: bodies, joints, inertias, armature,
+// gravity. Meshes need not be there unless an inertia comes from them. Joints keep MuJoCo's order
+// and conventions: entry i of q is qpos[i], DoF k is qvel[k].
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "kalmarm/export.hpp"
+#include "kalmarm/robot_model.hpp"
+
+namespace kalmarm {
+
+struct NamedFrame {
+  std::string name;
+  Frame frame;
+};
+
+struct LoadedRobot {
+  std::string name;  // the file's, without folder and ending
+  RobotModel model;  // DoF are named after their joints: "knee"; of several DoF "ball:x", ...
+  std::vector<double> home;        // q (nq) as the file starts
+  std::vector<NamedFrame> frames;  // those with a name: the file's sites, then its bodies
+
+  // Throws std::invalid_argument where no frame has this name; of several the first is taken.
+  KALMARM_EXPORT const Frame& frame(const std::string& frame_name) const;
+
+  // The first DoF of a joint. Throws std::invalid_argument where there is none of this name.
+  KALMARM_EXPORT int dof(const std::string& joint) const;
+};
+
+// Throws std::runtime_error, in one line with the file, the element and the reason.
+KALMARM_EXPORT LoadedRobot load_robot(const std::string& path);
+
+}  // namespace kalmarm
