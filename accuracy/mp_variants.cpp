@@ -4,6 +4,6 @@
 
 namespace kalmarm {
 
-template std::vector<RegisteredVariant<Real>> registered_variants<Real>();
+template std::vector<RegisteredVariant<Real>> registered_variants<Real>(Want);
 
 }  // namespace kalmarm

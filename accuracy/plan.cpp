@@ -8,10 +8,11 @@
 #include <optional>
 
 #include "accuracy/plan_loss.hpp"
-#include "algorithms/pruning/flops.hpp"
-#include "algorithms/structured/zero_terms.hpp"
+#include "accuracy/programs/command_line.hpp"
+#include "accuracy/programs/output_file.hpp"
+#include "algorithms/fast/lowering/zero_terms.hpp"
+#include "algorithms/questions/flops.hpp"
 #include "robots/inventory.hpp"
-#include "robots/program.hpp"
 #include "robots/question.hpp"
 
 namespace kalmarm {
@@ -25,7 +26,7 @@ struct Options {
   std::optional<double> tolerance;
   int random = 20;
   std::uint64_t seed = 1;
-  bool as_json = false;
+  std::string json_file;
 };
 
 // What a rule leaves out, of so many DoF.
@@ -70,7 +71,7 @@ json left(const Plan& plan) {
       massless += model.joint(k).body.massless();
     }
     if (part.kernel != Kernel::spatial && part.kernel != Kernel::spatial_at_rest) continue;
-    const ZeroTerms own = count_zero_terms(StructuredModel<double>(model, part.zeros));
+    const ZeroTerms own = count_zero_terms(LoweredModel<double>(model, part.zeros));
     zeros.parallel += own.parallel;
     zeros.right_angles += own.right_angles;
     zeros.meeting += own.meeting;
@@ -86,7 +87,7 @@ json left(const Plan& plan) {
             {"no_offset", zeros.without_offset}}}};
 }
 
-json flops_of(const Plan& pruned, const Plan& whole) {
+json flops_before_and_after(const Plan& pruned, const Plan& whole) {
   json out;
   for (const Want want : pruned.question.want)
     out[to_string(want)] = {{"before", flops(whole, want)}, {"after", flops(pruned, want)}};
@@ -144,7 +145,7 @@ json describe(const Options& options, const Scene& scene) {
         {{"kernel", to_string(part.kernel)}, {"dofs", names(part.reduction.dofs)}});
   out["singular"] = names(plan.singular);
   out["left"] = left(plan);
-  out["flops"] = flops_of(plan, whole);
+  out["flops"] = flops_before_and_after(plan, whole);
   if (options.tolerance) out["precision"] = precision(options, scene, question);
   return out;
 }
@@ -231,10 +232,8 @@ void print(const json& plan) {
 
 int run(const Options& options) {
   const json plan = describe(options, load_scene(options.scene));
-  if (options.as_json)
-    std::printf("%s\n", plan.dump(2).c_str());
-  else
-    print(plan);
+  if (options.json_file != "-") print(plan);
+  if (!options.json_file.empty()) write_json(options.json_file, plan.dump(2) + "\n");
   return 0;
 }
 
@@ -261,6 +260,6 @@ int main(int argc, char** argv) {
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   app.add_option("--seed", options.seed, "of these states")->capture_default_str();
-  app.add_flag("--json", options.as_json, "print JSON");
+  app.add_option("--json", options.json_file, std::string("the plan: ") + json_help);
   return run_program(app, argc, argv, [&] { return run(options); });
 }

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "accuracy/recommend.hpp"
-#include "algorithms/pruning/plan.hpp"
+#include "algorithms/questions/plan.hpp"
 #include "robots/scene.hpp"
 
 namespace kalmarm {

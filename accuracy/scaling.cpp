@@ -5,7 +5,6 @@
 // MuJoCo runs on its own parameters, from which the model's were lowered with rounding.
 // Outputs hold NaN before every call. A failure keeps its rows, with value nan and its outcome. A
 // scene that is singular once rounded to float32 has no truth there: all its rows are failures.
-#include <functional>
 #include <limits>
 #include <memory>
 #include <stdexcept>
@@ -15,11 +14,12 @@
 
 #include "accuracy/csv.hpp"
 #include "accuracy/measures.hpp"
+#include "accuracy/programs/command_line.hpp"
+#include "accuracy/programs/output_file.hpp"
+#include "accuracy/programs/progress.hpp"
 #include "accuracy/truth_cache.hpp"
-#include "algorithms/model/mass_matrix.hpp"
 #include "algorithms/solver.hpp"
 #include "robots/mujoco_solver.hpp"
-#include "robots/program.hpp"
 #include "robots/scene.hpp"
 
 namespace kalmarm {
@@ -60,12 +60,6 @@ class Table {
 };
 
 template <class T>
-struct MassMatrix {
-  std::string name;
-  std::function<void(const VectorX<T>& q, MatrixX<T>& M)> evaluate;
-};
-
-template <class T>
 struct Contender {
   std::string name;
   std::shared_ptr<Solver<T>> solver;
@@ -73,21 +67,16 @@ struct Contender {
 
 template <class T>
 struct Contenders {
-  std::vector<MassMatrix<T>> mass;
-  std::vector<Contender<T>> solvers;
+  std::vector<Contender<T>> mass, solvers;
 
   Contenders(const Scene& scene, const Model<T>& model) {
-    mass.push_back({"CRBA", [model, rm = RandomModel<T>(model), ws = CompositeInertia<T>(model)](
-                                const VectorX<T>& q, MatrixX<T>& M) mutable {
-                      set_position(model, q, rm);
-                      mass_matrix(model, rm, ws, Eigen::Ref<MatrixX<T>>(M));
-                    }});
+    for (const RegisteredVariant<T>& variant : registered_variants<T>(Want::mass))
+      mass.push_back({variant.name, variant.make(model)});
     for (const RegisteredVariant<T>& variant : registered_variants<T>())
-      if (variant.contender) solvers.push_back({variant.name, variant.make(model)});
+      if (variant.traits.contender) solvers.push_back({variant.name, variant.make(model)});
     if constexpr (std::is_same_v<T, double>) {
       const auto mujoco = std::make_shared<MujocoSolver>(mujoco_of(scene));
-      mass.push_back(
-          {"MuJoCo", [mujoco](const VectorX<T>& q, MatrixX<T>& M) { mujoco->mass(q, M); }});
+      mass.push_back({"MuJoCo", mujoco});
       solvers.push_back({"MuJoCo", mujoco});
     }
   }
@@ -112,7 +101,7 @@ Truth<T> truth_of(const Scene& scene, const Model<T>& model, const VectorX<T>& q
 template <class T>
 void add_failures(const Contenders<T>& contenders, const Outcome& outcome, Table& table) {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-  for (const MassMatrix<T>& contender : contenders.mass)
+  for (const Contender<T>& contender : contenders.mass)
     table.add(contender.name, "mass", outcome, {{"relative", nan}, {"scaled", nan}});
   for (const Contender<T>& contender : contenders.solvers) {
     table.add(contender.name, "acceleration", outcome, {{"relative", nan}, {"energy", nan}});
@@ -143,9 +132,9 @@ void measure(const Scene& scene, const std::vector<State>& states, Progress& pro
       const Condition c = condition(exact.M, exact.X);
       table.add("", "model", {}, {{"kappa", c.kappa}, {"kappa_scaled", c.kappa_scaled}});
     }
-    for (const MassMatrix<T>& contender : contenders.mass) {
+    for (const Contender<T>& contender : contenders.mass) {
       MatrixX<T> M = MatrixX<T>::Constant(nv, nv, nan);
-      contender.evaluate(q, M);
+      contender.solver->mass(q, M);
       const MatrixError e = matrix_error(M, exact.M);
       table.add(contender.name, "mass", {}, {{"relative", e.relative}, {"scaled", e.scaled}});
     }

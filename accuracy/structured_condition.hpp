@@ -9,7 +9,7 @@
 //   M da = r,   r = ID(a) - ID'(a) + tau' - tau                                            (1)
 // to first order, where the true a makes no difference to the derivative: a draw costs one inverse
 // dynamics and one product M^-1 r, for all tasks of a state one moved model. In the second norm
-//   da'M da = da'r,   M a = ID(a) at rest without gravity (2)
+//   da'M da = da'r,   M a = ID(a) at rest without gravity                                  (2)
 //
 // What (1) leaves out is delta kappa(M) |da| at most, and the rounding of r becomes
 // 10^-digits kappa(M) / (kS delta) of da. The truth was carried with as many digits as make

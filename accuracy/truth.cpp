@@ -10,7 +10,7 @@
 #include "accuracy/inverse_check.hpp"
 #include "accuracy/measures.hpp"
 #include "accuracy/structured_condition.hpp"
-#include "accuracy/world_frame.hpp"
+#include "accuracy/world_mechanics.hpp"
 #include "algorithms/inverse_mass/sequential.hpp"
 #include "algorithms/riccati/array.hpp"
 
@@ -83,7 +83,7 @@ class Filter {
 
 // tau of a task, not yet rounded.
 template <class T>
-VectorX<Real> torque(const Task<T>& task, const Filter& filter, const WorldFrame& world,
+VectorX<Real> torque(const Task<T>& task, const Filter& filter, const WorldMechanics& world,
                      const Vector3<Real>& gravity) {
   const VectorX<Real> value = task.value.template cast<Real>(), qd = task.qd.template cast<Real>();
   switch (task.drive) {
@@ -99,7 +99,7 @@ VectorX<Real> torque(const Task<T>& task, const Filter& filter, const WorldFrame
 
 // M, X, D and g; the return value is (2).
 template <class T>
-double set_matrices(const WorldFrame& world, Filter& filter, int dense, Truth<T>& out) {
+double set_matrices(const WorldMechanics& world, Filter& filter, int dense, Truth<T>& out) {
   out.M = world.mass();
   out.X = filter.inverse();
   const auto nv = static_cast<Eigen::Index>(filter.D().size());
@@ -122,7 +122,7 @@ Truth<T> attempt(const Model<T>& model, const VectorX<T>& q, const std::vector<T
   out.outcome = filter.outcome();
   if (!out.outcome) return out;
 
-  const WorldFrame world(filter.model(), position);
+  const WorldMechanics world(filter.model(), position);
   if (options.matrices) out.disagreement = set_matrices(world, filter, options.dense, out);
   const Solve solve = [&](const VectorX<Real>& r) {
     return options.matrices ? VectorX<Real>(out.X * r) : filter.solve(r);

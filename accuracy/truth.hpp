@@ -6,7 +6,7 @@
 //   filter   D, g, a and X = M^-1 in link frames, by Sequential<ArrayMGS>
 //
 //   world    M and the torque ID(a) = M a + bias in world axes, by composite inertias and by
-//            Newton and Euler (world_frame.hpp)
+//            Newton and Euler (world_mechanics.hpp)
 //
 // An acceleration is true where the torque that it takes is the one that was given,
 //   |X (tau - ID(a))| <= 1e-25 |a|                                                         (1)
@@ -27,7 +27,7 @@
 
 #include "accuracy/task.hpp"
 #include "algorithms/model/model.hpp"
-#include "algorithms/outcome.hpp"
+#include "kalmarm/outcome.hpp"
 
 namespace kalmarm {
 

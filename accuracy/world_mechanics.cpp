@@ -1,4 +1,4 @@
-#include "accuracy/world_frame.hpp"
+#include "accuracy/world_mechanics.hpp"
 
 namespace kalmarm {
 namespace {
@@ -27,7 +27,7 @@ struct Composite {  // of a link, then of all outboard
 
 }  // namespace
 
-WorldFrame::WorldFrame(const Model<Real>& model, const VectorX<Real>& q)
+WorldMechanics::WorldMechanics(const Model<Real>& model, const VectorX<Real>& q)
     : model_(model), poses_(model.nv()) {
   const Quaternion next_axis(Real(1), Real(1), Real(1), Real(1));  // x -> y -> z -> x
   const Pose base;
@@ -70,17 +70,17 @@ WorldFrame::WorldFrame(const Model<Real>& model, const VectorX<Real>& q)
   }
 }
 
-Vector WorldFrame::turn(int k) const {
+Vector WorldMechanics::turn(int k) const {
   return model_.joint(k).slides ? Vector(Vector::Zero()) : poses_[k].z;
 }
 
-Vector WorldFrame::shift(int k) const {
+Vector WorldMechanics::shift(int k) const {
   const Pose& link = poses_[k];
   return model_.joint(k).slides ? link.z : Vector(link.p.cross(link.z));
 }
 
-VectorX<Real> WorldFrame::torque(const VectorX<Real>& qd, const VectorX<Real>& qdd,
-                                 const Vector& gravity) const {
+VectorX<Real> WorldMechanics::torque(const VectorX<Real>& qd, const VectorX<Real>& qdd,
+                                     const Vector& gravity) const {
   const int nv = model_.nv();
   std::vector<Motion> motions(nv);
   std::vector<Wrench> wrenches(nv);
@@ -127,7 +127,7 @@ VectorX<Real> WorldFrame::torque(const VectorX<Real>& qd, const VectorX<Real>& q
   return tau;
 }
 
-MatrixX<Real> WorldFrame::mass() const {
+MatrixX<Real> WorldMechanics::mass() const {
   const int nv = model_.nv();
   std::vector<Vector> w(nv), v(nv);
   std::vector<Composite> sides(nv);

@@ -1,6 +1,8 @@
 // Mass matrix and bias torque in world axes about the world's origin, with ordinary 3-D vectors:
 // the physics of algorithms/ by other formulas. It reads a model's parameters and shares no kernel
-// with the library.
+// with the library. The tests of algorithms/ have a third way, by Jacobians
+// (algorithms/test/dense_mechanics.hpp): O(nv^3), closest to the definitions, in a fixed number of
+// digits. This one forms no Jacobian and takes any number of digits, for truths of long robots.
 //
 // Pose of link k: a quaternion Q of any length and the origin p; z is its joint's axis. Outwards,
 // with a(base) = -gravity, primes for the parent and d = p - p':
@@ -30,9 +32,9 @@
 namespace kalmarm {
 
 // At the precision in force, in which the model must have been cast; the model must outlive it.
-class WorldFrame {
+class WorldMechanics {
  public:
-  WorldFrame(const Model<Real>& model, const VectorX<Real>& q);
+  WorldMechanics(const Model<Real>& model, const VectorX<Real>& q);
 
   // nv x nv, both triangles, armature included.
   MatrixX<Real> mass() const;

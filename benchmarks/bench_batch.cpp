@@ -1,20 +1,25 @@
 // bench_batch: time of forward dynamics of 1024 states of one robot in one call, by the fast path
 // in its conventional form and its square-root form, on one core and on all.
 //
-// Names are task/variant/scene/precision; a variant that ends in "@all cores" is a ThreadedBatch.
+// Names are task/variant/scene/precision; a variant that ends in "@all cores" takes as many threads as
+// there are.
 // Everything is verified before it is timed (case.hpp). Counters: flops of a state (sines and
 // cosines are not counted), flops per second, time per state.
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
 #include <limits>
 #include <memory>
 #include <string>
+#include <thread>
 #include <vector>
 
-#include "algorithms/structured/flops.hpp"
-#include "algorithms/structured/threaded_batch.hpp"
+#include "algorithms/model/plain.hpp"
+#include "algorithms/questions/flops.hpp"
+#include "algorithms/solver.hpp"
 #include "benchmarks/case.hpp"
 #include "benchmarks/driver.hpp"
+#include "kalmarm/dynamics.hpp"
 
 namespace kalmarm {
 namespace {
@@ -25,9 +30,13 @@ constexpr const char* timed_call =
     "the "
     "test for singularity. Memory is taken before.";
 
-template <class T, class Batch>
-void add(const std::string& variant, std::shared_ptr<Batch> batch, double flops,
-         std::shared_ptr<const Case> c, std::shared_ptr<const Pool<T>> pool) {
+template <class T>
+void add(const std::string& variant, Form form, int threads, std::shared_ptr<const Case> c,
+         std::shared_ptr<const Pool<T>> pool) {
+  const double flops = flops_of(c->scene.model, Want::acceleration, form);
+  const auto robot = std::make_shared<Dynamics<T>>(
+      plain(c->scene.model),
+      DynamicsOptions{.form = form, .question = {.want = {Want::acceleration}}});
   benchmark::RegisterBenchmark(
       name_of<T>("acceleration_batch", variant, *c).c_str(),
       [=](benchmark::State& run) {
@@ -35,8 +44,8 @@ void add(const std::string& variant, std::shared_ptr<Batch> batch, double flops,
         std::vector<T> a(batch_size * nv, std::numeric_limits<T>::quiet_NaN());
         std::vector<Outcome> outcomes(batch_size);
         const auto call = [&] {
-          return batch->acceleration(batch_size, pool->q_rows.data(), pool->qd_rows.data(),
-                                     pool->tau_rows.data(), a.data(), outcomes.data());
+          return robot->forward_dynamics(pool->q_rows, pool->qd_rows, pool->tau_rows, a, outcomes,
+                                         threads);
         };
         std::string flaw = c->flaw;
         if (const int failed = call(); failed > 0) flaw = std::to_string(failed) + " states failed";
@@ -53,21 +62,14 @@ void add(const std::string& variant, std::shared_ptr<Batch> batch, double flops,
       ->UseRealTime();
 }
 
-template <class T, class Form>
-void add_form(const std::string& variant, std::shared_ptr<const Case> c,
-              std::shared_ptr<const Pool<T>> pool) {
-  const State& s = c->states[0];
-  const double flops = acceleration_flops<Form>(c->scene.model, s.q, s.qd, s.tau);
-  const Model<T> model = c->scene.model.cast<T>();
-  add<T>(variant, std::make_shared<StructuredBatch<T, Form>>(model), flops, c, pool);
-  add<T>(variant + "@all cores", std::make_shared<ThreadedBatch<T, Form>>(model), flops, c, pool);
-}
-
 template <class T>
 void add_all(std::shared_ptr<const Case> c) {
   auto pool = std::make_shared<const Pool<T>>(c->states);
-  add_form<T, CovarianceForm>("Structured", c, pool);
-  add_form<T, SquareRootForm>("StructuredSquareRoot", c, pool);
+  const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  for (const RegisteredVariant<T>& variant : fast_variants<T>()) {
+    add<T>(variant.name, variant.traits.form, 1, c, pool);
+    add<T>(variant.name + "@all cores", variant.traits.form, cores, c, pool);
+  }
 }
 
 void add_scenes(const std::vector<std::string>& scenes, std::uint64_t seed) {

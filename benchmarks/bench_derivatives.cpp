@@ -14,11 +14,12 @@
 #include <string>
 #include <vector>
 
-#include "algorithms/structured/derivatives.hpp"
+#include "algorithms/model/plain.hpp"
 #include "benchmarks/case.hpp"
 #include "benchmarks/derivative_check.hpp"
 #include "benchmarks/driver.hpp"
 #include "benchmarks/inertial_jacobians.hpp"
+#include "kalmarm/dynamics.hpp"
 
 namespace kalmarm {
 namespace {
@@ -31,28 +32,46 @@ constexpr const char* timed_call =
     "one sample and its Jacobian over them: inertias, kinematics, velocity terms, factors. Memory "
     "is taken before. One state a call, the next of a pool.";
 
+template <class T>
+class Analytic {
+ public:
+  explicit Analytic(const Model<double>& model)
+      : robot_(plain(model), {.question = {.want = {Want::derivatives}}}) {}
+
+  Outcome derivatives(const VectorX<T>& q, const VectorX<T>& qd, const VectorX<T>& tau,
+                      MatrixX<T>& da_dq, MatrixX<T>& da_dqd, MatrixX<T>& da_dtau, VectorX<T>& a) {
+    return robot_.derivatives(q, qd, tau, {.dq = da_dq, .dqd = da_dqd, .dtau = da_dtau}, a);
+  }
+
+ private:
+  Dynamics<T> robot_;
+};
+
 // Forward differences: 3 nv + 1 accelerations. tau enters linearly, so its step is 1.
 template <class T>
 class Differences {
  public:
-  explicit Differences(const Model<T>& model) : model_(model), dynamics_(model), a_(model.nv()) {}
+  explicit Differences(const Model<double>& model)
+      : model_(model.cast<T>()),
+        robot_(plain(model), {.question = {.want = {Want::acceleration}}}),
+        a_(model.nv()) {}
 
   Outcome derivatives(const VectorX<T>& q, const VectorX<T>& qd, const VectorX<T>& tau,
                       MatrixX<T>& da_dq, MatrixX<T>& da_dqd, MatrixX<T>& da_dtau, VectorX<T>& a) {
     const T h = std::sqrt(std::numeric_limits<T>::epsilon());
-    Outcome outcome = dynamics_.acceleration(q, qd, tau, a);
+    Outcome outcome = robot_.forward_dynamics(q, qd, tau, a);
     for (int k = 0; k < model_.nv() && outcome; ++k) {
       q_ = q;
       move(model_, k, h, q_);
-      outcome = dynamics_.acceleration(q_, qd, tau, a_);
+      outcome = robot_.forward_dynamics(q_, qd, tau, a_);
       da_dq.col(k) = (a_ - a) / h;
       x_ = qd;
       x_[k] += h;
-      if (outcome) outcome = dynamics_.acceleration(q, x_, tau, a_);
+      if (outcome) outcome = robot_.forward_dynamics(q, x_, tau, a_);
       da_dqd.col(k) = (a_ - a) / h;
       x_ = tau;
       x_[k] += T(1);
-      if (outcome) outcome = dynamics_.acceleration(q, qd, x_, a_);
+      if (outcome) outcome = robot_.forward_dynamics(q, qd, x_, a_);
       da_dtau.col(k) = a_ - a;
     }
     return outcome;
@@ -60,7 +79,7 @@ class Differences {
 
  private:
   Model<T> model_;
-  StructuredDynamics<T> dynamics_;
+  Dynamics<T> robot_;
   VectorX<T> q_, x_, a_;
 };
 
@@ -75,7 +94,7 @@ void add(const std::string& variant, double lost, std::shared_ptr<const Case> c,
     VectorX<T> a;
 
     explicit Work(const Model<double>& model)
-        : method(model.cast<T>()),
+        : method(model),
           reference(make_solver<double>("Sequential<ArrayMGS>", model)),
           dq(model.nv(), model.nv()),
           dqd(dq),
@@ -111,7 +130,7 @@ void add(const std::string& variant, double lost, std::shared_ptr<const Case> c,
 template <class T>
 void add_all(std::shared_ptr<const Case> c) {
   const auto pool = std::make_shared<const Pool<T>>(c->states);
-  add<T, StructuredDerivatives<T>>("Structured", 1, c, pool);
+  add<T, Analytic<T>>("Fast<Conventional>", 1, c, pool);
   add<T, Differences<T>>("Differences", 1 / std::sqrt(static_cast<double>(unit_roundoff<T>())), c,
                          pool);
 }

@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "algorithms/structured/dynamics.hpp"
-#include "algorithms/structured/flops.hpp"
+#include "algorithms/questions/flops.hpp"
+#include "algorithms/solver.hpp"
 #include "benchmarks/case.hpp"
 #include "benchmarks/driver.hpp"
 
@@ -24,16 +24,19 @@ constexpr const char* timed_call =
     "test for singularity. Memory is taken before. Each call takes the next of a pool of random "
     "states.";
 
-// `solver` is a Solver or a StructuredDynamics.
-template <class T, class S>
-void add(const std::string& variant, std::shared_ptr<S> solver, double flops,
-         std::shared_ptr<const Case> c, std::shared_ptr<const Pool<T>> pool) {
+template <class T>
+void add(const RegisteredVariant<T>& variant, std::shared_ptr<const Case> c,
+         std::shared_ptr<const Pool<T>> pool) {
+  std::shared_ptr<Solver<T>> solver = variant.make(c->scene.model.cast<T>());
+  const double flops = variant.traits.kind == VariantKind::fast
+                           ? flops_of(c->scene.model, Want::acceleration, variant.traits.form)
+                           : 0;
   auto a = std::make_shared<VectorX<T>>(c->scene.model.nv());
   const auto call = [=](int i) {
     return solver->acceleration(pool->q[i], pool->qd[i], pool->tau[i], *a);
   };
   add_benchmark(
-      name_of<T>("acceleration", variant, *c),
+      name_of<T>("acceleration", variant.name, *c),
       [=] {
         std::string flaw = c->flaw;
         for (int i = 0; i < c->verified() && flaw.empty(); ++i) {
@@ -50,22 +53,12 @@ void add(const std::string& variant, std::shared_ptr<S> solver, double flops,
       flops);
 }
 
-template <class T, class Form>
-void add_form(const std::string& variant, std::shared_ptr<const Case> c,
-              std::shared_ptr<const Pool<T>> pool) {
-  const State& s = c->states[0];
-  add<T>(variant, std::make_shared<StructuredDynamics<T, Form>>(c->scene.model.cast<T>()),
-         acceleration_flops<Form>(c->scene.model, s.q, s.qd, s.tau), c, pool);
-}
-
 template <class T>
 void add_all(std::shared_ptr<const Case> c) {
   auto pool = std::make_shared<const Pool<T>>(c->states);
-  add_form<T, CovarianceForm>("Structured", c, pool);
-  add_form<T, SquareRootForm>("StructuredSquareRoot", c, pool);
-  const char* usual = "Sequential<Conventional>";
-  add<T>(usual, std::shared_ptr<Solver<T>>(make_solver<T>(usual, c->scene.model.cast<T>())), 0, c,
-         pool);
+  for (const RegisteredVariant<T>& variant : registered_variants<T>())
+    if (variant.traits.kind == VariantKind::fast || variant.name == "Sequential<Conventional>")
+      add<T>(variant, c, pool);
 }
 
 void add_scenes(const std::vector<std::string>& scenes, std::uint64_t seed) {

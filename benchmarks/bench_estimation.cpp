@@ -15,14 +15,14 @@
 #include <type_traits>
 #include <vector>
 
+#include "accuracy/programs/command_line.hpp"
 #include "algorithms/derivatives/log_det.hpp"
 #include "algorithms/estimation/filter_smoother.hpp"
 #include "algorithms/estimation/operators.hpp"
+#include "algorithms/model/plain.hpp"
 #include "algorithms/solver.hpp"
-#include "algorithms/structured/dynamics.hpp"
 #include "benchmarks/context.hpp"
 #include "robots/families.hpp"
-#include "robots/program.hpp"
 #include "robots/scene.hpp"
 
 namespace kalmarm {
@@ -137,20 +137,20 @@ void add_fast_path(int links, std::uint64_t seed) {
   struct Long {
     Scene scene;
     Model<T> model;
-    StructuredDynamics<T> dynamics;
+    Dynamics<T> dynamics;
     VectorX<T> q, qd, tau, a;
 
     Long(int n, std::uint64_t from)
         : scene(generated_scene("chain:" + std::to_string(n), random_chain(n, from, 1))),
           model(scene.model.cast<T>()),
-          dynamics(model),
+          dynamics(plain(scene.model), {.question = {.want = {Want::acceleration}}}),
           a(n) {
       const State state = random_states(scene, 1, from).front();
       q = state.q.cast<T>();
       qd = state.qd.cast<T>();
       tau = state.tau.cast<T>();
     }
-    Outcome call() { return dynamics.acceleration(q, qd, tau, a); }
+    Outcome call() { return dynamics.forward_dynamics(q, qd, tau, a); }
   };
   const auto c = std::make_shared<Long>(links, seed);
   const auto verify = [c]() -> std::string {
@@ -165,7 +165,7 @@ void add_fast_path(int links, std::uint64_t seed) {
     return (wide(c->a) - expected).norm() <= bound * expected.norm() ? "" : "wrong acceleration";
   };
   const std::string precision = std::is_same_v<T, float> ? "float32" : "float64";
-  add("acceleration/Structured/" + c->scene.name + "/" + precision, links, verify,
+  add("acceleration/Fast<Conventional>/" + c->scene.name + "/" + precision, links, verify,
       [c] { benchmark::DoNotOptimize(c->call()); });
 }
 

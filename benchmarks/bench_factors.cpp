@@ -50,7 +50,7 @@ template <class T>
 void add_contenders(std::shared_ptr<const Case> c, std::shared_ptr<const Pool<T>> pool) {
   const Model<T> model = c->scene.model.cast<T>();
   for (const RegisteredVariant<T>& variant : registered_variants<T>())
-    if (variant.contender)
+    if (variant.traits.contender && variant.traits.gives(Want::solve))
       add<T>(variant.name, std::shared_ptr<Solver<T>>(variant.make(model)), c, pool);
 }
 

@@ -7,12 +7,12 @@
 // the accuracy programs judge that.
 #include <benchmark/benchmark.h>
 
+#include <CLI/CLI.hpp>
 #include <limits>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "algorithms/model/mass_matrix.hpp"
 #include "algorithms/solver.hpp"
 #include "benchmarks/case.hpp"
 #include "benchmarks/driver.hpp"
@@ -55,78 +55,55 @@ std::string verify_inverse(const Case& c, Solver<T>& solver, const Pool<T>& pool
 }
 
 template <class T>
-void add_solver(const std::string& name, std::shared_ptr<Solver<T>> solver,
-                std::shared_ptr<const Case> c, std::shared_ptr<const Pool<T>> pool) {
+std::string verify_mass(const Case& c, Solver<T>& solver, const Pool<T>& pool) {
+  const int nv = c.scene.model.nv();
+  MatrixX<T> M = MatrixX<T>::Constant(nv, nv, std::numeric_limits<T>::quiet_NaN());
+  solver.mass(pool.q[0], M);
+  return c.compare<T>(c.M[0], M, 1);
+}
+
+// What it gives of acceleration, inverse and mass.
+template <class T>
+void add_solver(const std::string& name, const VariantTraits& traits,
+                std::shared_ptr<Solver<T>> solver, std::shared_ptr<const Case> c,
+                std::shared_ptr<const Pool<T>> pool) {
   const int nv = c->scene.model.nv();
   auto a = std::make_shared<VectorX<T>>(nv);
   auto X = std::make_shared<MatrixX<T>>(nv, nv);
-  add_benchmark(
-      name_of<T>("acceleration", name, *c), [=] { return verify_acceleration(*c, *solver, *pool); },
-      [=](int i) {
-        benchmark::DoNotOptimize(solver->acceleration(pool->q[i], pool->qd[i], pool->tau[i], *a));
-        benchmark::DoNotOptimize(a->data());
-      });
-  add_benchmark(
-      name_of<T>("inverse", name, *c), [=] { return verify_inverse(*c, *solver, *pool); },
-      [=](int i) {
-        benchmark::DoNotOptimize(solver->inverse(pool->q[i], *X));
-        benchmark::DoNotOptimize(X->data());
-      });
-}
-
-// M by composite inertias, which every batch variant starts from.
-template <class T>
-void add_mass(std::shared_ptr<const Case> c, std::shared_ptr<const Pool<T>> pool) {
-  struct Work {
-    Model<T> model;
-    RandomModel<T> rm;
-    CompositeInertia<T> composite;
-    MatrixX<T> M;
-
-    explicit Work(const Model<double>& m)
-        : model(m.cast<T>()), rm(model), composite(model), M(m.nv(), m.nv()) {}
-    void mass(const VectorX<T>& q) {
-      set_position(model, q, rm);
-      mass_matrix(model, rm, composite, Eigen::Ref<MatrixX<T>>(M));
-    }
-  };
-  auto work = std::make_shared<Work>(c->scene.model);
-  add_benchmark(
-      name_of<T>("mass", "CRBA", *c),
-      [=] {
-        work->mass(pool->q[0]);
-        return c->compare<T>(c->M[0], work->M, 1);
-      },
-      [=](int i) {
-        work->mass(pool->q[i]);
-        benchmark::DoNotOptimize(work->M.data());
-      });
-}
-
-void add_mujoco(std::shared_ptr<const Case> c, std::shared_ptr<const Pool<double>> pool) {
-  auto solver = std::make_shared<MujocoSolver>(mujoco_of(c->scene));
-  add_solver<double>("MuJoCo", solver, c, pool);
-  auto M = std::make_shared<MatrixX<double>>(c->scene.model.nv(), c->scene.model.nv());
-  add_benchmark(
-      name_of<double>("mass", "MuJoCo", *c),
-      [=] {
-        solver->mass(pool->q[0], *M);
-        return c->compare<double>(c->M[0], *M, 1);
-      },
-      [=](int i) {
-        solver->mass(pool->q[i], *M);
-        benchmark::DoNotOptimize(M->data());
-      });
+  if (traits.gives(Want::acceleration))
+    add_benchmark(
+        name_of<T>("acceleration", name, *c),
+        [=] { return verify_acceleration(*c, *solver, *pool); },
+        [=](int i) {
+          benchmark::DoNotOptimize(solver->acceleration(pool->q[i], pool->qd[i], pool->tau[i], *a));
+          benchmark::DoNotOptimize(a->data());
+        });
+  if (traits.gives(Want::inverse))
+    add_benchmark(
+        name_of<T>("inverse", name, *c), [=] { return verify_inverse(*c, *solver, *pool); },
+        [=](int i) {
+          benchmark::DoNotOptimize(solver->inverse(pool->q[i], *X));
+          benchmark::DoNotOptimize(X->data());
+        });
+  if (traits.gives(Want::mass))
+    add_benchmark(
+        name_of<T>("mass", name, *c), [=] { return verify_mass(*c, *solver, *pool); },
+        [=](int i) {
+          solver->mass(pool->q[i], *X);
+          benchmark::DoNotOptimize(X->data());
+        });
 }
 
 template <class T>
 void add_variants(std::shared_ptr<const Case> c, std::shared_ptr<const Pool<T>> pool,
                   bool exhibits) {
   const Model<T> model = c->scene.model.cast<T>();
+  for (const RegisteredVariant<T>& variant : registered_variants<T>(Want::mass))
+    if (!variant.traits.gives(Want::inverse))
+      add_solver<T>(variant.name, variant.traits, variant.make(model), c, pool);
   for (const RegisteredVariant<T>& variant : registered_variants<T>())
-    if (variant.contender || exhibits)
-      add_solver<T>(variant.name, std::shared_ptr<Solver<T>>(variant.make(model)), c, pool);
-  add_mass<T>(c, pool);
+    if (variant.traits.contender || exhibits)
+      add_solver<T>(variant.name, variant.traits, variant.make(model), c, pool);
 }
 
 void add_scenes(const std::vector<std::string>& scenes, std::uint64_t seed, bool exhibits) {
@@ -136,7 +113,8 @@ void add_scenes(const std::vector<std::string>& scenes, std::uint64_t seed, bool
     auto float32 = std::make_shared<const Pool<float>>(c->states);
     add_variants<double>(c, float64, exhibits);
     add_variants<float>(c, float32, exhibits);
-    add_mujoco(c, float64);
+    add_solver<double>("MuJoCo", mujoco_traits(),
+                       std::make_shared<MujocoSolver>(mujoco_of(c->scene)), c, float64);
   }
   // What the harness itself costs a call: its loop is compiled here, whatever build of the library
   // is linked.

@@ -1,5 +1,5 @@
 // bench_pruning: time of an answer with and without what the question leaves out
-// (pruning/plan.hpp), in one run.
+// (questions/plan.hpp), in one run.
 //
 // Names are want/how/scene/precision; how is "whole" (no rule), "pruned" (all rules, or those left
 // by --without), or "alone": the scene of --alone, asked the same of all of its joints. Pruned
@@ -7,14 +7,18 @@
 // and the rules that acted.
 #include <benchmark/benchmark.h>
 
+#include <CLI/CLI.hpp>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "algorithms/pruning/answer.hpp"
-#include "algorithms/pruning/flops.hpp"
+#include "algorithms/model/plain.hpp"
+#include "algorithms/questions/flops.hpp"
+#include "algorithms/questions/plan.hpp"
 #include "benchmarks/case.hpp"
 #include "benchmarks/driver.hpp"
+#include "kalmarm/dynamics.hpp"
+#include "robots/input_error.hpp"
 #include "robots/question.hpp"
 
 namespace kalmarm {
@@ -44,40 +48,44 @@ struct Result {
 template <class T>
 class Way {
  public:
-  Way(const Scene& scene, const Question& question, const std::set<Rule>& rules, Want want)
-      : plan_(make_plan(scene.model, question, rules)),
-        answer_(plan_, solvers_of<T>("Structured")),
+  Way(const Scene& scene, Question question, const std::set<Rule>& rules, Want want)
+      : robot_(plain(scene.model), {.question = of(std::move(question), want), .rules = rules}),
         want_(want) {
-    const int n = want == Want::operational ? answer_.rows() : answer_.nv();
+    const int n = want == Want::operational ? 6 * static_cast<int>(plan().question.frames.size())
+                                            : robot_.asked();
     result_.x.setZero(n);
     if (want != Want::acceleration && want != Want::diagonal) result_.X.setZero(n, n);
   }
 
-  const Plan& plan() const { return plan_; }
+  const Plan& plan() const { return robot_.plan(); }
   const Result<T>& result() const { return result_; }
 
   Outcome operator()(const VectorX<T>& q, const VectorX<T>& qd, const VectorX<T>& tau) {
     switch (want_) {
       case Want::acceleration:
-        return answer_.acceleration(q, qd, tau, result_.x);
+        return robot_.forward_dynamics(q, qd, tau, result_.x);
       case Want::inverse:
-        return answer_.inverse(q, result_.X);
+        return robot_.inverse_mass(q, result_.X);
       case Want::diagonal:
-        return answer_.diagonal(q, result_.x);
+        return robot_.diagonal(q, result_.x);
       case Want::log_det:
-        return answer_.log_det(q, result_.number);
-      case Want::mass:
-        answer_.mass(q, result_.X);
-        return {};
+        return robot_.log_det(q, result_.number);
       case Want::operational:
-        return answer_.operational(q, result_.X);
+        return robot_.operational(q, result_.X);
+      default:
+        robot_.mass(q, result_.X);
+        return {};
     }
-    return {};
   }
 
  private:
-  Plan plan_;
-  Answer<T> answer_;
+  static Question of(Question question, Want want) {
+    question.want = {want};
+    if (want != Want::operational) question.frames.clear();
+    return question;
+  }
+
+  Dynamics<T> robot_;
   Want want_;
   Result<T> result_;
 };

@@ -5,14 +5,11 @@
 #include <benchmark/benchmark.h>
 
 #include <cstdint>
-#include <cstdio>
 #include <string>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
-#include "algorithms/inverse_mass/condition.hpp"
-#include "algorithms/model/mass_matrix.hpp"
 #include "algorithms/solver.hpp"
 #include "robots/scene.hpp"
 
@@ -21,16 +18,9 @@ namespace kalmarm {
 inline constexpr int batch_size = 1024;
 
 // Which joint failed, and how.
-inline std::string describe(const Scene& scene, const Outcome& outcome) {
-  const std::string status = to_string(outcome.status);
-  return outcome.joint < 0 ? status : status + " at joint " + scene.model.name(outcome.joint);
-}
+std::string describe(const Scene& scene, const Outcome& outcome);
 
-inline std::string wrong(double error, double bound) {
-  char text[80];
-  std::snprintf(text, sizeof text, "wrong: error %.2g, bound %.2g", error, bound);
-  return text;
-}
+std::string wrong(double error, double bound);
 
 // The truth is that of the float64 square-root filter. Bounds: 1000 nv u, times the condition
 // number where M^-1 enters.
@@ -42,25 +32,7 @@ struct Case {
   std::vector<double> condition;      // upper bound of that of M scaled to unit diagonal
   std::string flaw;                   // why the reference itself failed
 
-  Case(Scene what, std::uint64_t seed)
-      : scene(std::move(what)), states(random_states(scene, batch_size, seed)) {
-    const int nv = scene.model.nv();
-    const auto solver = make_solver<double>("Sequential<ArrayMGS>", scene.model);
-    RandomModel<double> rm(scene.model);
-    CompositeInertia<double> composite(scene.model);
-    const int verified = nv <= 100 ? 5 : 1;
-    for (int i = 0; i < verified; ++i) {
-      a.emplace_back(nv);
-      M.emplace_back(nv, nv);
-      X.emplace_back(nv, nv);
-      set_position(scene.model, states[i].q, rm);
-      mass_matrix(scene.model, rm, composite, Eigen::Ref<MatrixX<double>>(M.back()));
-      Outcome outcome = solver->acceleration(states[i].q, states[i].qd, states[i].tau, a.back());
-      if (outcome) outcome = solver->inverse(states[i].q, X.back());
-      if (!outcome) flaw = std::string("reference: ") + describe(scene, outcome);
-      condition.push_back(scaled_condition_bound(M.back(), X.back()));
-    }
-  }
+  Case(Scene what, std::uint64_t seed);
 
   int verified() const { return static_cast<int>(a.size()); }
 

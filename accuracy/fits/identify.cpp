@@ -20,8 +20,9 @@
 #include "accuracy/fits/samples.hpp"
 #include "accuracy/fits/simulated_samples.hpp"
 #include "accuracy/fits/start.hpp"
+#include "accuracy/programs/command_line.hpp"
+#include "accuracy/programs/output_file.hpp"
 #include "robots/fitted_model.hpp"
-#include "robots/program.hpp"
 #include "robots/scene.hpp"
 
 namespace kalmarm {
@@ -99,14 +100,16 @@ class Identification {
     const Fit result = fit(start_, free_, train_, options_.fit);
     const bool usable = judge(result);
     report(result, usable);
-    print(usable);
-    if (!options_.json_out.empty()) write_file(options_.json_out, record_.dump(1) + "\n");
+    if (prints()) print(usable);
+    if (!options_.json_out.empty()) write_json(options_.json_out, record_.dump(1) + "\n");
     if (!usable) return 1;
     if (!options_.out.empty()) save(result);
     return 0;
   }
 
  private:
+  bool prints() const { return options_.json_out != "-"; }
+
   void simulate() {
     const Scene hidden = load_scene(options_.hidden);
     truth_ = mechanics_of(hidden);
@@ -280,7 +283,7 @@ class Identification {
                   record_["residual"].get<std::string>().c_str(), train_.count(),
                   record_["rank"].get<int>(), names_.size(), 100 * after_.total);
     write_file(options_.out, save_fitted(scene_.file, fitted, note));
-    std::printf("  wrote        %s\n", options_.out.c_str());
+    if (prints()) std::printf("  wrote        %s\n", options_.out.c_str());
   }
 
   Options options_;
@@ -348,7 +351,7 @@ int main(int argc, char** argv) {
   app.add_option("--seed", o.simulation.seed, "of motion, noise and start error")
       ->capture_default_str();
   app.add_option("--out", o.out, "MJCF file of the fitted robot");
-  app.add_option("--json", o.json_out, "file for all results");
+  app.add_option("--json", o.json_out, std::string("all results: ") + json_help);
   app.add_option("--samples-out", o.samples_out, "CSV file for the simulated samples");
   return run_program(app, argc, argv, [&] { return Identification(o).run(); });
 }

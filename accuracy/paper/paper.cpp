@@ -14,10 +14,12 @@
 #include <vector>
 
 #include "accuracy/paper/equations.hpp"
+#include "accuracy/programs/command_line.hpp"
+#include "accuracy/programs/output_file.hpp"
+#include "accuracy/programs/progress.hpp"
 #include "algorithms/inverse_mass/condition.hpp"
 #include "algorithms/solver.hpp"
 #include "robots/families.hpp"
-#include "robots/program.hpp"
 #include "robots/scene.hpp"
 
 namespace kalmarm {
@@ -206,8 +208,8 @@ int run(const Options& options) {
         failed += (failed.empty() ? "" : ", ") + row.equation.id + " in " + run.precision;
       }
   if (!options.json_file.empty())
-    write_file(options.json_file, record(options, main, other, runs, pass).dump(1) + "\n");
-  print(main, other, runs);
+    write_json(options.json_file, record(options, main, other, runs, pass).dump(1) + "\n");
+  if (options.json_file != "-") print(main, other, runs);
   if (!pass) std::fprintf(stderr, "paper: error: does not hold as corrected: %s\n", failed.c_str());
   return pass ? 0 : 1;
 }
@@ -235,6 +237,6 @@ int main(int argc, char** argv) {
   app.add_option("--digits", options.digits, "decimal digits of mp")
       ->check(CLI::Range(30, 1000))
       ->capture_default_str();
-  app.add_option("--json", options.json_file, "write the rows as JSON too");
+  app.add_option("--json", options.json_file, std::string("the rows: ") + json_help);
   return run_program(app, argc, argv, [&] { return run(options); });
 }

@@ -2,7 +2,7 @@
 // the recursions, and the truth by another route.
 //
 // Truth is
-//   the world    M and the bias torque by ordinary mechanics in world axes (world_frame.hpp)
+//   the world    M and the bias torque by ordinary mechanics in world axes (world_mechanics.hpp)
 //   the motion   at the true a = M^-1 (tau - bias): accelerations and spatial forces of every link
 //                by Newton and Euler (inverse_dynamics.hpp)
 //   UDU          M = U D U' by elimination: unique, so K and D must be it (udu.hpp)
@@ -17,7 +17,7 @@
 
 #include "accuracy/real.hpp"
 #include "accuracy/udu.hpp"
-#include "accuracy/world_frame.hpp"
+#include "accuracy/world_mechanics.hpp"
 #include "algorithms/estimation/batch_estimate.hpp"
 #include "algorithms/estimation/simulation.hpp"
 #include "algorithms/model/inverse_dynamics.hpp"
@@ -109,7 +109,7 @@ struct Setting {
         loop(process, op, cov),
         sigma(process, cov) {
     const Model<Real> exact = model.template cast<Real>();
-    const WorldFrame world(exact, q.template cast<Real>());
+    const WorldMechanics world(exact, q.template cast<Real>());
     const VectorX<Real> zero = VectorX<Real>::Zero(model.nv());
     const VectorX<Real> exact_bias = world.torque(qd.template cast<Real>(), zero, exact.gravity());
     const MatrixX<Real> exact_M = world.mass();

@@ -1,14 +1,11 @@
-// What every program shares: its command line, its progress line, and how it ends.
+// What every program shares: its command line, and how it ends.
 #pragma once
 
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <chrono>
 #include <cstdio>
 #include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <string>
 
 #include "robots/input_error.hpp"
@@ -20,6 +17,9 @@ namespace kalmarm {
 inline constexpr const char* scene_help =
     "MJCF or URDF file, shipped robot or scene (robots/), or family:N (straight, chain, tree, "
     "planar)";
+
+// What --json says in every program, after what the JSON holds.
+inline constexpr const char* json_help = "file to write as JSON; - is standard output";
 
 // OpenBLAS 0.3.21 does not know processors from 2022 on and falls back to its SSE3 kernels
 // ("Prescott"), which are 1.8 times slower at n = 500 and crash in strsm at n = 255. Where it did
@@ -51,49 +51,6 @@ int run_program(CLI::App& app, int argc, char** argv, Run&& run) {
     std::fprintf(stderr, "%s: error: %s\n", app.get_name().c_str(), e.what());
   }
   return 2;
-}
-
-// One line on a terminal, overwritten in place: what is running, how far, how long is left. Silent
-// elsewhere.
-class Progress {
- public:
-  explicit Progress(int steps) : steps_(steps), shown_(isatty(STDERR_FILENO)) {}
-  Progress(const Progress&) = delete;
-  Progress& operator=(const Progress&) = delete;
-  ~Progress() {
-    if (shown_) std::fprintf(stderr, "\r\033[K");
-  }
-
-  void step(const std::string& what) {
-    if (!shown_) return;
-    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start_;
-    const double left = done_ > 0 ? elapsed.count() * (steps_ - done_) / done_ : 0;
-    std::fprintf(stderr, "\r\033[K%3d %%  %s, about %.0f s left", 100 * done_ / steps_,
-                 what.c_str(), left);
-    ++done_;
-  }
-
- private:
-  int steps_, done_ = 0;
-  bool shown_;
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
-
-// Writes the whole file or nothing: under a temporary name first. Throws InputError, also where the
-// path is there already as something that a rename would destroy, such as a device.
-inline void write_file(const std::string& path, const std::string& text) {
-  if (std::filesystem::exists(path) && !std::filesystem::is_regular_file(path))
-    throw InputError(path + ": is not a file that can be replaced");
-  const std::string temporary = path + ".part";
-  std::ofstream file(temporary, std::ios::binary);
-  file << text;
-  file.close();
-  std::error_code error;
-  if (file) std::filesystem::rename(temporary, path, error);
-  if (!file || error) {
-    std::filesystem::remove(temporary, error);
-    throw InputError(path + ": cannot be written");
-  }
 }
 
 }  // namespace kalmarm

@@ -3,7 +3,7 @@
 #include <stdexcept>
 
 #include "accuracy/udu.hpp"
-#include "accuracy/world_frame.hpp"
+#include "accuracy/world_mechanics.hpp"
 #include "algorithms/estimation/operators.hpp"
 
 namespace kalmarm {
@@ -37,7 +37,7 @@ Reference reference(const Model<Real>& model, const VectorX<Real>& q) {
   const MatrixX<Real> HR = op.H * op.R;
 
   Reference out;
-  out.M = WorldFrame(model, q).mass();
+  out.M = WorldMechanics(model, q).mass();
   if (!((op.M - out.M).norm() <= agreement * out.M.norm()))
     throw std::runtime_error("H R H* is not the mass matrix of the world frame");
 

@@ -1,7 +1,7 @@
 // The exact covariances of section 5, from dense operators in multi-precision: neither the Riccati
 // recursion nor the filter, the smoother or the simulation takes part.
 //
-//   M        of world_frame.hpp; H R H* + diag(r) must agree with it
+//   M        of world_mechanics.hpp; H R H* + diag(r) must agree with it
 //   R        = phi Q phi*, block (i,j): the sum over links k of phi(i,k) M(k) phi'(j,k)      (2.2)
 //   M        = U D U*,  U unit triangular as I + K,  so e- = U^-1 T and cov e- = D          (3.1)
 //   Z        = G e-,  G(k,j) = E x(k) e(j) / D(j)  for j outboard of k, 0 elsewhere:

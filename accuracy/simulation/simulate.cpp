@@ -20,12 +20,14 @@
 #include <vector>
 
 #include "accuracy/csv.hpp"
+#include "accuracy/programs/command_line.hpp"
+#include "accuracy/programs/output_file.hpp"
+#include "accuracy/programs/progress.hpp"
 #include "accuracy/simulation/reference.hpp"
 #include "accuracy/simulation/sample_covariance.hpp"
 #include "algorithms/estimation/covariance_analysis.hpp"
 #include "algorithms/estimation/operators.hpp"
 #include "algorithms/model/mass_matrix.hpp"
-#include "robots/program.hpp"
 #include "robots/scene.hpp"
 
 namespace kalmarm {

@@ -94,7 +94,27 @@ struct Case {
   VectorX<double> q, qd;  // qd: N(0,1)
 };
 
+// What is hard about a family; the report tells of each kind by itself.
+enum class FamilyKind {
+  long_chain,
+  heavy_outboard,  // heavy bodies on light ones: payloads, feet
+  heavy_inboard,   // light bodies on heavy ones, or mixed
+  uneven_lengths,
+  near_parallel_axes,
+  point_masses,
+  inboard_com,
+  joint_noise,
+  tree,
+  units,
+  singular,  // singular at value 0, or looks so
+  robot,     // a shipped one
+  wild,      // drawn at random: many mechanisms of one value
+};
+
+const char* to_string(FamilyKind kind);
+
 struct Family {
+  FamilyKind kind;
   std::string name;       // such as "heavy_tip"
   std::string parameter;  // what the value is, with its unit: "mass ratio", "N", "gap [m]"
   std::string describes;  // one sentence for the report

@@ -99,57 +99,66 @@ std::vector<Family> geometry_families() {
   const Sweep small = {decades(-16, 0, 4), decades(-24, 0, 2)};
   const Sweep noise = {decades(-9, 12, 7), decades(-9, 12, 3)};
   std::vector<Family> all = on_chain({
-      {"taper",
+      {FamilyKind::heavy_inboard,
+       "taper",
        "length of the last link [m]",
        "A chain that tapers off towards the tip.",
        {decades(-6, 0, 2), decades(-7, 0, 1)},
        taper},
-      {"inverse_taper",
+      {FamilyKind::heavy_outboard,
+       "inverse_taper",
        "length of the last link [m]",
        "A chain that grows towards the tip.",
        {decades(0, 6, 2), decades(0, 7, 1)},
        taper},
-      {"short_links",
+      {FamilyKind::uneven_lengths,
+       "short_links",
        "length of every other link [m]",
        "A chain in which every other link is short, and as heavy as the others.",
        {decades(-8, 0, 2), decades(-16, 0, 2)},
        short_links},
-      {"light_links",
+      {FamilyKind::uneven_lengths,
+       "light_links",
        "length of every other link [m]",
        "A chain in which every other link is small and light.",
        {decades(-6, 0, 2), decades(-7, 0, 1)},
        light_links},
-      {"base_offset", "offset [m]", "A chain far from the origin of the world.", large,
-       base_offset},
-      {"axis_gap",
+      {FamilyKind::uneven_lengths, "base_offset", "offset [m]",
+       "A chain far from the origin of the world.", large, base_offset},
+      {FamilyKind::near_parallel_axes,
+       "axis_gap",
        "gap [m]",
        "Two parallel axes close together, almost no mass between them.",
        {decades(-8, 0, 2), decades(-8, 0, 1)},
        axis_gap},
-      {"point_masses", "scale of the inertias", "A chain of links that shrink to points.", small,
-       point_masses},
-      {"rods", "scale of the inertias", "A chain of links that shrink to rods.", small, rods},
-      {"armature", "armature [kg m^2]", "The same armature on every joint of a chain.", noise,
-       armature},
-      {"armature_heavy_tip", "armature [kg m^2]",
+      {FamilyKind::point_masses, "point_masses", "scale of the inertias",
+       "A chain of links that shrink to points.", small, point_masses},
+      {FamilyKind::point_masses, "rods", "scale of the inertias",
+       "A chain of links that shrink to rods.", small, rods},
+      {FamilyKind::joint_noise, "armature", "armature [kg m^2]",
+       "The same armature on every joint of a chain.", noise, armature},
+      {FamilyKind::joint_noise, "armature_heavy_tip", "armature [kg m^2]",
        "The same armature on every joint of a chain whose last link weighs 1e12.", noise,
        armature_heavy_tip},
-      {"stiff",
+      {FamilyKind::joint_noise,
+       "stiff",
        "stiffness [N m/rad]",
        "Springs and dampers on every other joint, in an implicit step of 1 ms.",
        {decades(0, 12, 3), decades(0, 12, 1)},
        stiff},
   });
-  const auto add = [&](const char* name, const char* parameter, const char* describes,
-                       const Sweep& sweep, const auto& make) {
-    all.push_back({name, parameter, describes, true, sweep.quick, sweep.full, make});
+  const auto add = [&](FamilyKind kind, const char* name, const char* parameter,
+                       const char* describes, const Sweep& sweep, const auto& make) {
+    all.push_back({kind, name, parameter, describes, true, sweep.quick, sweep.full, make});
   };
-  add("far_com", "distance of the com [m]", "A body that turns about a point far from its com.",
-      {decades(0, 8, 2), decades(0, 12, 1)}, far_com);
-  add("skew", "angle between axes [rad]", "A chain whose axes are almost parallel.", small, skew);
-  add("mass_unit", "kilograms in a unit", "A chain in other units of mass.",
+  add(FamilyKind::uneven_lengths, "far_com", "distance of the com [m]",
+      "A body that turns about a point far from its com.", {decades(0, 8, 2), decades(0, 12, 1)},
+      far_com);
+  add(FamilyKind::near_parallel_axes, "skew", "angle between axes [rad]",
+      "A chain whose axes are almost parallel.", small, skew);
+  add(FamilyKind::units, "mass_unit", "kilograms in a unit", "A chain in other units of mass.",
       {decades(-30, 30, 15), decades(-160, 160, 20)}, mass_unit);
-  add("length_unit", "metres in a unit", "A chain in other units of length.",
+  add(FamilyKind::units, "length_unit", "metres in a unit", "A chain in other units of length.",
       {decades(-14, 14, 7), decades(-80, 80, 10)}, length_unit);
   return all;
 }

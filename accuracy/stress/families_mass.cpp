@@ -63,34 +63,43 @@ std::vector<Family> mass_families() {
   const char* const ratio = "mass ratio";
   const Sweep sweep = mass_ratios();
   std::vector<Family> all = on_chain({
-      {"heavy_tip",
+      {FamilyKind::heavy_outboard,
+       "heavy_tip",
        ratio,
        "A chain with a heavy last link.",
        {sweep.quick, decades(0, 24, 1)},
        heavy_tip},  // every decade: slopes are fitted within the few of float32
-      {"heavy_base", ratio, "A chain with a heavy first link.", sweep,
+      {FamilyKind::heavy_inboard, "heavy_base", ratio, "A chain with a heavy first link.", sweep,
        [](Joints& joints, double rho) { make_heavy(joints[0].body, rho); }},
-      {"alternating", ratio, "A chain of light and heavy links in turn.", sweep, alternating},
-      {"growing", ratio, "A chain whose links get heavier towards the tip.", sweep, growing},
-      {"decaying", ratio, "A chain whose links get lighter towards the tip.", sweep,
+      {FamilyKind::heavy_inboard, "alternating", ratio, "A chain of light and heavy links in turn.",
+       sweep, alternating},
+      {FamilyKind::heavy_outboard, "growing", ratio,
+       "A chain whose links get heavier towards the tip.", sweep, growing},
+      {FamilyKind::heavy_inboard, "decaying", ratio,
+       "A chain whose links get lighter towards the tip.", sweep,
        [](Joints& joints, double rho) {
          growing(joints, 1 / rho);
          for (Joint<double>& joint : joints) make_heavy(joint.body, rho);
        }},
-      {"heavy_point", ratio, "A chain with a heavy link that is hard to move but easy to turn.",
-       sweep, [](Joints& joints, double rho) { joints[7].body.mass *= rho; }},
-      {"flywheel", "inertia ratio", "A chain whose last link is hard to turn but easy to move.",
-       sweep, [](Joints& joints, double rho) { joints.back().body.moments *= rho; }},
+      {FamilyKind::heavy_outboard, "heavy_point", ratio,
+       "A chain with a heavy link that is hard to move but easy to turn.", sweep,
+       [](Joints& joints, double rho) { joints[7].body.mass *= rho; }},
+      {FamilyKind::heavy_outboard, "flywheel", "inertia ratio",
+       "A chain whose last link is hard to turn but easy to move.", sweep,
+       [](Joints& joints, double rho) { joints.back().body.moments *= rho; }},
   });
-  const auto add = [&](const char* name, const char* describes, const auto& make) {
-    all.push_back({name, ratio, describes, true, sweep.quick, sweep.full, make});
+  const auto add = [&](FamilyKind kind, const char* name, const char* describes, const auto& make) {
+    all.push_back({kind, name, ratio, describes, true, sweep.quick, sweep.full, make});
   };
-  add("random_masses", "A chain of links with log-uniform masses.", random_masses);
-  add("planar_heavy", "A planar chain with a heavy last link.", planar_heavy);
-  add("heavy_leaves", "A binary tree with heavy leaves.", binary_tree);
-  add("humanoid_torso", "A free body with four limbs, the body heavy.", humanoid({5}));
-  add("humanoid_feet", "A free body with four limbs, the ends of two of them heavy.",
-      humanoid({11, 17}));
+  add(FamilyKind::heavy_inboard, "random_masses", "A chain of links with log-uniform masses.",
+      random_masses);
+  add(FamilyKind::heavy_outboard, "planar_heavy", "A planar chain with a heavy last link.",
+      planar_heavy);
+  add(FamilyKind::heavy_inboard, "heavy_leaves", "A binary tree with heavy leaves.", binary_tree);
+  add(FamilyKind::heavy_inboard, "humanoid_torso", "A free body with four limbs, the body heavy.",
+      humanoid({5}));
+  add(FamilyKind::heavy_outboard, "humanoid_feet",
+      "A free body with four limbs, the ends of two of them heavy.", humanoid({11, 17}));
   return all;
 }
 

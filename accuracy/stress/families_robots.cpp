@@ -79,12 +79,14 @@ void add_families(const std::string& name, std::vector<Family>& all) {
   const std::vector<int> chain = longest_chain(robot->model);
   const int wrist_links = std::min(3, static_cast<int>(chain.size()) - 1);  // all would be a unit
   const std::vector<int> tip = {chain[0]}, wrist(chain.begin(), chain.begin() + wrist_links);
-  all.push_back({name + "_payload", "times the last link's mass", name + " with a heavy last link.",
-                 true, decades(0, 9, 3), decades(0, 12, 1), heavy(robot, tip)});
-  all.push_back({name + "_light_wrist", "times the wrist's mass",
+  all.push_back({FamilyKind::robot, name + "_payload", "times the last link's mass",
+                 name + " with a heavy last link.", true, decades(0, 9, 3), decades(0, 12, 1),
+                 heavy(robot, tip)});
+  all.push_back({FamilyKind::robot, name + "_light_wrist", "times the wrist's mass",
                  name + " with three light last links.", true, decades(-9, 0, 3),
                  decades(-12, 0, 1), heavy(robot, wrist)});
-  all.push_back({name + "_pose",
+  all.push_back({FamilyKind::robot,
+                 name + "_pose",
                  "share of a random position",
                  name + " from stretched out to a random position.",
                  true,
@@ -92,7 +94,8 @@ void add_families(const std::string& name, std::vector<Family>& all) {
                  {0, 1e-6, 1e-4, 1e-3, 1e-2, 0.1, 0.2, 0.5, 1},
                  pose(robot)});
   if (has_armature(robot->model))
-    all.push_back({name + "_armature",
+    all.push_back({FamilyKind::robot,
+                   name + "_armature",
                    "times the armature",
                    name + " with less armature, and with none.",
                    true,

@@ -94,17 +94,18 @@ std::vector<Family> tree_families() {
   const std::vector<double> quick = {7, 15, 31, 63, 127};
   const std::vector<double> full = {1, 3, 7, 15, 31, 63, 127, 255, 511, 1023, 10000};
   return {
-      {"tree", "N", "A binary tree of equal links.", true, quick, full,
+      {FamilyKind::tree, "tree", "N", "A binary tree of equal links.", true, quick, full,
        [](double N, std::uint64_t seed) {
          return at_random(auto_tree(static_cast<int>(N), 2, 1, down), seed);
        }},
-      {"random_tree", "N",
+      {FamilyKind::tree, "random_tree", "N",
        "A tree of random links with hinges, slides, ball joints and some armature.", true, quick,
        full,
        [](double N, std::uint64_t seed) {
          return at_random(random_tree(static_cast<int>(N), seed, 1), seed);
        }},
-      {"torso",
+      {FamilyKind::tree,
+       "torso",
        "links in a limb",
        "A free body with four limbs.",
        true,
@@ -113,10 +114,17 @@ std::vector<Family> tree_families() {
        [](double links, std::uint64_t seed) {
          return at_random(torso(static_cast<int>(links), seed), seed);
        }},
-      {"floating_base", "distance [m]",
+      {FamilyKind::tree, "floating_base", "distance [m]",
        "A free body with four limbs of six links, far from the origin of the world.", true,
        decades(0, 8, 2), decades(0, 16, 2), floating_base},
-      {"wild", "none", "Any mechanism: all that is hard at once.", true, {1}, {1}, wild},
+      {FamilyKind::wild,
+       "wild",
+       "none",
+       "Any mechanism: all that is hard at once.",
+       true,
+       {1},
+       {1},
+       wild},
   };
 }
 

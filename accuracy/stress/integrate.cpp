@@ -7,10 +7,12 @@
 #include <cstdlib>
 
 #include "accuracy/csv.hpp"
+#include "accuracy/programs/command_line.hpp"
+#include "accuracy/programs/output_file.hpp"
+#include "accuracy/programs/progress.hpp"
 #include "accuracy/stress/integration.hpp"
 #include "accuracy/stress/parts.hpp"
 #include "accuracy/stress/selection.hpp"
-#include "robots/program.hpp"
 
 namespace kalmarm::stress {
 namespace {

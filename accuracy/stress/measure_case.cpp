@@ -48,12 +48,6 @@ bool wanted(const std::vector<std::string>& names, const std::string& name) {
   return names.empty() || std::ranges::find(names, name) != names.end();
 }
 
-// Batch forms, QR and Result 6.1 hold M or its inverse.
-bool stores_matrix(const std::string& variant) {
-  return variant.find("Batch") != std::string::npos || variant == "StackedQR" ||
-         variant.starts_with("ClosedForm");
-}
-
 template <class T>
 class Measured {
  public:
@@ -85,9 +79,8 @@ class Measured {
     std::vector<Record> out;
     for (const RegisteredVariant<T>& variant : registered_variants<T>()) {
       if (!wanted(selection_.variants, variant.name)) continue;
-      if (nv_ > (variant.name == "StackedQR" ? largest_inverse : largest_dense) &&
-          stores_matrix(variant.name))
-        continue;
+      const bool stacked = variant.traits.kind == VariantKind::stacked;
+      if (variant.traits.dense && nv_ > (stacked ? largest_inverse : largest_dense)) continue;
       add_accelerations(variant, out);
       if (!matrices_) continue;
       if (wanted(selection_.tasks, "inverse")) out.push_back(inverse(variant));

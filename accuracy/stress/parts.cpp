@@ -52,6 +52,38 @@ void make_large(Joints& joints, int k, double factor) {
   make_heavy(joints[k].body, factor * factor * factor);
 }
 
+const char* to_string(FamilyKind kind) {
+  switch (kind) {
+    case FamilyKind::long_chain:
+      return "long_chain";
+    case FamilyKind::heavy_outboard:
+      return "heavy_outboard";
+    case FamilyKind::heavy_inboard:
+      return "heavy_inboard";
+    case FamilyKind::uneven_lengths:
+      return "uneven_lengths";
+    case FamilyKind::near_parallel_axes:
+      return "near_parallel_axes";
+    case FamilyKind::point_masses:
+      return "point_masses";
+    case FamilyKind::inboard_com:
+      return "inboard_com";
+    case FamilyKind::joint_noise:
+      return "joint_noise";
+    case FamilyKind::tree:
+      return "tree";
+    case FamilyKind::units:
+      return "units";
+    case FamilyKind::singular:
+      return "singular";
+    case FamilyKind::robot:
+      return "robot";
+    case FamilyKind::wild:
+      return "wild";
+  }
+  return "";
+}
+
 std::vector<Family> on_chain(const std::vector<OnChain>& all) {
   std::vector<Family> families;
   for (const OnChain& one : all) {
@@ -59,7 +91,7 @@ std::vector<Family> on_chain(const std::vector<OnChain>& all) {
       const Model<double> chain = random_chain(base_links, seed, 1);
       return at_random(changed(chain, [&](Joints& joints) { change(joints, value); }), seed);
     };
-    families.push_back({one.name, one.parameter, one.describes, true, one.sweep.quick,
+    families.push_back({one.kind, one.name, one.parameter, one.describes, true, one.sweep.quick,
                         one.sweep.full, make, one.singular});
   }
   return families;

@@ -54,6 +54,7 @@ void make_large(Joints& joints, int k, double factor);
 
 // Families of the base model at a random position: `change` is given its joints and the value.
 struct OnChain {
+  FamilyKind kind;
   std::string name, parameter, describes;
   Sweep sweep;
   std::function<void(Joints& joints, double value)> change;

@@ -20,23 +20,25 @@
 #include <thread>
 
 #include "accuracy/csv.hpp"
+#include "accuracy/programs/command_line.hpp"
+#include "accuracy/programs/output_file.hpp"
+#include "accuracy/programs/progress.hpp"
 #include "accuracy/stress/measure_case.hpp"
 #include "accuracy/stress/selection.hpp"
-#include "robots/program.hpp"
 
 namespace kalmarm::stress {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int quick_wild = 150, full_wild = 10000;  // mechanisms of the family `wild`
+constexpr int quick_wild = 150, full_wild = 10000;  // mechanisms of a wild family
 constexpr double many_links = 1000;  // beyond, one seed is enough: its truth takes minutes
 
 struct Options {
   std::vector<std::string> families, variants, precisions = {"float32", "float64"};
-  std::string out, shard = "0/1";
+  std::string out, json_file, shard = "0/1";
   int seeds = 0, jobs = 0;
-  bool quick = false, full = false, list = false, json = false;
+  bool quick = false, full = false, list = false;
 };
 
 struct Job {
@@ -56,21 +58,21 @@ Selection selection(const Family& family, const Options& options) {
   static const std::set<std::string> framed = {"straight", "random_chain", "heavy_tip",
                                                "far_com",  "base_offset",  "floating_base"};
   Selection out{options.variants, {}};
-  const bool wild = family.name == "wild";
+  const bool wild = family.kind == FamilyKind::wild;
   if (wild) out.tasks = {"white", "dynamics"};
   if (!out.variants.empty()) return out;
-  for (const std::string& name : variant_names()) {
-    const bool world = name.find("World") != std::string::npos;
-    if (world && !framed.contains(family.name)) continue;
-    if (wild && (name.starts_with("ClosedForm") || name.starts_with("Mixed"))) continue;
-    out.variants.push_back(name);
+  for (const auto& variant : registered_variants<double>()) {
+    const VariantTraits& traits = variant.traits;
+    if (traits.in_world_frame && !framed.contains(family.name)) continue;
+    if (wild && (traits.kind == VariantKind::closed_form || traits.mixed_precision)) continue;
+    out.variants.push_back(variant.name);
   }
   return out;
 }
 
 int seeds(const Family& family, double value, const Options& options) {
   if (options.seeds > 0) return options.seeds;
-  if (family.name == "wild") return options.full ? full_wild : quick_wild;
+  if (family.kind == FamilyKind::wild) return options.full ? full_wild : quick_wild;
   if (!family.random || (family.parameter == "N" && value > many_links)) return 1;
   return options.full ? 5 : 3;
 }
@@ -210,33 +212,48 @@ std::string key_of(const std::vector<Job>& jobs, const Options& options) {
   return key.str();
 }
 
-int print_list(const std::vector<Family>& all, const Options& options) {
-  if (!options.json) {
-    for (const Family& family : all)
-      std::printf("%-28s %s: %s\n", family.name.c_str(), family.parameter.c_str(),
-                  family.describes.c_str());
-    for (const std::string& name : variant_names()) std::printf("%s\n", name.c_str());
-    return 0;
-  }
+void print_list(const std::vector<Family>& all) {
+  for (const Family& family : all)
+    std::printf("%-28s %s: %s\n", family.name.c_str(), family.parameter.c_str(),
+                family.describes.c_str());
+  for (const std::string& name : variant_names()) std::printf("%s\n", name.c_str());
+}
+
+nlohmann::json listed(const std::vector<Family>& all) {
   nlohmann::json out = {{"families", nlohmann::json::array()},
                         {"variants", nlohmann::json::array()}};
   for (const Family& family : all)
     out["families"].push_back({{"name", family.name},
+                               {"kind", to_string(family.kind)},
                                {"parameter", family.parameter},
                                {"describes", family.describes},
                                {"singular", !family.singular.empty()}});
-  for (const auto& variant : registered_variants<double>())
-    out["variants"].push_back({{"name", variant.name}, {"equation", variant.equation}});
-  if (options.out.empty())
-    std::printf("%s\n", out.dump().c_str());
-  else
-    write_file(options.out, out.dump() + "\n");
+  for (const auto& variant : registered_variants<double>()) {
+    const VariantTraits& traits = variant.traits;
+    nlohmann::json form;  // null but for the fast path
+    if (traits.kind == VariantKind::fast) form = to_string(traits.form);
+    out["variants"].push_back({{"name", variant.name},
+                               {"equation", variant.equation},
+                               {"kind", to_string(traits.kind)},
+                               {"contender", traits.contender},
+                               {"in_world_frame", traits.in_world_frame},
+                               {"dense", traits.dense},
+                               {"mixed_precision", traits.mixed_precision},
+                               {"form", form},
+                               {"citation", traits.citation}});
+  }
+  return out;
+}
+
+int list(const std::vector<Family>& all, const Options& options) {
+  if (options.json_file != "-") print_list(all);
+  if (!options.json_file.empty()) write_json(options.json_file, listed(all).dump() + "\n");
   return 0;
 }
 
 int run(Options options) {
   const std::vector<Family> all = all_families();
-  if (options.list) return print_list(all, options);
+  if (options.list) return list(all, options);
   if (options.out.empty()) throw InputError("--out is required");
   options.variants = select(options.variants, variant_names(), "variant");
   const std::vector<Job> jobs = shard(plan(all, options), options.shard);
@@ -281,8 +298,8 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--jobs", options.jobs, "processes; default: one a core")
       ->check(CLI::Range(1, 1024));
-  app.add_flag("--list", options.list, "print families and variants");
-  app.add_flag("--json", options.json, "the list as JSON, into --out where it is given");
+  auto* list = app.add_flag("--list", options.list, "print families and variants");
+  app.add_option("--json", options.json_file, std::string("the list: ") + json_help)->needs(list);
   app.add_option("--out", options.out, "file to write");
   return run_program(app, argc, argv, [&] { return stress::run(options); });
 }

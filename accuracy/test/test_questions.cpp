@@ -10,7 +10,9 @@
 
 #include "accuracy/move.hpp"
 #include "accuracy/real.hpp"
-#include "algorithms/pruning/answer.hpp"
+#include "algorithms/model/mass_matrix.hpp"
+#include "algorithms/questions/plan.hpp"
+#include "algorithms/questions/solver_engine.hpp"
 #include "robots/question.hpp"
 #include "robots/scene.hpp"
 #include "robots/sites.hpp"
@@ -20,31 +22,48 @@ namespace {
 
 using Rules = std::set<Rule>;
 
+// Options of Dynamics: the fast path's plain form, by these rules.
+DynamicsOptions asking(const Question& question, const Rules& rules = {}) {
+  return {.question = question, .rules = rules};
+}
+
 struct Answers {
-  VectorX<double> a, diagonal;
+  VectorX<double> a, x, tau, diagonal;
   MatrixX<double> X, M, operational;
   double log_det = 0;
 
+  // Of the fast path in T.
   template <class T>
-  static Answers of(const Plan& plan, const State& state,
-                    const std::string& variant = "Structured") {
-    Answer<T> answer(plan, solvers_of<T>(variant));
+  static Answers of(const Model<double>& model, const DynamicsOptions& options,
+                    const State& state) {
+    return of(Dynamics<T>(plain(model), options), state);
+  }
+
+  template <class T>
+  static Answers of(Dynamics<T> robot, const State& state) {
     const VectorX<T> q = state.q.cast<T>(), qd = state.qd.cast<T>(), tau = state.tau.cast<T>();
-    const int nv = answer.nv();
-    VectorX<T> a(nv), diagonal(nv);
-    MatrixX<T> X(nv, nv), M(nv, nv), operational(answer.rows(), answer.rows());
+    const Question& question = robot.plan().question;
+    const int n = robot.asked(), rows = 6 * static_cast<int>(question.frames.size());
+    VectorX<T> a(n), x(n), torque(n), diagonal(n);
+    MatrixX<T> X(n, n), M(n, n), operational(rows, rows);
     T log_det(0);
-    const std::set<Want>& want = plan.question.want;
+    const auto wants = [&](Want want) { return question.wants(want); };
     const auto expect_ok = [](const Outcome& outcome) {
       EXPECT_TRUE(outcome) << to_string(outcome.status) << " at " << outcome.joint;
     };
-    if (want.contains(Want::acceleration)) expect_ok(answer.acceleration(q, qd, tau, a));
-    if (want.contains(Want::inverse)) expect_ok(answer.inverse(q, X));
-    if (want.contains(Want::diagonal)) expect_ok(answer.diagonal(q, diagonal));
-    if (want.contains(Want::log_det)) expect_ok(answer.log_det(q, log_det));
-    if (want.contains(Want::mass)) answer.mass(q, M);
-    if (want.contains(Want::operational)) expect_ok(answer.operational(q, operational));
-    return {a.template cast<double>(),           diagonal.template cast<double>(),
+    if (wants(Want::acceleration)) expect_ok(robot.forward_dynamics(q, qd, tau, a));
+    if (wants(Want::solve)) {
+      expect_ok(robot.factor(q));
+      robot.solve(VectorX<T>(tau(robot.plan().asked)), x);
+    }
+    if (wants(Want::inverse_dynamics)) robot.inverse_dynamics(q, qd, tau, torque);
+    if (wants(Want::inverse)) expect_ok(robot.inverse_mass(q, X));
+    if (wants(Want::diagonal)) expect_ok(robot.diagonal(q, diagonal));
+    if (wants(Want::log_det)) expect_ok(robot.log_det(q, log_det));
+    if (wants(Want::mass)) robot.mass(q, M);
+    if (wants(Want::operational)) expect_ok(robot.operational(q, operational));
+    return {a.template cast<double>(),           x.template cast<double>(),
+            torque.template cast<double>(),      diagonal.template cast<double>(),
             X.template cast<double>(),           M.template cast<double>(),
             operational.template cast<double>(), double(log_det)};
   }
@@ -72,14 +91,24 @@ double difference(Want want, const Answers& x, const Answers& right) {
       return difference(x.M, right.M);
     case Want::operational:
       return difference(x.operational, right.operational);
+    case Want::solve:
+      return (x.x - right.x).norm() / right.x.norm();
+    case Want::inverse_dynamics:
+      return (x.tau - right.tau).norm() / right.tau.norm();
+    case Want::derivatives:
+      break;  // test_dynamics.cpp
   }
   return 0;
 }
 
-// The largest trace(r-(k)) / D(k): turning P by the double angle leaves errors of u times its trace
-// in every entry, and so in D.
-double spread(const Plan& plan, const State& state) {
-  double out = 1;
+// The largest trace(r-(k)) / D(k), and / M(k,k): turning P, and r- in the same way, by the double
+// angle leaves errors of u times its trace in every entry, and so in D, and in M(k,k) = H r- H' + r.
+struct Spread {
+  double of_factors = 1, of_mass = 1;
+};
+
+Spread spread(const Plan& plan, const State& state) {
+  Spread out;
   for (const Part& part : plan.parts) {
     const Model<double>& model = part.reduction.model;
     const VectorX<double> q = state.q(part.reduction.q_whole);
@@ -92,7 +121,10 @@ double spread(const Plan& plan, const State& state) {
     EXPECT_TRUE(make_solver<double>("Sequential<ArrayMGS>", model)->factors(q, D, g));
     for (int k = 0; k < model.nv(); ++k) {
       const SpatialInertia<double>& r = composite.r_minus[k];
-      out = std::max(out, (model.joint(k).slides ? 3 * r.m : r.I.trace()) / D[k]);
+      const Joint<double>& joint = model.joint(k);
+      const double trace = joint.slides ? 3 * r.m : r.I.trace();
+      out.of_factors = std::max(out.of_factors, trace / D[k]);
+      out.of_mass = std::max(out.of_mass, trace / ((joint.slides ? r.m : r.I(2, 2)) + joint.r));
     }
   }
   return out;
@@ -100,7 +132,7 @@ double spread(const Plan& plan, const State& state) {
 
 // What an answer may be wrong by, in u: 10 times kS of its kind, and never below 10, since a result
 // is rounded; where it is made of factors alone also 3 times the spread of what D is made of: once
-// for D, and once each for the sums of P's two other blocks.
+// for D, and once each for the sums of P's two other blocks; M likewise.
 std::vector<double> bounds(const Scene& scene, const Question& question, const State& state,
                            const Answers& right) {
   constexpr double delta = 1e-7;
@@ -110,36 +142,35 @@ std::vector<double> bounds(const Scene& scene, const Question& question, const S
     Move<double> move(delta, draw);
     const Model<double> moved = move.moved(scene.model);
     Question there = question;
-    for (Site<double>& site : there.sites) {
-      move(site.rotation.coeffs());
-      move(site.translation);
+    for (Frame& frame : there.frames) {
+      for (double& x : frame.rotation) move(x);
+      for (double& x : frame.translation) move(x);
     }
-    there.q = move.moved(question.q);
+    for (double& x : there.q) move(x);
     const State at{move.moved(state.q), move.moved(state.qd), move.moved(state.tau)};
-    const Answers answers = Answers::of<double>(make_plan(moved, there, {}), at);
+    const Answers answers = Answers::of<double>(moved, asking(there), at);
     std::size_t i = 0;
     for (const Want want : question.want) {
       const double d = difference(want, answers, right) / delta;
       squares[i++] += d * d / draws;
     }
   }
-  const double of_factors = spread(make_plan(scene.model, question, {Rule::locked_joints}), state);
+  const Spread lost = spread(make_plan(scene.model, question, {Rule::locked_joints}), state);
   std::vector<double> out;
   std::size_t i = 0;
   for (const Want want : question.want) {
-    const bool by_factors = want != Want::acceleration && want != Want::mass;
-    out.push_back(
-        std::max({10.0, 10 * std::sqrt(squares[i++]), by_factors ? 3 * of_factors : 0.0}));
+    const bool by_factors = want != Want::acceleration && want != Want::inverse_dynamics;
+    const double turned = want == Want::mass ? lost.of_mass : by_factors ? lost.of_factors : 0;
+    out.push_back(std::max({10.0, 10 * std::sqrt(squares[i++]), 3 * turned}));
   }
   return out;
 }
 
 // All rules, none, all but one, one alone.
 std::vector<Rules> selections() {
-  const Rules all(all_rules().begin(), all_rules().end());
-  std::vector<Rules> out{all, {}};
-  for (const Rule rule : all) {
-    out.push_back(all);
+  std::vector<Rules> out{all_rules(), {}};
+  for (const Rule rule : all_rules()) {
+    out.push_back(all_rules());
     out.back().erase(rule);
     out.push_back({rule});
   }
@@ -154,14 +185,16 @@ std::string names(const Rules& rules) {
 
 void expect_same_answers(const Scene& scene, const Question& question, int seed) {
   const State state = asked_state(scene, question, random_states(scene, 1, seed)[0]);
-  const Plan whole = make_plan(scene.model, question, {});
   const Digits digits(60);
-  const Answers right = Answers::of<Real>(whole, state, "Sequential<ArrayMGS>");
+  const Answers right = Answers::of(
+      Dynamics<Real>(plain(scene.model), asking(question), engines_by<Real>([](const auto& model) {
+                       return make_solver<Real>("Sequential<ArrayMGS>", model);
+                     })),
+      state);
   const std::vector<double> bound = bounds(scene, question, state, right);
   for (const Rules& rules : selections()) {
-    const Plan plan = make_plan(scene.model, question, rules);
-    const Answers float64 = Answers::of<double>(plan, state);
-    const Answers float32 = Answers::of<float>(plan, state);
+    const Answers float64 = Answers::of<double>(scene.model, asking(question, rules), state);
+    const Answers float32 = Answers::of<float>(scene.model, asking(question, rules), state);
     std::size_t i = 0;
     for (const Want want : question.want) {
       EXPECT_LE(difference(want, float64, right), unit_roundoff<double>() * bound[i])
@@ -177,12 +210,15 @@ void expect_same_answers(const Scene& scene, const Question& question, int seed)
 
 const std::vector<std::string> everything{"acceleration", "inverse", "diagonal", "log_det", "mass"};
 
-class Pruning : public testing::TestWithParam<std::string> {
+class Questions : public testing::TestWithParam<std::string> {
  protected:
   Scene scene = load_scene(GetParam());
 
   void ask(const QuestionOptions& options) {
-    expect_same_answers(scene, question_of(scene, options), 3);
+    Question question = question_of(scene, options);
+    if (question.wants(Want::acceleration))
+      question.want.insert({Want::solve, Want::inverse_dynamics});
+    expect_same_answers(scene, question, 3);
   }
   QuestionOptions options(std::vector<std::string> want) {
     QuestionOptions out;
@@ -201,21 +237,21 @@ class Pruning : public testing::TestWithParam<std::string> {
   }
 };
 
-TEST_P(Pruning, OfNothingButTheQuestion) { ask(options(everything)); }
+TEST_P(Questions, OfNothingButTheQuestion) { ask(options(everything)); }
 
-TEST_P(Pruning, OfVelocities) {
+TEST_P(Questions, OfVelocities) {
   QuestionOptions rest = options({"acceleration"});
   rest.at_rest = true;
   ask(rest);
 }
 
-TEST_P(Pruning, OfJointsNotAskedAbout) {
+TEST_P(Questions, OfJointsNotAskedAbout) {
   QuestionOptions some = options({"acceleration", "inverse", "diagonal", "mass"});
   some.dofs = {joints().front(), joints().back()};
   ask(some);
 }
 
-TEST_P(Pruning, OfLockedJoints) {
+TEST_P(Questions, OfLockedJoints) {
   QuestionOptions locked = options(everything);
   const std::vector<std::string> all = joints();
   for (std::size_t i = 1; i < all.size(); i += 2) locked.locked.push_back(all[i]);
@@ -225,30 +261,29 @@ TEST_P(Pruning, OfLockedJoints) {
   ask(locked);
 }
 
-TEST_P(Pruning, OfAllButSlides) {
+TEST_P(Questions, OfAllButSlides) {
   QuestionOptions slides = options(everything);
   for (int k = 0; k < scene.model.nv(); ++k)
     if (scene.model.joint(k).coordinate == Coordinate::distance)
       slides.free.push_back(scene.model.name(k));
   if (slides.free.empty()) return;
-  const Plan plan =
-      make_plan(scene.model, question_of(scene, slides), {all_rules().begin(), all_rules().end()});
+  const Plan plan = make_plan(scene.model, question_of(scene, slides), all_rules());
   for (const Part& part : plan.parts) EXPECT_EQ(part.kernel, Kernel::translational);
   ask(slides);
 }
 
-TEST_P(Pruning, OfAllButSites) {
+TEST_P(Questions, OfAllButSites) {
   QuestionOptions sites = options({"operational"});
   const std::vector<NamedSite> known = sites_of(scene);
   sites.sites = {known.back().name, known[known.size() / 2].name};
   ask(sites);
 }
 
-INSTANTIATE_TEST_SUITE_P(Robots, Pruning, testing::ValuesIn(shipped_robots()),
+INSTANTIATE_TEST_SUITE_P(Robots, Questions, testing::ValuesIn(shipped_robots()),
                          [](const auto& info) { return info.param; });
-INSTANTIATE_TEST_SUITE_P(Scenes, Pruning, testing::ValuesIn(shipped_scenes()),
+INSTANTIATE_TEST_SUITE_P(Scenes, Questions, testing::ValuesIn(shipped_scenes()),
                          [](const auto& info) { return info.param; });
-INSTANTIATE_TEST_SUITE_P(Families, Pruning, testing::Values("planar:10", "chain:12", "tree:12"),
+INSTANTIATE_TEST_SUITE_P(Families, Questions, testing::Values("planar:10", "chain:12", "tree:12"),
                          [](const auto& info) {
                            return info.param.substr(0, info.param.find(':'));
                          });
@@ -257,8 +292,7 @@ INSTANTIATE_TEST_SUITE_P(Families, Pruning, testing::Values("planar:10", "chain:
 TEST(Plans, NameTheRulesThatAct) {
   const auto acted = [](const std::string& scene_name, const QuestionOptions& options) {
     const Scene scene = load_scene(scene_name);
-    const Plan plan = make_plan(scene.model, question_of(scene, options),
-                                Rules(all_rules().begin(), all_rules().end()));
+    const Plan plan = make_plan(scene.model, question_of(scene, options), all_rules());
     std::vector<std::string> out;
     for (const Acted& rule : plan.acted) out.push_back(to_string(rule.rule));
     return out;
@@ -306,20 +340,17 @@ TEST(Plans, ABranchThatMovesNothingIsDroppedOrSaidToBeSingular) {
   const State state = random_states(scene, 1, 1)[0];
   Question question;
   question.want = {Want::acceleration};
-  question.q = home_position(scene);
-  const Plan whole = make_plan(scene.model, question, rules_for("Structured"));
-  EXPECT_EQ(whole.singular, std::vector<int>{2});
+  Dynamics<double> whole(plain(scene.model), asking(question, all_rules()));
+  EXPECT_EQ(whole.plan().singular, std::vector<int>{2});
   VectorX<double> all(3);
-  EXPECT_FALSE(Answer<double>(whole, solvers_of<double>("Structured"))
-                   .acceleration(state.q, state.qd, state.tau, all));
+  EXPECT_FALSE(whole.forward_dynamics(state.q, state.qd, state.tau, all));
 
   question.dofs = {0, 1};
-  const Plan pruned = make_plan(scene.model, question, rules_for("Structured"));
-  EXPECT_TRUE(pruned.singular.empty());
-  EXPECT_EQ(pruned.acted.front().rule, Rule::massless_branches);
+  Dynamics<double> pruned(plain(scene.model), asking(question, all_rules()));
+  EXPECT_TRUE(pruned.plan().singular.empty());
+  EXPECT_EQ(pruned.plan().acted.front().rule, Rule::massless_branches);
   VectorX<double> a(2), right(2);
-  EXPECT_TRUE(Answer<double>(pruned, solvers_of<double>("Structured"))
-                  .acceleration(state.q, state.qd, state.tau, a));
+  EXPECT_TRUE(pruned.forward_dynamics(state.q, state.qd, state.tau, a));
   const Model<double>& model = scene.model;
   const Model<double> without({model.joint(0), model.joint(1)}, {"a", "b"}, 2, model.gravity());
   EXPECT_TRUE(make_solver<double>("Sequential<ArrayMGS>", without)

@@ -1,54 +1,50 @@
-// Kalmarm's fast path as a contender, so that one program can time what two compilers make of it.
-// The singularity test and its Outcome are part of every call.
+// Kalmarm's fast path as a contender, through the one door, so that one program can time what two
+// compilers make of it. The test for singularity and its Outcome are part of every call.
 #include <algorithm>
 #include <type_traits>
 
-#include "algorithms/structured/derivatives.hpp"
-#include "algorithms/structured/dynamics.hpp"
-#include "algorithms/structured/flops.hpp"
-#include "algorithms/structured/inverse.hpp"
-#include "algorithms/structured/inverse_dynamics.hpp"
-#include "algorithms/structured/mass.hpp"
+#include "algorithms/model/plain.hpp"
+#include "algorithms/questions/flops.hpp"
+#include "algorithms/questions/plan.hpp"
 #include "benchmarks/peers/peer.hpp"
+#include "kalmarm/dynamics.hpp"
 
 namespace kalmarm {
 namespace {
 
-template <class T, class Form>
-class Structured final : public Peer {
+template <class T>
+class Fast final : public Peer {
  public:
-  explicit Structured(const Model<double>& model)
-      : model_(model),
-        one_(model.cast<T>()),
-        batch_(model.cast<T>()),
-        inverse_dynamics_(model.cast<T>()),
-        inverse_(model.cast<T>()),
-        mass_(model.cast<T>()),
-        derivatives_(model.cast<T>()),
-        a_(model.nv()),
-        torque_(model.nv()),
-        matrix_(model.nv(), model.nv()),
+  Fast(const Model<double>& model, Form form)
+      : form_(form),
+        robot_(plain(model),
+               {.form = form,
+                .question = {.want = {Want::acceleration, Want::inverse_dynamics, Want::inverse,
+                                      Want::mass, Want::derivatives}}}),
+        nq_(model.nq()),
+        nv_(model.nv()),
+        a_(nv_),
+        torque_(nv_),
+        matrix_(nv_, nv_),
         dq_(matrix_),
         dqd_(matrix_),
         dtau_(matrix_) {}
 
   std::string name() const override {
-    constexpr bool root = std::is_same_v<Form, SquareRootForm>;
-    return std::string(root ? "StructuredSquareRoot" : "Structured") + KALMARM_PEER_TAG;
+    return std::string(form_ == Form::square_root ? "Fast<SquareRoot>" : "Fast<Conventional>") +
+           KALMARM_PEER_TAG;
   }
   std::string version() const override { return ""; }
   bool is_float32() const override { return std::is_same_v<T, float>; }
   bool can(Task task) const override {
     const bool has_forms =
         task == Task::acceleration || task == Task::acceleration_batch || task == Task::inverse;
-    return has_forms || std::is_same_v<Form, CovarianceForm>;
+    return has_forms || form_ == Form::conventional;
   }
   bool has_batch() const override { return true; }
   double flops(Task task) const override {
     if (task != Task::acceleration && task != Task::acceleration_batch) return 0;
-    return acceleration_flops<Form>(model_, q_[0].template cast<double>(),
-                                    qd_[0].template cast<double>(),
-                                    tau_[0].template cast<double>());
+    return kalmarm::flops(robot_.plan(), Want::acceleration, form_);
   }
 
   void add_state(const double* q, const double* qd, const double* tau) override {
@@ -57,38 +53,35 @@ class Structured final : public Peer {
       vectors.push_back(Eigen::Map<const VectorX<double>>(x, n).cast<T>());
       rows.insert(rows.end(), vectors.back().begin(), vectors.back().end());
     };
-    put(q, model_.nq(), q_, q_rows_);
-    put(qd, model_.nv(), qd_, qd_rows_);
-    put(tau, model_.nv(), tau_, tau_rows_);
-    a_rows_.resize(q_.size() * model_.nv());
+    put(q, nq_, q_, q_rows_);
+    put(qd, nv_, qd_, qd_rows_);
+    put(tau, nv_, tau_, tau_rows_);
+    a_rows_.resize(q_.size() * nv_);
     outcomes_.resize(q_.size());
   }
 
   bool acceleration(int i) override {
     batched_ = false;
-    return static_cast<bool>(one_.acceleration(q_[i], qd_[i], tau_[i], a_));
+    return static_cast<bool>(robot_.forward_dynamics(q_[i], qd_[i], tau_[i], a_));
   }
   bool acceleration_batch() override {
     batched_ = true;
-    return batch_.acceleration(states(), q_rows_.data(), qd_rows_.data(), tau_rows_.data(),
-                               a_rows_.data(), outcomes_.data()) == 0;
+    return robot_.forward_dynamics(q_rows_, qd_rows_, tau_rows_, a_rows_, outcomes_) == 0;
   }
   bool inverse_dynamics(int i) override {
-    inverse_dynamics_.inverse_dynamics(q_[i], qd_[i], tau_[i], torque_);
+    robot_.inverse_dynamics(q_[i], qd_[i], tau_[i], torque_);
     return true;
   }
-  bool inverse(int i) override { return static_cast<bool>(inverse_.inverse(q_[i], matrix_)); }
+  bool inverse(int i) override { return static_cast<bool>(robot_.inverse_mass(q_[i], matrix_)); }
   bool mass(int i) override {
-    mass_.mass(q_[i], matrix_);
+    robot_.mass(q_[i], matrix_);
     return true;
   }
   bool derivatives(int i) override {
     return static_cast<bool>(
-        derivatives_.derivatives(q_[i], qd_[i], tau_[i], dq_, dqd_, dtau_, a_));
+        robot_.derivatives(q_[i], qd_[i], tau_[i], {.dq = dq_, .dqd = dqd_, .dtau = dtau_}, a_));
   }
-  void get_torque(int, double* tau) const override {
-    std::copy_n(torque_.data(), model_.nv(), tau);
-  }
+  void get_torque(int, double* tau) const override { std::copy_n(torque_.data(), nv_, tau); }
   void get_matrix(int, double* out) const override { put(matrix_, out); }
   void get_derivatives(int, double* dq, double* dqd, double* dtau) const override {
     put(dq_, dq);
@@ -96,7 +89,7 @@ class Structured final : public Peer {
     put(dtau_, dtau);
   }
   void get_acceleration(int i, double* a) const override {
-    std::copy_n(batched_ ? &a_rows_[i * model_.nv()] : a_.data(), model_.nv(), a);
+    std::copy_n(batched_ ? &a_rows_[i * nv_] : a_.data(), nv_, a);
   }
 
  private:
@@ -105,13 +98,9 @@ class Structured final : public Peer {
   }
   int states() const override { return static_cast<int>(q_.size()); }
 
-  const Model<double>& model_;
-  StructuredDynamics<T, Form> one_;
-  StructuredBatch<T, Form> batch_;
-  StructuredInverseDynamics<T> inverse_dynamics_;
-  StructuredInverse<T, Form> inverse_;
-  StructuredMass<T> mass_;
-  StructuredDerivatives<T> derivatives_;
+  Form form_;
+  Dynamics<T> robot_;
+  int nq_, nv_;
   std::vector<VectorX<T>> q_, qd_, tau_;
   std::vector<T> q_rows_, qd_rows_, tau_rows_, a_rows_;
   std::vector<Outcome> outcomes_;
@@ -126,8 +115,8 @@ class Structured final : public Peer {
 void kalmarm_peers(const kalmarm::Mechanism& mechanism, kalmarm::Peers& peers) {
   using namespace kalmarm;
   const Model<double>& model = *mechanism.model;
-  peers.push_back(std::make_unique<Structured<double, CovarianceForm>>(model));
-  peers.push_back(std::make_unique<Structured<float, CovarianceForm>>(model));
-  peers.push_back(std::make_unique<Structured<double, SquareRootForm>>(model));
-  peers.push_back(std::make_unique<Structured<float, SquareRootForm>>(model));
+  for (const Form form : {Form::conventional, Form::square_root}) {
+    peers.push_back(std::make_unique<Fast<double>>(model, form));
+    peers.push_back(std::make_unique<Fast<float>>(model, form));
+  }
 }

@@ -124,6 +124,7 @@ class FailsLater : public Solver<double> {
   }
   Outcome factor(const VectorX<double>&) override { return {}; }
   void solve(const VectorX<double>&, VectorX<double>&) override {}
+  void mass(const VectorX<double>&, MatrixX<double>&) override {}
   Outcome inverse(const VectorX<double>&, MatrixX<double>&) override { return {}; }
   bool has_factors() const override { return false; }
   Outcome factors(const VectorX<double>&, VectorX<double>&, MatrixX<double>&) override {

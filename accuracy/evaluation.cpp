@@ -1,0 +1,235 @@
+#include "accuracy/evaluation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <set>
+
+#include "accuracy/real.hpp"
+#include "algorithms/questions/plan.hpp"
+#include "algorithms/questions/solver_engine.hpp"
+#include "algorithms/solver.hpp"
+#include "robots/input_error.hpp"
+#include "robots/mujoco_solver.hpp"
+
+namespace kalmarm {
+namespace {
+
+using nlohmann::json;
+
+template <class T>
+json to_json(const VectorX<T>& x) {
+  json out = json::array();
+  for (const T& entry : x) out.push_back(static_cast<double>(entry));
+  return out;
+}
+
+template <class T>
+json to_json(const MatrixX<T>& X) {
+  json rows = json::array();
+  for (int i = 0; i < X.rows(); ++i) rows.push_back(to_json<T>(VectorX<T>(X.row(i))));
+  return rows;
+}
+
+[[noreturn]] void unknown_variant(const Contender& by, const std::string& why) {
+  std::string names = mujoco_variant;
+  for (const auto& variant : registered_variants<double>()) names += ", " + variant.name;
+  throw InputError("variant '" + by.variant + "' " + why + " (known: " + names + ")");
+}
+
+template <class T>
+std::unique_ptr<Solver<T>> make_contender(const Contender& by, const Scene& scene,
+                                          const Model<T>& model) {
+  if (by.variant == mujoco_variant) {
+    if constexpr (std::is_same_v<T, double>)
+      return std::make_unique<MujocoSolver>(mujoco_of(scene));
+    else
+      unknown_variant(by, "has no precision " + by.precision);
+  }
+  if (auto solver = make_solver<T>(by.variant, model)) return solver;
+  for (const auto& variant : registered_variants<double>())
+    if (variant.name == by.variant) unknown_variant(by, "has no precision " + by.precision);
+  unknown_variant(by, "is unknown");
+}
+
+// What the registry says of the variant; null: it is MuJoCo, or unknown.
+std::optional<VariantTraits> traits_of(const std::string& variant) {
+  for (const auto& one : registered_variants<double>())
+    if (one.name == variant) return one.traits;
+  return std::nullopt;
+}
+
+bool is_fast(const std::string& variant) {
+  const std::optional<VariantTraits> traits = traits_of(variant);
+  return traits && traits->kind == VariantKind::fast;
+}
+
+// The robot by the variant asked for: the fast path's own engines, or the study's.
+template <class T>
+Dynamics<T> make_robot(const Contender& by, const Scene& scene, const DynamicsOptions& asked) {
+  const RobotModel model = plain(scene.model);
+  if constexpr (std::is_floating_point_v<T>)
+    if (is_fast(by.variant)) return Dynamics<T>(model, asked);
+  return Dynamics<T>(model, asked, engines_by<T>([&](const Model<T>& part) {
+                       return make_contender<T>(by, scene, part);
+                     }));
+}
+
+std::string at_joint(const Outcome& outcome, const Scene& scene) {
+  char text[96];
+  std::snprintf(text, sizeof text, ", D = %.3g against a scale of %.3g", outcome.D, outcome.scale);
+  return " at joint '" + scene.model.name(outcome.joint) + "'" + text;
+}
+
+}  // namespace
+
+std::string describe(const Outcome& outcome, const Scene& scene) {
+  if (!outcome && outcome.joint < 0) return "the result is not finite";
+  if (!outcome)
+    return std::string("mass matrix ") + to_string(outcome.status) + at_joint(outcome, scene);
+  if (outcome.near_singular) return "mass matrix nearly singular" + at_joint(outcome, scene);
+  char text[64];
+  std::snprintf(text, sizeof text, "the estimated error is %.2g", outcome.error);
+  return text;
+}
+
+void add_outcome(const Outcome& outcome, const Scene& scene, json& entry) {
+  if (outcome.near_singular)
+    entry["warning"] = {{"kind", "near_singular"},
+                        {"joint", scene.model.name(outcome.joint)},
+                        {"D", outcome.D},
+                        {"scale", outcome.scale}};
+  else if (outcome.warns())
+    entry["warning"] = {{"kind", "inaccurate"}};
+  if (std::isnan(outcome.error)) return;
+  entry["error_estimate"] = outcome.error;
+  entry["refinement_steps"] = outcome.steps;
+  if (outcome.widened) entry["widened"] = true;
+}
+
+bool Result::take(Outcome next) {
+  if (std::isnan(next.error)) {
+    next.error = outcome.error;
+    next.steps = outcome.steps;
+    next.widened = outcome.widened;
+  }
+  if (!next || !outcome.near_singular) outcome = next;
+  outcome.error = next.error;
+  outcome.steps = next.steps;
+  outcome.widened = next.widened;
+  return bool(next);
+}
+
+namespace {
+
+template <class T>
+class Evaluation {
+ public:
+  Evaluation(const Contender& by, const QuestionOptions& question, const Scene& scene,
+             const DynamicsOptions& asked)
+      : want_(question.want.begin(), question.want.end()),
+        robot_(std::make_shared<Dynamics<T>>(make_robot<T>(by, scene, asked))),
+        rows_(6 * static_cast<int>(asked.question.frames.size())) {
+    if (by.variant == mujoco_variant) mujoco_ = std::make_shared<MujocoSolver>(mujoco_of(scene));
+    if (!wants("factors")) return;
+    if (question.selects()) throw InputError("factors are those of the whole robot");
+    factored_ = make_contender<T>(by, scene, scene.model.cast<T>());
+    if (!factored_->has_factors())
+      throw InputError("variant '" + by.variant + "' has no factors D and g");
+  }
+
+  Result operator()(const State& state) {
+    const VectorX<T> q = state.q.cast<T>(), qd = state.qd.cast<T>(), tau = state.tau.cast<T>();
+    const int asked = robot_->asked(), nv = static_cast<int>(tau.size());
+    Result out;
+    out.entry = {
+        {"qpos", to_json(state.q)}, {"qvel", to_json(state.qd)}, {"tau", to_json(state.tau)}};
+    if (wants("mass")) out.entry["mass"] = to_json(mass(state.q, q));
+    if (wants("inverse")) {
+      MatrixX<T> X = poisoned(asked, asked);
+      if (!out.take(robot_->inverse_mass(q, X))) return out;
+      out.entry["inverse"] = to_json(X);
+    }
+    if (wants("diagonal")) {
+      VectorX<T> x = poisoned(asked, 1);
+      if (!out.take(robot_->diagonal(q, x))) return out;
+      out.entry["diagonal"] = to_json(x);
+    }
+    if (wants("log_det")) {
+      T x = std::numeric_limits<T>::quiet_NaN();
+      if (!out.take(robot_->log_det(q, x))) return out;
+      out.entry["log_det"] = static_cast<double>(x);
+    }
+    if (wants("operational")) {
+      MatrixX<T> X = poisoned(rows_, rows_);
+      if (!out.take(robot_->operational(q, X))) return out;
+      out.entry["operational"] = to_json(X);
+    }
+    if (wants("acceleration")) {
+      VectorX<T> a = poisoned(asked, 1);
+      if (!out.take(robot_->forward_dynamics(q, qd, tau, a))) return out;
+      out.entry["acceleration"] = to_json(a);
+    }
+    if (wants("factors")) {
+      VectorX<T> D = poisoned(nv, 1);
+      MatrixX<T> g = poisoned(6, nv);
+      if (!out.take(factored_->factors(q, D, g))) return out;
+      out.entry["factors"] = {{"D", to_json(D)}, {"g", to_json<T>(MatrixX<T>(g.transpose()))}};
+    }
+    return out;
+  }
+
+ private:
+  bool wants(const char* what) const { return want_.contains(what); }
+
+  static MatrixX<T> poisoned(int rows, int columns) {
+    return MatrixX<T>::Constant(rows, columns, std::numeric_limits<T>::quiet_NaN());
+  }
+
+  MatrixX<T> mass(const VectorX<double>& position, const VectorX<T>& q) {
+    MatrixX<T> M = poisoned(robot_->asked(), robot_->asked());
+    if (mujoco_) {
+      MatrixX<double> theirs(M.rows(), M.cols());
+      mujoco_->mass(position, theirs);
+      return theirs.cast<T>();
+    }
+    robot_->mass(q, M);
+    return M;
+  }
+
+  std::set<std::string> want_;
+  std::shared_ptr<Dynamics<T>> robot_;    // shared: std::function wants to copy
+  int rows_;                              // of J
+  std::shared_ptr<Solver<T>> factored_;   // for the factors of the whole robot
+  std::shared_ptr<MujocoSolver> mujoco_;  // for its M
+};
+
+}  // namespace
+
+DynamicsOptions asked_of(const Contender& by, const QuestionOptions& asked,
+                         const Question& question) {
+  const std::optional<VariantTraits> traits = traits_of(by.variant);
+  const bool fast = is_fast(by.variant);
+  DynamicsOptions out{.form = fast ? traits->form : Form::conventional,
+                      .question = question,
+                      .rules = rules_of(asked)};
+  if (by.variant == mujoco_variant) {
+    if (!question.locked.empty()) throw InputError("variant 'MuJoCo' cannot lock joints");
+    if (question.want.contains(Want::log_det))
+      throw InputError("variant 'MuJoCo' has no log det M");
+    out.rules.clear();
+  }
+  const std::set<Rule> able = fast ? rules_for(out.form) : model_rules();
+  std::erase_if(out.rules, [&](Rule rule) { return !able.contains(rule); });
+  return out;
+}
+
+Evaluator make_evaluator(const Contender& by, const QuestionOptions& asked, const Scene& scene,
+                         const Question& question) {
+  const DynamicsOptions options = asked_of(by, asked, question);
+  if (by.precision == "float32") return Evaluation<float>(by, asked, scene, options);
+  if (by.precision == "float64") return Evaluation<double>(by, asked, scene, options);
+  return Evaluation<Real>(by, asked, scene, options);
+}
+
+}  // namespace kalmarm
