@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from fits import Identification
 from laboratory import Laboratory
-from stress import Family, Integration, Stress
+from stress import Family, Integration, Stress, Variant
 
 
 class DataError(Exception):
@@ -155,13 +155,15 @@ class Data:
     fits: list[Identification] = field(default_factory=list)
     stress: Stress = field(default_factory=Stress)
     stress_families: list[Family] = field(default_factory=list)
-    stress_variants: dict[str, str] = field(default_factory=dict)  # name: equation
+    stress_variants: list[Variant] = field(default_factory=list)
     integrations: list[Integration] = field(default_factory=list)
 
     @cached_property
     def laboratory(self) -> Laboratory:
         """Of all records of `stress`: ask only once they are read."""
-        return Laboratory(self.stress, {family.name: family for family in self.stress_families})
+        families = {family.name: family for family in self.stress_families}
+        variants = {variant.name: variant for variant in self.stress_variants}
+        return Laboratory(self.stress, families, variants)
 
     @property
     def all_contexts(self) -> list[dict]:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stress import TEXTS, U, WILD, WRONG, Family, Stress
+from stress import TEXTS, U, WILD, WRONG, Family, Stress, Variant
 
 GROUP = ("family", "task", "precision", "variant", "value")
 MEDIANS = ("eta", "kappa", "kappa_scaled", "kS", "backward", "oettli_prager")
@@ -59,10 +59,14 @@ class Point(NamedTuple):
 class Laboratory:
     """The points, by series; exactly singular mechanisms, which have no right answer, apart."""
 
-    def __init__(self, stress: Stress, families: dict[str, Family]):
+    def __init__(
+        self, stress: Stress, families: dict[str, Family], known: dict[str, Variant] | None = None
+    ):
         self.stress = stress
+        self.kinds = {name: families[name].kind for name in stress.present("family")}
+        self.known = known or {}  # variants by name
         points = _points(stress)
-        singular = {name for name in stress.present("family") if is_singular(name, families)}
+        singular = {name for name in self.kinds if families[name].singular}
         self.impossible = [p for p in points if p.family in singular and p.value == 0]
         self.points = [p for p in points if not (p.family in singular and p.value == 0)]
         self.singular_families = singular
@@ -81,7 +85,13 @@ class Laboratory:
     @property
     def swept(self) -> list[str]:
         """The families made on purpose and not near a singularity."""
-        return [f for f in self.families if f != WILD and f not in self.singular_families]
+        apart = {*self.wild, *self.singular_families}
+        return [family for family in self.families if family not in apart]
+
+    @property
+    def wild(self) -> list[str]:
+        """The families drawn at random."""
+        return sorted(family for family, kind in self.kinds.items() if kind == WILD)
 
     @property
     def tasks(self) -> set[str]:
@@ -93,10 +103,6 @@ class Laboratory:
     @property
     def variants(self) -> list[str]:
         return sorted({key[3] for key in self._series})
-
-
-def is_singular(name: str, families: dict[str, Family]) -> bool:
-    return families[name].singular if name in families else name.startswith("singular_")
 
 
 def _points(stress: Stress) -> list[Point]:

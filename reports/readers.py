@@ -6,6 +6,7 @@ import math
 import re
 import statistics
 from collections import Counter, defaultdict
+from contextlib import contextmanager
 from pathlib import Path
 
 import stress_readers
@@ -24,7 +25,7 @@ from data import (
     Time,
 )
 from fits import identification
-from stress import U, Family, Integration
+from stress import U, Family, Integration, Variant
 
 COLUMNS = ["scene", "n", "variant", "precision", "task", "state", "measure", "value", "outcome"]
 SAMPLE_COLUMNS = "scene,n,quantity,method,samples,replica,error,seconds,threads".split(",")
@@ -60,8 +61,34 @@ def _rows(path: Path, columns: list[str], record) -> list:
         return records
 
 
-def read_errors(path: Path, data: Data) -> None:
-    data.errors += _rows(path, COLUMNS, _error)
+def _csv_reader(name: str, columns: list[str], record):
+    """A reader of CSV files into the list `name` of Data."""
+
+    def read(path: Path, data: Data) -> None:
+        getattr(data, name).extend(_rows(path, columns, record))
+
+    return read
+
+
+def _benchmark_reader(name: str, records):
+    """A reader of Google Benchmark's files into the lists `name` and `name`_contexts of Data."""
+
+    def read(path: Path, data: Data) -> None:
+        own, context = _benchmarks(path, records)
+        getattr(data, name).extend(own)
+        getattr(data, f"{name}_contexts").append(context)
+
+    return read
+
+
+@contextmanager
+def _refusing(path: Path, what: str):
+    """Turns what goes wrong with a document's contents into one line: the file is not `what`."""
+    try:
+        yield
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        reason = f"{error} is missing" if isinstance(error, KeyError) else str(error)
+        raise DataError(f"{path}: not {what}: {reason}") from None
 
 
 def _error(row: dict) -> Error:
@@ -75,10 +102,6 @@ def _error(row: dict) -> Error:
         float(row["value"]),
         row["outcome"],
     )
-
-
-def read_simulation(path: Path, data: Data) -> None:
-    data.samples += _rows(path, SAMPLE_COLUMNS, _sample)
 
 
 def _sample(row: dict) -> Sample:
@@ -105,20 +128,21 @@ def read_stress(path: Path, data: Data) -> None:
 
 def read_families(path: Path, data: Data) -> None:
     document = _read_json(path)
-    try:
-        for entry in document["families"]:
-            texts = [entry[name] for name in Family._fields[:-1]]
-            if not all(isinstance(text, str) for text in texts):
-                raise ValueError(f"{texts} are not all text")
-            data.stress_families.append(Family(*texts, bool(entry["singular"])))
-        for entry in document["variants"]:
-            data.stress_variants[entry["name"]] = str(entry["equation"])
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise DataError(f"{path}: not a list of families: {_reason(error)}") from None
+    with _refusing(path, "a list of families"):
+        data.stress_families += [_of_type(Family, entry) for entry in document["families"]]
+        data.stress_variants += [_of_type(Variant, entry) for entry in document["variants"]]
 
 
-def read_integration(path: Path, data: Data) -> None:
-    data.integrations += _rows(path, INTEGRATION_COLUMNS, _integration)
+def _of_type(record: type, entry: dict):
+    """A record of texts and truths; a text that says nothing may be null."""
+    values = []
+    for name, wanted in record.__annotations__.items():
+        value = entry[name]
+        value = "" if value is None and wanted is str else value
+        if not isinstance(value, wanted):
+            raise ValueError(f"{name} of {entry['name']} is {value!r}")
+        values.append(value)
+    return record(*values)
 
 
 def _integration(row: dict) -> Integration:
@@ -146,30 +170,6 @@ def read_times(path: Path, data: Data) -> None:
     data.contexts.append(context)
 
 
-def read_estimation(path: Path, data: Data) -> None:
-    times, context = _benchmarks(path, _times)
-    data.estimation += [time for time in times if time.scene != NO_SCENE]
-    data.estimation_contexts.append(context)
-
-
-def read_dynamics(path: Path, data: Data) -> None:
-    calls, context = _benchmarks(path, _calls)
-    data.dynamics += calls
-    data.dynamics_contexts.append(context)
-
-
-def read_peers(path: Path, data: Data) -> None:
-    calls, context = _benchmarks(path, _calls)
-    data.peers += calls
-    data.peers_contexts.append(context)
-
-
-def read_jacobians(path: Path, data: Data) -> None:
-    jacobians, context = _benchmarks(path, _jacobians)
-    data.jacobians += jacobians
-    data.jacobians_contexts.append(context)
-
-
 def read_questions(path: Path, data: Data) -> None:
     calls, context = _benchmarks(path, _calls)
     for call in calls:
@@ -178,12 +178,10 @@ def read_questions(path: Path, data: Data) -> None:
     by_want = defaultdict(list)
     for call in calls:
         by_want[call.time.scene, call.time.task].append(call)
-    try:
+    with _refusing(path, "a record of a question"):
         title, asked = context.pop("title", ""), context.pop("question")
         rules = [rule for rule in context.pop("rules").split(",") if rule]
         dofs, left = int(context.pop("dofs")), int(context.pop("dofs_left"))
-    except (KeyError, ValueError, AttributeError) as error:
-        raise DataError(f"{path}: not a record of a question: {_reason(error)}") from None
     data.questions += [
         Question(title, scene, want, asked, rules, dofs, left, own)
         for (scene, want), own in by_want.items()
@@ -195,16 +193,18 @@ def _benchmarks(path: Path, records) -> tuple[list, dict]:
     """What `records` makes of the rows of each benchmark, and the context."""
     document = _read_json(path)
     runs = defaultdict(list)
-    try:
+    with _refusing(path, "Google Benchmark's JSON"):
         for row in document["benchmarks"]:
             runs[row.get("run_name", row["name"])].append(row)
         return records(runs), document.get("context", {})
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise DataError(f"{path}: not Google Benchmark's JSON: {_reason(error)}") from None
 
 
 def _times(runs: dict[str, list[dict]]) -> list[Time]:
     return [_time(name, rows) for name, rows in runs.items()]
+
+
+def _times_of_scenes(runs: dict[str, list[dict]]) -> list[Time]:
+    return [time for time in _times(runs) if time.scene != NO_SCENE]
 
 
 def _calls(runs: dict[str, list[dict]]) -> list[Call]:
@@ -283,31 +283,29 @@ def _nanoseconds(row: dict) -> float:
 
 def read_mujoco(path: Path, data: Data) -> None:
     document = _read_json(path)
-    try:
+    with _refusing(path, "an agreement record"):
         for robot in document["robots"]:
             _scene(robot["scene"])
             for entry in (robot["mass"], *(v["acceleration"] for v in robot["variants"])):
                 entry["max"], entry["median"], entry["bound"]
+            for variant in robot["mass_variants"]:
+                variant["variant"], variant["mass"]["max"], variant["mass"]["median"]
             for variant in robot["variants"]:
                 variant["variant"], variant["precision"], variant["failures"], variant["inverse"]
             data.mujoco.append(robot | {"mujoco": document["mujoco"], "pass": bool(robot["pass"])})
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise DataError(f"{path}: not an agreement record: {_reason(error)}") from None
 
 
 def read_fit(path: Path, data: Data) -> None:
     document = _read_json(path)
-    try:
+    with _refusing(path, "a record of a fit"):
         fit = identification(document)
         _scene(fit.scene)
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise DataError(f"{path}: not a record of a fit: {_reason(error)}") from None
-    data.fits.append(fit)
+        data.fits.append(fit)
 
 
 def read_paper(path: Path, data: Data) -> None:
     document = _read_json(path)
-    try:
+    with _refusing(path, "a record of the paper"):
         precisions = [
             Precision(entry["precision"], int(entry["digits"]), float(entry["condition"]))
             for entry in document["precisions"]
@@ -322,8 +320,6 @@ def read_paper(path: Path, data: Data) -> None:
         scene = _scene(document["scene"])
         beyond = _scene(document.get("beyond_scene", scene))
         data.papers.append(Paper(scene, beyond, bool(document["pass"]), precisions, equations))
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise DataError(f"{path}: not a record of the paper: {_reason(error)}") from None
 
 
 def _equation(row: dict, precisions: list[str]) -> Equation:
@@ -356,27 +352,23 @@ def _read_json(path: Path):
         raise DataError(f"{path}: not JSON: {error}") from None
 
 
-def _reason(error: Exception) -> str:
-    return f"{error} is missing" if isinstance(error, KeyError) else str(error)
-
-
 # A file's kind is its name up to the first dash.
 READERS = {
-    "errors": read_errors,
+    "errors": _csv_reader("errors", COLUMNS, _error),
     "times": read_times,
     "mujoco": read_mujoco,
     "paper": read_paper,
-    "simulation": read_simulation,
-    "estimation": read_estimation,
-    "dynamics": read_dynamics,
-    "batch": read_dynamics,
-    "peers": read_peers,
-    "jacobians": read_jacobians,
+    "simulation": _csv_reader("samples", SAMPLE_COLUMNS, _sample),
+    "estimation": _benchmark_reader("estimation", _times_of_scenes),
+    "dynamics": _benchmark_reader("dynamics", _calls),
+    "batch": _benchmark_reader("dynamics", _calls),
+    "peers": _benchmark_reader("peers", _calls),
+    "jacobians": _benchmark_reader("jacobians", _jacobians),
     "pruning": read_questions,
     "identify": read_fit,
     "stress": read_stress,
     "families": read_families,
-    "integration": read_integration,
+    "integration": _csv_reader("integrations", INTEGRATION_COLUMNS, _integration),
 }
 
 
@@ -405,6 +397,7 @@ def load(directory: Path | None, files: list[Path] | None = None) -> Data:
     if not any(_records(data)):
         raise DataError(f"{directory or 'the files given'}: no data")
     _refuse_repeats(data)
+    _refuse_unlisted(data)
     return data
 
 
@@ -445,6 +438,7 @@ def _refuse_repeats(data: Data) -> None:
         "check of the paper": ((paper.scene,) for paper in data.papers),
         "sample": (row[:5] for row in data.samples),
         "family": ((family.name,) for family in data.stress_families),
+        "variant": ((variant.name,) for variant in data.stress_variants),
         "integration": (row[:6] for row in data.integrations),
     }
     for what, recorded in keys.items():
@@ -453,3 +447,14 @@ def _refuse_repeats(data: Data) -> None:
                 raise DataError(f"{what} of {'/'.join(map(str, key))} is recorded {count} times")
     if repeated := data.stress.repeated():
         raise DataError(f"result of {repeated} is recorded 2 times")
+
+
+def _refuse_unlisted(data: Data) -> None:
+    """What a family is decides how its records count: which have no right answer, which are drawn
+    at random. To guess would be to count them wrongly, and to list them takes a second."""
+    listed = {family.name for family in data.stress_families}
+    if unlisted := set(data.stress.present("family")) - listed:
+        raise DataError(
+            f"stress-*.csv: family '{min(unlisted)}' stands in no families-*.json beside it; "
+            "build/bin/stress --list --json FILE writes one"
+        )

@@ -13,16 +13,31 @@ COLUMNS = (
 KEY = ("family", "value", "n", "seed", "precision", "task", "variant")
 U = {"float32": 2.0**-24, "float64": 2.0**-53}  # unit roundoff
 WRONG = 0.01  # a relative error above is no answer
-WILD = "wild"  # the family of mechanisms drawn at random
+WILD = "wild"  # the kind of families drawn at random
 
 
 class Family(NamedTuple):
     """What a family of mechanisms is; `singular`: exactly singular where its parameter is 0."""
 
     name: str
+    kind: str  # such as "heavy_outboard" (FamilyKind in accuracy/stress/families.hpp)
     parameter: str
     describes: str
     singular: bool
+
+
+class Variant(NamedTuple):
+    """What a variant is and can do (algorithms/variant_traits.hpp)."""
+
+    name: str
+    equation: str
+    kind: str  # what factors M: such as "sequential"
+    contender: bool  # one to choose, else an exhibit of the laboratory
+    in_world_frame: bool
+    dense: bool
+    mixed_precision: bool
+    form: str  # of the fast path, else empty
+    citation: str
 
 
 class Integration(NamedTuple):
@@ -108,12 +123,6 @@ class Stress:
     def silent(self) -> np.ndarray:
         """Wrong, and nothing said so."""
         return self.wrong & self._is("warning", "")
-
-    def starts(self, column: str, prefix: str) -> np.ndarray:
-        """Which rows' text starts with this."""
-        return np.array([text.startswith(prefix) for text in self.names[column]] or [False])[
-            self[column]
-        ]
 
     def order(self, columns) -> tuple[np.ndarray, np.ndarray]:
         """The rows sorted by these columns, and where in that order a new group starts."""

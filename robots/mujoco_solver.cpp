@@ -79,14 +79,6 @@ Outcome MujocoSolver::inverse(const VectorX<double>& q, MatrixX<double>& X) {
   return X.allFinite() ? outcome : Outcome{.status = Outcome::Status::not_finite};
 }
 
-Outcome MujocoSolver::factors(const VectorX<double>&, VectorX<double>&, MatrixX<double>&) {
-  throw InputError("MuJoCo has no innovations factors D and g");
-}
-
-Vector6<double> MujocoSolver::P_plus_times(int, const Vector6<double>&) const {
-  throw InputError("MuJoCo has no covariance P");
-}
-
 void MujocoSolver::inverse_dynamics(const VectorX<double>& q, const VectorX<double>& qd,
                                     const VectorX<double>& qdd, VectorX<double>& tau) {
   const mjModel* m = model_->get();
@@ -100,6 +92,12 @@ void MujocoSolver::inverse_dynamics(const VectorX<double>& q, const VectorX<doub
 void MujocoSolver::mass(const VectorX<double>& q, MatrixX<double>& M) {
   make_mass(q);
   full_mass_matrix(model_->get(), data_.get(), M.data());  // symmetric: row- or column-major alike
+}
+
+VariantTraits mujoco_traits() {
+  return {.kind = VariantKind::batch,
+          .wants = {Want::acceleration, Want::solve, Want::inverse, Want::mass},
+          .citation = "Todorov, Erez and Tassa 2012"};
 }
 
 const char* mujoco_version() { return mj_versionString(); }

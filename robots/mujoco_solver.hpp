@@ -22,16 +22,13 @@ class MujocoSolver final : public Solver<double> {
   Outcome factor(const VectorX<double>& q) override;
   void solve(const VectorX<double>& tau, VectorX<double>& x) override;
   Outcome inverse(const VectorX<double>& q, MatrixX<double>& X) override;
-  bool has_factors() const override { return false; }
-  Outcome factors(const VectorX<double>& q, VectorX<double>& D, MatrixX<double>& g) override;
-  Vector6<double> P_plus_times(int k, const Vector6<double>& x) const override;
 
   // tau = M qdd + bias, armature included (nv values); qd and qdd have nv values.
   void inverse_dynamics(const VectorX<double>& q, const VectorX<double>& qd,
                         const VectorX<double>& qdd, VectorX<double>& tau);
 
   // M (nv x nv), both triangles.
-  void mass(const VectorX<double>& q, MatrixX<double>& M);
+  void mass(const VectorX<double>& q, MatrixX<double>& M) override;
 
  private:
   void make_position(const VectorX<double>& q);
@@ -45,6 +42,9 @@ class MujocoSolver final : public Solver<double> {
   VectorX<double> rhs_;
   VectorX<double> armature_;  // of joints, and of the actuators that drive them
 };
+
+// What it is among the variants of the registry.
+VariantTraits mujoco_traits();
 
 // Version of the MuJoCo library that is linked, such as "4.0.0".
 const char* mujoco_version();

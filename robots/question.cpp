@@ -1,10 +1,12 @@
 #include "robots/question.hpp"
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <optional>
 
+#include "algorithms/model/plain.hpp"
 #include "robots/input_error.hpp"
 #include "robots/names.hpp"
 #include "robots/sites.hpp"
@@ -75,8 +77,8 @@ std::optional<Want> want_of(const std::string& word) {
   return std::nullopt;
 }
 
-std::vector<Site<double>> named_sites(const Scene& scene, const std::vector<std::string>& names) {
-  std::vector<Site<double>> out;
+std::vector<Frame> named_frames(const Scene& scene, const std::vector<std::string>& names) {
+  std::vector<Frame> out;
   if (names.empty()) return out;
   const std::vector<NamedSite> known = sites_of(scene);
   for (const std::string& name : names) {
@@ -87,12 +89,28 @@ std::vector<Site<double>> named_sites(const Scene& scene, const std::vector<std:
       for (const NamedSite& site : known) all.push_back(site.name);
       throw InputError(unknown_name("site or body", name, all));
     }
-    out.push_back(found->site);
+    out.push_back(plain(found->site));
   }
   return out;
 }
 
 }  // namespace
+
+void QuestionOptions::add_to(CLI::App& app) {
+  const auto list = [&](const char* name, std::vector<std::string>& values, const char* help) {
+    return app.add_option(name, values, help)->delimiter(',');
+  };
+  list("--dofs", dofs, "joints that are asked about (patterns such as 'left_*'); else all");
+  list("--site", sites, "sites or bodies of J M^-1 J' (want operational), 6 rows each");
+  auto* const lock = list("--locked", locked,
+                          "joints that stand still, JOINT or JOINT=VALUE [rad or m]; patterns");
+  list("--free", free, "the only joints that are not locked")->excludes(lock);
+  app.add_flag("--at-rest", at_rest, "velocities are zero");
+  app.add_flag("--planes", planes,
+               "what moves in a plane by planar kernels: faster, larger rounding errors");
+  auto* const off = app.add_flag("--no-pruning", no_pruning, "leave nothing out, to compare");
+  list("--without", without, "rules that are not to be used")->excludes(off);
+}
 
 Question question_of(const Scene& scene, const QuestionOptions& options) {
   const Model<double>& model = scene.model;
@@ -100,7 +118,8 @@ Question question_of(const Scene& scene, const QuestionOptions& options) {
   for (const std::string& word : options.want)
     if (const std::optional<Want> want = want_of(word)) out.want.insert(*want);
   out.at_rest = options.at_rest;
-  out.q = home_position(scene);
+  const VectorX<double> home = home_position(scene);
+  out.q.assign(home.begin(), home.end());
 
   for (const std::string& given : options.locked) lock(model, given, out);
   if (!options.free.empty()) {
@@ -126,24 +145,23 @@ Question question_of(const Scene& scene, const QuestionOptions& options) {
   if (!out.dofs.empty() && out.want.contains(Want::log_det))
     throw InputError("log det M is of all joints that are free: --dofs does not go with it");
 
-  out.sites = named_sites(scene, options.sites);
-  if (out.want.contains(Want::operational) && out.sites.empty())
+  out.frames = named_frames(scene, options.sites);
+  if (out.want.contains(Want::operational) && out.frames.empty())
     throw InputError("--want operational needs --site");
-  if (!out.want.contains(Want::operational) && !out.sites.empty())
+  if (!out.want.contains(Want::operational) && !out.frames.empty())
     throw InputError("--site is for --want operational, which is not asked for");
   return out;
 }
 
 std::set<Rule> rules_of(const QuestionOptions& options) {
   if (options.no_pruning) return {};
-  std::set<Rule> out(all_rules().begin(), all_rules().end());
+  std::set<Rule> out = options.planes ? all_rules() : default_rules();
   std::vector<std::string> names;
   for (const Rule rule : all_rules()) names.push_back(to_string(rule));
-  for (const std::string& name : options.without) {
-    const auto found = std::find(names.begin(), names.end(), name);
-    if (found == names.end()) throw InputError(unknown_name("rule", name, names));
-    out.erase(all_rules()[found - names.begin()]);
-  }
+  for (const std::string& name : options.without)
+    if (std::erase_if(out, [&](Rule rule) { return to_string(rule) == name; }) == 0 &&
+        std::find(names.begin(), names.end(), name) == names.end())
+      throw InputError(unknown_name("rule", name, names));
   return out;
 }
 
@@ -151,7 +169,7 @@ State asked_state(const Scene& scene, const Question& question, State state) {
   for (const int k : question.locked) {
     const int first = scene.model.joint(k).q_index,
               count = q_entries(scene.model.joint(k).coordinate);
-    state.q.segment(first, count) = question.q.segment(first, count);
+    std::copy_n(question.q.begin() + first, count, state.q.begin() + first);
     state.qd[k] = 0;
   }
   if (question.at_rest) state.qd.setZero();

@@ -1,33 +1,24 @@
-// A question as users put it on a command line, in the names of their file (pruning/question.hpp).
+// A question as users put it on a command line, in the names of their file (kalmarm/question.hpp).
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 #include <vector>
 
-#include "algorithms/pruning/question.hpp"
+#include "kalmarm/question.hpp"
 #include "robots/scene.hpp"
+
+namespace CLI {
+class App;
+}
 
 namespace kalmarm {
 
 struct QuestionOptions {
   std::vector<std::string> want, dofs, sites, locked, free, without;
-  bool at_rest = false, no_pruning = false;
+  bool at_rest = false, planes = false, no_pruning = false;
 
   // All but --want, whose words are a program's own.
-  void add_to(CLI::App& app) {
-    const auto list = [&](const char* name, std::vector<std::string>& values, const char* help) {
-      return app.add_option(name, values, help)->delimiter(',');
-    };
-    list("--dofs", dofs, "joints that are asked about (patterns such as 'left_*'); else all");
-    list("--site", sites, "sites or bodies of J M^-1 J' (want operational), 6 rows each");
-    auto* const lock = list("--locked", locked,
-                            "joints that stand still, JOINT or JOINT=VALUE [rad or m]; patterns");
-    list("--free", free, "the only joints that are not locked")->excludes(lock);
-    app.add_flag("--at-rest", at_rest, "velocities are zero");
-    auto* const off = app.add_flag("--no-pruning", no_pruning, "leave nothing out, to compare");
-    list("--without", without, "rules that are not to be used")->excludes(off);
-  }
+  void add_to(CLI::App& app);
 
   // Whether it is about a part of the robot.
   bool selects() const { return !dofs.empty() || !locked.empty() || !free.empty(); }
@@ -39,7 +30,8 @@ struct QuestionOptions {
 // not wanted.
 Question question_of(const Scene& scene, const QuestionOptions& options);
 
-// The rules that are left by --no-pruning and --without. Throws InputError where one is unknown.
+// The default rules, and planes where asked for, that are left by --no-pruning and --without.
+// Throws InputError where one is unknown.
 std::set<Rule> rules_of(const QuestionOptions& options);
 
 // The state as the question has it: where a joint is locked and what is at rest is overwritten.

@@ -23,7 +23,7 @@ from stress import U, Integration, Stress
 FACTORED = "FactoredBias<ArrayMGS>"
 GRACE = 1e8  # below, the motion itself changes with the mass ratio
 LAST = 1e14
-REFINED = "Refined<"
+REFINED = "refined"  # the kind of variants
 STARTS = 1e-3  # a first error that refinement can start from
 LAW = 10
 ENOUGH = 0.99
@@ -101,14 +101,13 @@ def _calls(runs: dict) -> list[dict]:
 
 
 def refinement(data: Data) -> Claim:
-    """C8. Of all answers of Refined variants with k >= 1 accepted steps from an error e0 < 1e-3,
+    """C8. Of all answers of refined variants with k >= 1 accepted steps from an error e0 < 1e-3,
     at least 99 % have an error of at most 10 max(u kS, e0^(k+1)); no answer, whatever e0, is more
     than twice as wrong as before refinement and beyond 10 u kS; and the time that Refined adds to
     ABA is at most half of ABA's, in the median over the timed scenes in float64."""
-    stress = data.stress
-    refined = stress.rows(
-        stress.starts("variant", REFINED) & stress.ok & (stress["unrefined"] >= 0)
-    )
+    kinds = {variant.name: variant.kind for variant in data.stress_variants}
+    refined = data.stress.where(variant=[v for v, kind in kinds.items() if kind == REFINED])
+    refined = refined.rows(refined.ok & (refined["unrefined"] >= 0))
     law = refined.rows(
         (refined["steps"] >= 1) & (refined["unrefined"] < STARTS) & (refined["kS"] >= 0)
     )

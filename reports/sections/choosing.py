@@ -11,42 +11,25 @@ from laboratory import Laboratory, Point
 from markupsafe import Markup
 from section import Section, Table
 from sections.digits import FIRST, own_task
-from stress import U
+from stress import U, WILD
 
 DIGITS = (3, 6, 9, 12)
 STABLE = 100  # η
-SINGULAR = "Nearly singular, massless bodies"
-KINDS = {  # by the start of a family's name; the first that fits
-    "Long arms": ("straight", "zigzag", "bent", "folded", "random_chain"),
-    "Heavy outboard of light: payloads, feet": (
-        "heavy_tip",
-        "heavy_point",
-        "growing",
-        "flywheel",
-        "planar_heavy",
-        "humanoid_feet",
-        "inverse_taper",
-    ),
-    "Heavy inboard or mixed masses": (
-        "heavy_base",
-        "heavy_leaves",
-        "alternating",
-        "decaying",
-        "random_masses",
-        "humanoid_torso",
-        "taper",
-    ),
-    "Lengths and offsets of all sizes": ("short_links", "light_links", "far_com", "base_offset"),
-    "Nearly parallel axes": ("skew", "axis_gap", "gimbal"),
-    "Point masses and rods": ("point_masses", "rods"),
-    "Centres of mass inboard": ("non_minimum_phase", "com_fraction"),
-    "Armature and stiff joints": ("armature", "stiff"),
-    "Trees and floating bases": ("tree", "random_tree", "floating_base", "torso"),
-    "Other units": ("mass_unit", "length_unit"),
-    "Drawn at random": ("wild",),
-    SINGULAR: ("singular_", "massless_", "point_off_axis"),
+KINDS = {  # of families, in the order of the table; others come last, by their own word
+    "long_chain": "Long arms",
+    "heavy_outboard": "Heavy outboard of light: payloads, feet",
+    "heavy_inboard": "Heavy inboard or mixed masses",
+    "uneven_lengths": "Lengths and offsets of all sizes",
+    "near_parallel_axes": "Nearly parallel axes",
+    "point_masses": "Point masses and rods",
+    "inboard_com": "Centres of mass inboard",
+    "joint_noise": "Armature and stiff joints",
+    "tree": "Trees and floating bases",
+    "units": "Other units",
+    WILD: "Drawn at random",
+    "singular": "Nearly singular, massless bodies",
+    "robot": "Robots",
 }
-OTHERS = "Robots and others"
 
 
 class Candidate(NamedTuple):
@@ -63,18 +46,17 @@ def section(data: Data) -> Section | None:
     lab = data.laboratory
     kinds = defaultdict(list)
     for family in lab.families:
-        kind = SINGULAR if family in lab.singular_families else kind_of(family)
-        kinds[kind].append(family)
+        kinds[lab.kinds[family]].append(family)
     costs = relative_costs(data)
     rows = [
         [
             Markup("{}<br><small>{}</small>").format(
-                kind, ", ".join(name.replace("_", " ") for name in kinds[kind])
+                KINDS.get(kind, kind), ", ".join(name.replace("_", " ") for name in kinds[kind])
             ),
             *(_cheapest(found, lambda c, d=digits: c.error <= 10.0**-d) for digits in DIGITS),
             _cheapest(found, lambda c: c.eta <= STABLE),
         ]
-        for kind in (*KINDS, OTHERS)
+        for kind in dict.fromkeys([*KINDS, *sorted(kinds)])
         if kind in kinds and (found := candidates(lab, kinds[kind], costs))
     ]
     if not rows:
@@ -105,17 +87,6 @@ def section(data: Data) -> Section | None:
             )
         ],
     )
-
-
-def kind_of(family: str) -> str:
-    """By the longest known start of the name, so that inverse_taper is no taper."""
-    starts = [
-        (len(start), kind)
-        for kind, names in KINDS.items()
-        for start in names
-        if family.startswith(start)
-    ]
-    return max(starts)[1] if starts else OTHERS
 
 
 def relative_costs(data: Data) -> dict[tuple[str, str], float]:

@@ -1,7 +1,6 @@
 """The accuracy laboratory: how many digits each variant leaves on each family."""
 
 import math
-import re
 from collections import defaultdict
 
 import numpy as np
@@ -9,34 +8,24 @@ from data import Data
 from laboratory import Laboratory, Point
 from markupsafe import Markup, escape
 from section import Choice, Section, Table
-from stress import U
+from stress import U, Variant
 from text import TASKS, share_text, task_text
 
 TASK, GROUP = "task", "group"
 FIRST = "dynamics, else random"
 NEAREST = ("dynamics", "random", "white")
-CONTENDERS = [
-    "Batch<EigenLLT>",
-    "Sequential<Conventional>",
-    "Sequential<Joseph>",
-    "Sequential<UD>",
-    "Sequential<ArrayMGS>",
-    "Sequential<ArrayGivens>",
-    "FactoredBias<ArrayMGS>",
-    "FactoredBias<ArrayGivens>",
-    "ClosedForm<Conventional>",
-    "ClosedForm<ArrayMGS>",
-    "Refined<Sequential<Conventional>>",
-    "Refined<Sequential<ArrayMGS>>",
-]
 MANY = 12  # with more variants a choice of some of them comes first
-GROUPS = [  # the first whose pattern a name matches
-    ("Refined and mixed precision", r"(Refined|MixedPrecision)<"),
-    ("Filters in other frames", r".*<World"),
-    ("Batch", r"Batch|StackedQR"),
-    ("Closed form", r"ClosedForm<"),
-    ("Filters", r""),
-]
+GROUPS = {  # of variants, by their kind
+    "fast": "Fast path",
+    "sequential": "Filters",
+    "factored_bias": "Filters",
+    "closed_form": "Closed form",
+    "batch": "Batch",
+    "stacked": "Batch",
+    "refined": "Refined and mixed precision",
+}
+CHOSEN, WORLD, OTHERS = "Contenders", "Filters in other frames", "Others"
+ORDER = list(dict.fromkeys([CHOSEN, *GROUPS.values(), WORLD, OTHERS]))
 WORDS = {
     "singular": "refused",
     "indefinite": "not pos. def.",
@@ -57,7 +46,7 @@ def section(data: Data) -> Section | None:
     )
     if lab.tasks & set(NEAREST):
         tasks = [FIRST, *tasks]
-    groups = grouped(lab.variants)
+    groups = grouped(lab.variants, lab.known)
     tables = [
         table
         for task in tasks
@@ -86,17 +75,23 @@ def section(data: Data) -> Section | None:
     )
 
 
-def grouped(variants: list[str]) -> dict[str, list[str]]:
-    """Variants by kind; where there are many, a few contenders first."""
-    groups = defaultdict(list)
-    for variant in variants:
-        name = next(name for name, pattern in GROUPS if re.match(pattern, variant))
-        groups[name].append(variant)
-    chosen = [variant for variant in CONTENDERS if variant in variants]
+def grouped(variants: list[str], known: dict[str, Variant]) -> dict[str, list[str]]:
+    """Variants by kind; where there are many, those to choose from first."""
     if len(variants) <= MANY:
         return {"All": variants} if variants else {}
-    ordered = {name: groups[name] for name, _ in reversed(GROUPS) if name in groups}
-    return ({"Contenders": chosen} if chosen else {}) | ordered
+    groups = defaultdict(list)
+    for variant in variants:
+        what = known.get(variant)
+        if what and what.contender:
+            groups[CHOSEN].append(variant)
+        groups[_group(what)].append(variant)
+    return {name: groups[name] for name in ORDER if name in groups}
+
+
+def _group(variant: Variant | None) -> str:
+    if variant and variant.in_world_frame:
+        return WORLD
+    return GROUPS.get(variant.kind, OTHERS) if variant else OTHERS
 
 
 def _digits(data: Data, task: str, group: str, variants: list[str], first) -> Table | None:

@@ -15,9 +15,7 @@ def section(data: Data) -> Section | None:
     times = {call.time[:4]: call.time for call in data.dynamics}
     tasks = sorted({time.task for time in times.values()}, key=task_rank)
     rows = []
-    for scene, variant, precision in sorted(
-        {key[:3] for key in times}, key=lambda key: (scene_size(key[0]), *key)
-    ):
+    for scene, variant, precision in sorted({key[:3] for key in times}, key=_plain_first):
         plain = times.get((scene, PLAIN, precision, ONE_STATE))
         row = [scene, variant, precision]
         for task in tasks:
@@ -41,3 +39,8 @@ def section(data: Data) -> Section | None:
             )
         ],
     )
+
+
+def _plain_first(key: tuple[str, str, str]) -> tuple:
+    scene, variant, precision = key
+    return scene_size(scene), scene, variant != PLAIN, variant, precision

@@ -46,7 +46,11 @@ def section(data: Data) -> Section | None:
             "limits, damping, actuators and constraints switched off. The bounds hold in float64; "
             "float32 is listed without one."
         ],
-        tables=[overview, _variants([(title(robot), robot) for robot in robots])],
+        tables=[
+            overview,
+            _masses([(title(robot), robot) for robot in robots]),
+            _variants([(title(robot), robot) for robot in robots]),
+        ],
     )
 
 
@@ -77,6 +81,21 @@ def _overview(title: str, robot: dict) -> list:
         worst["variant"] if worst else "–",
         Verdict(_passes(robot)),
     ]
+
+
+def _masses(robots: list[tuple[str, dict]]) -> Table:
+    rows = [
+        [title, one["variant"], *(error_text(one["mass"][name]) for name in ("max", "median"))]
+        for title, robot in robots
+        for one in robot["mass_variants"]
+    ]
+    return Table(
+        "The mass matrix by every variant that gives it, in float64",
+        ["Scene", "Variant", "M: largest", "Median"],
+        rows,
+        "llrr",
+        folded=True,
+    )
 
 
 def _variants(robots: list[tuple[str, dict]]) -> Table:

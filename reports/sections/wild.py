@@ -7,7 +7,7 @@ from claims.detection import FACTOR, within_factor
 from claims.dynamics import HARM, LAW, harmed_by_refinement
 from data import Data
 from section import Choice, Section, Table
-from stress import U, WILD, Stress
+from stress import U, Stress
 from text import share_text, task_text
 
 QUANTILES = (0.5, 0.9, 0.99, 1)
@@ -17,7 +17,7 @@ TASKS = ("white", "random", "dynamics")  # white innovations are fair to all sca
 
 
 def section(data: Data) -> Section | None:
-    wild = data.stress.where(family=WILD)
+    wild = data.stress.where(family=data.laboratory.wild)
     tasks = [task for task in TASKS if len(wild.where(task=task))]
     if not tasks:
         return None

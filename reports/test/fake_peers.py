@@ -13,9 +13,9 @@ TASKS = {  # time in ns and its order of a peer at 7 degrees of freedom
     "derivatives": (3000, 2),
 }
 OURS = {  # how many times faster than that
-    "Structured": 2.75,
-    "Structured@clang": 2.8,
-    "StructuredSquareRoot": 1.4,
+    "Fast<Conventional>": 2.75,
+    "Fast<Conventional>@clang": 2.8,
+    "Fast<SquareRoot>": 1.4,
     "Sequential<Conventional>": 0.6,
 }
 PEERS = {
@@ -27,7 +27,7 @@ PEERS = {
     "KDL": 0.3,
 }
 WITHOUT = [  # variant and tasks that it does not have
-    ("StructuredSquareRoot", ["mass", "inverse", "derivatives"]),
+    ("Fast<SquareRoot>", ["mass", "inverse", "derivatives"]),
     ("Sequential<Conventional>", ["derivatives"]),
     ("MuJoCo", ["derivatives"]),
     ("DART", ["derivatives"]),
@@ -63,7 +63,7 @@ def _seconds(task: str, n: int, dice: random.Random) -> float:
 def _call(task, variant, scene, precision, seconds, dice) -> list[dict]:
     name = f"{task}/{variant}/{scene}/{precision}"
     counters = {}
-    if variant.startswith("Structured"):
+    if variant.startswith("Fast<"):
         flops = FLOPS * int(scene.split(":")[1])
         counters = {"flops": flops, "FLOP/s": flops / seconds}
     return _aggregates(name, 1e9 * seconds, "ns", dice, **counters)
@@ -72,7 +72,7 @@ def _call(task, variant, scene, precision, seconds, dice) -> list[dict]:
 def _batch(variant, scene, precision, seconds, dice) -> list[dict]:
     """`seconds` is the time of one state alone in float64; peers know no batches."""
     counters = {"s/state": seconds}
-    if variant.startswith("Structured"):
+    if variant.startswith("Fast<"):
         per_state = seconds / (5.4 if precision == "float64" else 10.5)
         flops = FLOPS * int(scene.split(":")[1])
         counters = {"flops": flops, "FLOP/s": flops / per_state, "s/state": per_state}
@@ -102,7 +102,7 @@ def peers(scene: str) -> list[dict]:
                 continue
             rows += _call(task, variant, scene, "float64", seconds, dice)
             if task == "acceleration":
-                for precision in PEAK if variant.startswith("Structured") else ["float64"]:
+                for precision in PEAK if variant.startswith("Fast<") else ["float64"]:
                     rows += _batch(variant, scene, precision, seconds, dice)
     return rows
 
@@ -111,7 +111,7 @@ def dynamics(scene: str) -> list[dict]:
     """Google Benchmark's rows."""
     dice = random.Random(f"dynamics {scene}")
     rows = []
-    for variant in ("Structured", "StructuredSquareRoot", "Sequential<Conventional>"):
+    for variant in ("Fast<Conventional>", "Fast<SquareRoot>", "Sequential<Conventional>"):
         for precision in PEAK:
             seconds = _seconds("acceleration", int(scene.split(":")[1]), dice) / OURS[variant]
             rows += _call("acceleration", variant, scene, precision, seconds, dice)
@@ -122,7 +122,7 @@ def batch(scene: str) -> list[dict]:
     """Google Benchmark's rows."""
     dice = random.Random(f"batch {scene}")
     rows = []
-    for variant in ("Structured", "StructuredSquareRoot"):
+    for variant in ("Fast<Conventional>", "Fast<SquareRoot>"):
         for precision in PEAK:
             seconds = _seconds("acceleration", int(scene.split(":")[1]), dice) / OURS[variant]
             rows += _batch(variant, scene, precision, seconds, dice)

@@ -26,23 +26,44 @@ VARIANTS = [
     *(f"Refined<{variant}>" for variant in (CHOLESKY, "Sequential<Conventional>")),
     "Refined<Sequential<ArrayMGS>>",
 ]
+CONTENDERS = [
+    CHOLESKY,
+    "Sequential<Conventional>",
+    "Sequential<ArrayMGS>",
+    "FactoredBias<ArrayGivens>",
+]
 INVERTING = [CHOLESKY, "ClosedForm<Conventional>", "ClosedForm<ArrayMGS>"]
 LENGTHS = [4, 8, 16, 32, 64, 128, 256, 512, 1024]
 RATIOS = [10.0**k for k in range(21)]
-FAMILIES = {  # parameter, description, values
-    "straight": ("N", "a straight chain", LENGTHS),
-    "random_chain": ("N", "joints and links at random", LENGTHS),
-    "heavy_tip": ("mass ratio", "a heavy last link", RATIOS),
-    "heavy_point": ("mass ratio", "a heavy point mass", RATIOS),
-    "heavy_base": ("mass ratio", "a heavy first link", RATIOS),
-    "taper": ("ratio of lengths", "ever smaller links", [1.0, 1e2, 1e4]),
-    "base_offset": ("offset", "the base far away", [10.0**k for k in range(9)]),
-    "axis_gap": ("gap", "nearly coaxial joints", [10.0**-k for k in range(1, 7)]),
-    "non_minimum_phase": ("inertia", "inboard centres of mass", [10.0**-k for k in range(4, 17)]),
-    "non_minimum_phase_length": ("N", "inboard point masses", [4, 8, 16, 32, 64, 96]),
-    "singular_gimbal": ("angle", "a gimbal near its lock", [0.0, 1e-6, 1e-3]),
-    "panda_payload": ("payload, kg", "a Panda with a load", [0.1, 1.0, 10.0]),
-    "wild": ("", "everything at random", [0.0]),
+FAMILIES = {  # kind, parameter, description, values
+    "straight": ("long_chain", "N", "a straight chain", LENGTHS),
+    "random_chain": ("long_chain", "N", "joints and links at random", LENGTHS),
+    "heavy_tip": ("heavy_outboard", "mass ratio", "a heavy last link", RATIOS),
+    "heavy_point": ("heavy_outboard", "mass ratio", "a heavy point mass", RATIOS),
+    "heavy_base": ("heavy_inboard", "mass ratio", "a heavy first link", RATIOS),
+    "taper": ("heavy_inboard", "ratio of lengths", "ever smaller links", [1.0, 1e2, 1e4]),
+    "base_offset": ("uneven_lengths", "offset", "the base far away", [10.0**k for k in range(9)]),
+    "axis_gap": (
+        "near_parallel_axes",
+        "gap",
+        "nearly coaxial joints",
+        [10.0**-k for k in range(1, 7)],
+    ),
+    "non_minimum_phase": (
+        "inboard_com",
+        "inertia",
+        "inboard centres of mass",
+        [10.0**-k for k in range(4, 17)],
+    ),
+    "non_minimum_phase_length": (
+        "inboard_com",
+        "N",
+        "inboard point masses",
+        [4, 8, 16, 32, 64, 96],
+    ),
+    "gimbal_lock": ("singular", "angle", "a gimbal near its lock", [0.0, 1e-6, 1e-3]),
+    "panda_payload": ("robot", "payload, kg", "a Panda with a load", [0.1, 1.0, 10.0]),
+    "wild": ("wild", "", "everything at random", [0.0]),
 }
 WILD_SEEDS = 40
 WORLD = {"Conventional": 2, "Joseph": 4, "ArrayMGS": 1}
@@ -60,7 +81,7 @@ def conditions(family: str, x: float) -> tuple[float, float]:
         return 9 * x, 90.0
     if family == "taper":
         return 20 * x**4, 3.0
-    if family in ("axis_gap", "singular_gimbal"):
+    if family in ("axis_gap", "gimbal_lock"):
         return (40 / x**2, 20 / x**2) if x else (math.inf, math.inf)
     if family.startswith("non_minimum_phase_length"):
         return (7 / 3) ** (2 * x), (7 / 3) ** (2 * x)
@@ -93,7 +114,7 @@ def law(family: str, x: float, precision: str, task: str, variant: str) -> float
         if family == "heavy_point" and update in ("Potter", "ArrayHouseholder"):
             return max(flat, u * math.sqrt(x))
         return max(flat, 5 * u * u * x) if update in ("ArrayMGS", "UD") else flat
-    if family in ("axis_gap", "singular_gimbal") and update != "Zeroed" and x:
+    if family in ("axis_gap", "gimbal_lock") and update != "Zeroed" and x:
         return flat / x
     if family == "non_minimum_phase" and covariance:
         return max(flat, 0.02 * u / x)
@@ -126,7 +147,7 @@ def record(family, x, seed, precision, task, variant) -> dict:
         "kS": "" if task == "inverse" else KS,
         "variant": variant,
     }
-    if family == "singular_gimbal" and x == 0:
+    if family == "gimbal_lock" and x == 0:
         return row | {"status": "ok" if variant == CHOLESKY else "singular"}
     scatter = SCATTER.get(seed, 1 + seed % 7)
     relative = law(family, x, precision, task, variant) * scatter
@@ -154,7 +175,7 @@ def record(family, x, seed, precision, task, variant) -> dict:
 def records() -> list[dict]:
     return [
         record(family, x, seed, precision, task, variant)
-        for family, (_, _, values) in FAMILIES.items()
+        for family, (*_, values) in FAMILIES.items()
         for task, variants in tasks(family).items()
         for x in values
         for precision in U
@@ -183,13 +204,37 @@ def described() -> dict:
         "families": [
             {
                 "name": name,
+                "kind": kind,
                 "parameter": parameter,
                 "describes": text,
-                "singular": name.startswith("singular_"),
+                "singular": kind == "singular",
             }
-            for name, (parameter, text, _) in FAMILIES.items()
+            for name, (kind, parameter, text, _) in FAMILIES.items()
         ],
-        "variants": [{"name": name, "equation": "(3.6)"} for name in VARIANTS],
+        "variants": [variant(name) for name in dict.fromkeys([*VARIANTS, *INVERTING])],
+    }
+
+
+def variant(name: str) -> dict:
+    """As the registry says it of the real ones."""
+    kinds = {
+        "Batch": "batch",
+        "Sequential": "sequential",
+        "FactoredBias": "factored_bias",
+        "ClosedForm": "closed_form",
+        "Refined": "refined",
+    }
+    kind = kinds[name.split("<")[0]]
+    return {
+        "name": name,
+        "equation": "(3.6)",
+        "kind": kind,
+        "contender": name in CONTENDERS,
+        "in_world_frame": "World" in name,
+        "dense": kind in ("batch", "closed_form"),
+        "mixed_precision": False,
+        "form": None,
+        "citation": "a paper",
     }
 
 

@@ -15,6 +15,7 @@ ROBOT = {
     "scene": "panda:7",
     "states": 100,
     "mass": {"max": 1e-15, "median": 1e-16, "bound": 1e-13},
+    "mass_variants": [{"variant": "CRBA", "mass": {"max": 1e-15, "median": 1e-16}}],
     "variants": [],
     "pass": True,
 }
@@ -149,7 +150,7 @@ def test_times_of_the_recursions_are_no_times_of_scenes(read):
     assert data.all_contexts == [{"cpu": "one"}]
 
 
-def fast(name="acceleration_batch/Structured/g1:35/float64", **row):
+def fast(name="acceleration_batch/Fast<Conventional>/g1:35/float64", **row):
     """A call of 1000 states during which other programs had the processor half of the time."""
     return timed(name, real_time=50.0, cpu_time=25.0, time_unit="us", **row)
 
@@ -164,13 +165,13 @@ def test_a_call_has_its_counters_and_the_peak_of_its_precision(read):
     data = read("peers-g1.json", {"context": {"peers": "KDL 1"}, "benchmarks": rows})
     (call,) = data.peers
     assert (call.flops, call.rate, call.peak) == (15e3, 3e10, 6e10)
-    assert call.time[:4] == ("g1:35", "Structured", "float64", "acceleration_batch")
+    assert call.time[:4] == ("g1:35", "Fast<Conventional>", "float64", "acceleration_batch")
     assert call.time.nanoseconds == pytest.approx(50)  # by the state, as long as it took
     assert (data.times, data.scenes, data.all_contexts) == ([], [], [{"peers": "KDL 1"}])
 
 
 def test_a_counter_of_real_time_is_taken_for_it(read):
-    name = "acceleration_batch/Structured/g1:35/float64/real_time"
+    name = "acceleration_batch/Fast<Conventional>/g1:35/float64/real_time"
     (call,) = read("peers-g1.json", {"benchmarks": [fast(name) | {"s/state": 5e-8}]}).peers
     assert call.time.nanoseconds == pytest.approx(50)
 
@@ -235,6 +236,11 @@ def test_given_files_are_the_only_ones_read(read, tmp_path):
         ("times-a.json", {"benchmarks": [timed(time_unit="h")]}, "is in 'h'"),
         ("mujoco-a.json", {"robots": []}, "no data"),
         ("mujoco-a.json", {"mujoco": "4", "robots": [{"scene": "panda:7"}]}, "'mass' is missing"),
+        (
+            "mujoco-a.json",
+            {"mujoco": "4", "robots": [ROBOT | {"mass_variants": [{"variant": "CRBA"}]}]},
+            "'mass' is missing",
+        ),
         ("mujoco-a.json", {"mujoco": "4", "robots": [ROBOT, ROBOT]}, "recorded 2 times"),
         ("paper-a.json", {"scene": "chain:6"}, "not a record of the paper: 'precisions'"),
         ("paper-a.json", [], "paper-a.json: not a record of the paper"),

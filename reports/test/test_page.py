@@ -279,7 +279,7 @@ def test_bars_stand_out_on_either_page(page):
 def test_times_against_n_have_peers_beside_ours(page):
     show(page, SIZE, "derivatives/time")
     panel = figure(page, SIZE, "chain: time")
-    for variant in ("Structured", "Pinocchio<LOCAL>@clang"):
+    for variant in ("Fast<Conventional>", "Pinocchio<LOCAL>@clang"):
         expect(marks(panel, f"variant: {variant};")).to_have_count(3)
     show(page, SIZE, "acceleration/energy")  # a measure that peers do not have
     expect(marks(panel, "variant: Batch<EigenLLT>;")).not_to_have_count(0)
@@ -345,6 +345,11 @@ def test_dark_mode_turns_page_and_charts_at_once(page):
         brightness(page, text, "fill" if "chart" in text else "color") > 0.7 for text in texts
     )
     assert brightness(page, mark, "fill") > light
+
+
+def test_masses_of_every_variant_stand_in_a_table(page):
+    table = page.locator("table", has_text="The mass matrix by every variant")
+    assert "1.5e-16" in table.text_content()
 
 
 def test_figures_tables_and_lists_have_names(page):

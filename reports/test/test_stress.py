@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 
 import fake_stress
 import pytest
@@ -40,6 +41,9 @@ def line(**changed) -> str:
 def read(tmp_path):
     def read(*lines: str, name: str = "stress-0.csv", header: str = HEADER) -> Data:
         (tmp_path / name).write_text("\n".join([header, *lines, ""]))
+        listed = tmp_path / "families-stress.json"
+        if not listed.exists():
+            listed.write_text(json.dumps(fake_stress.described()))
         return load(tmp_path)
 
     return read
@@ -115,7 +119,7 @@ def test_no_row_is_no_data(read):
 
 
 def test_a_singular_mechanism_may_be_answered_without_a_right_answer(read):
-    row = line(family="singular_gimbal", value=0, relative="", eta="")
+    row = line(family="gimbal_lock", value=0, relative="", eta="")
     lab = read(row).laboratory
     assert lab.points == [] and len(lab.impossible) == 1
 
@@ -134,12 +138,18 @@ def test_a_malformed_integration_is_refused(read, row, message):
         read(row, name="integration-0.csv", header=",".join(INTEGRATION_COLUMNS))
 
 
+FAMILY = fake_stress.described()["families"][0]
+
+
 @pytest.mark.parametrize(
     "change, message",
     [
-        ({"families": [{"name": "a"}]}, "'parameter' is missing"),
+        ({"families": [{"name": "a"}]}, "'kind' is missing"),
+        ({"families": [FAMILY | {"singular": "no"}]}, "singular of straight is 'no'"),
+        ({"families": [FAMILY]}, "'heavy_tip' stands in no families-"),
         ({"families": 2 * fake_stress.described()["families"][:1]}, "family of straight.*2 times"),
         ({"variants": [{"name": "a"}]}, "'equation' is missing"),
+        ({"variants": 2 * [fake_stress.variant(MGS)]}, "variant of Sequential.*2 times"),
     ],
 )
 def test_a_malformed_list_of_families_is_refused(read, tmp_path, change, message):
@@ -197,18 +207,26 @@ def test_some_bad_seed_is_marked(read):
     assert "14.7*" in digits._cell(series)
 
 
-def test_many_variants_are_grouped_and_contenders_come_first():
-    groups = digits.grouped(sorted([*fake_stress.VARIANTS, *fake_stress.INVERTING[1:]]))
+def test_stress_without_its_families_is_refused(tmp_path):
+    (tmp_path / "stress-0.csv").write_text("\n".join([HEADER, line(), ""]))
+    with pytest.raises(DataError, match="'heavy_tip' stands in no .*stress --list --json FILE"):
+        load(tmp_path)
+
+
+def test_many_variants_are_grouped_and_contenders_come_first(confirmed):
+    variants = [*fake_stress.VARIANTS, *fake_stress.INVERTING[1:], "New<Thing>"]
+    groups = digits.grouped(sorted(variants), confirmed.laboratory.known)
     assert list(groups) == [
         "Contenders",
         "Filters",
         "Closed form",
         "Batch",
-        "Filters in other frames",
         "Refined and mixed precision",
+        "Filters in other frames",
+        "Others",
     ]
     assert groups["Filters in other frames"][0] == "Sequential<WorldOrigin<ArrayMGS>>"
-    assert digits.grouped(["A", "B"]) == {"All": ["A", "B"]}
+    assert digits.grouped(["A", "B"], {}) == {"All": ["A", "B"]}
 
 
 def wild_rows(read, **by_seed):
@@ -280,11 +298,20 @@ def test_the_cheapest_of_those_within_the_digits_is_named():
     assert choosing._cheapest(found, lambda c: c.error <= 1e-16) == "none"
 
 
-def test_kinds_are_by_the_longest_start_of_a_name():
-    assert choosing.kind_of("inverse_taper") == "Heavy outboard of light: payloads, feet"
-    assert choosing.kind_of("taper") == "Heavy inboard or mixed masses"
-    assert choosing.kind_of("random_tree") == "Trees and floating bases"
-    assert choosing.kind_of("panda_payload") == choosing.OTHERS
+def test_families_are_together_by_their_kind(confirmed):
+    (table,) = choosing.section(confirmed).tables
+    kinds = [re.match("[^<]*", str(row[0]))[0] for row in table.rows]
+    assert kinds == [
+        "Long arms",
+        "Heavy outboard of light: payloads, feet",
+        "Heavy inboard or mixed masses",
+        "Lengths and offsets of all sizes",
+        "Nearly parallel axes",
+        "Centres of mass inboard",
+        "Drawn at random",
+        "Nearly singular, massless bodies",
+        "Robots",
+    ]
 
 
 def test_without_times_the_choice_says_so(confirmed):

@@ -6,8 +6,8 @@
 #include <memory>
 #include <string>
 
+#include "algorithms/fast/covariance/rounding_growth.hpp"
 #include "algorithms/model/mass_matrix.hpp"
-#include "algorithms/structured/rounding_growth.hpp"
 #include "robots/inventory.hpp"
 #include "robots/mujoco_shim.hpp"
 #include "robots/names.hpp"
@@ -92,7 +92,7 @@ TEST_P(ShippedScene, HasMujocosSiteJacobians) {
 template <class T>
 bool errors_grow(const Model<double>& exact) {
   const Model<T> model = exact.cast<T>();
-  const StructuredModel<T> structured(model);
+  const LoweredModel<T> structured(model);
   return RoundingGrowth<T>(model, structured).grows();
 }
 
