@@ -62,13 +62,17 @@ std::vector<Family> families_and_long_chain() {
   return all;
 }
 
-// Geometric mean of the ratio of the errors, and the largest error in units of the roundoff.
+// Geometric mean of the ratio of the errors, and the largest ones in units of the roundoff. The
+// logarithm of one state's ratio has a standard deviation of 0.2 to 0.6 whatever the compiler and
+// the lanes, its mean over 40 states one of 0.1: a bound of 1.7 stands 3 to 5 of them above what
+// families have (0.5 to 1.1 in 400 states; 1.3 massless_links).
 struct Judgement {
-  double log_ratio = 0, worst = 0;
+  double log_ratio = 0, worst = 0, their_worst = 0;
 
   void see(double mine, double theirs) {
     log_ratio += std::log((mine + 0.1) / (theirs + 0.1));
     worst = std::max(worst, mine);
+    their_worst = std::max(their_worst, theirs);
   }
 };
 
@@ -89,14 +93,18 @@ void expect_accurate(int seeds) {
                   truth.inverse(conventional_inverse<T>(model, q)) / u);
       mass.see(truth.mass(fast_mass(robot, q)) / u, truth.mass(plain_mass<T>(model, q)) / u);
     }
-    // Near gimbal lock (massless_links) M^-1 loses what the condition of M allows.
+    // Near gimbal lock (massless_links), and in some state of many, M^-1 loses what the condition
+    // of M allows: as the plain filter does there.
     const bool locks = std::string(family.name) == "massless_links";
-    EXPECT_LE(inverse.worst, locks ? 1600 : is_long ? 500 : 80) << family.name;
+    const double allowed = locks ? 1600 : is_long ? 500 : 80;
+    EXPECT_LE(inverse.worst, std::max(allowed, 1.7 * inverse.their_worst)) << family.name;
     EXPECT_LE(mass.worst, is_long ? 250 : 80) << family.name;
     EXPECT_LE(std::exp(inverse.log_ratio / count), 1.7) << family.name;
     EXPECT_LE(std::exp(mass.log_ratio / count), 1.7) << family.name;
     const std::string name = family.name;
     testing::Test::RecordProperty(name + "_inverse_in_u", std::to_string(inverse.worst));
+    testing::Test::RecordProperty(name + "_inverse_of_plain_in_u",
+                                  std::to_string(inverse.their_worst));
     testing::Test::RecordProperty(name + "_mass_in_u", std::to_string(mass.worst));
     testing::Test::RecordProperty(name + "_inverse_ratio",
                                   std::to_string(std::exp(inverse.log_ratio / count)));
@@ -105,8 +113,8 @@ void expect_accurate(int seeds) {
   }
 }
 
-TEST(InverseMass, Float64AgreesWithTruthAsWellAsConventional) { expect_accurate<double>(5); }
-TEST(InverseMass, Float32AgreesWithTruthAsWellAsConventional) { expect_accurate<float>(5); }
+TEST(InverseMass, Float64AgreesWithTruthAsWellAsConventional) { expect_accurate<double>(40); }
+TEST(InverseMass, Float32AgreesWithTruthAsWellAsConventional) { expect_accurate<float>(40); }
 
 template <class T>
 class Inverses : public testing::Test {};
