@@ -56,8 +56,8 @@ void expect_accurate(int seeds) {
   }
 }
 
-TEST(ForwardDynamics, Float64AgreesWithTruthAsWellAsConventional) { expect_accurate<double>(10); }
-TEST(ForwardDynamics, Float32AgreesWithTruthAsWellAsConventional) { expect_accurate<float>(10); }
+TEST(ForwardDynamics, Float64AgreesWithTruthAsWellAsConventional) { expect_accurate<double>(40); }
+TEST(ForwardDynamics, Float32AgreesWithTruthAsWellAsConventional) { expect_accurate<float>(40); }
 
 template <class T>
 class Batches : public testing::Test {};

@@ -47,10 +47,10 @@ void expect_accurate_torques(int seeds) {
 }
 
 TEST(InverseDynamics, Float64AgreesWithTruthAsWellAsNewtonAndEuler) {
-  expect_accurate_torques<double>(10);
+  expect_accurate_torques<double>(40);
 }
 TEST(InverseDynamics, Float32AgreesWithTruthAsWellAsNewtonAndEuler) {
-  expect_accurate_torques<float>(10);
+  expect_accurate_torques<float>(40);
 }
 
 TEST(InverseDynamics, ForwardDynamicsGiveTheAccelerationBack) {
