@@ -17,6 +17,7 @@
 #include "algorithms/derivatives/innovation_jacobian.hpp"
 #include "algorithms/derivatives/mass_jacobian.hpp"
 #include "algorithms/inverse_mass/sequential.hpp"
+#include "algorithms/model/mass_matrix.hpp"
 
 namespace kalmarm {
 namespace {

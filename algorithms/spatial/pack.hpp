@@ -197,10 +197,6 @@ P interleave(const P& a, const P& b, std::integer_sequence<int, i...>) {
   return P::of(__builtin_shufflevector(a.v, b.v, (first + i / 2 + (i % 2) * n)...));
 }
 
-}  // namespace detail
-
-namespace detail {
-
 // Lane i - step, 0 in the first ones.
 template <class P, int step, int... i>
 P delayed(const P& x, std::integer_sequence<int, i...>) {

@@ -1,5 +1,5 @@
-// Packs of SIMD lanes: sine and cosine, the reciprocal, and rows that are turned into lanes and
-// back.
+// Packs of SIMD lanes, of a register and wider ones: sine and cosine, the reciprocal, sums over
+// lanes, and rows that are turned into lanes and back.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -83,6 +83,95 @@ TEST(SinCos, ZeroIsExactAndNanIsKept) {
     sin_cos(WidePack<double>(x), s, c);
     EXPECT_TRUE(std::isnan(s[0]) && std::isnan(c[0])) << x;
   }
+}
+
+template <class S, int registers>
+using PackOf = Pack<S, registers * Lanes<WidePack<S>>::count>;
+
+template <class P>
+class PacksOfRegisters : public testing::Test {};
+
+using OneToFourRegisters = testing::Types<PackOf<float, 1>, PackOf<double, 1>, PackOf<float, 2>,
+                                          PackOf<double, 2>, PackOf<float, 4>, PackOf<double, 4>>;
+TYPED_TEST_SUITE(PacksOfRegisters, OneToFourRegisters);
+
+// Lane i of row r: n r + i + 1.
+template <class P>
+P numbered(int row = 0) {
+  constexpr int n = Lanes<P>::count;
+  P out;
+  for (int i = 0; i < n; ++i) out.set(i, typename Lanes<P>::Scalar(n * row + i + 1));
+  return out;
+}
+
+TYPED_TEST(PacksOfRegisters, TransposeSwapsRowsAndLanes) {
+  constexpr int n = Lanes<TypeParam>::count;
+  TypeParam rows[n];
+  for (int i = 0; i < n; ++i) rows[i] = numbered<TypeParam>(i);
+  transpose(rows);
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j) ASSERT_EQ(rows[i][j], n * j + i + 1) << i << ", " << j;
+}
+
+TYPED_TEST(PacksOfRegisters, RunningSumsAreThoseOfTheLanesBefore) {
+  const TypeParam sums = running_sum(numbered<TypeParam>());
+  for (int i = 0; i < Lanes<TypeParam>::count; ++i) EXPECT_EQ(sums[i], (i + 1) * (i + 2) / 2);
+}
+
+TYPED_TEST(PacksOfRegisters, FirstLanesAreReadAndNothingBehindThem) {
+  using T = typename Lanes<TypeParam>::Scalar;
+  constexpr int n = Lanes<TypeParam>::count;
+  for (int count = 1; count <= n; ++count) {
+    std::vector<T> numbers(count);  // of its own length: the address sanitizer watches its end
+    for (int i = 0; i < count; ++i) numbers[i] = T(i + 1);
+    const auto lanes = load_first<TypeParam>(numbers.data(), count);
+    for (int i = 0; i < n; ++i) EXPECT_EQ(lanes[i], i < count ? T(i + 1) : T(0));
+  }
+}
+
+TYPED_TEST(PacksOfRegisters, ArithmeticIsThatOfEachLane) {
+  using T = typename Lanes<TypeParam>::Scalar;
+  const auto a = numbered<TypeParam>(), b = numbered<TypeParam>(3);
+  TypeParam sum = a;
+  sum += b;
+  for (int i = 0; i < Lanes<TypeParam>::count; ++i) {
+    EXPECT_EQ(sum[i], a[i] + b[i]);
+    EXPECT_EQ((a - b)[i], a[i] - b[i]);
+    EXPECT_EQ((a * b)[i], a[i] * b[i]);
+    EXPECT_EQ((a / b)[i], a[i] / b[i]);
+    EXPECT_EQ((-a)[i], -a[i]);
+    EXPECT_EQ(min(a, TypeParam(T(5)))[i], std::min(a[i], T(5)));
+  }
+}
+
+TYPED_TEST(PacksOfRegisters, SineAndCosineAreThoseOfOneRegister) {
+  using T = typename Lanes<TypeParam>::Scalar;
+  using Register = WidePack<T>;
+  constexpr int n = Lanes<TypeParam>::count, lanes = Lanes<Register>::count;
+  Random random(3);
+  T x[n];
+  for (T& angle : x) angle = T(random.uniform(-4, 4));
+  TypeParam sine, cosine;
+  sin_cos(TypeParam::load(x), sine, cosine);
+  for (int i = 0; i < n; ++i) {
+    Register s, c;
+    sin_cos(Register::load(x + i / lanes * lanes), s, c);
+    EXPECT_EQ(sine[i], s[i % lanes]);
+    EXPECT_EQ(cosine[i], c[i % lanes]);
+    EXPECT_EQ(piece<lanes>(sine, i / lanes)[i % lanes], sine[i]);
+  }
+}
+
+TYPED_TEST(PacksOfRegisters, TinyNumbersBecomeZeroInTheirLanesAlone) {
+  using T = typename Lanes<TypeParam>::Scalar;
+  for (int tiny = 0; tiny < Lanes<TypeParam>::count; ++tiny)
+    for (const T sign : {T(-1), T(1)}) {
+      auto x = numbered<TypeParam>();
+      x.set(tiny, sign * std::numeric_limits<T>::min());
+      const TypeParam kept = without_tiny(x);
+      for (int i = 0; i < Lanes<TypeParam>::count; ++i)
+        EXPECT_EQ(kept[i], i == tiny ? T(0) : T(i + 1));
+    }
 }
 
 // In tiles, in a last tile that overlaps, in rows shorter than a tile, and where rows are missing.
