@@ -62,17 +62,18 @@ std::vector<Family> families_and_long_chain() {
   return all;
 }
 
-// Geometric mean of the ratio of the errors, and the largest ones in units of the roundoff. The
-// logarithm of one state's ratio has a standard deviation of 0.2 to 0.6 whatever the compiler and
-// the lanes, its mean over 40 states one of 0.1: a bound of 1.7 stands 3 to 5 of them above what
-// families have (0.5 to 1.1 in 400 states; 1.3 massless_links).
+// Errors in units of the roundoff, beside the plain filter's. The logarithm of one state's ratio has
+// a standard deviation of 0.2 to 0.6 whatever the compiler and the lanes, its mean over 40 states
+// one of 0.1: a bound of 1.7 stands 3 to 5 of them above what families have (0.5 to 1.1 in 400
+// states; 1.3 massless_links). One state may lose more than a family is allowed where the plain
+// filter loses it too, by the condition of M: within exp(3 0.6) = 6 times.
 struct Judgement {
-  double log_ratio = 0, worst = 0, their_worst = 0;
+  double allowed, log_ratio = 0, worst = 0;
 
   void see(double mine, double theirs) {
     log_ratio += std::log((mine + 0.1) / (theirs + 0.1));
     worst = std::max(worst, mine);
-    their_worst = std::max(their_worst, theirs);
+    EXPECT_LE(mine, std::max(allowed, 6 * theirs));
   }
 };
 
@@ -82,8 +83,12 @@ void expect_accurate(int seeds) {
   for (const Family& family : families_and_long_chain()) {
     const bool is_long = std::string(family.name) == "long_chain";
     const int count = is_long ? std::min(seeds, 3) : seeds;  // its truth takes seconds
-    Judgement inverse, mass;
+    // Near gimbal lock (massless_links) M^-1 loses what the condition of M allows.
+    const bool locks = std::string(family.name) == "massless_links";
+    Judgement inverse{.allowed = locks ? 1600.0 : is_long ? 500.0 : 80.0};
+    Judgement mass{.allowed = is_long ? 250.0 : 80.0};
     for (int seed = 0; seed < count; ++seed) {
+      SCOPED_TRACE(family.name + (" seed " + std::to_string(seed)));
       const Model<double> drawn = family.make(seed), model = rounded<T>(drawn);
       const State<T> state = random_state(drawn, seed + 1000).template cast<T>();
       const VectorX<T>& q = state.q;
@@ -93,18 +98,10 @@ void expect_accurate(int seeds) {
                   truth.inverse(conventional_inverse<T>(model, q)) / u);
       mass.see(truth.mass(fast_mass(robot, q)) / u, truth.mass(plain_mass<T>(model, q)) / u);
     }
-    // Near gimbal lock (massless_links), and in some state of many, M^-1 loses what the condition
-    // of M allows: as the plain filter does there.
-    const bool locks = std::string(family.name) == "massless_links";
-    const double allowed = locks ? 1600 : is_long ? 500 : 80;
-    EXPECT_LE(inverse.worst, std::max(allowed, 1.7 * inverse.their_worst)) << family.name;
-    EXPECT_LE(mass.worst, is_long ? 250 : 80) << family.name;
     EXPECT_LE(std::exp(inverse.log_ratio / count), 1.7) << family.name;
     EXPECT_LE(std::exp(mass.log_ratio / count), 1.7) << family.name;
     const std::string name = family.name;
     testing::Test::RecordProperty(name + "_inverse_in_u", std::to_string(inverse.worst));
-    testing::Test::RecordProperty(name + "_inverse_of_plain_in_u",
-                                  std::to_string(inverse.their_worst));
     testing::Test::RecordProperty(name + "_mass_in_u", std::to_string(mass.worst));
     testing::Test::RecordProperty(name + "_inverse_ratio",
                                   std::to_string(std::exp(inverse.log_ratio / count)));
