@@ -19,7 +19,7 @@ class SpatialEngine final : public CommonEngine<S> {
       : CommonEngine<S>(robot, options),
         robot_(robot),
         rows_wanted_(options.wants(Want::acceleration)),
-        grows_(F::form == Form::conventional && RoundingGrowth<S>(model(), lowered()).grows()),
+        grows_(F::form == Form::conventional && RoundingGrowth<S>(model()).grows()),
         guard_(robot, lowered(), grows_) {
     const auto wants = [&](Want want) { return options.wants(want); };
     const bool selects = options.selection.size() > 0;

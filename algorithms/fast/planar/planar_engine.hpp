@@ -164,7 +164,7 @@ class PlanarEngine final : public CommonEngine<T> {
         paths_(model_, options.wants(Want::inverse) ? model_.nv() : 0, lanes),
         all_(model_.nv(), 1),
         covariances_(model_.branch_count()),
-        guard_(robot, this->lowered(), RoundingGrowth<T>(this->model(), this->lowered()).grows()) {
+        guard_(robot, this->lowered(), RoundingGrowth<T>(this->model()).grows()) {
     assert(static_cast<int>(plane.home.size()) == this->lowered().nv());
     rows_.want = {Want::acceleration};
     if (options.wants(Want::inverse)) in_plane_.resize(model_.nv(), model_.nv());

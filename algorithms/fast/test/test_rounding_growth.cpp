@@ -40,9 +40,7 @@ Model<double> com_inboard(int n) {
 
 template <class T>
 bool errors_grow(const Model<double>& drawn) {
-  const Model<T> model = drawn.cast<T>();
-  const LoweredModel<T> lowered(model);
-  return RoundingGrowth<T>(model, lowered).grows();
+  return RoundingGrowth<T>(drawn.cast<T>()).grows();
 }
 
 // a is right to 1 per cent, or the outcome says that it may not be. Counts what it says.
@@ -71,7 +69,7 @@ TEST(RoundingGrowth, MassesThatGrowToTheTipAreNeverAnsweredWrongInSilence) {
 
 TEST(RoundingGrowth, CentresOfMassNearTheBaseAreNeverAnsweredWrongInSilence) {
   int told32 = 0, told64 = 0;
-  for (int n = 4; n <= 64; n += 4) {
+  for (int n = 4; n <= 64; ++n) {
     SCOPED_TRACE(n);
     const Model<double> model = com_inboard(n);
     State<double> state = random_state(model, n);
@@ -79,9 +77,9 @@ TEST(RoundingGrowth, CentresOfMassNearTheBaseAreNeverAnsweredWrongInSilence) {
     expect_no_silent_error<float>(model, state, told32);
     expect_no_silent_error<double>(model, state, told64);
   }
-  EXPECT_GE(told32, 8);
-  EXPECT_GE(told64, 4);
-  EXPECT_LE(told64, 12) << "is there anything that it answers?";
+  EXPECT_GE(told32, 30);
+  EXPECT_GE(told64, 15);
+  EXPECT_LE(told64, 46) << "is there anything that it answers?";
 }
 
 TEST(RoundingGrowth, GrowsWithTheMassAtTheTipAndInFloat32First) {
