@@ -1,6 +1,14 @@
 "use strict";
 
 const read = (node) => JSON.parse(node.textContent);
+
+/** What the page carries as gzip in base64, since it would be six times as large. */
+async function unpack(node) {
+  const bytes = Uint8Array.from(atob(node.textContent), (letter) => letter.charCodeAt(0));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
+  return new Response(stream).text();
+}
+
 const theme = read(document.getElementById("theme"));
 
 /** The parameters that legend and choices around a figure ask for. */
@@ -40,7 +48,7 @@ function listNumbers(figure, rows, columns) {
 }
 
 async function draw(figure) {
-  const spec = read(figure.querySelector(".spec"));
+  const spec = JSON.parse(await unpack(figure.querySelector(".spec")));
   const columns = read(figure.querySelector(".columns"));
   const rows = Object.values(spec.datasets).flat().filter((row) => "scene" in row);
   const numbers = figure.querySelector(".numbers");
@@ -113,7 +121,16 @@ function hideNumbers() {
   document.getElementById("vg-tooltip-element")?.classList.remove("visible");
 }
 
-Promise.all([...document.querySelectorAll("figure")].map(draw)).then(() => {
+/** Defines vegaEmbed. */
+async function loadBundle() {
+  const script = document.createElement("script");
+  script.textContent = await unpack(document.getElementById("bundle"));
+  document.head.append(script);
+}
+
+async function start() {
+  await loadBundle();
+  await Promise.all([...document.querySelectorAll("figure")].map(draw));
   document.querySelectorAll("section").forEach(trimLegend);
   for (const select of document.querySelectorAll("select")) {
     select.addEventListener("change", () => updateAround(select));
@@ -131,4 +148,6 @@ Promise.all([...document.querySelectorAll("figure")].map(draw)).then(() => {
   });
   document.addEventListener("touchmove", hideNumbers, { passive: true });
   document.body.dataset.drawn = "yes"; // what a test waits for
-});
+}
+
+start();
