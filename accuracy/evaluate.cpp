@@ -17,6 +17,7 @@
 #include "accuracy/evaluation.hpp"
 #include "accuracy/plan_loss.hpp"
 #include "accuracy/programs/command_line.hpp"
+#include "accuracy/programs/open_scene.hpp"
 #include "accuracy/programs/output_file.hpp"
 #include "accuracy/programs/progress.hpp"
 #include "accuracy/real.hpp"
@@ -155,7 +156,7 @@ int run(const Options& options) {
   if (options.by.variant.empty()) throw InputError("--variant is required; --list prints them");
   if (options.out.empty()) throw InputError("--out is required");
 
-  const Scene scene = load_scene(options.scene);
+  const Scene scene = open_scene(options.scene);
   const Question question = question_of(scene, options.question);
   std::vector<State> states;
   if (!options.states.empty()) {

@@ -9,6 +9,7 @@
 
 #include "accuracy/plan_loss.hpp"
 #include "accuracy/programs/command_line.hpp"
+#include "accuracy/programs/open_scene.hpp"
 #include "accuracy/programs/output_file.hpp"
 #include "algorithms/fast/lowering/zero_terms.hpp"
 #include "algorithms/questions/flops.hpp"
@@ -231,7 +232,7 @@ void print(const json& plan) {
 }
 
 int run(const Options& options) {
-  const json plan = describe(options, load_scene(options.scene));
+  const json plan = describe(options, open_scene(options.scene));
   if (options.json_file != "-") print(plan);
   if (!options.json_file.empty()) write_json(options.json_file, plan.dump(2) + "\n");
   return 0;

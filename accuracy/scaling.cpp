@@ -15,12 +15,12 @@
 #include "accuracy/csv.hpp"
 #include "accuracy/measures.hpp"
 #include "accuracy/programs/command_line.hpp"
+#include "accuracy/programs/open_scene.hpp"
 #include "accuracy/programs/output_file.hpp"
 #include "accuracy/programs/progress.hpp"
 #include "accuracy/truth_cache.hpp"
 #include "algorithms/solver.hpp"
 #include "robots/mujoco_solver.hpp"
-#include "robots/scene.hpp"
 
 namespace kalmarm {
 namespace {
@@ -178,7 +178,7 @@ int main(int argc, char** argv) {
   return run_program(app, argc, argv, [&] {
     std::vector<Scene> scenes;
     for (const std::string& name : names) {
-      scenes.push_back(load_scene(name));
+      scenes.push_back(open_scene(name));
       if (const int nv = scenes.back().model.nv(); nv > largest)
         throw InputError("scene '" + name + "' has " + std::to_string(nv) +
                          " degrees of freedom; truth is worked out up to " +

@@ -14,6 +14,7 @@
 #include <thread>
 #include <vector>
 
+#include "accuracy/programs/open_scene.hpp"
 #include "algorithms/model/plain.hpp"
 #include "algorithms/questions/flops.hpp"
 #include "algorithms/solver.hpp"
@@ -74,7 +75,7 @@ void add_all(std::shared_ptr<const Case> c) {
 
 void add_scenes(const std::vector<std::string>& scenes, std::uint64_t seed) {
   for (const std::string& what : scenes) {
-    const auto c = std::make_shared<const Case>(load_scene(what), seed);
+    const auto c = std::make_shared<const Case>(open_scene(what), seed);
     add_all<double>(c);
     add_all<float>(c);
   }

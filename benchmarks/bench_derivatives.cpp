@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "accuracy/programs/open_scene.hpp"
 #include "algorithms/model/plain.hpp"
 #include "benchmarks/case.hpp"
 #include "benchmarks/derivative_check.hpp"
@@ -137,7 +138,7 @@ void add_all(std::shared_ptr<const Case> c) {
 
 void add_scenes(const std::vector<std::string>& scenes, std::uint64_t seed) {
   for (const std::string& what : scenes) {
-    const auto c = std::make_shared<const Case>(load_scene(what), seed);
+    const auto c = std::make_shared<const Case>(open_scene(what), seed);
     add_all<double>(c);
     add_all<float>(c);
     add_inertial_jacobians(c);

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "accuracy/programs/open_scene.hpp"
 #include "algorithms/solver.hpp"
 #include "benchmarks/case.hpp"
 #include "benchmarks/driver.hpp"
@@ -56,7 +57,7 @@ void add_contenders(std::shared_ptr<const Case> c, std::shared_ptr<const Pool<T>
 
 void add_scenes(const std::vector<std::string>& scenes, std::uint64_t seed) {
   for (const std::string& what : scenes) {
-    const auto c = std::make_shared<const Case>(load_scene(what), seed);
+    const auto c = std::make_shared<const Case>(open_scene(what), seed);
     const auto float64 = std::make_shared<const Pool<double>>(c->states);
     add_contenders<double>(c, float64);
     add_contenders<float>(c, std::make_shared<const Pool<float>>(c->states));

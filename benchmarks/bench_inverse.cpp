@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "accuracy/programs/open_scene.hpp"
 #include "algorithms/solver.hpp"
 #include "benchmarks/case.hpp"
 #include "benchmarks/driver.hpp"
@@ -108,7 +109,7 @@ void add_variants(std::shared_ptr<const Case> c, std::shared_ptr<const Pool<T>> 
 
 void add_scenes(const std::vector<std::string>& scenes, std::uint64_t seed, bool exhibits) {
   for (const std::string& what : scenes) {
-    auto c = std::make_shared<const Case>(load_scene(what), seed);
+    auto c = std::make_shared<const Case>(open_scene(what), seed);
     auto float64 = std::make_shared<const Pool<double>>(c->states);
     auto float32 = std::make_shared<const Pool<float>>(c->states);
     add_variants<double>(c, float64, exhibits);

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "accuracy/programs/open_scene.hpp"
 #include "algorithms/model/plain.hpp"
 #include "algorithms/questions/flops.hpp"
 #include "algorithms/questions/plan.hpp"
@@ -161,7 +162,7 @@ void add_question_context(const Scene& scene, const QuestionOptions& options, co
 void add_scenes(const std::vector<std::string>& scenes, std::uint64_t seed,
                 const QuestionOptions& options, const std::string& alone) {
   if (scenes.size() != 1) throw InputError("one scene at a time: a question names its joints");
-  const Scene scene = load_scene(scenes[0]);
+  const Scene scene = open_scene(scenes[0]);
   const Question question = question_of(scene, options);
   if (question.want.empty()) throw InputError("--want names nothing that can be timed");
   const std::set<Rule> rules = rules_of(options);
@@ -169,7 +170,7 @@ void add_scenes(const std::vector<std::string>& scenes, std::uint64_t seed,
   add_scene<double>(scene.name, scene, question, rules, {"whole", "pruned"}, seed);
   add_scene<float>(scene.name, scene, question, rules, {"whole", "pruned"}, seed);
   if (alone.empty()) return;
-  const Scene other = load_scene(alone);
+  const Scene other = open_scene(alone);
   QuestionOptions all;
   all.want = options.want;
   all.at_rest = options.at_rest;

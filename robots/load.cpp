@@ -6,9 +6,8 @@
 
 #include "algorithms/model/plain.hpp"
 #include "robots/input_error.hpp"
+#include "robots/mujoco_model.hpp"
 #include "robots/mujoco_shim.hpp"
-#include "robots/mujoco_spec.hpp"
-#include "robots/mujoco_strip.hpp"
 
 namespace kalmarm {
 namespace {
@@ -50,19 +49,13 @@ std::vector<NamedFrame> named_frames(const MujocoModel& model) {
 
 LoadedRobot load_robot(const std::string& path) {
   const Handlers handlers;
-  const SpecPtr spec = parse_spec(path);
-  try {
-    strip(spec.get(), Sites::kept);
-    const std::shared_ptr<const MujocoModel> model = compile(spec.get(), path);
-    const mjModel* m = model->get();
-    return {.name = std::filesystem::path(path).stem().string(),
-            .model = plain(model->lower()),
-            .home = {m->qpos0, m->qpos0 + m->nq},
-            .frames = named_frames(*model)};
-  } catch (const InputError& e) {
-    if (std::string(e.what()).starts_with(path)) throw;
-    throw InputError(path + ": " + e.what());
-  }
+  const std::shared_ptr<const MujocoModel> model = MujocoModel::load(path, Sites::kept);
+  const mjModel* m = model->get();
+  return {.name = std::filesystem::path(path).stem().string(),
+          .model = plain(model->lower()),
+          .home = {m->qpos0, m->qpos0 + m->nq},
+          .frames = named_frames(*model),
+          .notes = model->notes()};
 }
 
 const Frame& LoadedRobot::frame(const std::string& frame_name) const {

@@ -52,7 +52,9 @@ class Lowering {
         throw InputError("joint '" + names_[k] + "' has armature " + std::to_string(joint.r) +
                          ": must not be negative");
     }
-    return {std::move(joints_), std::move(names_), static_cast<int>(m_->nq), vec3(m_->opt.gravity)};
+    const bool falls = (m_->opt.disableflags & mjDSBL_GRAVITY) == 0;
+    return {std::move(joints_), std::move(names_), static_cast<int>(m_->nq),
+            falls ? vec3(m_->opt.gravity) : Vec3::Zero().eval()};
   }
 
   std::vector<LinkFrame> frames() && { return std::move(frames_); }

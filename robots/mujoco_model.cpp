@@ -1,13 +1,52 @@
 #include "robots/mujoco_model.hpp"
 
 #include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <utility>
 
+#include "robots/given_inertia.hpp"
+#include "robots/ignored.hpp"
 #include "robots/input_error.hpp"
 #include "robots/mujoco_shim.hpp"
 #include "robots/mujoco_spec.hpp"
 #include "robots/mujoco_strip.hpp"
 
 namespace kalmarm {
+namespace {
+
+// MuJoCo's reader would load a part of the robot without a word.
+void refuse_xacro(const std::string& path) {
+  std::ifstream file(path);
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  if (text.find("<xacro:") != std::string::npos)
+    throw InputError(path + ": has macros, expand them first: xacro " + path + " > robot.urdf");
+}
+
+// Throws InputError with `what` and MuJoCo's reason.
+mjModel* compiled(mjSpec* spec, const std::string& what) {
+  mjModel* model = mj_compile(spec, nullptr);
+  if (!model) throw InputError(what + ": " + one_line(mjs_getError(spec)));
+  return model;
+}
+
+std::shared_ptr<const MujocoModel> moving(mjModel* model, const std::string& what,
+                                          std::vector<std::string> notes = {}) {
+  auto out = std::make_shared<const MujocoModel>(model, std::move(notes));
+  if (model->nv == 0) throw InputError(what + ": no joint, so no degree of freedom");
+  return out;
+}
+
+std::string note_of(const std::vector<GivenInertia>& taken) {
+  std::string bodies;
+  for (const GivenInertia& given : taken)
+    bodies += (bodies.empty() ? "" : ", ") + std::string("'") +
+              mjs_getString(mjs_getName(given.body->element)) + "'";
+  return "taken as given, although no solid body has such moments of inertia: " + bodies;
+}
+
+}  // namespace
+
 std::string one_line(std::string text) {
   for (char& c : text)
     if (c == '\n' || c == '\r') c = ' ';
@@ -17,6 +56,7 @@ std::string one_line(std::string text) {
 
 SpecPtr parse_spec(const std::string& path) {
   if (!std::filesystem::is_regular_file(path)) throw InputError(path + ": no such file");
+  refuse_xacro(path);
   char error[1024] = "";
   SpecPtr spec(mj_parseXML(path.c_str(), nullptr, error, sizeof error), mj_deleteSpec);
   if (!spec) throw InputError(path + ": " + one_line(error));
@@ -24,11 +64,7 @@ SpecPtr parse_spec(const std::string& path) {
 }
 
 std::shared_ptr<const MujocoModel> compile(mjSpec* spec, const std::string& what) {
-  mjModel* model = mj_compile(spec, nullptr);
-  if (!model) throw InputError(what + ": " + one_line(mjs_getError(spec)));
-  auto out = std::make_shared<const MujocoModel>(model);
-  if (model->nv == 0) throw InputError(what + ": no joint, so no degree of freedom");
-  return out;
+  return moving(compiled(spec, what), what);
 }
 
 void install_mujoco_handlers() {
@@ -36,12 +72,19 @@ void install_mujoco_handlers() {
   mju_user_warning = [](const char*) {};
 }
 
-std::shared_ptr<const MujocoModel> MujocoModel::load(const std::string& path) {
+std::shared_ptr<const MujocoModel> MujocoModel::load(const std::string& path, Sites sites) {
   install_mujoco_handlers();
   const SpecPtr spec = parse_spec(path);
   try {
-    strip(spec.get());
-    auto out = compile(spec.get(), path);
+    std::vector<std::string> notes;
+    if (const std::string parts = ignored_parts(spec.get()); !parts.empty())
+      notes.push_back("ignored: " + parts);
+    strip(spec.get(), sites);
+    const std::vector<GivenInertia> taken = take_out_inertias(spec.get());
+    if (!taken.empty()) notes.push_back(note_of(taken));
+    mjModel* model = compiled(spec.get(), path);
+    put_back(taken, model);
+    auto out = moving(model, path, std::move(notes));
     out->lower();  // refuses here what it cannot hold
     return out;
   } catch (const InputError& e) {

@@ -21,9 +21,11 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "algorithms/model/model.hpp"
+#include "robots/mujoco_strip.hpp"
 
 namespace kalmarm {
 
@@ -41,22 +43,27 @@ struct LinkFrame {
 
 class MujocoModel {
  public:
-  // From an MJCF or URDF file. Throws InputError with file, element and MuJoCo's reason.
-  static std::shared_ptr<const MujocoModel> load(const std::string& path);
+  // From an MJCF or URDF file. Throws InputError with file, element and MuJoCo's reason. Notes say
+  // what was ignored (ignored.hpp), and which inertias no solid body has (given_inertia.hpp).
+  static std::shared_ptr<const MujocoModel> load(const std::string& path,
+                                                 Sites sites = Sites::stripped);
 
   // From a model of one-DoF joints that all carry mass, numbered depth first; for families. Throws
   // InputError.
   static std::shared_ptr<const MujocoModel> from(const Model<double>& model,
                                                  const std::string& name);
 
-  explicit MujocoModel(mjModel* model) : model_(model, mj_deleteModel) {}
+  explicit MujocoModel(mjModel* model, std::vector<std::string> notes = {})
+      : model_(model, mj_deleteModel), notes_(std::move(notes)) {}
 
   const mjModel* get() const { return model_.get(); }
+  const std::vector<std::string>& notes() const { return notes_; }  // of load(), each a line
   Model<double> lower() const;
   std::vector<LinkFrame> body_frames() const;  // of MuJoCo's bodies, in its order
 
  private:
   std::unique_ptr<mjModel, void (*)(mjModel*)> model_;
+  std::vector<std::string> notes_;
 };
 
 }  // namespace kalmarm

@@ -13,18 +13,6 @@ namespace {
 
 std::string name_of(mjsElement* element) { return mjs_getString(mjs_getName(element)); }
 
-// True where MuJoCo's compiler will take the body's inertia from its geoms.
-bool inertia_from_geoms(const mjSpec* spec, const mjsBody* body) {
-  switch (spec->compiler.inertiafromgeom) {
-    case mjINERTIAFROMGEOM_FALSE:
-      return false;
-    case mjINERTIAFROMGEOM_TRUE:
-      return true;
-    default:
-      return !body->explicitinertial;
-  }
-}
-
 void refuse_coupling_armature(mjSpec* spec) {
   for (mjsElement* e : elements(spec, mjOBJ_TENDON))
     if (mjs_asTendon(e)->armature != 0)
@@ -59,6 +47,17 @@ std::vector<const mjsBody*> strip_static_inertias(mjSpec* spec) {
 }
 
 }  // namespace
+
+bool inertia_from_geoms(const mjSpec* spec, const mjsBody* body) {
+  switch (spec->compiler.inertiafromgeom) {
+    case mjINERTIAFROMGEOM_FALSE:
+      return false;
+    case mjINERTIAFROMGEOM_TRUE:
+      return true;
+    default:
+      return !body->explicitinertial;
+  }
+}
 
 void strip(mjSpec* spec, Sites sites) {
   refuse_coupling_armature(spec);

@@ -8,6 +8,9 @@ namespace kalmarm {
 
 enum class Sites { stripped, kept };
 
+// True where MuJoCo's compiler will take the body's inertia from its geoms.
+bool inertia_from_geoms(const mjSpec* spec, const mjsBody* body);
+
 // Throws InputError where armature couples joints.
 void strip(mjSpec* spec, Sites sites = Sites::stripped);
 

@@ -5,6 +5,7 @@
 #include <boost/random/normal_distribution.hpp>
 #include <boost/random/uniform_real_distribution.hpp>
 #include <charconv>
+#include <cmath>
 #include <filesystem>
 #include <numbers>
 #include <optional>
@@ -56,8 +57,12 @@ Scene from_file(const fs::path& path, const std::string& name) {
     if (m->jnt_type[j] != mjJNT_HINGE && m->jnt_type[j] != mjJNT_SLIDE) continue;
     const double reach = m->jnt_type[j] == mjJNT_HINGE ? std::numbers::pi : 0.5;
     scene.range[m->jnt_qposadr[j]] = {-reach, reach};
-    if (m->jnt_limited[j])
-      scene.range[m->jnt_qposadr[j]] = {m->jnt_range[2 * j], m->jnt_range[2 * j + 1]};
+    if (!m->jnt_limited[j]) continue;
+    const double low = m->jnt_range[2 * j], high = m->jnt_range[2 * j + 1];
+    if (!std::isfinite(high - low))
+      throw InputError(scene.file + ": joint '" + scene.model.name(m->jnt_dofadr[j]) +
+                       "': its range is wider than the largest number");
+    scene.range[m->jnt_qposadr[j]] = {low, high};
   }
   return scene;
 }

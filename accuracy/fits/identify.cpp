@@ -21,9 +21,9 @@
 #include "accuracy/fits/simulated_samples.hpp"
 #include "accuracy/fits/start.hpp"
 #include "accuracy/programs/command_line.hpp"
+#include "accuracy/programs/open_scene.hpp"
 #include "accuracy/programs/output_file.hpp"
 #include "robots/fitted_model.hpp"
-#include "robots/scene.hpp"
 
 namespace kalmarm {
 namespace {
@@ -78,7 +78,7 @@ std::string joined(const json& names, std::size_t most = 8) {
 class Identification {
  public:
   explicit Identification(const Options& options)
-      : options_(options), scene_(load_scene(options.robot)) {
+      : options_(options), scene_(open_scene(options.robot)) {
     if (options.data.empty() == options.hidden.empty())
       throw InputError("one of --data and --simulate is needed, and not both");
     if (options.fit.residual == Residual::mass_matrix && options.hidden.empty())
@@ -111,7 +111,7 @@ class Identification {
   bool prints() const { return options_.json_out != "-"; }
 
   void simulate() {
-    const Scene hidden = load_scene(options_.hidden);
+    const Scene hidden = open_scene(options_.hidden);
     truth_ = mechanics_of(hidden);
     check_same_joints(scene_, hidden);
     check_physical(*truth_, free_, bodies_, hidden.name);

@@ -15,12 +15,12 @@
 
 #include "accuracy/paper/equations.hpp"
 #include "accuracy/programs/command_line.hpp"
+#include "accuracy/programs/open_scene.hpp"
 #include "accuracy/programs/output_file.hpp"
 #include "accuracy/programs/progress.hpp"
 #include "algorithms/inverse_mass/condition.hpp"
 #include "algorithms/solver.hpp"
 #include "robots/families.hpp"
-#include "robots/scene.hpp"
 
 namespace kalmarm {
 namespace {
@@ -168,7 +168,7 @@ Run check(const char* precision, unsigned digits, double tolerance, const Case& 
 int run(const Options& options) {
   const bool chosen = !options.robot.empty();
   const std::string size = std::to_string(options.links);
-  const Case main(chosen ? load_scene(options.robot)
+  const Case main(chosen ? open_scene(options.robot)
                          : generated_scene("chain:" + size,
                                            random_chain(options.links, options.seed, heaviest)),
                   options.seed);

@@ -4,9 +4,11 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <string>
+#include <vector>
 
 #include "robots/input_error.hpp"
 
@@ -35,6 +37,17 @@ inline void choose_openblas_kernels([[maybe_unused]] char** argv) {
 #endif
 }
 
+namespace detail {
+inline std::vector<std::string> notes;
+}
+
+// A line for standard error, once, when the program has succeeded: one that fails says its error
+// alone.
+inline void add_note(const std::string& note) {
+  std::vector<std::string>& notes = detail::notes;
+  if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(note);
+}
+
 // Parses the command line and runs the program: 0 or what `run` returns; 2 and one line on bad
 // input.
 template <class Run>
@@ -42,7 +55,10 @@ int run_program(CLI::App& app, int argc, char** argv, Run&& run) {
   choose_openblas_kernels(argv);
   try {
     app.parse(argc, argv);
-    return run();
+    const int code = run();
+    for (const std::string& note : detail::notes)
+      std::fprintf(stderr, "%s: note: %s\n", app.get_name().c_str(), note.c_str());
+    return code;
   } catch (const CLI::Success& help) {
     return app.exit(help);
   } catch (const CLI::ParseError& e) {

@@ -21,6 +21,7 @@
 
 #include "accuracy/csv.hpp"
 #include "accuracy/programs/command_line.hpp"
+#include "accuracy/programs/open_scene.hpp"
 #include "accuracy/programs/output_file.hpp"
 #include "accuracy/programs/progress.hpp"
 #include "accuracy/simulation/reference.hpp"
@@ -28,7 +29,6 @@
 #include "algorithms/estimation/covariance_analysis.hpp"
 #include "algorithms/estimation/operators.hpp"
 #include "algorithms/model/mass_matrix.hpp"
-#include "robots/scene.hpp"
 
 namespace kalmarm {
 namespace {
@@ -228,7 +228,7 @@ int main(int argc, char** argv) {
   app.add_option("--out", out, "CSV file to write")->required();
 
   return run_program(app, argc, argv, [&] {
-    const Scene scene = load_scene(name);
+    const Scene scene = open_scene(name);
     if (const int nv = scene.model.nv(); nv > largest_dense)
       throw InputError("scene '" + name + "' has " + std::to_string(nv) +
                        " degrees of freedom; covariances of 6n rows are sampled up to n = " +

@@ -57,6 +57,13 @@ TEST(BadFile, UnknownElementIsNamed) {
   expect_file_refused("<mujoco><worldbody><bdoy/></worldbody></mujoco>", {"bdoy"});
 }
 
+TEST(BadFile, XacroIsToBeExpandedFirst) {
+  expect_file_refused(
+      "<robot name='r' xmlns:xacro='http://wiki.ros.org/xacro'><xacro:property name='m' value='1'/>"
+      "<link name='base'/></robot>",
+      {"macros", "xacro "});
+}
+
 TEST(BadFile, NoJoint) {
   expect_file_refused(
       "<mujoco><worldbody><body name='a'>" + std::string(good) + "</body></worldbody></mujoco>",
@@ -67,11 +74,22 @@ TEST(BadFile, NegativeMass) {
   expect_file_refused(arm("<inertial pos='0 0 0' mass='-1' diaginertia='1 1 1'/>"), {"upper"});
 }
 
-TEST(BadFile, InertiaBreaksTheTriangleInequality) {
-  expect_file_refused(arm("<inertial pos='0 0 0' mass='1' diaginertia='1 1 3'/>"), {"upper"});
+TEST(BadFile, InertiaWithANegativeMoment) {
+  expect_file_refused(arm("<inertial pos='0 0 0' mass='1' diaginertia='1 1 -1'/>"), {"upper"});
+  expect_file_refused(arm("<inertial pos='0 0 0' mass='1' fullinertia='1 1 1 2 0 0'/>"), {"upper"});
 }
 
 TEST(BadFile, MasslessLastBody) { expect_file_refused(arm(""), {"upper"}); }
+
+// Random states would be drawn from it.
+TEST(BadFile, RangeWhoseWidthOverflows) {
+  for (const char* type : {"hinge", "slide"})
+    expect_file_refused("<mujoco><compiler angle='radian'/><worldbody><body>" +
+                            std::string("<joint name='elbow' type='") + type +
+                            "' limited='true' range='-1e308 1e308'/>" + good +
+                            "</body></worldbody></mujoco>",
+                        {"elbow", "range"});
+}
 
 TEST(BadFile, NotANumber) {
   expect_file_refused(arm("<inertial pos='0 nan 0' mass='1' diaginertia='1 1 1'/>"), {});

@@ -5,7 +5,8 @@
 
 #include "algorithms/model/inverse_dynamics.hpp"
 #include "algorithms/model/mass_matrix.hpp"
-#include "algorithms/solver.hpp"
+#include "algorithms/model/plain.hpp"
+#include "kalmarm/dynamics.hpp"
 #include "robots/mujoco_solver.hpp"
 #include "robots/scene.hpp"
 #include "robots/test/temporary_file.hpp"
@@ -38,7 +39,7 @@ Difference against_mujoco(const Scene& scene, int count) {
   const Model<double>& model = scene.model;
   const int nv = model.nv();
   MujocoSolver mujoco(mujoco_of(scene));
-  const auto solver = registered_variants<double>().front().make(model);
+  Dynamics<double> dynamics(plain(model));
   RandomModel<double> rm(model);
   CompositeInertia<double> composite(model);
   MatrixX<double> M(nv, nv), M_mujoco(nv, nv);
@@ -49,7 +50,7 @@ Difference against_mujoco(const Scene& scene, int count) {
     mass_matrix(model, rm, composite, Eigen::Ref<MatrixX<double>>(M));
     mujoco.mass(state.q, M_mujoco);
     EXPECT_TRUE(mujoco.acceleration(state.q, state.qd, state.tau, a_mujoco));
-    EXPECT_TRUE(solver->acceleration(state.q, state.qd, state.tau, a));
+    EXPECT_TRUE(dynamics.forward_dynamics(state.q, state.qd, state.tau, a));
     out.mass = std::max(out.mass, (M - M_mujoco).norm() / M_mujoco.norm());
     out.acceleration = std::max(out.acceleration, (a - a_mujoco).norm() / a_mujoco.norm());
   }
@@ -61,6 +62,103 @@ void expect_agreement(const Scene& scene, int nv) {
   const Difference difference = against_mujoco(scene, 20);
   EXPECT_LE(difference.mass, 1e-13);
   EXPECT_LE(difference.acceleration, 1e-10);
+}
+
+TEST(Gravity, IsWhatTheFileSaysAndNoneWhereItsFlagIsOff) {
+  const std::string arm = body("<joint axis='0 1 0'/>");
+  const Scene falls = scene_of(robot(arm, "<option gravity='1 2 -3'/>"));
+  EXPECT_EQ(falls.model.gravity(), Vector3<double>(1, 2, -3));
+  const Scene floats =
+      scene_of(robot(arm, "<option gravity='1 2 -3'><flag gravity='disable'/></option>"));
+  EXPECT_EQ(floats.model.gravity(), Vector3<double>::Zero());
+  for (const Scene& scene : {falls, floats}) expect_agreement(scene, 1);
+}
+
+using Notes = std::vector<std::string>;
+
+TEST(Ignored, NamesWhatNoSolverSees) {
+  const std::string arm =
+      body("<joint name='a' axis='0 1 0' damping='3'/>",
+           "<body name='b' gravcomp='1'><joint name='b' axis='1 0 0' damping='1' stiffness='2'/>" +
+               std::string(inertia) + "</body>");
+  const Scene scene =
+      scene_of(robot(arm + "<body name='free'><freejoint/>" + inertia + "</body>",
+                     "<equality><joint joint1='a' joint2='b'/><connect body1='b' anchor='0 0 0'/>"
+                     "<weld body1='b' active='false'/></equality>"
+                     "<actuator><motor joint='a'/><position joint='b'/></actuator>"
+                     "<option density='1.2'/>"));
+  EXPECT_EQ(scene.mujoco->notes(),
+            Notes{"ignored: 1 coupling of joints, 1 connect, 2 actuators, damping of 2 joints, "
+                  "springs of 1 joint, gravity compensation of 1 body, drag of a medium"});
+  const Scene plain_arm = scene_of(robot(body("<joint axis='0 1 0' armature='1' range='-1 1'/>")));
+  EXPECT_EQ(plain_arm.mujoco->notes(), Notes{});
+}
+
+// As principal moments and as a whole tensor, turned; on a URDF too. MuJoCo's dynamics take them.
+TEST(GivenInertia, IsTakenAsItIsWhereNoSolidBodyHasIt) {
+  const std::string principal =
+      "<inertial pos='.1 0 .2' mass='2' quat='.8 .1 -.3 .5' diaginertia='.01 .02 .09'/>";
+  const std::string whole =
+      "<inertial pos='0 .1 .2' mass='2' fullinertia='.055 .055 .03 .035 0 0'/>";  // .09, .02, .03
+  for (const std::string& odd : {principal, whole}) {
+    const Scene scene =
+        scene_of(robot("<body name='odd'><joint axis='0 1 0'/><joint axis='1 0 0'/>" + odd +
+                       "</body>" + body("<joint axis='0 0 1'/>")));
+    expect_agreement(scene, 3);
+    EXPECT_EQ(scene.mujoco->notes(),
+              Notes{"taken as given, although no solid body has such moments of inertia: 'odd'"});
+    Vector3<double> moments = scene.model.joint(1).body.moments;
+    std::sort(moments.begin(), moments.end());
+    EXPECT_LE(
+        (moments - Vector3<double>(odd == whole ? .02 : .01, odd == whole ? .03 : .02, .09)).norm(),
+        1e-15);
+  }
+}
+
+// A URDF's link of 1 kg with the moments Ixx, 1 and 1, and a joint about z.
+std::string urdf_link(const std::string& name, const std::string& Ixx = "1") {
+  return "<link name='" + name + "'><inertial><mass value='1'/><inertia ixx='" + Ixx +
+         "' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial></link>";
+}
+std::string urdf_joint(const std::string& name, const std::string& type, const std::string& parent,
+                       const std::string& child, const std::string& rest = "") {
+  return "<joint name='" + name + "' type='" + type + "'><parent link='" + parent +
+         "'/><child link='" + child + "'/><origin xyz='0.1 0.2 0.3' rpy='0.3 0 0.7'/>" +
+         "<axis xyz='0 0 1'/><limit lower='-1' upper='1' effort='1' velocity='1'/>" + rest +
+         "</joint>";
+}
+
+// MuJoCo would fuse what is fixed to a link with it.
+TEST(GivenInertia, IsTakenWhereItIsFixedToAnother) {
+  for (const auto& [arm, hand] : {std::pair{"3", "1"}, {"1", "3"}, {"3", "4"}}) {
+    const Scene scene =
+        scene_of("<robot name='r'>" + urdf_link("base") + urdf_link("arm", arm) +
+                     urdf_link("hand", hand) + urdf_joint("j", "revolute", "base", "arm") +
+                     urdf_joint("f", "fixed", "arm", "hand") + "</robot>",
+                 ".urdf");
+    expect_agreement(scene, 1);
+    EXPECT_EQ(scene.mujoco->notes().size(), 1);
+    // Izz of the arm, of the hand as it is turned, and its mass by the distance from the axis.
+    MujocoSolver mujoco(scene.mujoco);
+    MatrixX<double> M(1, 1);
+    mujoco.mass(home_position(scene), M);
+    const Eigen::AngleAxisd z(0.7, Vector3<double>::UnitZ()), x(0.3, Vector3<double>::UnitX());
+    const Matrix3<double> R = (z * x).toRotationMatrix();
+    const Vector3<double> of_hand(std::stod(hand), 1, 1);
+    const double Izz = R.row(2).cwiseAbs2() * of_hand;
+    EXPECT_NEAR(M(0, 0), 1 + Izz + 0.1 * 0.1 + 0.2 * 0.2, 1e-14);
+  }
+}
+
+// A coupling of joints in MJCF's terms.
+TEST(Ignored, NamesMimicJointsOfUrdf) {
+  const Scene scene = scene_of(
+      "<robot name='r'>" + urdf_link("base") + urdf_link("left") + urdf_link("right") +
+          urdf_joint("l", "revolute", "base", "left", "<dynamics damping='0.5'/>") +
+          urdf_joint("r", "revolute", "base", "right", "<mimic joint='l' multiplier='-1'/>") +
+          "</robot>",
+      ".urdf");
+  EXPECT_EQ(scene.mujoco->notes(), Notes{"ignored: 1 coupling of joints, damping of 1 joint"});
 }
 
 // Our inverse dynamics by Newton and Euler against MuJoCo's M and bias.

@@ -4,8 +4,8 @@
 //   kalmarm::Dynamics<double> dynamics(robot.model);
 //
 // Of the file only what M and the bias depend on is read: bodies, joints, inertias, armature,
-// gravity. Meshes need not be there unless an inertia comes from them. Joints keep MuJoCo's order
-// and conventions: entry i of q is qpos[i], DoF k is qvel[k].
+// gravity; notes name the rest. Meshes need not be there unless an inertia comes from them. Joints
+// keep MuJoCo's order and conventions: entry i of q is qpos[i], DoF k is qvel[k].
 #pragma once
 
 #include <string>
@@ -26,6 +26,9 @@ struct LoadedRobot {
   RobotModel model;  // DoF are named after their joints: "knee"; of several DoF "ball:x", ...
   std::vector<double> home;        // q (nq) as the file starts
   std::vector<NamedFrame> frames;  // those with a name: the file's sites, then its bodies
+  // What an engineer should know of the file, each a line: what it holds beyond M and the bias
+  // ("ignored: 2 connect, 7 actuators"), and inertias that no solid body has, taken as given.
+  std::vector<std::string> notes;
 
   // Throws std::invalid_argument where no frame has this name; of several the first is taken.
   KALMARM_EXPORT const Frame& frame(const std::string& frame_name) const;

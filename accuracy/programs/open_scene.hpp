@@ -1,0 +1,19 @@
+// The scene that a program is asked about.
+#pragma once
+
+#include <string>
+
+#include "accuracy/programs/command_line.hpp"
+#include "robots/scene.hpp"
+
+namespace kalmarm {
+
+// load_scene(what), with the notes of its file.
+inline Scene open_scene(const std::string& what) {
+  Scene scene = load_scene(what);
+  if (scene.mujoco)
+    for (const std::string& note : scene.mujoco->notes()) add_note(what + ": " + note);
+  return scene;
+}
+
+}  // namespace kalmarm

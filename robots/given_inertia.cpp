@@ -1,0 +1,64 @@
+#include "robots/given_inertia.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "algorithms/spatial/principal_axes.hpp"
+#include "robots/mujoco_spec.hpp"
+#include "robots/mujoco_strip.hpp"
+
+namespace kalmarm {
+namespace {
+
+using Vec3 = Vector3<double>;
+
+bool is_solid(Vec3 moments) {
+  std::sort(moments.begin(), moments.end());
+  return moments[0] + moments[1] >= moments[2];
+}
+
+bool is_full(const mjsBody* body) { return !std::isnan(body->fullinertia[0]); }
+
+// Its axes are those of the inertial frame, unless the whole tensor is given.
+RigidBody<double> principal(const mjsBody* body) {
+  const double* I = body->fullinertia;  // xx, yy, zz, xy, xz, yz
+  if (!is_full(body)) return {.mass = body->mass, .moments = Eigen::Map<const Vec3>(body->inertia)};
+  Matrix3<double> tensor;
+  tensor << I[0], I[3], I[4], I[3], I[1], I[5], I[4], I[5], I[2];
+  return with_principal_axes<double>(body->mass, Vec3::Zero(), tensor);
+}
+
+}  // namespace
+
+std::vector<GivenInertia> take_out_inertias(mjSpec* spec) {
+  std::vector<GivenInertia> taken;
+  if (spec->compiler.balanceinertia) return taken;
+  for (mjsElement* e : elements(spec, mjOBJ_BODY)) {
+    mjsBody* body = mjs_asBody(e);
+    if (!body->explicitinertial || inertia_from_geoms(spec, body)) continue;
+    const RigidBody<double> given = principal(body);
+    const Vec3& moments = given.moments;
+    if (!moments.allFinite() || !(moments.minCoeff() > 0) || is_solid(moments)) continue;
+    if (is_full(body)) {
+      const Eigen::Quaternion<double>& axes = given.axes;
+      const double quat[] = {axes.w(), axes.x(), axes.y(), axes.z()};
+      std::copy(quat, quat + 4, body->iquat);
+      body->fullinertia[0] = std::numeric_limits<double>::quiet_NaN();  // not given
+    }
+    Eigen::Map<Vec3>(body->inertia).setConstant(moments.mean());
+    taken.push_back({body, moments.cwiseMax(spec->compiler.boundinertia)});
+  }
+  if (!taken.empty()) spec->compiler.fusestatic = 0;  // a sum of inertias could not be put back
+  return taken;
+}
+
+void put_back(const std::vector<GivenInertia>& taken, mjModel* model) {
+  for (const GivenInertia& given : taken) {
+    const int body = mjs_getId(given.body->element);
+    const double mass = given.body->mass, scale = mass > 0 ? model->body_mass[body] / mass : 1;
+    Eigen::Map<Vec3>(model->body_inertia + 3 * body) = scale * given.moments;
+  }
+}
+
+}  // namespace kalmarm
