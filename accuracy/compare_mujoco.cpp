@@ -10,11 +10,11 @@
 #include <vector>
 
 #include "accuracy/programs/command_line.hpp"
+#include "accuracy/programs/open_scene.hpp"
 #include "accuracy/programs/output_file.hpp"
 #include "algorithms/inverse_mass/condition.hpp"
 #include "algorithms/solver.hpp"
 #include "robots/mujoco_solver.hpp"
-#include "robots/scene.hpp"
 
 namespace kalmarm {
 namespace {
@@ -139,7 +139,7 @@ void print(const Scene& scene, std::size_t states, const Reference& reference, d
 
 // The scene's JSON record; its table goes to standard output, unless the JSON does.
 json compare(const std::string& what, const Options& options) {
-  const Scene scene = load_scene(what);
+  const Scene scene = open_scene(what);
   const Model<double>& model = scene.model;
   const int nv = model.nv();
   MujocoSolver mujoco(mujoco_of(scene));
@@ -181,9 +181,14 @@ json compare(const std::string& what, const Options& options) {
   }
   json mass_record = mass.to_json();
   mass_record["bound"] = mass_bound;
-  return {{"scene", scene.name},  {"states", states.size()},
-          {"mass", mass_record},  {"mass_variants", mass_variants},
-          {"variants", variants}, {"pass", pass}};
+  const bool from_file = scene.mujoco != nullptr;
+  return {{"scene", scene.name},
+          {"states", states.size()},
+          {"notes", from_file ? json(scene.mujoco->notes()) : json::array()},
+          {"mass", mass_record},
+          {"mass_variants", mass_variants},
+          {"variants", variants},
+          {"pass", pass}};
 }
 
 int run(const Options& options) {

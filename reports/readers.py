@@ -286,6 +286,8 @@ def read_mujoco(path: Path, data: Data) -> None:
     with _refusing(path, "an agreement record"):
         for robot in document["robots"]:
             _scene(robot["scene"])
+            if not all(isinstance(note, str) for note in robot["notes"]):
+                raise ValueError("a note is no text")
             for entry in (robot["mass"], *(v["acceleration"] for v in robot["variants"])):
                 entry["max"], entry["median"], entry["bound"]
             for variant in robot["mass_variants"]:

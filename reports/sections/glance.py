@@ -32,8 +32,15 @@ def section(data: Data) -> Section | None:
     for task in SHORT:
         columns += [f"{SHORT[task]}: fastest", f"{SHORT[task]}: most accurate"]
     columns += ["M: against MuJoCo", "a: against MuJoCo"]
+    notes = {
+        f"{scene_name(record['scene'])}: {note}"
+        for record in data.mujoco
+        if record["scene"] in robots
+        for note in record["notes"]
+    }
     return Section(
         "At a glance",
+        statements=sorted(notes),
         tables=[
             Table(
                 "a is the acceleration M⁻¹(τ − bias). All in float64. Fastest: the smallest "

@@ -197,6 +197,7 @@ def _mujoco(scene: str, dice: random.Random) -> dict:
     robot = {
         "scene": scene,
         "states": 100,
+        "notes": ["ignored: 7 actuators"] if scene.startswith("panda") else [],
         "mass": mass,
         "mass_variants": [
             {"variant": "CRBA", "mass": {"max": mass["max"], "median": mass["median"]}},

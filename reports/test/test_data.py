@@ -14,6 +14,7 @@ ROW = "panda:7,7,Batch<EigenLLT>,float64,inverse,0,relative,1.5e-16,ok"
 ROBOT = {
     "scene": "panda:7",
     "states": 100,
+    "notes": [],
     "mass": {"max": 1e-15, "median": 1e-16, "bound": 1e-13},
     "mass_variants": [{"variant": "CRBA", "mass": {"max": 1e-15, "median": 1e-16}}],
     "variants": [],
@@ -235,7 +236,12 @@ def test_given_files_are_the_only_ones_read(read, tmp_path):
         ("times-a.json", {"benchmarks": [timed(real_time=math.nan)]}, "took nan"),
         ("times-a.json", {"benchmarks": [timed(time_unit="h")]}, "is in 'h'"),
         ("mujoco-a.json", {"robots": []}, "no data"),
-        ("mujoco-a.json", {"mujoco": "4", "robots": [{"scene": "panda:7"}]}, "'mass' is missing"),
+        ("mujoco-a.json", {"mujoco": "4", "robots": [{"scene": "panda:7"}]}, "'notes' is missing"),
+        (
+            "mujoco-a.json",
+            {"mujoco": "4", "robots": [ROBOT | {"notes": [7]}]},
+            "a note is no text",
+        ),
         (
             "mujoco-a.json",
             {"mujoco": "4", "robots": [ROBOT | {"mass_variants": [{"variant": "CRBA"}]}]},
