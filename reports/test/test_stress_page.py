@@ -68,8 +68,8 @@ def test_a_choice_of_family_changes_the_plot(visit, written):
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_cells_are_readable_on_either_page(visit, written, scheme):
     page = visit(written, color_scheme=scheme)
-    for look in ("d0", "d2", "d3", "d4", "d5", "d6"):
-        cell = f".shown:not([hidden]) .{look}"
+    for look in (".d0", ".d2", ".d3", ".d4", ".d5", ":not([class])"):
+        cell = f".shown:not([hidden]) i{look}"
         back, front = (brightness(page, cell, name) for name in ("backgroundColor", "color"))
         assert abs(back - front) > 0.35, look
         assert (back > front) == (scheme == "light"), look
