@@ -87,6 +87,7 @@ class Identification {
       throw InputError("--out: " + scene_.name + " has no file that could be written again");
     for (int k = 0; k < scene_.model.nv(); ++k) bodies_.push_back(link_name(scene_, k));
     free_ = free_parameters(options.free, scene_.model, bodies_);
+    note_held_bodies();
     if (free_.columns() == 0) throw InputError("--free: nothing is left to fit");
     names_ = column_names(free_, bodies_, scene_.model.names());
     start_ = mechanics_of(scene_);
@@ -108,6 +109,16 @@ class Identification {
   }
 
  private:
+  // Bodies that "bodies" leaves out.
+  void note_held_bodies() const {
+    if (std::find(options_.free.begin(), options_.free.end(), "bodies") == options_.free.end())
+      return;
+    for (int k = 0; k < scene_.model.nv(); ++k)
+      if (!scene_.model.inertia(k).massless &&
+          std::find(free_.bodies.begin(), free_.bodies.end(), k) == free_.bodies.end())
+        add_note(options_.robot + ": body '" + bodies_[k] + "' is not physical and not fitted");
+  }
+
   bool prints() const { return options_.json_out != "-"; }
 
   void simulate() {
@@ -314,7 +325,8 @@ int main(int argc, char** argv) {
       ->transform(CLI::CheckedTransformer(differentiations))
       ->default_str("analytic");
   o.free = {"bodies"};
-  app.add_option("--free", o.free, "bodies (all), names of bodies, armature, viscous, coulomb")
+  app.add_option("--free", o.free,
+                 "bodies (all that are physical), names of bodies, armature, viscous, coulomb")
       ->capture_default_str();
   app.add_option("--prior", o.fit.prior, "weight of the start's values against the data")
       ->check(CLI::NonNegativeNumber)

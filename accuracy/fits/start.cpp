@@ -16,17 +16,20 @@ namespace {
   throw InputError("--free " + name + ": is none of armature, viscous, coulomb" + names);
 }
 
+bool is_physical(const SpatialInertia<double>& M) { return to_log_cholesky(M).allFinite(); }
+
 }  // namespace
 
 FreeParameters free_parameters(const std::vector<std::string>& names, const Model<double>& model,
                                const std::vector<std::string>& bodies) {
   FreeParameters out;
-  std::vector<int> massive, all;
+  std::vector<int> massive, physical, all;
   std::vector<std::string> known;
   for (int k = 0; k < model.nv(); ++k) {
     all.push_back(k);
     if (model.inertia(k).massless) continue;
     massive.push_back(k);
+    if (is_physical(model.M(k))) physical.push_back(k);
     known.push_back(bodies[k]);
   }
   std::set<int> chosen;
@@ -38,7 +41,7 @@ FreeParameters free_parameters(const std::vector<std::string>& names, const Mode
     } else if (name == "coulomb") {
       out.coulomb = all;
     } else if (name == "bodies") {
-      chosen.insert(massive.begin(), massive.end());
+      chosen.insert(physical.begin(), physical.end());
     } else {
       const auto it = std::find(known.begin(), known.end(), name);
       if (it == known.end()) refuse_free(name, known);
@@ -52,7 +55,7 @@ FreeParameters free_parameters(const std::vector<std::string>& names, const Mode
 void check_physical(const Mechanics<double>& robot, const FreeParameters& free,
                     const std::vector<std::string>& bodies, const std::string& name) {
   for (const int k : free.bodies)
-    if (!to_log_cholesky(robot.model.M(k)).allFinite())
+    if (!is_physical(robot.model.M(k)))
       throw InputError(name + ": body '" + bodies[k] +
                        "' is not physical (mass and principal moments must be positive, and each "
                        "moment less than the sum of the others): leave it out of --free");

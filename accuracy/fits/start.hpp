@@ -10,7 +10,7 @@
 
 namespace kalmarm {
 
-// Of names of bodies, "bodies" for all that have mass, "armature", "viscous" and "coulomb";
+// Of names of bodies, "bodies" for all that are physical, "armature", "viscous" and "coulomb";
 // `bodies` are the names of the model's links. Throws InputError with all names where there is
 // another.
 FreeParameters free_parameters(const std::vector<std::string>& names, const Model<double>& model,
