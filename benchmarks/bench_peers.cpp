@@ -21,6 +21,7 @@
 #include <utility>
 #include <vector>
 
+#include "accuracy/programs/open_scene.hpp"
 #include "algorithms/model/inverse_dynamics.hpp"
 #include "algorithms/test/allocations.hpp"
 #include "benchmarks/case.hpp"
@@ -278,7 +279,7 @@ void add_scenes(const std::vector<std::string>& scenes, std::uint64_t seed) {
   const auto modules = load_modules();
   std::set<std::string> versions;
   for (const std::string& what : scenes) {
-    const auto contest = std::make_shared<const Contest>(load_scene(what), seed, modules);
+    const auto contest = std::make_shared<const Contest>(open_scene(what), seed, modules);
     for (const auto& peer : contest->peers) versions.insert(peer->version());
     add_tasks(contest);
   }

@@ -65,15 +65,17 @@ std::vector<Family> families_and_long_chain() {
 // Errors in units of the roundoff, beside the plain filter's. The logarithm of one state's ratio has
 // a standard deviation of 0.2 to 0.6 whatever the compiler and the lanes, its mean over 40 states
 // one of 0.1: a bound of 1.7 stands 3 to 5 of them above what families have (0.5 to 1.1 in 400
-// states; 1.3 massless_links). One state may lose more than a family is allowed where the plain
-// filter loses it too, by the condition of M: within exp(3 0.6) = 6 times.
+// states; 1.3 massless_links). The first five states stay within what a family is allowed. A later
+// one may lose more where the plain filter loses it too, by the condition of M: within
+// exp(3 0.6) = 6 times.
 struct Judgement {
   double allowed, log_ratio = 0, worst = 0;
+  int seen = 0;
 
   void see(double mine, double theirs) {
     log_ratio += std::log((mine + 0.1) / (theirs + 0.1));
     worst = std::max(worst, mine);
-    EXPECT_LE(mine, std::max(allowed, 6 * theirs));
+    EXPECT_LE(mine, ++seen <= 5 ? allowed : std::max(allowed, 6 * theirs));
   }
 };
 
