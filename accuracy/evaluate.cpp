@@ -5,22 +5,23 @@
 //
 // A variant that answers but warns (kalmarm/outcome.hpp) says so in the state: "warning", with the
 // joint and its numbers, "error_estimate" and "refinement_steps" where it has them, "widened" where
-// it was refined by factors of a wider precision. `--variant auto` chooses (recommend.hpp); a state
-// that it had to give to another variant names it.
+// it was refined by factors of a wider precision. `--variant auto` chooses (advice.hpp) for these
+// states; "advice" says by what.
+#include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
+#include "accuracy/advice.hpp"
 #include "accuracy/evaluation.hpp"
-#include "accuracy/plan_loss.hpp"
 #include "accuracy/programs/command_line.hpp"
 #include "accuracy/programs/open_scene.hpp"
 #include "accuracy/programs/output_file.hpp"
 #include "accuracy/programs/progress.hpp"
 #include "accuracy/real.hpp"
+#include "algorithms/questions/plan.hpp"
 #include "algorithms/solver.hpp"
 #include "robots/state_file.hpp"
 
@@ -63,85 +64,51 @@ class Note {
   int count_ = 0;
 };
 
-// What --variant auto uses, and what it goes on with where that fails or warns.
-struct Automatic {
-  Contender chosen, recommended;
-
-  bool leaves(const Outcome& outcome) const {
-    return chosen.variant != recommended.variant && (!outcome || outcome.warns());
-  }
+// What --variant auto uses.
+struct Choice {
+  Contender by;
+  json advice;
 };
 
-std::string describe(const Loss& loss, const Request& request) {
-  char text[128];
-  if (request.acceleration)
-    std::snprintf(text, sizeof text,
-                  "lost, in roundoffs: %.2g by cancellation, %.2g by parameters, %.2g observed",
-                  loss.cancellation, loss.parameters, loss.observed);
-  else
-    std::snprintf(text, sizeof text, "lost, in roundoffs: %.2g by cancellation, %.2g by Cholesky",
-                  loss.cancellation, loss.cholesky);
-  return text;
-}
-
-Automatic choose(const Options& options, const Scene& scene, const Question& question,
-                 const std::vector<State>& states) {
-  const std::set<std::string> want(options.question.want.begin(), options.question.want.end());
-  if (want.contains("factors")) throw InputError("--variant auto gives no factors");
+Choice choose(const Options& options, const Scene& scene, const Question& question,
+              const std::vector<State>& states) {
+  if (std::ranges::find(options.question.want, "factors") != options.question.want.end())
+    throw InputError("--variant auto gives no factors");
   if (options.by.precision == "mp") throw InputError("--variant auto is for float32 and float64");
-  const bool acceleration = want.contains("acceleration");
-  const Request request{acceleration, !acceleration || want.contains("inverse"), options.tolerance,
-                        options.by.precision};
-  const Loss loss =
-      predict(make_plan(scene.model, question, {Rule::locked_joints}), request, states);
-  const Choice choice = recommend(loss, request);
-  std::fprintf(stderr,
-               "evaluate: auto: %s in %s, predicted error %.1g %s the tolerance %.3g (%s)\n",
-               choice.variant.c_str(), choice.precision.c_str(), choice.predicted,
-               choice.predicted <= options.tolerance ? "within" : "BEYOND", options.tolerance,
-               describe(loss, request).c_str());
-  return {{choice.variant, choice.precision},
-          {recommended_variant, options.by.precision.empty() ? "float64" : options.by.precision}};
+  const auto advisor =
+      make_advisor(scene, options.question, question, states, options.by.precision);
+  const Advice advice = advise(*advisor, options.tolerance);
+  const Candidate& chosen = advisor->candidates()[advice.candidate];
+  const Observation& seen = advisor->observe(advice.candidate);
+  std::fprintf(stderr, "evaluate: auto: %s\n", advice.reason.c_str());
+  return {{chosen.variant, to_string(chosen.precision)},
+          {{"tolerance", options.tolerance},
+           {"worst_error", seen.worst},
+           {"predicted_error", seen.predicted},
+           {"enough", advice.enough},
+           {"reason", advice.reason}}};
 }
 
-json evaluate(const Options& options, const Contender& used,
-              const std::optional<Automatic>& automatic, const Scene& scene,
+json evaluate(const Options& options, const Contender& used, const Scene& scene,
               const Question& question, const std::vector<State>& states) {
   const Evaluator answer = make_evaluator(used, options.question, scene, question);
-  const Evaluator again =
-      automatic ? make_evaluator(automatic->recommended, options.question, scene, question)
-                : Evaluator();
-  Note warnings, changes, inaccurate;
+  Note warnings;
   json out = json::array();
   {
     Progress progress(static_cast<int>(states.size()));
     for (const State& state : states) {
       const std::string where = place(scene, out.size());
       progress.step("state " + std::to_string(out.size()));
-      const Contender* by = &used;
       Result a = answer(state);
-      if (automatic && automatic->leaves(a.outcome)) {
-        changes.add(where + describe(a.outcome, scene) + "; went on with " +
-                    automatic->recommended.variant);
-        by = &automatic->recommended;
-        a = again(state);
-        a.entry["variant"] = by->variant;
-        a.entry["precision"] = by->precision;
-      }
       if (!a.outcome)
-        throw InputError(where + describe(a.outcome, scene) + " (" + by->variant + ", " +
-                         by->precision + ")");
-      if (a.outcome.warns())
-        warnings.add(where + describe(a.outcome, scene));
-      else if (automatic && a.outcome.error > options.tolerance)
-        inaccurate.add(where + describe(a.outcome, scene) + ", beyond the tolerance");
+        throw InputError(where + describe(a.outcome, scene) + " (" + used.variant + ", " +
+                         used.precision + ")");
+      if (a.outcome.warns()) warnings.add(where + describe(a.outcome, scene));
       add_outcome(a.outcome, scene, a.entry);
       out.push_back(std::move(a.entry));
     }
   }
-  changes.tell("auto", states.size());
   warnings.tell("warning", states.size());
-  inaccurate.tell("warning", states.size());
   return out;
 }
 
@@ -171,9 +138,9 @@ int run(const Options& options) {
     for (State& state : states) state = asked_state(scene, question, state);
   }
 
-  std::optional<Automatic> choice;
+  std::optional<Choice> choice;
   if (options.by.variant == automatic) choice = choose(options, scene, question, states);
-  Contender used = choice ? choice->chosen : options.by;
+  Contender used = choice ? choice->by : options.by;
   if (used.precision.empty()) used.precision = "float64";
   const Digits digits(options.digits);
   json document = {{"robot", scene.name},
@@ -181,13 +148,14 @@ int run(const Options& options) {
                    {"dofs", scene.model.names()},
                    {"variant", used.variant},
                    {"precision", used.precision}};
+  if (choice) document["advice"] = choice->advice;
   const DynamicsOptions asked = asked_of(used, options.question, question);
   const Plan plan = make_plan(scene.model, question, asked.rules);
   if (static_cast<int>(plan.asked.size()) < scene.model.nv()) {
     for (const int k : plan.asked) document["asked"].push_back(scene.model.name(k));
   }
   if (!question.frames.empty()) document["sites"] = options.question.sites;
-  document["states"] = evaluate(options, used, choice, scene, question, states);
+  document["states"] = evaluate(options, used, scene, question, states);
   write_file(options.out, document.dump() + "\n");
   return 0;
 }

@@ -2,12 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <set>
 
 #include "accuracy/real.hpp"
-#include "algorithms/questions/plan.hpp"
-#include "algorithms/questions/solver_engine.hpp"
 #include "algorithms/solver.hpp"
 #include "robots/input_error.hpp"
 #include "robots/mujoco_solver.hpp"
@@ -29,50 +26,6 @@ json to_json(const MatrixX<T>& X) {
   json rows = json::array();
   for (int i = 0; i < X.rows(); ++i) rows.push_back(to_json<T>(VectorX<T>(X.row(i))));
   return rows;
-}
-
-[[noreturn]] void unknown_variant(const Contender& by, const std::string& why) {
-  std::string names = mujoco_variant;
-  for (const auto& variant : registered_variants<double>()) names += ", " + variant.name;
-  throw InputError("variant '" + by.variant + "' " + why + " (known: " + names + ")");
-}
-
-template <class T>
-std::unique_ptr<Solver<T>> make_contender(const Contender& by, const Scene& scene,
-                                          const Model<T>& model) {
-  if (by.variant == mujoco_variant) {
-    if constexpr (std::is_same_v<T, double>)
-      return std::make_unique<MujocoSolver>(mujoco_of(scene));
-    else
-      unknown_variant(by, "has no precision " + by.precision);
-  }
-  if (auto solver = make_solver<T>(by.variant, model)) return solver;
-  for (const auto& variant : registered_variants<double>())
-    if (variant.name == by.variant) unknown_variant(by, "has no precision " + by.precision);
-  unknown_variant(by, "is unknown");
-}
-
-// What the registry says of the variant; null: it is MuJoCo, or unknown.
-std::optional<VariantTraits> traits_of(const std::string& variant) {
-  for (const auto& one : registered_variants<double>())
-    if (one.name == variant) return one.traits;
-  return std::nullopt;
-}
-
-bool is_fast(const std::string& variant) {
-  const std::optional<VariantTraits> traits = traits_of(variant);
-  return traits && traits->kind == VariantKind::fast;
-}
-
-// The robot by the variant asked for: the fast path's own engines, or the study's.
-template <class T>
-Dynamics<T> make_robot(const Contender& by, const Scene& scene, const DynamicsOptions& asked) {
-  const RobotModel model = plain(scene.model);
-  if constexpr (std::is_floating_point_v<T>)
-    if (is_fast(by.variant)) return Dynamics<T>(model, asked);
-  return Dynamics<T>(model, asked, engines_by<T>([&](const Model<T>& part) {
-                       return make_contender<T>(by, scene, part);
-                     }));
 }
 
 std::string at_joint(const Outcome& outcome, const Scene& scene) {
@@ -205,24 +158,6 @@ class Evaluation {
 };
 
 }  // namespace
-
-DynamicsOptions asked_of(const Contender& by, const QuestionOptions& asked,
-                         const Question& question) {
-  const std::optional<VariantTraits> traits = traits_of(by.variant);
-  const bool fast = is_fast(by.variant);
-  DynamicsOptions out{.form = fast ? traits->form : Form::conventional,
-                      .question = question,
-                      .rules = rules_of(asked)};
-  if (by.variant == mujoco_variant) {
-    if (!question.locked.empty()) throw InputError("variant 'MuJoCo' cannot lock joints");
-    if (question.want.contains(Want::log_det))
-      throw InputError("variant 'MuJoCo' has no log det M");
-    out.rules.clear();
-  }
-  const std::set<Rule> able = fast ? rules_for(out.form) : model_rules();
-  std::erase_if(out.rules, [&](Rule rule) { return !able.contains(rule); });
-  return out;
-}
 
 Evaluator make_evaluator(const Contender& by, const QuestionOptions& asked, const Scene& scene,
                          const Question& question) {

@@ -5,17 +5,9 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "kalmarm/dynamics.hpp"
-#include "robots/question.hpp"
-#include "robots/scene.hpp"
+#include "accuracy/contender.hpp"
 
 namespace kalmarm {
-
-inline constexpr const char* mujoco_variant = "MuJoCo";  // stands beside those of the registry
-
-struct Contender {
-  std::string variant, precision;  // as on the command line: float32, float64 or mp
-};
 
 // Of one state. Where the outcome is a failure the entry is not whole.
 struct Result {
@@ -31,10 +23,6 @@ using Evaluator = std::function<Result(const State&)>;
 // Throws InputError where the variant is unknown, has no such precision or cannot give what is
 // wanted.
 Evaluator make_evaluator(const Contender& by, const QuestionOptions& asked, const Scene& scene,
-                         const Question& question);
-
-// What is asked of Dynamics: the question, and the rules that the variant can follow.
-DynamicsOptions asked_of(const Contender& by, const QuestionOptions& asked,
                          const Question& question);
 
 // Of an outcome that failed or warns, in words.

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "accuracy/plan_loss.hpp"
+#include "accuracy/advice.hpp"
 #include "accuracy/programs/command_line.hpp"
 #include "accuracy/programs/open_scene.hpp"
 #include "accuracy/programs/output_file.hpp"
@@ -25,7 +25,7 @@ struct Options {
   std::string scene;
   QuestionOptions question;
   std::optional<double> tolerance;
-  int random = 20;
+  int random = 200;
   std::uint64_t seed = 1;
   std::string json_file;
 };
@@ -96,19 +96,16 @@ json flops_before_and_after(const Plan& pruned, const Plan& whole) {
 }
 
 json precision(const Options& options, const Scene& scene, const Question& question) {
-  const auto wants = [&](Want want) { return question.want.contains(want); };
-  const Request request{wants(Want::acceleration), !wants(Want::acceleration), *options.tolerance};
   std::vector<State> states = random_states(scene, options.random, options.seed);
   for (State& state : states) state = asked_state(scene, question, std::move(state));
-  const Loss loss =
-      predict(make_plan(scene.model, question, {Rule::locked_joints}), request, states);
-  const Choice choice = recommend(loss, request);
-  return {{"tolerance", *options.tolerance},
-          {"precision", choice.precision},
-          {"variant", choice.variant},
-          {"predicted_error", choice.predicted},
-          {"enough", choice.predicted <= *options.tolerance},
-          {"states", options.random}};
+  const auto advisor = make_advisor(scene, options.question, question, states);
+  const Advice advice = advise(*advisor, *options.tolerance);
+  const Candidate& chosen = advisor->candidates()[advice.candidate];
+  const Observation& seen = advisor->observe(advice.candidate);
+  return {{"tolerance", *options.tolerance},   {"precision", to_string(chosen.precision)},
+          {"variant", chosen.variant},         {"worst_error", seen.worst},
+          {"predicted_error", seen.predicted}, {"enough", advice.enough},
+          {"reason", advice.reason},           {"states", options.random}};
 }
 
 json describe(const Options& options, const Scene& scene) {
@@ -222,13 +219,7 @@ void print(const json& plan) {
     line("flops", text);
   }
   if (!plan.contains("precision")) return;
-  const json& choice = plan["precision"];
-  std::snprintf(
-      text, sizeof text, "%s by %s: predicted error %.1g %s %.3g, in %d random states",
-      choice["precision"].get<std::string>().c_str(), choice["variant"].get<std::string>().c_str(),
-      choice["predicted_error"].get<double>(), choice["enough"].get<bool>() ? "within" : "BEYOND",
-      choice["tolerance"].get<double>(), choice["states"].get<int>());
-  line("precision", text);
+  line("precision", plan["precision"]["reason"]);
 }
 
 int run(const Options& options) {

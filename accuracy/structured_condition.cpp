@@ -114,12 +114,4 @@ template std::vector<StructuredCondition> structured_condition(
     const Model<double>&, const VectorX<double>&, const std::vector<Task<double>>&,
     const std::vector<Response<double>>&, const Solve&, unsigned, int, std::uint64_t);
 
-StructuredCondition quick_structured_condition(const Model<double>& model, const VectorX<double>& q,
-                                               const Task<double>& task, const VectorX<double>& a,
-                                               const Solve& solve, int draws, std::uint64_t seed) {
-  const Digits precision(16);  // of Real, which solve and the sums are handed on in
-  return condition_in<double>(model, q, {task}, {{task.value, a.cast<Real>(), {}}}, solve, 7, draws,
-                              seed)[0];
-}
-
 }  // namespace kalmarm

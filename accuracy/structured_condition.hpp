@@ -37,11 +37,4 @@ std::vector<StructuredCondition> structured_condition(const Model<T>& model, con
                                                       const Solve& solve, unsigned digits,
                                                       int draws, std::uint64_t seed = 1);
 
-// kS to its first digit, in float64 with delta = 1e-7, in some microseconds. The true a need be
-// known to a digit as well. gravity as in the model.
-StructuredCondition quick_structured_condition(const Model<double>& model, const VectorX<double>& q,
-                                               const Task<double>& task, const VectorX<double>& a,
-                                               const Solve& solve, int draws,
-                                               std::uint64_t seed = 1);
-
 }  // namespace kalmarm

@@ -1,4 +1,5 @@
-// stress: stiff and extreme mechanisms x variants x precision -> one CSV (measure_case.hpp).
+// stress: stiff and extreme mechanisms x variants x precision -> one CSV (measure_case.hpp), or what
+// the advisor chooses for them (measure_advice.hpp).
 //
 // The work is split over processes, not threads, because multi-precision keeps its precision per
 // process. Each worker takes the next case and appends its records to a journal of its own, in
@@ -23,6 +24,7 @@
 #include "accuracy/programs/command_line.hpp"
 #include "accuracy/programs/output_file.hpp"
 #include "accuracy/programs/progress.hpp"
+#include "accuracy/stress/measure_advice.hpp"
 #include "accuracy/stress/measure_case.hpp"
 #include "accuracy/stress/selection.hpp"
 
@@ -36,6 +38,7 @@ constexpr double many_links = 1000;  // beyond, one seed is enough: its truth ta
 
 struct Options {
   std::vector<std::string> families, variants, precisions = {"float32", "float64"};
+  std::vector<double> advice;  // tolerances; empty: every variant is measured
   std::string out, json_file, shard = "0/1";
   int seeds = 0, jobs = 0;
   bool quick = false, full = false, list = false;
@@ -84,9 +87,10 @@ std::vector<Job> plan(const std::vector<Family>& all, const Options& options) {
   std::vector<Job> jobs;
   for (const Family& family : all) {
     if (std::ranges::find(chosen, family.name) == chosen.end()) continue;
+    const std::vector<std::string> both = {"both"};
     for (const double value : options.full ? family.full : family.quick)
       for (int seed = 1; seed <= seeds(family, value, options); ++seed)
-        for (const std::string& precision : options.precisions)
+        for (const std::string& precision : options.advice.empty() ? options.precisions : both)
           jobs.push_back({&family, value, static_cast<std::uint64_t>(seed), precision});
   }
   return jobs;
@@ -158,8 +162,11 @@ void work(const std::vector<Job>& jobs, const std::vector<std::size_t>& todo,
   for (std::size_t i; (i = counters.next++) < todo.size(); ++counters.done) {
     const Job& job = jobs[todo[i]];
     try {
-      out << measure_case(*job.family, job.value, job.seed, job.precision,
-                          selection(*job.family, options));
+      if (options.advice.empty())
+        out << measure_case(*job.family, job.value, job.seed, job.precision,
+                            selection(*job.family, options));
+      else
+        out << measure_advice(*job.family, job.value, job.seed, options.advice);
     } catch (const std::runtime_error& e) {
       std::fprintf(stderr, "stress: note: %s: %s\n", job.name().c_str(), e.what());
     }
@@ -208,6 +215,7 @@ std::string key_of(const std::vector<Job>& jobs, const Options& options) {
   std::ostringstream key;
   key << fs::last_write_time("/proc/self/exe").time_since_epoch().count() << '\n';
   for (const std::string& variant : options.variants) key << variant << '\n';
+  for (const double tolerance : options.advice) key << "advice " << tolerance << '\n';
   for (const Job& job : jobs) key << job.name() << '\n';
   return key.str();
 }
@@ -268,7 +276,7 @@ int run(Options options) {
                  options.out.c_str());
     return 1;
   }
-  std::string text = csv_header;
+  std::string text = options.advice.empty() ? csv_header : advice_header;
   for (const auto& [index, block] : journal.read()) text += block;
   write_file(options.out, text);
   journal.remove();
@@ -289,6 +297,10 @@ int main(int argc, char** argv) {
       ->delimiter(',')
       ->check(CLI::IsMember({"float32", "float64"}))
       ->capture_default_str();
+  app.add_option("--advice", options.advice,
+                 "tolerances: what the advisor chooses for every mechanism, and its error")
+      ->delimiter(',')
+      ->check(CLI::PositiveNumber);
   app.add_option("--seeds", options.seeds, "seeds 1 to N of every case")
       ->check(CLI::Range(1, 10000000));
   auto* quick = app.add_flag("--quick", options.quick, "few values and seeds (default)");

@@ -1,0 +1,79 @@
+// Which variant, and which precision, is enough for a robot in given states?
+//
+// Every candidate answers the question in every state and is compared with the reference
+// (reference.hpp), which is right to the last bits of float64 also where most variants fail, and
+// knows its own error, e_ref.
+// A candidate's error in a state, x from the candidate and x_ref from the reference:
+//   acceleration, solve, inverse_dynamics   |x - x_ref| / |x_ref|                       (1)
+//   inverse, mass, operational              max |x - x_ref|_ij / sqrt(x_ref_ii x_ref_jj) (2)
+//   diagonal                                max |x - x_ref|_i / x_ref_i                 (3)
+//   log_det                                 |x - x_ref|: relative, of det M             (4)
+// In float32 it holds what rounding the parameters and the state costs. A state in which the
+// candidate fails or warns counts as an infinite error. Over all states
+//   predicted = margin max(u, worst error) + max e_ref                                  (5)
+// with u of the candidate's precision.
+//
+// Of the candidates predicted within the tolerance the fastest is advised; of those whose times
+// differ by no more than a clock can tell on a shared machine (`alike`) the first in the list:
+// float32 stands before float64, since in batches it takes half the time.
+//
+// margin = 2 is for other states of the same kind: on the nine shipped robots 200 states predict
+// 1.0 to 9 times the largest error of 200 others, of a and M^-1 in both precisions. In the states
+// themselves (5) cannot be below the error unless the reference errs and does not know it.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "algorithms/advisor/trial.hpp"
+#include "kalmarm/recommend.hpp"
+
+namespace kalmarm {
+
+struct Candidate {
+  std::string variant;
+  Precision precision;
+  std::function<std::unique_ptr<Trial>()> make;
+};
+
+// Over all states.
+struct Observation {
+  double median = 0, worst = 0;  // error; infinite where the candidate failed or warned
+  double predicted = 0;          // (5)
+  int failures = 0, warnings = 0;
+};
+
+struct Advice {
+  int candidate = 0;  // the most accurate where none is enough
+  bool enough = false;
+  std::string reason;
+};
+
+class Advisor {
+ public:
+  // The question of `model`, with every want named; no derivatives. Throws std::invalid_argument.
+  Advisor(const RobotModel& model, const Question& question, TrialStates states);
+  ~Advisor();
+
+  // In the order in which they are preferred.
+  void add(Candidate candidate);
+  // A form of the fast path in both precisions.
+  void add(Form form, const std::string& variant);
+
+  const std::vector<Candidate>& candidates() const;
+  const Observation& observe(int candidate);  // once each: a call of every state
+  double nanoseconds(int candidate);          // of a call, measured for all candidates at once
+  Advice advise(double tolerance);            // throws std::invalid_argument below the roundoff
+
+  const Question& question() const;
+  const TrialStates& states() const;
+  double reference_error() const;  // max e_ref; infinite where the reference fails or warns
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace kalmarm

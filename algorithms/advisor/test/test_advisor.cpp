@@ -1,0 +1,185 @@
+// The advisor's rule, on candidates whose errors and times are known, and on the forms of the door.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+
+#include "algorithms/advisor/advisor.hpp"
+#include "algorithms/model/plain.hpp"
+#include "algorithms/test/models.hpp"
+
+namespace kalmarm {
+namespace {
+
+const double u32 = unit_roundoff<float>(), u64 = unit_roundoff<double>();
+
+// q, qd and tau of rows that are drawn once.
+TrialStates states_of(const RobotModel& model, int count) {
+  TrialStates out;
+  out.count = count;
+  out.nq = model.nq;
+  out.nv = model.nv();
+  for (int i = 0; i < count * out.nq; ++i) out.q.push_back(std::sin(1 + 1.7 * i));
+  for (int i = 0; i < count * out.nv; ++i) {
+    out.qd.push_back(std::cos(2 + 1.3 * i));
+    out.tau.push_back(std::sin(3 + 0.9 * i));
+  }
+  return out;
+}
+
+// Answers what the reference does but for a relative error, after a while.
+class Known final : public Trial {
+ public:
+  struct Behaviour {
+    double error = 0, microseconds = 0;
+    Outcome outcome = {};
+  };
+
+  Known(const RobotModel& model, const TrialStates& states, const Behaviour& behaviour)
+      : robot_(model, {.question = {.want = {Want::acceleration}}}),
+        states_(states),
+        behaviour_(behaviour),
+        a_(model.nv()) {}
+
+  Outcome answer(int state) override {
+    const auto until = std::chrono::steady_clock::now() +
+                       std::chrono::nanoseconds(int(1e3 * behaviour_.microseconds));
+    const auto row = [&](const std::vector<double>& rows, int width) {
+      return VectorView<const double>(rows.data() + std::ptrdiff_t(state) * width, width);
+    };
+    static_cast<void>(robot_.forward_dynamics(
+        row(states_.q, states_.nq), row(states_.qd, states_.nv), row(states_.tau, states_.nv), a_));
+    a_ *= 1 + behaviour_.error;
+    while (std::chrono::steady_clock::now() < until) {
+    }
+    return behaviour_.outcome;
+  }
+  VectorX<double> result() const override { return a_; }
+  void poison() override { a_.setConstant(std::nan("")); }
+
+ private:
+  Dynamics<double> robot_;
+  TrialStates states_;
+  Behaviour behaviour_;
+  VectorX<double> a_;
+};
+
+class AdvisorsRule : public testing::Test {
+ protected:
+  void add(const char* name, Precision precision, const Known::Behaviour& behaviour) {
+    advisor.add({name, precision, [this, behaviour]() -> std::unique_ptr<Trial> {
+                   return std::make_unique<Known>(model, states, behaviour);
+                 }});
+  }
+
+  std::string choice(double tolerance) {
+    const Advice advice = advisor.advise(tolerance);
+    return (advice.enough ? "" : "not enough: ") + advisor.candidates()[advice.candidate].variant;
+  }
+
+  RobotModel model = kalmarm::plain(test::chain(1, 3));
+  TrialStates states = states_of(model, 5);
+  Advisor advisor{model, {.want = {Want::acceleration}}, states};
+};
+
+TEST_F(AdvisorsRule, TheFastestThatIsEnoughIsAdvised) {
+  add("slow", Precision::float64, {.error = 1e-14, .microseconds = 300});
+  add("fast", Precision::float64, {.error = 1e-4, .microseconds = 10});
+  add("middle", Precision::float64, {.error = 1e-8, .microseconds = 60});
+  EXPECT_EQ(choice(1e-3), "fast");
+  EXPECT_EQ(choice(1e-7), "middle");
+  EXPECT_EQ(choice(1e-9), "slow");
+  EXPECT_EQ(choice(1e-15), "not enough: slow");
+}
+
+TEST_F(AdvisorsRule, OfAlikeTimesTheFirstInTheListIsAdvised) {
+  add("first", Precision::float32, {.error = 1e-5, .microseconds = 200});
+  add("second", Precision::float64, {.error = 1e-9, .microseconds = 195});
+  EXPECT_EQ(choice(1e-3), "first");
+  EXPECT_EQ(choice(1e-6), "second");
+}
+
+TEST_F(AdvisorsRule, PredictionIsTwiceTheLargestErrorAndNoLessThanTwoRoundoffs) {
+  add("known", Precision::float64, {.error = 1e-5});
+  add("exact", Precision::float64, {});
+  add("single", Precision::float32, {});
+  const double reference = advisor.reference_error();
+  EXPECT_LE(reference, 10 * u64);
+  EXPECT_NEAR(advisor.observe(0).worst, 1e-5, 1e-10);
+  EXPECT_NEAR(advisor.observe(0).predicted, 2e-5, 1e-10);
+  EXPECT_NEAR(advisor.observe(1).predicted, 2 * u64 + reference, 20 * u64);
+  EXPECT_NEAR(advisor.observe(2).predicted, 2 * u32, 20 * u64);
+}
+
+TEST_F(AdvisorsRule, FailureAndWarningAreInfiniteErrors) {
+  add("fails", Precision::float64, {.outcome = {.status = Outcome::Status::singular}});
+  add("warns", Precision::float64, {.outcome = {.near_singular = true}});
+  add("nan", Precision::float64, {.error = std::nan("")});
+  add("sound", Precision::float64, {.error = 0.1, .microseconds = 100});
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(advisor.observe(i).predicted, HUGE_VAL) << i;
+  EXPECT_EQ(advisor.observe(0).failures, 5);
+  EXPECT_EQ(advisor.observe(1).warnings, 5);
+  EXPECT_EQ(choice(0.5), "sound");
+  EXPECT_EQ(choice(0.1), "not enough: sound");
+}
+
+TEST_F(AdvisorsRule, ToleranceBelowTheRoundoffIsRefused) {
+  add("any", Precision::float64, {});
+  EXPECT_THROW(advisor.advise(1e-17), std::invalid_argument);
+  EXPECT_THROW(advisor.advise(std::nan("")), std::invalid_argument);
+}
+
+TEST(Advisor, QuestionWithoutWantsOrWithDerivativesIsRefused) {
+  const RobotModel model = kalmarm::plain(test::chain(1, 3));
+  EXPECT_THROW(Advisor(model, {}, states_of(model, 1)), std::invalid_argument);
+  EXPECT_THROW(Advisor(model, {.want = {Want::derivatives}}, states_of(model, 1)),
+               std::invalid_argument);
+}
+
+Recommendation advice_for(const Model<double>& chain, double tolerance) {
+  const RobotModel model = kalmarm::plain(chain);
+  const TrialStates s = states_of(model, 20);
+  return recommend(model, s.q, s.qd, s.tau, {.tolerance = tolerance});
+}
+
+Model<double> heavy_tip(double ratio) {
+  const Model<double> chain = test::chain(3, 8);
+  std::vector<Joint<double>> joints;
+  for (int k = 0; k < chain.nv(); ++k) joints.push_back(chain.joint(k));
+  joints.back().body.mass *= ratio;
+  joints.back().body.moments *= ratio;
+  return {std::move(joints), chain.names(), chain.nq(), Vector3<double>(0, 0, -9.81)};
+}
+
+TEST(Recommend, Float32IsEnoughForARobotLikeChain) {
+  const Recommendation some = advice_for(test::chain(1, 7), 1e-3);
+  EXPECT_EQ(some.form, Form::conventional);
+  EXPECT_EQ(some.precision, Precision::float32);
+  EXPECT_TRUE(some.enough);
+  EXPECT_LE(some.predicted, 1e-3);
+  EXPECT_NE(some.reason.find("the conventional form in float32"), std::string::npos) << some.reason;
+  EXPECT_EQ(advice_for(test::chain(1, 7), 1e-11).precision, Precision::float64);
+}
+
+TEST(Recommend, HeavyTipTakesTheSquareRoot) {
+  const Recommendation some = advice_for(heavy_tip(1e10), 1e-9);
+  EXPECT_EQ(some.form, Form::square_root) << some.reason;
+  EXPECT_EQ(some.precision, Precision::float64);
+  EXPECT_TRUE(some.enough) << some.reason;
+}
+
+TEST(Recommend, NothingIsEnoughForASingularMechanism) {
+  const Recommendation some = advice_for(heavy_tip(0), 1e-2);
+  EXPECT_FALSE(some.enough);
+  EXPECT_EQ(some.predicted, HUGE_VAL);
+}
+
+TEST(Recommend, WrongSizesAreRefused) {
+  const RobotModel model = kalmarm::plain(test::chain(1, 3));
+  const std::vector<double> three(3), four(4), none;
+  EXPECT_THROW(recommend(model, three, four, three), std::invalid_argument);
+  EXPECT_THROW(recommend(model, none, none, none), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace kalmarm
