@@ -215,7 +215,7 @@ int main(int argc, char** argv) {
       "1e-9 or nv u kappa(M), whichever is more. Exit 1 beyond that.",
       "compare_mujoco");
   Options options;
-  app.add_option("SCENE", options.scenes, scene_help)->required();
+  add_scene(app, options.scenes)->required();
   app.add_option("--random", options.random, "number of random states")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();

@@ -169,7 +169,7 @@ int main(int argc, char** argv) {
                "evaluate");
   Options options;
   options.question.want = {"mass", "inverse", "acceleration"};
-  app.add_option("SCENE", options.scene, scene_help);
+  add_scene(app, options.scene);
   app.add_flag("--list", options.list, "print the variants, one a line");
   app.add_option("--variant", options.by.variant,
                  "e.g. 'Sequential<ArrayMGS>'; auto chooses for this robot and these states");

@@ -237,7 +237,7 @@ int main(int argc, char** argv) {
   CLI::App app("What a question about a scene needs, and what is left out by which rule.", "plan");
   Options options;
   options.question.want = {"acceleration"};
-  app.add_option("SCENE", options.scene, scene_help)->required();
+  add_scene(app, options.scene)->required();
   app.add_option("--want", options.question.want,
                  "any of acceleration, inverse, diagonal, log_det, mass, operational")
       ->delimiter(',')

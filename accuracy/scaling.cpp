@@ -168,7 +168,7 @@ int main(int argc, char** argv) {
   int count = 10;
   std::uint64_t seed = 1;
   std::string out;
-  app.add_option("SCENE", names, scene_help)->required();
+  add_scene(app, names)->required();
   app.add_option("--states", count, "random states of each scene")
       ->check(CLI::Range(1, 1000000))
       ->capture_default_str();

@@ -14,7 +14,6 @@
 #include <thread>
 #include <vector>
 
-#include "accuracy/programs/open_scene.hpp"
 #include "algorithms/model/plain.hpp"
 #include "algorithms/questions/flops.hpp"
 #include "algorithms/solver.hpp"
@@ -73,9 +72,9 @@ void add_all(std::shared_ptr<const Case> c) {
   }
 }
 
-void add_scenes(const std::vector<std::string>& scenes, std::uint64_t seed) {
-  for (const std::string& what : scenes) {
-    const auto c = std::make_shared<const Case>(open_scene(what), seed);
+void add_scenes(const std::vector<Scene>& scenes, std::uint64_t seed) {
+  for (const Scene& scene : scenes) {
+    const auto c = std::make_shared<const Case>(scene, seed);
     add_all<double>(c);
     add_all<float>(c);
   }

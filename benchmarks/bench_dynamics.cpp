@@ -11,7 +11,6 @@
 #include <string>
 #include <vector>
 
-#include "accuracy/programs/open_scene.hpp"
 #include "algorithms/questions/flops.hpp"
 #include "algorithms/solver.hpp"
 #include "benchmarks/case.hpp"
@@ -62,9 +61,9 @@ void add_all(std::shared_ptr<const Case> c) {
       add<T>(variant, c, pool);
 }
 
-void add_scenes(const std::vector<std::string>& scenes, std::uint64_t seed) {
-  for (const std::string& what : scenes) {
-    const auto c = std::make_shared<const Case>(open_scene(what), seed);
+void add_scenes(const std::vector<Scene>& scenes, std::uint64_t seed) {
+  for (const Scene& scene : scenes) {
+    const auto c = std::make_shared<const Case>(scene, seed);
     add_all<double>(c);
     add_all<float>(c);
   }

@@ -10,7 +10,6 @@
 #include <string>
 #include <vector>
 
-#include "accuracy/programs/open_scene.hpp"
 #include "algorithms/solver.hpp"
 #include "benchmarks/case.hpp"
 #include "benchmarks/driver.hpp"
@@ -55,9 +54,9 @@ void add_contenders(std::shared_ptr<const Case> c, std::shared_ptr<const Pool<T>
       add<T>(variant.name, std::shared_ptr<Solver<T>>(variant.make(model)), c, pool);
 }
 
-void add_scenes(const std::vector<std::string>& scenes, std::uint64_t seed) {
-  for (const std::string& what : scenes) {
-    const auto c = std::make_shared<const Case>(open_scene(what), seed);
+void add_scenes(const std::vector<Scene>& scenes, std::uint64_t seed) {
+  for (const Scene& scene : scenes) {
+    const auto c = std::make_shared<const Case>(scene, seed);
     const auto float64 = std::make_shared<const Pool<double>>(c->states);
     add_contenders<double>(c, float64);
     add_contenders<float>(c, std::make_shared<const Pool<float>>(c->states));

@@ -13,7 +13,6 @@
 #include <string>
 #include <vector>
 
-#include "accuracy/programs/open_scene.hpp"
 #include "algorithms/solver.hpp"
 #include "benchmarks/case.hpp"
 #include "benchmarks/driver.hpp"
@@ -107,9 +106,9 @@ void add_variants(std::shared_ptr<const Case> c, std::shared_ptr<const Pool<T>> 
       add_solver<T>(variant.name, variant.traits, variant.make(model), c, pool);
 }
 
-void add_scenes(const std::vector<std::string>& scenes, std::uint64_t seed, bool exhibits) {
-  for (const std::string& what : scenes) {
-    auto c = std::make_shared<const Case>(open_scene(what), seed);
+void add_scenes(const std::vector<Scene>& scenes, std::uint64_t seed, bool exhibits) {
+  for (const Scene& scene : scenes) {
+    auto c = std::make_shared<const Case>(scene, seed);
     auto float64 = std::make_shared<const Pool<double>>(c->states);
     auto float32 = std::make_shared<const Pool<float>>(c->states);
     add_variants<double>(c, float64, exhibits);
@@ -134,7 +133,7 @@ int main(int argc, char** argv) {
                 timed_call, "[--exhibits] "}
       .run(
           argc, argv,
-          [&](const std::vector<std::string>& scenes, std::uint64_t seed) {
+          [&](const std::vector<Scene>& scenes, std::uint64_t seed) {
             add_scenes(scenes, seed, exhibits);
           },
           [&](CLI::App& app) {

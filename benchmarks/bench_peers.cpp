@@ -21,7 +21,6 @@
 #include <utility>
 #include <vector>
 
-#include "accuracy/programs/open_scene.hpp"
 #include "algorithms/model/inverse_dynamics.hpp"
 #include "algorithms/test/allocations.hpp"
 #include "benchmarks/case.hpp"
@@ -275,11 +274,11 @@ void add_tasks(std::shared_ptr<const Contest> contest) {
   }
 }
 
-void add_scenes(const std::vector<std::string>& scenes, std::uint64_t seed) {
+void add_scenes(const std::vector<Scene>& scenes, std::uint64_t seed) {
   const auto modules = load_modules();
   std::set<std::string> versions;
-  for (const std::string& what : scenes) {
-    const auto contest = std::make_shared<const Contest>(open_scene(what), seed, modules);
+  for (const Scene& scene : scenes) {
+    const auto contest = std::make_shared<const Contest>(scene, seed, modules);
     for (const auto& peer : contest->peers) versions.insert(peer->version());
     add_tasks(contest);
   }

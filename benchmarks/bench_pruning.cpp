@@ -159,10 +159,10 @@ void add_question_context(const Scene& scene, const QuestionOptions& options, co
   benchmark::AddCustomContext("dofs_left", std::to_string(left));
 }
 
-void add_scenes(const std::vector<std::string>& scenes, std::uint64_t seed,
+void add_scenes(const std::vector<Scene>& scenes, std::uint64_t seed,
                 const QuestionOptions& options, const std::string& alone) {
   if (scenes.size() != 1) throw InputError("one scene at a time: a question names its joints");
-  const Scene scene = open_scene(scenes[0]);
+  const Scene& scene = scenes[0];
   const Question question = question_of(scene, options);
   if (question.want.empty()) throw InputError("--want names nothing that can be timed");
   const std::set<Rule> rules = rules_of(options);
@@ -190,7 +190,7 @@ int main(int argc, char** argv) {
                 timed_call, "[--want WHAT] [--dofs JOINTS] [--locked JOINTS] [--alone SCENE] "}
       .run(
           argc, argv,
-          [&](const std::vector<std::string>& scenes, std::uint64_t seed) {
+          [&](const std::vector<Scene>& scenes, std::uint64_t seed) {
             add_scenes(scenes, seed, options, alone);
           },
           [&](CLI::App& app) {

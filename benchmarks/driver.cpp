@@ -4,7 +4,7 @@
 
 #include <cstdio>
 
-#include "accuracy/programs/command_line.hpp"
+#include "accuracy/programs/open_scene.hpp"
 #include "benchmarks/context.hpp"
 
 namespace kalmarm {
@@ -21,7 +21,7 @@ int Driver::run(int argc, char** argv, const Add& add,
   });
   CLI::App app(about, name);
   std::uint64_t seed = 1;
-  CLI::Option* const option = app.add_option("SCENE", scenes, scene_help);
+  CLI::Option* const option = add_scene(app, scenes);
   if (scenes.empty())
     option->required();
   else
@@ -29,7 +29,9 @@ int Driver::run(int argc, char** argv, const Add& add,
   app.add_option("--seed", seed, "of the random states")->capture_default_str();
   configure(app);
   return run_program(app, argc, argv, [&] {
-    add(scenes, seed);
+    std::vector<Scene> opened;
+    for (const std::string& what : scenes) opened.push_back(open_scene(what));
+    add(opened, seed);
     add_context(timed_call);
     benchmark::RunSpecifiedBenchmarks();
     benchmark::Shutdown();

@@ -1,10 +1,13 @@
-// What the benchmark programs share: the command line, and running what `add` registers.
+// What the benchmark programs share: the command line, its scenes, and running what `add`
+// registers.
 #pragma once
 
 #include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
+
+#include "robots/scene.hpp"
 
 namespace CLI {
 class App;
@@ -13,7 +16,7 @@ class App;
 namespace kalmarm {
 
 struct Driver {
-  using Add = std::function<void(const std::vector<std::string>& scenes, std::uint64_t seed)>;
+  using Add = std::function<void(const std::vector<Scene>& scenes, std::uint64_t seed)>;
 
   std::string name, about;               // of the program
   const char* timed_call;                // what a timed call includes

@@ -315,7 +315,7 @@ int main(int argc, char** argv) {
   using namespace kalmarm;
   CLI::App app("Inertial parameters of a robot from measured or simulated motion.", "identify");
   Options o;
-  app.add_option("SCENE", o.robot, scene_help)->required();
+  add_scene(app, o.robot)->required();
   app.add_option("--data", o.data, samples_help);
   app.add_option("--simulate", o.hidden, "SCENE of the hidden truth, which MuJoCo moves");
   app.add_option("--residual", o.fit.residual, "what is driven to zero")

@@ -8,6 +8,12 @@
 
 namespace kalmarm {
 
+// Adds the argument SCENE: one name, or a vector of names for several.
+template <class Names>
+CLI::Option* add_scene(CLI::App& app, Names& names) {
+  return app.add_option("SCENE", names, scene_help);
+}
+
 // load_scene(what), with the notes of its file.
 inline Scene open_scene(const std::string& what) {
   Scene scene = load_scene(what);

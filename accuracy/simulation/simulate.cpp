@@ -206,7 +206,7 @@ int main(int argc, char** argv) {
                "simulate");
   std::string name, out;
   Options options;
-  app.add_option("SCENE", name, scene_help)->required();
+  add_scene(app, name)->required();
   app.add_option("--method", options.methods, "which to run")
       ->check(CLI::IsMember(method_names()))
       ->delimiter(',')
