@@ -5,8 +5,8 @@
 #include <iterator>
 #include <utility>
 
-#include "robots/given_inertia.hpp"
-#include "robots/ignored.hpp"
+#include "robots/files/given_inertia.hpp"
+#include "robots/files/ignored.hpp"
 #include "robots/input_error.hpp"
 #include "robots/mujoco_shim.hpp"
 #include "robots/mujoco_spec.hpp"

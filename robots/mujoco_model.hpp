@@ -44,7 +44,7 @@ struct LinkFrame {
 class MujocoModel {
  public:
   // From an MJCF or URDF file. Throws InputError with file, element and MuJoCo's reason. Notes say
-  // what was ignored (ignored.hpp), and which inertias no solid body has (given_inertia.hpp).
+  // what was ignored (files/ignored.hpp), and which inertias no solid body has (files/given_inertia.hpp).
   static std::shared_ptr<const MujocoModel> load(const std::string& path,
                                                  Sites sites = Sites::stripped);
 

@@ -1,4 +1,4 @@
-#include "robots/given_inertia.hpp"
+#include "robots/files/given_inertia.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "robots/ignored.hpp"
+#include "robots/files/ignored.hpp"
 
 #include <utility>
 #include <vector>
