@@ -25,6 +25,7 @@ constexpr double mass_bound = 1e-13, least_acceleration_bound = 1e-9;
 
 struct Options {
   std::vector<std::string> scenes;
+  LoadOptions read;
   std::string json_file;
   int random = 100;
   std::uint64_t seed = 1;
@@ -139,7 +140,7 @@ void print(const Scene& scene, std::size_t states, const Reference& reference, d
 
 // The scene's JSON record; its table goes to standard output, unless the JSON does.
 json compare(const std::string& what, const Options& options) {
-  const Scene scene = open_scene(what);
+  const Scene scene = open_scene(what, options.read);
   const Model<double>& model = scene.model;
   const int nv = model.nv();
   MujocoSolver mujoco(mujoco_of(scene));
@@ -215,7 +216,7 @@ int main(int argc, char** argv) {
       "1e-9 or nv u kappa(M), whichever is more. Exit 1 beyond that.",
       "compare_mujoco");
   Options options;
-  add_scene(app, options.scenes)->required();
+  add_scene(app, options.scenes, options.read)->required();
   app.add_option("--random", options.random, "number of random states")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();

@@ -32,6 +32,7 @@ using nlohmann::json;
 
 struct Options {
   std::string scene, states, out;
+  LoadOptions read;
   Contender by;
   QuestionOptions question;
   int random = 0, digits = 50;
@@ -123,7 +124,7 @@ int run(const Options& options) {
   if (options.by.variant.empty()) throw InputError("--variant is required; --list prints them");
   if (options.out.empty()) throw InputError("--out is required");
 
-  const Scene scene = open_scene(options.scene);
+  const Scene scene = open_scene(options.scene, options.read);
   const Question question = question_of(scene, options.question);
   std::vector<State> states;
   if (!options.states.empty()) {
@@ -169,7 +170,7 @@ int main(int argc, char** argv) {
                "evaluate");
   Options options;
   options.question.want = {"mass", "inverse", "acceleration"};
-  add_scene(app, options.scene);
+  add_scene(app, options.scene, options.read);
   app.add_flag("--list", options.list, "print the variants, one a line");
   app.add_option("--variant", options.by.variant,
                  "e.g. 'Sequential<ArrayMGS>'; auto chooses for this robot and these states");

@@ -23,6 +23,7 @@ using nlohmann::json;
 
 struct Options {
   std::string scene;
+  LoadOptions read;
   QuestionOptions question;
   std::optional<double> tolerance;
   int random = 200;
@@ -223,7 +224,7 @@ void print(const json& plan) {
 }
 
 int run(const Options& options) {
-  const json plan = describe(options, open_scene(options.scene));
+  const json plan = describe(options, open_scene(options.scene, options.read));
   if (options.json_file != "-") print(plan);
   if (!options.json_file.empty()) write_json(options.json_file, plan.dump(2) + "\n");
   return 0;
@@ -237,7 +238,7 @@ int main(int argc, char** argv) {
   CLI::App app("What a question about a scene needs, and what is left out by which rule.", "plan");
   Options options;
   options.question.want = {"acceleration"};
-  add_scene(app, options.scene)->required();
+  add_scene(app, options.scene, options.read)->required();
   app.add_option("--want", options.question.want,
                  "any of acceleration, inverse, diagonal, log_det, mass, operational")
       ->delimiter(',')

@@ -165,10 +165,11 @@ int main(int argc, char** argv) {
       "Error of every variant against multi-precision truth, and condition numbers, as CSV",
       "scaling");
   std::vector<std::string> names;
+  LoadOptions read;
   int count = 10;
   std::uint64_t seed = 1;
   std::string out;
-  add_scene(app, names)->required();
+  add_scene(app, names, read)->required();
   app.add_option("--states", count, "random states of each scene")
       ->check(CLI::Range(1, 1000000))
       ->capture_default_str();
@@ -178,7 +179,7 @@ int main(int argc, char** argv) {
   return run_program(app, argc, argv, [&] {
     std::vector<Scene> scenes;
     for (const std::string& name : names) {
-      scenes.push_back(open_scene(name));
+      scenes.push_back(open_scene(name, read));
       if (const int nv = scenes.back().model.nv(); nv > largest)
         throw InputError("scene '" + name + "' has " + std::to_string(nv) +
                          " degrees of freedom; truth is worked out up to " +

@@ -170,7 +170,7 @@ void add_scenes(const std::vector<Scene>& scenes, std::uint64_t seed,
   add_scene<double>(scene.name, scene, question, rules, {"whole", "pruned"}, seed);
   add_scene<float>(scene.name, scene, question, rules, {"whole", "pruned"}, seed);
   if (alone.empty()) return;
-  const Scene other = open_scene(alone);
+  const Scene other = open_scene(alone, {});
   QuestionOptions all;
   all.want = options.want;
   all.at_rest = options.at_rest;

@@ -21,7 +21,8 @@ int Driver::run(int argc, char** argv, const Add& add,
   });
   CLI::App app(about, name);
   std::uint64_t seed = 1;
-  CLI::Option* const option = add_scene(app, scenes);
+  LoadOptions read;
+  CLI::Option* const option = add_scene(app, scenes, read);
   if (scenes.empty())
     option->required();
   else
@@ -30,7 +31,7 @@ int Driver::run(int argc, char** argv, const Add& add,
   configure(app);
   return run_program(app, argc, argv, [&] {
     std::vector<Scene> opened;
-    for (const std::string& what : scenes) opened.push_back(open_scene(what));
+    for (const std::string& what : scenes) opened.push_back(open_scene(what, read));
     add(opened, seed);
     add_context(timed_call);
     benchmark::RunSpecifiedBenchmarks();

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "algorithms/spatial/principal_axes.hpp"
+#include "robots/files/read_file.hpp"
 #include "robots/input_error.hpp"
 #include "robots/mujoco_shim.hpp"
 #include "robots/mujoco_spec.hpp"
@@ -215,17 +216,17 @@ void check(const std::string& text, const Model<double>& wanted, const FittedPar
 }  // namespace
 
 std::string save_fitted(const std::string& robot_file, const FittedParameters& fitted,
-                        const std::string& note) {
-  Model<double> wanted = MujocoModel::load(robot_file)->lower();
+                        const std::string& note, const LoadOptions& read) {
+  Model<double> wanted = MujocoModel::load(robot_file, read)->lower();
   for (const auto& [k, M] : fitted.inertia) wanted.set_inertia(k, M);
   for (const auto& [k, r] : fitted.armature) wanted.set_noise(k, r);
 
-  SpecPtr spec = parse_spec(robot_file);
+  SpecPtr spec = read_file(robot_file, read).spec;
   std::shared_ptr<const MujocoModel> compiled;
   try {
     compiled = compile(spec.get(), robot_file);
   } catch (const InputError&) {  // load() compiled it without what is missing
-    spec = parse_spec(robot_file);
+    spec = read_file(robot_file, read).spec;
     strip(spec.get());
     compiled = compile(spec.get(), robot_file);
   }

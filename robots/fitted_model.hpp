@@ -13,6 +13,7 @@
 #include <string>
 
 #include "algorithms/spatial/inertia.hpp"
+#include "kalmarm/load.hpp"
 
 namespace kalmarm {
 
@@ -24,13 +25,13 @@ struct FittedParameters {
   std::map<int, double> coulomb = {};                  // frictionloss [N m or N]
 };
 
-// The MJCF text, its numbers with 17 digits; `note` becomes a comment at its beginning. The text
+// The MJCF text of the file as it was read, its numbers with 17 digits; `note` becomes a comment at its beginning. The text
 // has been read again, and gives the same kinematics, inertias and armatures to 1e-9. Throws
 // InputError with file and joint: a pseudo-inertia that is not positive semidefinite, a link
 // without a body (between the DoF of a joint of several), the inertia of a free body that MuJoCo
 // aligns with it, a negative armature or friction, different ones for the DoF of one joint, what
 // MuJoCo cannot hold (a rod at the end of a branch).
 std::string save_fitted(const std::string& robot_file, const FittedParameters& fitted,
-                        const std::string& note);
+                        const std::string& note, const LoadOptions& read = {});
 
 }  // namespace kalmarm

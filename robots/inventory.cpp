@@ -2,8 +2,8 @@
 
 #include <utility>
 
+#include "robots/files/read_file.hpp"
 #include "robots/mujoco_shim.hpp"
-#include "robots/mujoco_spec.hpp"
 #include "robots/mujoco_strip.hpp"
 
 namespace kalmarm {
@@ -33,7 +33,7 @@ Inventory inventory_of(const Scene& scene) {
     return out;
   }
   install_mujoco_handlers();
-  const SpecPtr spec = parse_spec(scene.file);
+  const SpecPtr spec = read_file(scene.file, scene.read).spec;
   for (const auto& [kind, name] : kinds)
     if (const int given = count(spec.get(), kind)) out.elements.push_back({name, given, 0});
   strip(spec.get());

@@ -47,9 +47,9 @@ std::vector<NamedFrame> named_frames(const MujocoModel& model) {
 
 }  // namespace
 
-LoadedRobot load_robot(const std::string& path) {
+LoadedRobot load_robot(const std::string& path, const LoadOptions& options) {
   const Handlers handlers;
-  const std::shared_ptr<const MujocoModel> model = MujocoModel::load(path, Sites::kept);
+  const std::shared_ptr<const MujocoModel> model = MujocoModel::load(path, options, Sites::kept);
   const mjModel* m = model->get();
   return {.name = std::filesystem::path(path).stem().string(),
           .model = plain(model->lower()),

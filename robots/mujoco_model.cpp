@@ -1,12 +1,9 @@
 #include "robots/mujoco_model.hpp"
 
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <utility>
 
 #include "robots/files/given_inertia.hpp"
-#include "robots/files/ignored.hpp"
+#include "robots/files/read_file.hpp"
 #include "robots/input_error.hpp"
 #include "robots/mujoco_shim.hpp"
 #include "robots/mujoco_spec.hpp"
@@ -14,14 +11,6 @@
 
 namespace kalmarm {
 namespace {
-
-// MuJoCo's reader would load a part of the robot without a word.
-void refuse_xacro(const std::string& path) {
-  std::ifstream file(path);
-  const std::string text{std::istreambuf_iterator<char>(file), {}};
-  if (text.find("<xacro:") != std::string::npos)
-    throw InputError(path + ": has macros, expand them first: xacro " + path + " > robot.urdf");
-}
 
 // Throws InputError with `what` and MuJoCo's reason.
 mjModel* compiled(mjSpec* spec, const std::string& what) {
@@ -40,8 +29,7 @@ std::shared_ptr<const MujocoModel> moving(mjModel* model, const std::string& wha
 std::string note_of(const std::vector<GivenInertia>& taken) {
   std::string bodies;
   for (const GivenInertia& given : taken)
-    bodies += (bodies.empty() ? "" : ", ") + std::string("'") +
-              mjs_getString(mjs_getName(given.body->element)) + "'";
+    bodies += (bodies.empty() ? "'" : ", '") + name_of(given.body->element) + "'";
   return "taken as given, although no solid body has such moments of inertia: " + bodies;
 }
 
@@ -54,15 +42,6 @@ std::string one_line(std::string text) {
   return text;
 }
 
-SpecPtr parse_spec(const std::string& path) {
-  if (!std::filesystem::is_regular_file(path)) throw InputError(path + ": no such file");
-  refuse_xacro(path);
-  char error[1024] = "";
-  SpecPtr spec(mj_parseXML(path.c_str(), nullptr, error, sizeof error), mj_deleteSpec);
-  if (!spec) throw InputError(path + ": " + one_line(error));
-  return spec;
-}
-
 std::shared_ptr<const MujocoModel> compile(mjSpec* spec, const std::string& what) {
   return moving(compiled(spec, what), what);
 }
@@ -72,13 +51,11 @@ void install_mujoco_handlers() {
   mju_user_warning = [](const char*) {};
 }
 
-std::shared_ptr<const MujocoModel> MujocoModel::load(const std::string& path, Sites sites) {
+std::shared_ptr<const MujocoModel> MujocoModel::load(const std::string& path,
+                                                     const LoadOptions& options, Sites sites) {
   install_mujoco_handlers();
-  const SpecPtr spec = parse_spec(path);
+  auto [spec, notes] = read_file(path, options);
   try {
-    std::vector<std::string> notes;
-    if (const std::string parts = ignored_parts(spec.get()); !parts.empty())
-      notes.push_back("ignored: " + parts);
     strip(spec.get(), sites);
     const std::vector<GivenInertia> taken = take_out_inertias(spec.get());
     if (!taken.empty()) notes.push_back(note_of(taken));

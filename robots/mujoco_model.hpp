@@ -25,6 +25,7 @@
 #include <vector>
 
 #include "algorithms/model/model.hpp"
+#include "kalmarm/load.hpp"
 #include "robots/mujoco_strip.hpp"
 
 namespace kalmarm {
@@ -44,8 +45,10 @@ struct LinkFrame {
 class MujocoModel {
  public:
   // From an MJCF or URDF file. Throws InputError with file, element and MuJoCo's reason. Notes say
-  // what was ignored (files/ignored.hpp), and which inertias no solid body has (files/given_inertia.hpp).
+  // what was ignored and changed (files/read_file.hpp), and which inertias no solid body has
+  // (files/given_inertia.hpp).
   static std::shared_ptr<const MujocoModel> load(const std::string& path,
+                                                 const LoadOptions& options = {},
                                                  Sites sites = Sites::stripped);
 
   // From a model of one-DoF joints that all carry mass, numbered depth first; for families. Throws

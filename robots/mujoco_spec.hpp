@@ -16,11 +16,12 @@ using SpecPtr = std::unique_ptr<mjSpec, void (*)(mjSpec*)>;
 // MuJoCo's message without line ends.
 std::string one_line(std::string text);
 
-// Parses an MJCF or URDF file. Throws InputError with the file.
-SpecPtr parse_spec(const std::string& path);
-
 // Throws InputError with `what` and MuJoCo's reason.
 std::shared_ptr<const MujocoModel> compile(mjSpec* spec, const std::string& what);
+
+inline std::string name_of(const mjsElement* element) {
+  return mjs_getString(mjs_getName(const_cast<mjsElement*>(element)));
+}
 
 inline std::vector<mjsElement*> elements(mjSpec* spec, mjtObj type) {
   std::vector<mjsElement*> out;

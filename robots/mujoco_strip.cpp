@@ -11,8 +11,6 @@
 namespace kalmarm {
 namespace {
 
-std::string name_of(mjsElement* element) { return mjs_getString(mjs_getName(element)); }
-
 void refuse_coupling_armature(mjSpec* spec) {
   for (mjsElement* e : elements(spec, mjOBJ_TENDON))
     if (mjs_asTendon(e)->armature != 0)

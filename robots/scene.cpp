@@ -45,10 +45,11 @@ std::optional<Scene> load_family(const std::string& what) {
   return std::nullopt;
 }
 
-Scene from_file(const fs::path& path, const std::string& name) {
+Scene from_file(const fs::path& path, const std::string& name, const LoadOptions& read) {
   Scene scene;
   scene.file = path.string();
-  scene.mujoco = MujocoModel::load(scene.file);
+  scene.read = read;
+  scene.mujoco = MujocoModel::load(scene.file, read);
   scene.model = scene.mujoco->lower();
   scene.name = name + ":" + std::to_string(scene.model.nv());
   const mjModel* m = scene.mujoco->get();
@@ -95,20 +96,24 @@ Scene generated_scene(const std::string& name, const Model<double>& model) {
   return scene;
 }
 
-Scene load_scene(const std::string& what) {
-  if (std::optional<Scene> scene = load_family(what)) return *std::move(scene);
+Scene load_scene(const std::string& what, const LoadOptions& read) {
+  if (std::optional<Scene> scene = load_family(what)) {
+    if (read != LoadOptions())
+      throw InputError("scene '" + what + "': has no file to be read otherwise");
+    return *std::move(scene);
+  }
   const std::vector<std::string> robots = shipped_robots(), scenes = shipped_scenes();
   const std::string name = what.substr(0, what.find(':'));
   const auto shipped = [&](const std::vector<std::string>& names, const fs::path& path) {
     if (std::find(names.begin(), names.end(), name) == names.end()) return std::optional<Scene>();
-    Scene scene = from_file(path, name);
+    Scene scene = from_file(path, name, read);
     if (what != name && what != scene.name)
       throw InputError("scene '" + what + "': the one that ships is " + scene.name);
     return std::optional<Scene>(std::move(scene));
   };
   if (auto scene = shipped(robots, robots_folder / name / (name + ".xml"))) return *scene;
   if (auto scene = shipped(scenes, robots_folder / "scenes" / (name + ".xml"))) return *scene;
-  if (fs::is_regular_file(what)) return from_file(what, fs::path(what).stem().string());
+  if (fs::is_regular_file(what)) return from_file(what, fs::path(what).stem().string(), read);
   std::vector<std::string> known;
   for (const Family& family : families()) known.push_back(family.name + ":N");
   throw InputError("scene '" + what + "' is neither a file, a shipped robot (" + joined(robots) +

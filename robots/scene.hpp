@@ -23,12 +23,13 @@ struct Scene {
   std::shared_ptr<const MujocoModel> mujoco;  // null for a family until mujoco_of() is called
   std::vector<std::array<double, 2>> range;   // of every entry of q; quaternions are drawn apart
   std::string file;                           // empty for a family
+  LoadOptions read = {};                      // how it was read
   bool at_rest = false;                       // q = 0 and qd = 0 belong to the scene
 };
 
 // `what` is the path of an MJCF or URDF file, the name of a folder in robots/ or of a file in
-// robots/scenes/ (with or without its size), or family:N. Throws InputError.
-Scene load_scene(const std::string& what);
+// robots/scenes/ (with or without its size), or family:N, which takes no options. Throws InputError.
+Scene load_scene(const std::string& what, const LoadOptions& read = {});
 
 // A model made by the program: positions between -pi and pi.
 Scene generated_scene(const std::string& name, const Model<double>& model);

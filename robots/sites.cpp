@@ -1,8 +1,6 @@
 #include "robots/sites.hpp"
 
-#include "robots/mujoco_shim.hpp"
-#include "robots/mujoco_spec.hpp"
-#include "robots/mujoco_strip.hpp"
+#include "robots/mujoco_model.hpp"
 
 namespace kalmarm {
 
@@ -13,10 +11,7 @@ std::vector<NamedSite> sites_of(const Scene& scene) {
       out.push_back({scene.model.name(k), Site<double>{.link = k}});
     return out;
   }
-  install_mujoco_handlers();
-  const SpecPtr spec = parse_spec(scene.file);
-  strip(spec.get(), Sites::kept);
-  const auto model = compile(spec.get(), scene.file);
+  const auto model = MujocoModel::load(scene.file, scene.read, Sites::kept);
   const mjModel* m = model->get();
   const std::vector<LinkFrame> bodies = model->body_frames();
   const auto add = [&](mjtObj kind, int i, const LinkFrame& at) {

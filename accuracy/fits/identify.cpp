@@ -49,6 +49,7 @@ std::string name_of(const std::map<std::string, Value>& names, Value value) {
 
 struct Options {
   std::string robot, data, hidden, out, json_out, samples_out;
+  LoadOptions read;
   std::vector<std::string> free;
   FitOptions fit;
   SimulationOptions simulation;
@@ -78,7 +79,7 @@ std::string joined(const json& names, std::size_t most = 8) {
 class Identification {
  public:
   explicit Identification(const Options& options)
-      : options_(options), scene_(open_scene(options.robot)) {
+      : options_(options), scene_(open_scene(options.robot, options.read)) {
     if (options.data.empty() == options.hidden.empty())
       throw InputError("one of --data and --simulate is needed, and not both");
     if (options.fit.residual == Residual::mass_matrix && options.hidden.empty())
@@ -122,7 +123,7 @@ class Identification {
   bool prints() const { return options_.json_out != "-"; }
 
   void simulate() {
-    const Scene hidden = open_scene(options_.hidden);
+    const Scene hidden = open_scene(options_.hidden, options_.read);
     truth_ = mechanics_of(hidden);
     check_same_joints(scene_, hidden);
     check_physical(*truth_, free_, bodies_, hidden.name);
@@ -293,7 +294,7 @@ class Identification {
                   "data (the others are at the start's values), held-out torque NRMSE %.3g %%",
                   record_["residual"].get<std::string>().c_str(), train_.count(),
                   record_["rank"].get<int>(), names_.size(), 100 * after_.total);
-    write_file(options_.out, save_fitted(scene_.file, fitted, note));
+    write_file(options_.out, save_fitted(scene_.file, fitted, note, scene_.read));
     if (prints()) std::printf("  wrote        %s\n", options_.out.c_str());
   }
 
@@ -315,7 +316,7 @@ int main(int argc, char** argv) {
   using namespace kalmarm;
   CLI::App app("Inertial parameters of a robot from measured or simulated motion.", "identify");
   Options o;
-  add_scene(app, o.robot)->required();
+  add_scene(app, o.robot, o.read)->required();
   app.add_option("--data", o.data, samples_help);
   app.add_option("--simulate", o.hidden, "SCENE of the hidden truth, which MuJoCo moves");
   app.add_option("--residual", o.fit.residual, "what is driven to zero")

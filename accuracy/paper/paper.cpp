@@ -31,6 +31,7 @@ constexpr double heaviest = 4;  // link of the random chain; the lightest is 1
 
 struct Options {
   std::string robot;
+  LoadOptions read;
   int links = 6;
   std::uint64_t seed = 1;
   std::string precision = "both";
@@ -168,7 +169,7 @@ Run check(const char* precision, unsigned digits, double tolerance, const Case& 
 int run(const Options& options) {
   const bool chosen = !options.robot.empty();
   const std::string size = std::to_string(options.links);
-  const Case main(chosen ? open_scene(options.robot)
+  const Case main(chosen ? open_scene(options.robot, options.read)
                          : generated_scene("chain:" + size,
                                            random_chain(options.links, options.seed, heaviest)),
                   options.seed);
@@ -226,6 +227,7 @@ int main(int argc, char** argv) {
   Options options;
   auto* robot =
       app.add_option("--robot", options.robot, std::string("SCENE to check: ") + scene_help);
+  add_file_options(app, options.read);
   app.add_option("--links", options.links, "random chain of so many links")
       ->check(CLI::Range(1, largest_dense))
       ->excludes(robot)

@@ -1,22 +1,24 @@
-// The scene that a program is asked about.
+// The scenes that a program is asked about.
 #pragma once
 
 #include <string>
 
 #include "accuracy/programs/command_line.hpp"
+#include "robots/file_options.hpp"
 #include "robots/scene.hpp"
 
 namespace kalmarm {
 
-// Adds the argument SCENE: one name, or a vector of names for several.
+// Adds the argument SCENE, one name or a vector of several, and how their files are read.
 template <class Names>
-CLI::Option* add_scene(CLI::App& app, Names& names) {
+CLI::Option* add_scene(CLI::App& app, Names& names, LoadOptions& read) {
+  add_file_options(app, read);
   return app.add_option("SCENE", names, scene_help);
 }
 
-// load_scene(what), with the notes of its file.
-inline Scene open_scene(const std::string& what) {
-  Scene scene = load_scene(what);
+// load_scene(what, read), with the notes of its file.
+inline Scene open_scene(const std::string& what, const LoadOptions& read) {
+  Scene scene = load_scene(what, read);
   if (scene.mujoco)
     for (const std::string& note : scene.mujoco->notes()) add_note(what + ": " + note);
   return scene;

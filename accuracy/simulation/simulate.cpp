@@ -205,8 +205,9 @@ int main(int argc, char** argv) {
   CLI::App app("Error of sampled covariances of the random model against sample count, as CSV",
                "simulate");
   std::string name, out;
+  LoadOptions read;
   Options options;
-  add_scene(app, name)->required();
+  add_scene(app, name, read)->required();
   app.add_option("--method", options.methods, "which to run")
       ->check(CLI::IsMember(method_names()))
       ->delimiter(',')
@@ -228,7 +229,7 @@ int main(int argc, char** argv) {
   app.add_option("--out", out, "CSV file to write")->required();
 
   return run_program(app, argc, argv, [&] {
-    const Scene scene = open_scene(name);
+    const Scene scene = open_scene(name, read);
     if (const int nv = scene.model.nv(); nv > largest_dense)
       throw InputError("scene '" + name + "' has " + std::to_string(nv) +
                        " degrees of freedom; covariances of 6n rows are sampled up to n = " +

@@ -10,27 +10,11 @@
 #include "robots/input_error.hpp"
 #include "robots/scene.hpp"
 #include "robots/state_file.hpp"
+#include "robots/test/refusal.hpp"
 #include "robots/test/temporary_file.hpp"
 
 namespace kalmarm {
 namespace {
-
-std::string complaint(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const InputError& e) {
-    return e.what();
-  }
-  return "";
-}
-
-// Expects a one-line refusal with every word in it.
-void expect_refused(const std::function<void()>& action, const std::vector<std::string>& words) {
-  const std::string message = complaint(action);
-  EXPECT_FALSE(message.empty()) << "was accepted";
-  EXPECT_EQ(message.find('\n'), std::string::npos) << message;
-  for (const std::string& word : words) EXPECT_NE(message.find(word), std::string::npos) << message;
-}
 
 void expect_file_refused(const std::string& xml, std::vector<std::string> words) {
   const TemporaryFile file(xml, ".xml");

@@ -8,6 +8,7 @@
 // keep MuJoCo's order and conventions: entry i of q is qpos[i], DoF k is qvel[k].
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,15 @@
 #include "kalmarm/robot_model.hpp"
 
 namespace kalmarm {
+
+// How a file is read where there is more than one way. What is not named is as the file has it.
+struct LoadOptions {
+  // The root link that gets a free joint, "floating_base": a legged robot's URDF cannot say that its
+  // base is not welded to the world. "" is the only root.
+  std::optional<std::string> floating = {};
+
+  bool operator==(const LoadOptions&) const = default;
+};
 
 struct NamedFrame {
   std::string name;
@@ -38,6 +48,6 @@ struct LoadedRobot {
 };
 
 // Throws std::runtime_error, in one line with the file, the element and the reason.
-KALMARM_EXPORT LoadedRobot load_robot(const std::string& path);
+KALMARM_EXPORT LoadedRobot load_robot(const std::string& path, const LoadOptions& options = {});
 
 }  // namespace kalmarm

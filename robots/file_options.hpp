@@ -1,0 +1,15 @@
+// How a robot's file is read, as users say it on a command line.
+#pragma once
+
+#include "kalmarm/load.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace kalmarm {
+
+// Adds what LoadOptions has to the command line.
+void add_file_options(CLI::App& app, LoadOptions& read);
+
+}  // namespace kalmarm
