@@ -12,10 +12,12 @@
 namespace kalmarm {
 namespace {
 
-// Throws InputError with `what` and MuJoCo's reason.
-mjModel* compiled(mjSpec* spec, const std::string& what) {
+// Throws InputError with `what`, MuJoCo's reason and what may be behind it.
+mjModel* compiled(mjSpec* spec, const std::string& what, const std::string& hint = "") {
   mjModel* model = mj_compile(spec, nullptr);
-  if (!model) throw InputError(what + ": " + one_line(mjs_getError(spec)));
+  if (!model)
+    throw InputError(what + ": " + one_line(mjs_getError(spec)) +
+                     (hint.empty() ? "" : " (" + hint + ")"));
   return model;
 }
 
@@ -54,12 +56,12 @@ void install_mujoco_handlers() {
 std::shared_ptr<const MujocoModel> MujocoModel::load(const std::string& path,
                                                      const LoadOptions& options, Sites sites) {
   install_mujoco_handlers();
-  auto [spec, notes] = read_file(path, options);
+  auto [spec, notes, weights] = read_file(path, options);
   try {
     strip(spec.get(), sites);
     const std::vector<GivenInertia> taken = take_out_inertias(spec.get());
     if (!taken.empty()) notes.push_back(note_of(taken));
-    mjModel* model = compiled(spec.get(), path);
+    mjModel* model = compiled(spec.get(), path, weights);
     put_back(taken, model);
     auto out = moving(model, path, std::move(notes));
     out->lower();  // refuses here what it cannot hold

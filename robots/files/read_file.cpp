@@ -4,24 +4,26 @@
 #include <fstream>
 #include <iterator>
 
+#include "robots/files/file_kind.hpp"
 #include "robots/files/floating.hpp"
 #include "robots/files/ignored.hpp"
+#include "robots/files/packages.hpp"
+#include "robots/files/urdf.hpp"
 #include "robots/input_error.hpp"
 
 namespace kalmarm {
 namespace {
 
-// MuJoCo's reader would load a part of the robot without a word.
-void refuse_xacro(const std::string& path) {
-  std::ifstream file(path);
+std::vector<XmlTag> checked_tags(const std::string& path) {
+  if (!std::filesystem::is_regular_file(path)) throw InputError(path + ": no such file");
+  std::ifstream file(path, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(file), {}};
-  if (text.find("<xacro:") != std::string::npos)
-    throw InputError(path + ": has macros, expand them first: xacro " + path + " > robot.urdf");
+  std::vector<XmlTag> tags = xml_tags(text);
+  refuse_other_kinds(path, text, tags);
+  return tags;
 }
 
 SpecPtr parse(const std::string& path) {
-  if (!std::filesystem::is_regular_file(path)) throw InputError(path + ": no such file");
-  refuse_xacro(path);
   char error[1024] = "";
   SpecPtr spec(mj_parseXML(path.c_str(), nullptr, error, sizeof error), mj_deleteSpec);
   if (!spec) throw InputError(path + ": " + one_line(error));
@@ -31,7 +33,8 @@ SpecPtr parse(const std::string& path) {
 }  // namespace
 
 ReadFile read_file(const std::string& path, const LoadOptions& options) {
-  ReadFile out{parse(path), {}};
+  const std::vector<XmlTag> tags = checked_tags(path);
+  ReadFile out{parse(path), {}, {}};
   mjSpec* spec = out.spec.get();
   const auto note = [&](const std::string& text) {
     if (!text.empty()) out.notes.push_back(text);
@@ -39,6 +42,12 @@ ReadFile read_file(const std::string& path, const LoadOptions& options) {
   try {
     if (options.floating) free_root(spec, *options.floating);
     note(note_of_welded_base(spec));
+    if (is_urdf(tags)) {
+      refuse_several_roots(tags);
+      find_packages(spec, path, options.package_path);
+      out.weights = weigh_links(spec, path, options.urdf_inertia);
+      note(out.weights);
+    }
     if (const std::string parts = ignored_parts(spec); !parts.empty()) note("ignored: " + parts);
   } catch (const InputError& e) {
     throw InputError(path + ": " + e.what());

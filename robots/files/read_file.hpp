@@ -13,6 +13,7 @@ namespace kalmarm {
 struct ReadFile {
   SpecPtr spec;
   std::vector<std::string> notes;  // what was ignored, and what the options changed
+  std::string weights;             // which of them tells of links without inertia; may be empty
 };
 
 // From an MJCF or URDF file. Throws InputError with the file.

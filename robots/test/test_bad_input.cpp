@@ -48,7 +48,25 @@ TEST(BadFile, XacroIsToBeExpandedFirst) {
       {"macros", "xacro "});
 }
 
+TEST(BadFile, OtherFormatsAreToBeConverted) {
+  expect_file_refused(
+      "<?xml version='1.0'?><!-- <mujoco> --><sdf version='1.9'><model name='m'/></sdf>",
+      {"SDF", "sdf2mjcf "});
+  expect_file_refused("#usda 1.0\ndef Xform \"robot\" {}\n", {"USD", "usd_to_urdf "});
+  expect_file_refused("PXR-USDC binary", {"USD", "usd_to_urdf "});
+  expect_file_refused("<mujocoinclude><body name='b'/></mujocoinclude>", {"<include file="});
+}
+
+TEST(BadFile, UrdfWithSeveralRoots) {
+  expect_file_refused(
+      "<robot name='r'><link name='a'/><link name='b'/><link name='c'/>"
+      "<joint name='j' type='revolute'><parent link='a'/><child link='c'/></joint>"
+      "</robot>",
+      {"several links have no parent", "'a', 'b'"});
+}
+
 TEST(BadFile, NoJoint) {
+  expect_file_refused("<robot name='r'><link name='a'/></robot>", {"no degree of freedom"});
   expect_file_refused(
       "<mujoco><worldbody><body name='a'>" + std::string(good) + "</body></worldbody></mujoco>",
       {"no degree of freedom"});

@@ -17,11 +17,21 @@
 
 namespace kalmarm {
 
+// What a URDF's link without <inertial> weighs: nothing, as ROS has it; its collision geometry at
+// 1000 kg/m^3, as MuJoCo has it; or that where its mesh files are there, and else nothing.
+enum class UrdfInertia { where_found, none, geometry };
+
 // How a file is read where there is more than one way. What is not named is as the file has it.
 struct LoadOptions {
   // The root link that gets a free joint, "floating_base": a legged robot's URDF cannot say that its
   // base is not welded to the world. "" is the only root.
   std::optional<std::string> floating = {};
+
+  UrdfInertia urdf_inertia = UrdfInertia::where_found;
+
+  // Folders that hold ROS packages, or are one, for meshes that are named package://PACKAGE/PATH;
+  // before ROS_PACKAGE_PATH, AMENT_PREFIX_PATH and the folders above the file.
+  std::vector<std::string> package_path = {};
 
   bool operator==(const LoadOptions&) const = default;
 };
