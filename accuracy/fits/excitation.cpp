@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "accuracy/fits/identifiability.hpp"
+#include "accuracy/fits/quaternion_rates.hpp"
 
 namespace kalmarm {
 namespace {
@@ -116,17 +117,14 @@ Samples to_samples(const Scene& scene, const VectorX<double>& time, const Motion
         break;
       case Coordinate::quaternion:
         for (int t = 0; t < count; ++t) {
-          const Vector3<double> u = motion.x.col(t).segment<3>(k),
-                                ud = motion.xd.col(t).segment<3>(k),
-                                udd = motion.xdd.col(t).segment<3>(k);
-          const double n = 1 + u.squaredNorm();
-          const auto imaginary = [&](const Vector3<double>& d) {  // of conj(1, u) (0, d)
-            return Vector3<double>(d - u.cross(d));
-          };
-          const Vector3<double> omega = 2 / n * imaginary(ud);
-          out.q.col(t).segment<4>(i) << 1 / std::sqrt(n), u / std::sqrt(n);
+          Eigen::Vector4d u, ud, udd;
+          u << 1, motion.x.col(t).segment<3>(k);
+          ud << 0, motion.xd.col(t).segment<3>(k);
+          udd << 0, motion.xdd.col(t).segment<3>(k);
+          const auto [omega, omega_dot] = quaternion_rates(u, ud, udd);
+          out.q.col(t).segment<4>(i) = u.normalized();
           out.qd.col(t).segment<3>(k) = omega;
-          out.qdd.col(t).segment<3>(k) = 2 / n * imaginary(udd) - 2 / n * u.dot(ud) * omega;
+          out.qdd.col(t).segment<3>(k) = omega_dot;
         }
         break;
       case Coordinate::follower:

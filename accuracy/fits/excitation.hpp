@@ -3,9 +3,7 @@
 //   x(t) = x0 + sum over l of a_l sin(l w t) / (l w) + b_l cos(l w t) / (l w)^2
 // scaled to stay within the joint's range and a largest speed, chosen for the condition number of
 // the regressor (its columns scaled to unit length, the ones that no motion excites left out).
-// Orientations are the series of four numbers u around 1, q = u / |u|, so that
-//   omega = 2 Im(u* u') / |u|^2,   omega' = 2 Im(u* u'') / |u|^2 - 2 omega (u.u') / |u|^2
-// in the body's own axes.
+// Orientations are the series of four numbers u around 1, q = u / |u| (quaternion_rates.hpp).
 #pragma once
 
 #include <cstdint>

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "accuracy/fits/differentiate.hpp"
 #include "accuracy/fits/identifiability.hpp"
 #include "accuracy/fits/start.hpp"
 #include "accuracy/programs/open_scene.hpp"
@@ -41,9 +40,24 @@ void simulate(const IdentificationOptions& options, Identification& it) {
   if (!options.samples_out.empty()) write_file(options.samples_out, to_csv(it.scene, it.train));
 }
 
+// What the data lack: accelerations, or velocities too.
+void complete(const IdentificationOptions& options, const Model<double>& model, Samples& samples) {
+  try {
+    if (!samples.has_velocities()) {
+      differentiate_positions(samples, model, options.filter);
+      add_note(options.data + ": no velocities: positions are differentiated, and the first and " +
+               "last " + std::to_string(options.filter.half_width) + " samples left out");
+    } else if (!samples.has_accelerations()) {
+      differentiate(samples, options.filter);
+    }
+  } catch (const InputError& e) {
+    throw InputError(options.data + ": " + e.what());
+  }
+}
+
 void read(const IdentificationOptions& options, Identification& it) {
   Samples all = read_samples(it.scene, options.data);
-  if (!all.has_accelerations()) differentiate(all);
+  complete(options, it.scene.model, all);
   const int held_out = static_cast<int>(options.hold_out * all.count());
   if (all.count() - held_out < 1 || held_out < 1)
     throw InputError(options.data + ": " + std::to_string(all.count()) +

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "accuracy/fits/differentiate.hpp"
 #include "accuracy/fits/fit.hpp"
 #include "accuracy/fits/prediction.hpp"
 #include "accuracy/fits/simulated_samples.hpp"
@@ -23,6 +24,7 @@ struct IdentificationOptions {
   std::vector<std::string> free;
   FitOptions fit;
   SimulationOptions simulation;
+  LocalPolynomial filter;  // of data that lack accelerations, or velocities too
   double start_error = 0, hold_out = 0.2;
 };
 

@@ -74,6 +74,11 @@ int main(int argc, char** argv) {
   app.add_option("--hold-out", o.hold_out, "share of --data that is predicted instead of fitted")
       ->check(CLI::Range(0.01, 0.9))
       ->capture_default_str();
+  app.add_option("--half-width", o.filter.half_width,
+                 "samples on either side of one, to which the polynomials are fitted whose "
+                 "derivatives stand in for what --data lacks")
+      ->check(CLI::Range(2, 10000))
+      ->capture_default_str();
   app.add_option("--samples", o.simulation.count, "of --simulate")
       ->check(CLI::Range(2, 1000000))
       ->capture_default_str();

@@ -26,6 +26,7 @@ std::vector<std::string> column_names(const Model<double>& model) {
 }
 
 bool is_acceleration(const std::string& column) { return column.starts_with("qdd:"); }
+bool is_velocity(const std::string& column) { return column.starts_with("qd:"); }
 
 // Levenshtein's: characters to insert, delete or change.
 int edit_distance(const std::string& a, const std::string& b) {
@@ -109,9 +110,11 @@ class Reader {
     std::vector<std::string> others;
     std::copy_if(header_.begin(), header_.end(), std::back_inserter(others),
                  [&](const std::string& column) { return !contains(names_, column); });
-    const bool accelerations = std::any_of(header_.begin(), header_.end(), is_acceleration);
+    accelerations_ = std::any_of(header_.begin(), header_.end(), is_acceleration);
+    velocities_ = accelerations_ || std::any_of(header_.begin(), header_.end(), is_velocity);
     for (const std::string& name : names_) {
-      if (!accelerations && is_acceleration(name)) continue;
+      if (!accelerations_ && is_acceleration(name)) continue;
+      if (!velocities_ && is_velocity(name)) continue;
       const auto found = std::find(header_.begin(), header_.end(), name);
       if (found == header_.end())
         throw InputError(where() + ": no column '" + name + "'" + nearest(name, others));
@@ -173,8 +176,8 @@ class Reader {
     Samples out;
     out.time = all.row(0);
     out.q = all.middleRows(1, nq);
-    out.qd = all.middleRows(1 + nq, nv);
-    if (width > 1 + nq + 2 * nv) out.qdd = all.middleRows(1 + nq + nv, nv);
+    if (velocities_) out.qd = all.middleRows(1 + nq, nv);
+    if (accelerations_) out.qdd = all.middleRows(1 + nq + nv, nv);
     out.tau = all.bottomRows(nv);
     out.normalized = normalized_;
     return out;
@@ -186,6 +189,7 @@ class Reader {
   std::vector<int> fields_;     // of the header, in the order of names_
   std::vector<double> values_;  // of the fields, sample after sample
   int line_ = 1, normalized_ = 0;
+  bool velocities_ = false, accelerations_ = false;
 };
 
 }  // namespace
@@ -223,6 +227,7 @@ std::string to_csv(const Scene& scene, const Samples& samples) {
   std::string text;
   for (const std::string& name : column_names(scene.model)) {
     if (is_acceleration(name) && !samples.has_accelerations()) continue;
+    if (is_velocity(name) && !samples.has_velocities()) continue;
     if (!text.empty()) text += ',';
     text += field(name);
   }

@@ -9,7 +9,8 @@
 //                 of a free joint FREE:x FREE:y FREE:z FREE:r:x FREE:r:y FREE:r:z
 //   qdd:DOF       accelerations; all of them or none
 //   tau:DOF       torques or forces of the joints [N m or N]
-// in MuJoCo's conventions.
+// in MuJoCo's conventions. Velocities may be missing too, all of them and all accelerations:
+// differentiate.hpp makes what is missing.
 #pragma once
 
 #include <string>
@@ -20,17 +21,21 @@
 namespace kalmarm {
 
 inline constexpr const char* samples_help =
-    "CSV with a header: time, q:JOINT, qd:JOINT, qdd:JOINT (all or none), tau:JOINT, in any order; "
-    "a ball joint has q:JOINT:qw :qx :qy :qz and qd:JOINT:x :y :z, a free joint q:JOINT:x :y :z "
+    "CSV with a header: time, q:JOINT, qd:JOINT, qdd:JOINT, tau:JOINT, in any order; qdd, or qd "
+    "and "
+    "qdd, may be missing, of all joints, and are then derivatives of the others; a ball joint has "
+    "q:JOINT:qw :qx :qy :qz and qd:JOINT:x :y :z, a free joint q:JOINT:x :y :z "
     ":r:qw :r:qx :r:qy :r:qz and qd:JOINT:x :y :z :r:x :r:y :r:z; other columns are passed over";
 
 struct Samples {
   VectorX<double> time;             // [s], increasing
-  MatrixX<double> q, qd, qdd, tau;  // nq, nv, nv, nv x count, a sample a column; qdd may be empty
+  MatrixX<double> q, qd, qdd, tau;  // nq, nv, nv, nv x count, a sample a column; qdd may be empty,
+                                    // or qd and qdd
   MatrixX<double> mass;             // lower triangles of M, row by row; simulated samples alone
   int normalized = 0;               // quaternions that did not have unit length and were normalised
 
   int count() const { return static_cast<int>(time.size()); }
+  bool has_velocities() const { return qd.size() > 0; }
   bool has_accelerations() const { return qdd.size() > 0; }
   State state(int i) const { return {q.col(i), qd.col(i), tau.col(i)}; }
 };
