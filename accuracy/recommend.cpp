@@ -18,6 +18,7 @@ using nlohmann::json;
 
 struct Options {
   std::string scene, json_file;
+  LoadOptions read;
   std::vector<std::string> want = {"acceleration", "inverse"};
   std::vector<double> tolerances = {1e-3, 1e-5, 1e-6, 1e-9, 1e-12};
   QuestionOptions question;
@@ -101,7 +102,7 @@ void print(const json& tasks, const std::string& sentence) {
 }
 
 int run(const Options& options) {
-  const Scene scene = open_scene(options.scene);
+  const Scene scene = open_scene(options.scene, options.read);
   json tasks;
   {
     Progress progress(static_cast<int>(options.want.size()));
@@ -125,7 +126,7 @@ int main(int argc, char** argv) {
   using namespace kalmarm;
   CLI::App app("Which variant and which precision to take for a robot, and why.", "recommend");
   Options options;
-  app.add_option("SCENE", options.scene, scene_help)->required();
+  add_scene(app, options.scene, options.read)->required();
   app.add_option("--want", options.want, "any of acceleration, inverse, diagonal, log_det, mass")
       ->delimiter(',')
       ->check(CLI::IsMember({"acceleration", "inverse", "diagonal", "log_det", "mass"}))

@@ -111,10 +111,9 @@ struct Advisor::Parts {
         question(checked(what)),
         states(std::move(where)),
         rows(6 * static_cast<int>(question.frames.size())) {
-    Dynamics<double> dynamics(model, {.question = question, .rules = model_rules()},
-                              engines_by<double>([](const Model<double>& part) {
-                                return std::make_unique<ReferenceSolver>(part);
-                              }));
+    Dynamics<double> dynamics(
+        model, {.question = question, .rules = model_rules()},
+        engines_by<double>([](const Model<double>& part) { return make_reference(part); }));
     asked = dynamics.asked();
     reference = std::make_unique<TrialBy<double>>(std::move(dynamics), question.want, rows, states);
     for (int i = 0; i < states.count; ++i) {
