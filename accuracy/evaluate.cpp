@@ -143,6 +143,8 @@ int run(const Options& options) {
   if (options.by.variant == automatic) choice = choose(options, scene, question, states);
   Contender used = choice ? choice->by : options.by;
   if (used.precision.empty()) used.precision = "float64";
+  } else if (!options.read.key.empty() && options.random == 0) {
+    states = {asked_state(scene, question, home_state(scene))};
   const Digits digits(options.digits);
   json document = {{"robot", scene.name},
                    {"nv", scene.model.nv()},

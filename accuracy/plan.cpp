@@ -14,6 +14,7 @@
 #include "algorithms/fast/lowering/zero_terms.hpp"
 #include "algorithms/questions/flops.hpp"
 #include "robots/inventory.hpp"
+#include "robots/names.hpp"
 #include "robots/question.hpp"
 
 namespace kalmarm {
@@ -149,20 +150,13 @@ json describe(const Options& options, const Scene& scene) {
   return out;
 }
 
-std::string plural(const std::string& kind, int count) {
-  if (count == 1) return kind;
-  if (kind == "mesh") return "meshes";
-  if (kind == "equality") return "equalities";
-  return kind + "s";
-}
-
 // "31 geoms, 2 lights", of the elements whose number by `count` is not zero.
 template <class Count>
 std::string listed(const json& elements, const Count& count) {
   std::string out;
   for (const json& element : elements)
     if (const int n = count(element); n > 0)
-      out += (out.empty() ? "" : ", ") + std::to_string(n) + " " + plural(element["kind"], n);
+      out += (out.empty() ? "" : ", ") + counted(n, element["kind"]);
   return out.empty() ? "nothing" : out;
 }
 

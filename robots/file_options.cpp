@@ -1,11 +1,31 @@
 #include "robots/file_options.hpp"
 
 #include <CLI/CLI.hpp>
+#include <fstream>
 #include <map>
+#include <nlohmann/json.hpp>
 
 #include "robots/files/packages.hpp"
+#include "robots/input_error.hpp"
 
 namespace kalmarm {
+namespace {
+
+std::map<std::string, double> read_armature(const std::string& path) {
+  std::ifstream file(path);
+  if (!file) throw InputError(path + ": cannot be read");
+  const nlohmann::json document = nlohmann::json::parse(file, nullptr, false);
+  if (!document.is_object()) throw InputError(path + ": is no JSON object of joints and numbers");
+  std::map<std::string, double> out;
+  for (const auto& [joint, value] : document.items()) {
+    if (!value.is_number())
+      throw InputError(path + ": joint '" + joint + "': " + value.dump() + " is not a number");
+    out[joint] = value;
+  }
+  return out;
+}
+
+}  // namespace
 
 void add_file_options(CLI::App& app, LoadOptions& read) {
   constexpr const char* group = "How the scene's file is read";
@@ -21,6 +41,26 @@ void add_file_options(CLI::App& app, LoadOptions& read) {
       ->transform(CLI::CheckedTransformer(std::map<std::string, UrdfInertia>{
           {"none", UrdfInertia::none}, {"geometry", UrdfInertia::geometry}}))
       ->type_name("none|geometry")
+      ->group(group);
+  app.add_option(
+         "--inertia", read.inertia,
+         "moments of inertia that no solid body has: taken as given and refused where one is "
+         "negative, or balanced, those of the nearest solid body")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, InertiaPolicy>{
+          {"given", InertiaPolicy::given}, {"balanced", InertiaPolicy::balanced}}))
+      ->type_name("given|balanced")
+      ->default_str("given")
+      ->group(group);
+  app.add_option(
+         "--key", read.key,
+         "keyframe that the robot stands in where no other state is asked for; locked joints "
+         "stand as in it")
+      ->type_name("NAME")
+      ->group(group);
+  app.add_option_function<std::string>(
+         "--armature", [&](const std::string& path) { read.armature = read_armature(path); },
+         "JSON file of joints and the inertia that rotor and gear add to each, {\"JOINT\": KG_M2}")
+      ->type_name("FILE")
       ->group(group);
   app.add_option_function<std::string>(
          "--package-path", [&](const std::string& path) { read.package_path = folders_of(path); },

@@ -22,8 +22,6 @@ constexpr std::pair<mjtObj, const char*> kinds[] = {
     {mjOBJ_TEXT, "custom text"},    {mjOBJ_TUPLE, "tuple"},
 };
 
-int count(mjSpec* spec, mjtObj kind) { return static_cast<int>(elements(spec, kind).size()); }
-
 }  // namespace
 
 Inventory inventory_of(const Scene& scene) {

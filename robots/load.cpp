@@ -50,10 +50,10 @@ std::vector<NamedFrame> named_frames(const MujocoModel& model) {
 LoadedRobot load_robot(const std::string& path, const LoadOptions& options) {
   const Handlers handlers;
   const std::shared_ptr<const MujocoModel> model = MujocoModel::load(path, options, Sites::kept);
-  const mjModel* m = model->get();
   return {.name = std::filesystem::path(path).stem().string(),
           .model = plain(model->lower()),
-          .home = {m->qpos0, m->qpos0 + m->nq},
+          .home = {model->home().q.begin(), model->home().q.end()},
+          .home_velocity = {model->home().qd.begin(), model->home().qd.end()},
           .frames = named_frames(*model),
           .notes = model->notes()};
 }

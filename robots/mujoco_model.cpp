@@ -22,8 +22,8 @@ mjModel* compiled(mjSpec* spec, const std::string& what, const std::string& hint
 }
 
 std::shared_ptr<const MujocoModel> moving(mjModel* model, const std::string& what,
-                                          std::vector<std::string> notes = {}) {
-  auto out = std::make_shared<const MujocoModel>(model, std::move(notes));
+                                          std::vector<std::string> notes = {}, Keyframe key = {}) {
+  auto out = std::make_shared<const MujocoModel>(model, std::move(notes), std::move(key));
   if (model->nv == 0) throw InputError(what + ": no joint, so no degree of freedom");
   return out;
 }
@@ -56,14 +56,14 @@ void install_mujoco_handlers() {
 std::shared_ptr<const MujocoModel> MujocoModel::load(const std::string& path,
                                                      const LoadOptions& options, Sites sites) {
   install_mujoco_handlers();
-  auto [spec, notes, weights] = read_file(path, options);
+  auto [spec, notes, weights, key] = read_file(path, options);
   try {
     strip(spec.get(), sites);
     const std::vector<GivenInertia> taken = take_out_inertias(spec.get());
     if (!taken.empty()) notes.push_back(note_of(taken));
     mjModel* model = compiled(spec.get(), path, weights);
     put_back(taken, model);
-    auto out = moving(model, path, std::move(notes));
+    auto out = moving(model, path, std::move(notes), std::move(key));
     out->lower();  // refuses here what it cannot hold
     return out;
   } catch (const InputError& e) {

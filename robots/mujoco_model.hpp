@@ -26,6 +26,7 @@
 
 #include "algorithms/model/model.hpp"
 #include "kalmarm/load.hpp"
+#include "robots/files/keyframe.hpp"
 #include "robots/mujoco_strip.hpp"
 
 namespace kalmarm {
@@ -56,17 +57,22 @@ class MujocoModel {
   static std::shared_ptr<const MujocoModel> from(const Model<double>& model,
                                                  const std::string& name);
 
-  explicit MujocoModel(mjModel* model, std::vector<std::string> notes = {})
-      : model_(model, mj_deleteModel), notes_(std::move(notes)) {}
+  // Takes the compiled model. Throws InputError where the keyframe is not the model's.
+  explicit MujocoModel(mjModel* model, std::vector<std::string> notes = {}, Keyframe key = {})
+      : model_(model, mj_deleteModel),
+        notes_(std::move(notes)),
+        home_(completed(std::move(key), model)) {}
 
   const mjModel* get() const { return model_.get(); }
   const std::vector<std::string>& notes() const { return notes_; }  // of load(), each a line
+  const Keyframe& home() const { return home_; }  // as the file or its keyframe starts
   Model<double> lower() const;
   std::vector<LinkFrame> body_frames() const;  // of MuJoCo's bodies, in its order
 
  private:
   std::unique_ptr<mjModel, void (*)(mjModel*)> model_;
   std::vector<std::string> notes_;
+  Keyframe home_;
 };
 
 }  // namespace kalmarm

@@ -30,4 +30,17 @@ inline std::vector<mjsElement*> elements(mjSpec* spec, mjtObj type) {
   return out;
 }
 
+inline int count(mjSpec* spec, mjtObj type) {
+  return static_cast<int>(elements(spec, type).size());
+}
+
+inline bool has_joint(mjsBody* body) { return mjs_firstChild(body, mjOBJ_JOINT, 0) != nullptr; }
+
+// False where it is welded to the world.
+inline bool moves(mjsBody* body) {
+  for (; body; body = mjs_getParent(body->element))
+    if (has_joint(body)) return true;
+  return false;
+}
+
 }  // namespace kalmarm

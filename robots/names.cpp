@@ -40,6 +40,27 @@ std::string unknown_name(const std::string& kind, const std::string& name,
   return out;
 }
 
+std::string counted(int count, const std::string& kind) {
+  const std::string number = std::to_string(count) + " ";
+  if (count == 1) return number + kind;
+  const std::size_t of = std::min(kind.find(" of "), kind.size());
+  std::string noun = kind.substr(0, of);
+  if (noun.ends_with("sh") || noun.ends_with("x"))
+    noun += "es";
+  else if (noun.ends_with("dy") || noun.ends_with("ty"))
+    noun.replace(noun.size() - 1, 1, "ies");
+  else
+    noun += "s";
+  return number + noun + kind.substr(of);
+}
+
+void Counts::add(const std::string& kind, int count) {
+  if (count == 0) return;
+  for (auto& [known, sum] : counts_)
+    if (known == kind) return void(sum += count);
+  counts_.emplace_back(kind, count);
+}
+
 bool matches(const std::string& pattern, const std::string& name) {
   return fnmatch(pattern.c_str(), name.c_str(), 0) == 0;
 }

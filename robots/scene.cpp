@@ -121,8 +121,7 @@ Scene load_scene(const std::string& what, const LoadOptions& read) {
 }
 
 VectorX<double> home_position(const Scene& scene) {
-  if (scene.mujoco)
-    return Eigen::Map<const VectorX<double>>(scene.mujoco->get()->qpos0, scene.model.nq());
+  if (scene.mujoco) return scene.mujoco->home().q;
   VectorX<double> q = VectorX<double>::Zero(scene.model.nq());
   for (int k = 0; k < scene.model.nv(); ++k) {
     const Joint<double>& joint = scene.model.joint(k);
@@ -132,6 +131,13 @@ VectorX<double> home_position(const Scene& scene) {
       q[joint.q_index] = joint.ref;
   }
   return q;
+}
+
+State home_state(const Scene& scene) {
+  const int nv = scene.model.nv();
+  return {home_position(scene),
+          scene.mujoco ? scene.mujoco->home().qd : VectorX<double>::Zero(nv).eval(),
+          VectorX<double>::Zero(nv)};
 }
 
 std::vector<State> random_states(const Scene& scene, int count, std::uint64_t seed) {

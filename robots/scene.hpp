@@ -34,8 +34,9 @@ Scene load_scene(const std::string& what, const LoadOptions& read = {});
 // A model made by the program: positions between -pi and pi.
 Scene generated_scene(const std::string& name, const Model<double>& model);
 
-// q (nq) as the scene's file starts; of a family every joint at its reference.
+// q (nq) as the scene's file or its keyframe starts; of a family every joint at its reference.
 VectorX<double> home_position(const Scene& scene);
+State home_state(const Scene& scene);  // with the keyframe's velocities, else at rest; tau = 0
 
 // Names that load_scene knows without a path.
 std::vector<std::string> shipped_robots();

@@ -15,8 +15,6 @@ constexpr int several = 3;  // limbs that hang on one base: two arms may hang on
 
 bool is_world(const mjsBody* body) { return mjs_getParent(body->element) == nullptr; }
 
-bool has_joint(mjsBody* body) { return mjs_firstChild(body, mjOBJ_JOINT, 0) != nullptr; }
-
 bool carries_joints(mjsBody* body) { return mjs_firstChild(body, mjOBJ_JOINT, 1) != nullptr; }
 
 std::vector<mjsBody*> roots_of(mjSpec* spec) {

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 
 #include "algorithms/spatial/principal_axes.hpp"
+#include "robots/input_error.hpp"
 #include "robots/mujoco_spec.hpp"
 #include "robots/mujoco_strip.hpp"
 
@@ -12,6 +14,8 @@ namespace kalmarm {
 namespace {
 
 using Vec3 = Vector3<double>;
+
+constexpr double thinnest = 1e-4;  // least of a balanced body's second moments over the largest
 
 bool is_solid(Vec3 moments) {
   std::sort(moments.begin(), moments.end());
@@ -29,6 +33,22 @@ RigidBody<double> principal(const mjsBody* body) {
   return with_principal_axes<double>(body->mass, Vec3::Zero(), tensor);
 }
 
+// The axes of the inertial frame become the principal ones.
+void set_moments(mjsBody* body, const Eigen::Quaternion<double>& axes, const Vec3& moments) {
+  if (is_full(body)) {
+    const double quat[] = {axes.w(), axes.x(), axes.y(), axes.z()};
+    std::copy(quat, quat + 4, body->iquat);
+    body->fullinertia[0] = std::numeric_limits<double>::quiet_NaN();  // not given
+  }
+  Eigen::Map<Vec3>(body->inertia) = moments;
+}
+
+std::string words(const Vec3& moments) {
+  char text[96];
+  std::snprintf(text, sizeof text, "%.3g, %.3g, %.3g", moments[0], moments[1], moments[2]);
+  return text;
+}
+
 }  // namespace
 
 std::vector<GivenInertia> take_out_inertias(mjSpec* spec) {
@@ -39,18 +59,34 @@ std::vector<GivenInertia> take_out_inertias(mjSpec* spec) {
     if (!body->explicitinertial || inertia_from_geoms(spec, body)) continue;
     const RigidBody<double> given = principal(body);
     const Vec3& moments = given.moments;
-    if (!moments.allFinite() || !(moments.minCoeff() > 0) || is_solid(moments)) continue;
-    if (is_full(body)) {
-      const Eigen::Quaternion<double>& axes = given.axes;
-      const double quat[] = {axes.w(), axes.x(), axes.y(), axes.z()};
-      std::copy(quat, quat + 4, body->iquat);
-      body->fullinertia[0] = std::numeric_limits<double>::quiet_NaN();  // not given
-    }
-    Eigen::Map<Vec3>(body->inertia).setConstant(moments.mean());
+    if (!moments.allFinite() || is_solid(moments)) continue;
+    if (moments.minCoeff() < 0)
+      throw InputError("body '" + name_of(e) + "' has a negative moment of inertia (" +
+                       words(moments) + "): --inertia balanced takes the nearest body");
+    if (moments.minCoeff() == 0) continue;  // MuJoCo refuses it where it is not welded to more
+    set_moments(body, given.axes, Vec3::Constant(moments.mean()));
     taken.push_back({body, moments.cwiseMax(spec->compiler.boundinertia)});
   }
   if (!taken.empty()) spec->compiler.fusestatic = 0;  // a sum of inertias could not be put back
   return taken;
+}
+
+std::string balance_inertias(mjSpec* spec) {
+  std::string changed;
+  for (mjsElement* e : elements(spec, mjOBJ_BODY)) {
+    mjsBody* body = mjs_asBody(e);
+    if (!body->explicitinertial || inertia_from_geoms(spec, body) || !moves(body)) continue;
+    const RigidBody<double> given = principal(body);
+    const Vec3 second = given.moments.sum() / 2 - given.moments.array();
+    const double largest = second.maxCoeff();
+    if (!given.moments.allFinite() || is_solid(given.moments) || !(largest > 0)) continue;
+    const Vec3 clipped = second.cwiseMax(thinnest * largest);
+    const Vec3 balanced = clipped.sum() - clipped.array();
+    set_moments(body, given.axes, balanced);
+    changed += (changed.empty() ? "'" : ", '") + name_of(e) + "' from " + words(given.moments) +
+               " to " + words(balanced) + " kg m^2";
+  }
+  return changed.empty() ? "" : "balanced moments of inertia: " + changed;
 }
 
 void put_back(const std::vector<GivenInertia>& taken, mjModel* model) {

@@ -4,10 +4,15 @@
 // about the centre of mass are, and nothing here asks for more; MuJoCo's compiler does, although its
 // dynamics do not. So it compiles a ball in the place of such a body and is given the moments
 // afterwards.
+//
+// Balanced instead: with the second moments s_i = (A + B + C)/2 - moment_i, which a solid body has
+// not negative, the nearest body has max(s_i, s_max/10^4) and from them its moments, on the same
+// axes: a rod a hundred times as long as it is thick, where only one was positive.
 #pragma once
 
 #include <mujoco/mujoco.h>
 
+#include <string>
 #include <vector>
 
 #include "algorithms/spatial/spatial.hpp"
@@ -20,11 +25,16 @@ struct GivenInertia {
 };
 
 // Puts balls in the places of the bodies of a stripped specification whose moments are positive and
-// break A + B >= C, unless the file asks MuJoCo to balance them.
+// break A + B >= C, unless the file asks MuJoCo to balance them. Throws InputError where a moment is
+// negative.
 std::vector<GivenInertia> take_out_inertias(mjSpec* spec);
 
 // What was taken out of the specification, into the model compiled from it; scaled as the compiler
 // has scaled the mass.
 void put_back(const std::vector<GivenInertia>& taken, mjModel* model);
+
+// Makes the inertias of moving bodies those of the nearest solid bodies. Returns a line that says
+// which and how, "" where there is none.
+std::string balance_inertias(mjSpec* spec);
 
 }  // namespace kalmarm

@@ -1,10 +1,10 @@
 #include "robots/files/ignored.hpp"
 
 #include <utility>
-#include <vector>
 
 #include "robots/mujoco_shim.hpp"
 #include "robots/mujoco_spec.hpp"
+#include "robots/names.hpp"
 
 namespace kalmarm {
 namespace {
@@ -12,9 +12,9 @@ namespace {
 const char* name_of(mjtEq type) {
   switch (type) {
     case mjEQ_CONNECT:
-      return "connect";
+      return "connect constraint";
     case mjEQ_WELD:
-      return "weld";
+      return "weld constraint";
     case mjEQ_JOINT:
       return "coupling of joints";
     case mjEQ_TENDON:
@@ -23,21 +23,6 @@ const char* name_of(mjtEq type) {
       return "equality of another kind";
   }
 }
-
-// Numbers of things by their names, in the order in which they were first seen.
-class Counts {
- public:
-  void add(const std::string& name) {
-    for (auto& [known, count] : counts_)
-      if (known == name) return void(++count);
-    counts_.emplace_back(name, 1);
-  }
-
-  const std::vector<std::pair<std::string, int>>& all() const { return counts_; }
-
- private:
-  std::vector<std::pair<std::string, int>> counts_;
-};
 
 }  // namespace
 
@@ -48,7 +33,7 @@ std::string ignored_parts(mjSpec* spec) {
       things.add(name_of(equality->type));
   for (const auto& [type, name] :
        {std::pair{mjOBJ_ACTUATOR, "actuator"}, {mjOBJ_TENDON, "tendon"}, {mjOBJ_FLEX, "flex"}})
-    for (std::size_t i = elements(spec, type).size(); i > 0; --i) things.add(name);
+    things.add(name, count(spec, type));
   for (mjsElement* e : elements(spec, mjOBJ_JOINT)) {
     mjsJoint* joint = mjs_asJoint(e);
     if (linear(joint->damping) != 0) forces.add("damping");
@@ -60,15 +45,9 @@ std::string ignored_parts(mjSpec* spec) {
 
   std::string out;
   const auto add = [&](const std::string& text) { out += (out.empty() ? "" : ", ") + text; };
-  for (const auto& [name, count] : things.all()) {
-    const bool has_plural = name == "actuator" || name == "tendon";
-    add(std::to_string(count) + " " + name + (has_plural && count > 1 ? "s" : ""));
-  }
-  for (const auto& [name, count] : forces.all())
-    add(name + " of " + std::to_string(count) + (count > 1 ? " joints" : " joint"));
-  if (compensated > 0)
-    add("gravity compensation of " + std::to_string(compensated) +
-        (compensated > 1 ? " bodies" : " body"));
+  for (const auto& [name, count] : things.all()) add(counted(count, name));
+  for (const auto& [name, count] : forces.all()) add(name + " of " + counted(count, "joint"));
+  if (compensated > 0) add("gravity compensation of " + counted(compensated, "body"));
   if (spec->option.density != 0 || spec->option.viscosity != 0) add("drag of a medium");
   return out;
 }

@@ -4,8 +4,10 @@
 #include <fstream>
 #include <iterator>
 
+#include "robots/files/armature.hpp"
 #include "robots/files/file_kind.hpp"
 #include "robots/files/floating.hpp"
+#include "robots/files/given_inertia.hpp"
 #include "robots/files/ignored.hpp"
 #include "robots/files/packages.hpp"
 #include "robots/files/urdf.hpp"
@@ -34,7 +36,7 @@ SpecPtr parse(const std::string& path) {
 
 ReadFile read_file(const std::string& path, const LoadOptions& options) {
   const std::vector<XmlTag> tags = checked_tags(path);
-  ReadFile out{parse(path), {}, {}};
+  ReadFile out{parse(path), {}, {}, {}};
   mjSpec* spec = out.spec.get();
   const auto note = [&](const std::string& text) {
     if (!text.empty()) out.notes.push_back(text);
@@ -47,8 +49,13 @@ ReadFile read_file(const std::string& path, const LoadOptions& options) {
       find_packages(spec, path, options.package_path);
       out.weights = weigh_links(spec, path, options.urdf_inertia);
       note(out.weights);
+      note(ignored_transmissions(tags));
     }
-    if (const std::string parts = ignored_parts(spec); !parts.empty()) note("ignored: " + parts);
+    if (options.inertia == InertiaPolicy::balanced) note(balance_inertias(spec));
+    set_armature(spec, options.armature);
+    if (!options.key.empty()) out.key = keyframe_called(spec, options.key);
+    const std::string parts = ignored_parts(spec);
+    note(parts.empty() ? "" : "ignored: " + parts);
   } catch (const InputError& e) {
     throw InputError(path + ": " + e.what());
   }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "kalmarm/load.hpp"
+#include "robots/files/keyframe.hpp"
 #include "robots/mujoco_spec.hpp"
 
 namespace kalmarm {
@@ -14,6 +15,7 @@ struct ReadFile {
   SpecPtr spec;
   std::vector<std::string> notes;  // what was ignored, and what the options changed
   std::string weights;             // which of them tells of links without inertia; may be empty
+  Keyframe key;                    // as the file has it; empty where none is asked for
 };
 
 // From an MJCF or URDF file. Throws InputError with the file.

@@ -8,6 +8,7 @@
 
 #include "robots/input_error.hpp"
 #include "robots/mujoco_spec.hpp"
+#include "robots/names.hpp"
 
 namespace kalmarm {
 namespace {
@@ -16,12 +17,6 @@ namespace fs = std::filesystem;
 
 void add_quoted(std::string& list, const std::string& name) {
   list += (list.empty() ? "'" : ", '") + name + "'";
-}
-
-bool moves(mjsBody* body) {
-  for (; body; body = mjs_getParent(body->element))
-    if (mjs_firstChild(body, mjOBJ_JOINT, 0)) return true;
-  return false;
 }
 
 std::vector<mjsGeom*> geoms_of(mjsBody* body) {
@@ -68,6 +63,20 @@ void refuse_several_roots(const std::vector<XmlTag>& tags) {
       ++count;
     }
   if (count > 1) throw InputError("several links have no parent, a URDF is one tree: " + roots);
+}
+
+std::string ignored_transmissions(const std::vector<XmlTag>& tags) {
+  Counts counts;
+  for (const XmlTag& tag : tags) {
+    const std::string name = tag.name.substr(tag.name.find(':') + 1);  // drake:rotor_inertia
+    if (name == "transmission") counts.add("transmission");
+    if (name == "rotor_inertia") counts.add("rotor inertia");
+    if (name == "gear_ratio" || name == "mechanicalReduction") counts.add("gear ratio");
+  }
+  std::string out;
+  for (const auto& [kind, count] : counts.all())
+    out += (out.empty() ? "ignored: " : ", ") + counted(count, kind);
+  return out.empty() ? "" : out + "; --armature gives joints what they add to M";
 }
 
 std::string weigh_links(mjSpec* spec, const std::string& path, UrdfInertia policy) {

@@ -15,6 +15,10 @@ namespace kalmarm {
 // takes a forest.
 void refuse_several_roots(const std::vector<XmlTag>& tags);
 
+// "ignored: 7 transmissions, 2 rotor inertias; --armature gives joints what they add to M", of what
+// ROS and Drake put into a URDF; "" where there is none.
+std::string ignored_transmissions(const std::vector<XmlTag>& tags);
+
 // Links without <inertial>: massless in ROS, while MuJoCo takes their collision geometry at 1000
 // kg/m^3, which needs the mesh files. They get what the policy says; none counts where a mesh file
 // is not there or is of a kind that MuJoCo does not read. Returns which moving links got what, in

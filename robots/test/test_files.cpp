@@ -2,45 +2,20 @@
 // that says the same.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
+#include <limits>
 #include <string>
+#include <tuple>
 #include <vector>
 
-#include "robots/files/xml_tags.hpp"
-#include "robots/mujoco_solver.hpp"
+#include "kalmarm/load.hpp"
+#include "robots/names.hpp"
 #include "robots/scene.hpp"
 #include "robots/test/refusal.hpp"
+#include "robots/test/robot_text.hpp"
 #include "robots/test/temporary_file.hpp"
 
 namespace kalmarm {
 namespace {
-
-using Notes = std::vector<std::string>;
-
-Scene read(const std::string& text, const std::string& ending, const LoadOptions& options = {}) {
-  return load_scene(TemporaryFile(text, ending).path(), options);
-}
-
-std::string link(const std::string& name, const std::string& inside) {
-  return "<link name='" + name + "'>" + inside + "</link>";
-}
-
-std::string body_of(double mass) {
-  return "<inertial><origin xyz='0.1 0 0.2'/><mass value='" + std::to_string(mass) +
-         "'/><inertia ixx='.3' iyy='.4' izz='.5' ixy='.1' ixz='0' iyz='0'/></inertial>";
-}
-
-std::string joint(const std::string& name, const std::string& type, const std::string& parent,
-                  const std::string& child, const std::string& rest = "") {
-  return "<joint name='" + name + "' type='" + type + "'><parent link='" + parent +
-         "'/><child link='" + child + "'/><origin xyz='0.1 0.2 0.3' rpy='0.3 0 0.7'/>" +
-         "<axis xyz='0 1 0'/><limit lower='-1' upper='1' effort='1' velocity='1'/>" + rest +
-         "</joint>";
-}
-
-std::string urdf(const std::string& inside) { return "<robot name='r'>" + inside + "</robot>"; }
 
 // A trunk on a base without mass, and three legs.
 std::string quadruped() {
@@ -49,26 +24,6 @@ std::string quadruped() {
   for (const std::string leg : {"a", "b", "c"})
     out += link(leg, body_of(1)) + joint("hip_" + leg, "revolute", "trunk", leg);
   return urdf(out);
-}
-
-MatrixX<double> mass_of(const Scene& scene, const VectorX<double>& q) {
-  MatrixX<double> M(scene.model.nv(), scene.model.nv());
-  MujocoSolver(mujoco_of(scene)).mass(q, M);
-  return M;
-}
-
-// Same M and bias in random states, by MuJoCo.
-void expect_same_robot(const Scene& a, const Scene& b) {
-  ASSERT_EQ(a.model.nv(), b.model.nv());
-  MujocoSolver one(mujoco_of(a)), other(mujoco_of(b));
-  VectorX<double> x(a.model.nv()), y(a.model.nv());
-  for (const State& state : random_states(a, 5, 3)) {
-    const MatrixX<double> M = mass_of(a, state.q);
-    EXPECT_LE((M - mass_of(b, state.q)).norm(), 1e-13 * M.norm());
-    one.inverse_dynamics(state.q, state.qd, state.tau, x);
-    other.inverse_dynamics(state.q, state.qd, state.tau, y);
-    EXPECT_LE((x - y).norm(), 1e-13 * x.norm());
-  }
 }
 
 TEST(Floating, RootOfAUrdfIsAsOneThatAFloatingJointHangsOnTheWorld) {
@@ -117,151 +72,110 @@ TEST(Floating, IsRefusedWhereThatIsNoRoot) {
   expect_refused([] { load_scene("chain:3", {.floating = ""}); }, {"chain:3"});
 }
 
-// Of 6 kg: 0.1 m by 0.2 m by 0.3 m at 1000 kg/m^3.
-constexpr const char* box_inertia =
-    "<inertial><mass value='6'/><inertia ixx='0.065' iyy='0.05' izz='0.025' ixy='0' ixz='0' "
-    "iyz='0'/></inertial>";
-
-std::string geometry(const std::string& shape) {
-  return "<collision><geometry>" + shape + "</geometry></collision>";
-}
-constexpr const char* box = "<box size='0.1 0.2 0.3'/>";
-
-// An arm with a hand fixed to it.
-std::string arm(const std::string& hand) {
-  return urdf(link("base", geometry(box)) + link("arm", body_of(2)) + link("hand", hand) +
-              joint("j", "revolute", "base", "arm") + joint("f", "fixed", "arm", "hand"));
+std::string mjcf(const std::string& worldbody, const std::string& rest = "") {
+  return "<mujoco><worldbody>" + worldbody + "</worldbody>" + rest + "</mujoco>";
 }
 
-TEST(UrdfInertia, IsTheGeometrysOrNoneAsAsked) {
-  const Scene by_default = read(arm(geometry(box)), ".urdf");
-  EXPECT_EQ(by_default.mujoco->notes(),
-            Notes{"without <inertial>: weighed by geometry at 1000 kg/m^3: 'hand'"});
-  expect_same_robot(by_default, read(arm(box_inertia), ".urdf"));
-  expect_same_robot(read(arm(geometry(box)), ".urdf", {.urdf_inertia = UrdfInertia::geometry}),
-                    by_default);
-  const Scene massless = read(arm(geometry(box)), ".urdf", {.urdf_inertia = UrdfInertia::none});
-  EXPECT_EQ(massless.mujoco->notes(), Notes{"without <inertial>: massless: 'hand'"});
-  const Scene bare = read(arm(""), ".urdf");
-  EXPECT_EQ(bare.mujoco->notes(), Notes{});
-  expect_same_robot(massless, bare);
+std::string hinged(const std::string& inertia, const std::string& joint = "name='j'") {
+  return "<body name='odd' quat='.8 .1 -.3 .5'><joint axis='0 1 0' " + joint + "/>" +
+         "<joint axis='1 0 0'/>" + inertia + "</body>";
 }
 
-TEST(UrdfInertia, IsNoneWhereAMeshIsMissingUnlessGeometryIsAskedFor) {
-  for (const char* mesh : {"<mesh filename='nowhere.stl'/>", "<mesh filename='/dev/null/a.dae'/>",
-                           "<mesh filename='package://none/a.stl'/>"}) {
-    const Scene scene = read(arm(geometry(mesh)), ".urdf");
+std::string principal(const std::string& moments) {
+  return "<inertial pos='.1 0 .2' mass='2' quat='.6 0 .8 0' diaginertia='" + moments + "'/>";
+}
+
+// By hand: second moments -0.5, -0.5, 1.5 become 0.00015, 0.00015, 1.5; and 0.05, 0.04, -0.03 have
+// the last become 5e-6.
+TEST(Balanced, IsTheNearestSolidBody) {
+  const LoadOptions balanced = {.inertia = InertiaPolicy::balanced};
+  for (const auto& [given, nearest, words] :
+       {std::tuple{"1 1 -1", "1.50015 1.50015 .0003", "from 1, 1, -1 to 1.5, 1.5, 0.0003 kg m^2"},
+        {".01 .02 .09", ".040005 .050005 .09",
+         "from 0.01, 0.02, 0.09 to 0.04, 0.05, 0.09 kg m^2"}}) {
+    const Scene scene = read(mjcf(hinged(principal(given))), ".xml", balanced);
     EXPECT_EQ(scene.mujoco->notes(),
-              Notes{"without <inertial>: massless, as a mesh is not found or not STL, OBJ or MSH: "
-                    "'hand'"});
-    expect_same_robot(scene, read(arm(""), ".urdf"));
-    const TemporaryFile file(arm(geometry(mesh)), ".urdf");
-    expect_refused([&] { load_scene(file.path(), {.urdf_inertia = UrdfInertia::geometry}); },
-                   {"'hand'", "--package-path"});
-    // A last link needs an inertia.
-    const TemporaryFile last(urdf(link("base", "") + link("arm", geometry(mesh)) +
-                                  joint("j", "revolute", "base", "arm")),
-                             ".urdf");
-    expect_refused([&] { load_scene(last.path()); }, {"'arm'", "massless, as a mesh is not found"});
+              Notes{std::string("balanced moments of inertia: 'odd' ") + words});
+    expect_same_robot(scene, read(mjcf(hinged(principal(nearest))), ".xml"));
   }
 }
 
-// A folder that lives as long as its object.
-class TemporaryFolder {
- public:
-  TemporaryFolder()
-      : path_(std::filesystem::temp_directory_path() /
-              ("kalmarm-packages-" + std::to_string(getpid()))) {
-    std::filesystem::create_directories(path_);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  ~TemporaryFolder() { std::filesystem::remove_all(path_); }
-
-  std::string add(const std::string& file, const std::string& text) const {
-    std::filesystem::create_directories((path_ / file).parent_path());
-    std::ofstream(path_ / file) << text;
-    return path_ / file;
-  }
-  std::string operator/(const std::string& folder) const { return path_ / folder; }
-
- private:
-  std::filesystem::path path_;
-};
-
-class Variable {
- public:
-  Variable(const char* name, const std::string& value) : name_(name) {
-    setenv(name, value.c_str(), 1);
-  }
-  Variable(const Variable&) = delete;
-  Variable& operator=(const Variable&) = delete;
-  ~Variable() { unsetenv(name_); }
-
- private:
-  const char* name_;
-};
-
-// The box as Wavefront OBJ.
-std::string box_mesh() {
-  std::string out;
-  for (const char* x : {"-0.05", "0.05"})
-    for (const char* y : {"-0.1", "0.1"})
-      for (const char* z : {"-0.15", "0.15"})
-        out += std::string("v ") + x + " " + y + " " + z + "\n";
-  for (const char* face : {"1 2 4 3", "5 7 8 6", "1 5 6 2", "3 4 8 7", "1 3 7 5", "2 6 8 4"})
-    out += std::string("f ") + face + "\n";
-  return out;
+TEST(Balanced, TurnsWithAWholeTensorAndLeavesSolidBodiesAlone) {
+  const LoadOptions balanced = {.inertia = InertiaPolicy::balanced};
+  const std::string frame = "<inertial pos='0 0 0' mass='1' ";
+  // Moments -1, 3 about (1, -1, 0), (1, 1, 0), and 1; second moments 2.5, -1.5, 0.5.
+  const Scene scene = read(mjcf(hinged(frame + "fullinertia='1 1 1 2 0 0'/>")), ".xml", balanced);
+  // 0.50025 and 3 about the same axes, and 2.50025.
+  const Scene right =
+      read(mjcf(hinged(frame + "fullinertia='1.750125 1.750125 2.50025 1.249875 0 0'/>")), ".xml");
+  expect_same_robot(scene, right);
+  const Scene solid = read(mjcf(hinged(principal("1 2 2.5"))), ".xml", balanced);
+  EXPECT_EQ(solid.mujoco->notes(), Notes{});
+  expect_same_robot(solid, read(mjcf(hinged(principal("1 2 2.5"))), ".xml"));
 }
 
-TEST(PackagePath, FindsMeshesThatAnInertiaNeeds) {
-  const TemporaryFolder folder;
-  const std::string text = arm(geometry("<mesh filename='package://parts/mesh/box.obj'/>"));
-  folder.add("ws/parts/mesh/box.obj", box_mesh());
-  folder.add("install/share/parts/mesh/box.obj", box_mesh());
-  const std::string elsewhere = folder.add("robot.urdf", text);
-  const Scene right = read(arm(box_inertia), ".urdf");
-  const auto expect_found = [&](const std::string& file, const LoadOptions& options = {}) {
-    const Scene scene = load_scene(file, options);
-    EXPECT_EQ(scene.mujoco->notes(),
-              Notes{"without <inertial>: weighed by geometry at 1000 kg/m^3: 'hand'"});
-    ASSERT_EQ(scene.model.nv(), 1);
-    const VectorX<double> q = VectorX<double>::Zero(1);
-    EXPECT_NEAR(mass_of(scene, q)(0, 0), mass_of(right, q)(0, 0), 1e-6);  // floats of the mesh
+TEST(Key, IsWhereTheRobotStands) {
+  const std::string free = "<body name='b'><freejoint/>" + principal("1 1 1") + "</body>";
+  const std::string keys =
+      "<keyframe><key name='up' qpos='1 2 3 0 0 2 0 .5 .6' qvel='1 2 3 4 5 6 7 8' ctrl='1'/>"
+      "<key name='rest'/><key qpos='0 0 0 1 0 0 0 0 0'/></keyframe>";
+  const std::string text =
+      mjcf(free + hinged(principal("1 1 1")), keys + "<actuator><motor joint='j'/></actuator>");
+  const TemporaryFile file(text, ".xml");
+  const State up = home_state(load_scene(file.path(), {.key = "up"}));
+  EXPECT_EQ(up.q, (VectorX<double>(9) << 1, 2, 3, 0, 0, 1, 0, .5, .6).finished());
+  EXPECT_EQ(up.qd, (VectorX<double>(8) << 1, 2, 3, 4, 5, 6, 7, 8).finished());
+  EXPECT_EQ(up.tau, VectorX<double>::Zero(8));
+  const LoadedRobot loaded = load_robot(file.path(), {.key = "up"});
+  EXPECT_EQ(loaded.home[8], .6);
+  EXPECT_EQ(loaded.home_velocity[7], 8);
+  const State rest = home_state(load_scene(file.path(), {.key = "rest"}));
+  EXPECT_EQ(rest.q, home_position(load_scene(file.path())));
+  EXPECT_EQ(rest.qd, VectorX<double>::Zero(8));
+  expect_refused([&] { load_scene(file.path(), {.key = "dwn"}); },
+                 {file.path(), "'dwn'", "known: up, rest"});
+}
+
+TEST(Key, IsRefusedWhereItIsNoStateOfTheRobot) {
+  const auto refused = [](const std::string& key, const LoadOptions& options,
+                          const std::vector<std::string>& words) {
+    const TemporaryFile file(
+        mjcf("<body name='base'>" + principal("1 1 1") + hinged(principal("1 1 1")) + "</body>",
+             key),
+        ".xml");
+    expect_refused([&] { load_scene(file.path(), options); }, words);
   };
-  for (const char* path : {"ws", "ws/", "ws/parts", "ws/parts/"})
-    expect_found(elsewhere, {.package_path = {folder / "install", folder / path}});
-  expect_found(folder.add("ws/parts/urdf/robot.urdf", text));
-  {
-    const Variable ros("ROS_PACKAGE_PATH", "/nowhere:" + (folder / "ws"));
-    expect_found(elsewhere);
-  }
-  {
-    const Variable ament("AMENT_PREFIX_PATH", folder / "install");
-    expect_found(elsewhere);
-  }
-  EXPECT_EQ(load_scene(elsewhere).mujoco->notes().size(), 1);  // massless, as above
-  expect_refused([&] { load_scene(elsewhere, {.package_path = {folder / "nowhere"}}); },
-                 {"nowhere", "no such folder"});
-  std::string by_file = text;
-  const std::string package = "package://parts/";
-  by_file.replace(by_file.find(package), package.size(), "file://" + (folder / "ws/parts/"));
-  expect_found(folder.add("by_file.urdf", by_file));
+  refused("", {.key = "up"}, {"'up'", "none with a name"});
+  const std::string up = "<keyframe><key name='up' qpos='1 2'/></keyframe>";
+  refused(up, {.floating = "", .key = "up"}, {"2 positions", "robot has 9"});
+  refused("<keyframe><key name='up' qvel='1'/></keyframe>", {.key = "up"}, {"1 velocities"});
+  expect_refused([] { load_scene("chain:3", {.key = "up"}); }, {"chain:3"});
 }
 
-TEST(XmlTags, SkipsWhatIsNoTagAndTakesAnyText) {
-  const std::vector<XmlTag> tags = xml_tags(
-      "<?xml version='1.0'?><!DOCTYPE r><!-- <no a='1'> --><r a = \"x > y\" "
-      "b='\"'><![CDATA[<no/>]]>"
-      "<drake:s/></r>");
-  ASSERT_EQ(tags.size(), 2);
-  EXPECT_EQ(tags[0].name, "r");
-  EXPECT_EQ(tags[0].attribute("a"), "x > y");
-  EXPECT_EQ(tags[0].attribute("b"), "\"");
-  EXPECT_EQ(tags[0].attribute("c"), "");
-  EXPECT_EQ(tags[1].name, "drake:s");
-  const std::string text = "<a b='c'><!-- d --><![CDATA[ e ]]></a>";
-  for (std::size_t n = 0; n <= text.size(); ++n) xml_tags(text.substr(0, n));
+TEST(Armature, IsThatOfTheFileGiven) {
+  const std::string inertia = principal("1 1 1");
+  const std::string motor = "<actuator><motor joint='j' gear='3' armature='.2'/></actuator>";
+  for (const std::string& rest : {std::string(), motor})
+    expect_same_robot(read(mjcf(hinged(inertia), rest), ".xml", {.armature = {{"j", .7}}}),
+                      read(mjcf(hinged(inertia, "name='j' armature='.7'")), ".xml"));
+  const TemporaryFile file(mjcf(hinged(inertia)), ".xml");
+  expect_refused(
+      [&] {
+        load_scene(file.path(), {.armature = {{"jj", .7}}});
+      },
+      {file.path(), "'jj' is unknown", "j"});
+  for (const double wrong : {-1.0, std::numeric_limits<double>::infinity()})
+    expect_refused([&] { load_scene(file.path(), {.armature = {{"j", wrong}}}); }, {"'j'"});
+}
+
+TEST(Counted, HasTheFieldsPlurals) {
+  EXPECT_EQ(counted(1, "mesh"), "1 mesh");
+  EXPECT_EQ(counted(2, "mesh"), "2 meshes");
+  EXPECT_EQ(counted(2, "flex"), "2 flexes");
+  EXPECT_EQ(counted(2, "body"), "2 bodies");
+  EXPECT_EQ(counted(2, "equality"), "2 equalities");
+  EXPECT_EQ(counted(2, "keyframe"), "2 keyframes");
+  EXPECT_EQ(counted(3, "coupling of joints"), "3 couplings of joints");
 }
 
 }  // namespace

@@ -87,9 +87,11 @@ TEST(Ignored, NamesWhatNoSolverSees) {
                      "<weld body1='b' active='false'/></equality>"
                      "<actuator><motor joint='a'/><position joint='b'/></actuator>"
                      "<option density='1.2'/>"));
-  EXPECT_EQ(scene.mujoco->notes(),
-            Notes{"ignored: 1 coupling of joints, 1 connect, 2 actuators, damping of 2 joints, "
-                  "springs of 1 joint, gravity compensation of 1 body, drag of a medium"});
+  EXPECT_EQ(
+      scene.mujoco->notes(),
+      Notes{
+          "ignored: 1 coupling of joints, 1 connect constraint, 2 actuators, damping of 2 joints, "
+          "springs of 1 joint, gravity compensation of 1 body, drag of a medium"});
   const Scene plain_arm = scene_of(robot(body("<joint axis='0 1 0' armature='1' range='-1 1'/>")));
   EXPECT_EQ(plain_arm.mujoco->notes(), Notes{});
 }

@@ -8,6 +8,7 @@
 // keep MuJoCo's order and conventions: entry i of q is qpos[i], DoF k is qvel[k].
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -21,6 +22,10 @@ namespace kalmarm {
 // 1000 kg/m^3, as MuJoCo has it; or that where its mesh files are there, and else nothing.
 enum class UrdfInertia { where_found, none, geometry };
 
+// Inertias that no solid body has: with principal moments A <= B < C - A they are taken as given, and
+// with a negative one refused; or all are made those of the nearest solid body.
+enum class InertiaPolicy { given, balanced };
+
 // How a file is read where there is more than one way. What is not named is as the file has it.
 struct LoadOptions {
   // The root link that gets a free joint, "floating_base": a legged robot's URDF cannot say that its
@@ -28,10 +33,18 @@ struct LoadOptions {
   std::optional<std::string> floating = {};
 
   UrdfInertia urdf_inertia = UrdfInertia::where_found;
+  InertiaPolicy inertia = InertiaPolicy::given;
 
   // Folders that hold ROS packages, or are one, for meshes that are named package://PACKAGE/PATH;
   // before ROS_PACKAGE_PATH, AMENT_PREFIX_PATH and the folders above the file.
   std::vector<std::string> package_path = {};
+
+  // The keyframe that is `home`, by name. Its controls are ignored.
+  std::string key = {};
+
+  // What rotors and gears add to M, by joint: rotor inertia times gear ratio squared [kg m^2, of a
+  // slide kg], for each DoF of the joint. In the place of what the file says of it.
+  std::map<std::string, double> armature = {};
 
   bool operator==(const LoadOptions&) const = default;
 };
@@ -44,10 +57,11 @@ struct NamedFrame {
 struct LoadedRobot {
   std::string name;  // the file's, without folder and ending
   RobotModel model;  // DoF are named after their joints: "knee"; of several DoF "ball:x", ...
-  std::vector<double> home;        // q (nq) as the file starts
-  std::vector<NamedFrame> frames;  // those with a name: the file's sites, then its bodies
+  std::vector<double> home;           // q (nq) as the file or its keyframe starts
+  std::vector<double> home_velocity;  // qd (nv) of the keyframe, else zero
+  std::vector<NamedFrame> frames;     // those with a name: the file's sites, then its bodies
   // What an engineer should know of the file, each a line: what it holds beyond M and the bias
-  // ("ignored: 2 connect, 7 actuators"), and inertias that no solid body has, taken as given.
+  // ("ignored: 2 connect constraints, 7 actuators"), and inertias that no solid body has, taken as given.
   std::vector<std::string> notes;
 
   // Throws std::invalid_argument where no frame has this name; of several the first is taken.
