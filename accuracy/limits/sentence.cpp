@@ -1,0 +1,135 @@
+#include "accuracy/limits/sentence.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+
+namespace kalmarm::limits {
+namespace {
+
+constexpr int fewest_digits = 3;
+
+// As in Found::tallies.
+constexpr int precision_step = static_cast<int>(variants.size());
+constexpr int fast_float32 = 0, root_float32 = 1, fast_float64 = precision_step,
+              root_float64 = precision_step + 1, refined_float64 = 2 * precision_step - 1;
+
+bool is_float32(int contender) { return contender < precision_step; }
+
+int most_digits(int contender) { return is_float32(contender) ? 5 : 9; }
+
+// precise: with its precision.
+std::string name(int contender, bool precise) {
+  switch (contender) {
+    case fast_float32:
+      return "float32";
+    case fast_float64:
+      return "float64";
+    case refined_float64:
+      return std::string(variants.back()) + " in float64";
+    default:
+      return std::string("the square-root form") + (!precise                ? ""
+                                                    : is_float32(contender) ? " in float32"
+                                                                            : " in float64");
+  }
+}
+
+std::string digits_text(int digits) {
+  return std::to_string(digits) + (digits == 1 ? " digit" : " digits");
+}
+
+int digits_everywhere(const std::vector<const Swept*>& all, int contender) {
+  int out = 99;
+  for (const Swept* swept : all)
+    for (std::size_t i = 0; i < swept->values.size(); ++i)
+      out = std::min(out, digits_kept(*swept, i, contender));
+  return out;
+}
+
+std::string with_value(const std::string& range, double value) {
+  std::string out = range;
+  return out.replace(out.find("{}"), 2, short_value(value));
+}
+
+// "a, b and c"
+std::string listed(const std::vector<std::string>& parts) {
+  std::string out;
+  for (std::size_t i = 0; i < parts.size(); ++i)
+    out += (i == 0 ? "" : i + 1 == parts.size() ? " and " : ", ") + parts[i];
+  return out;
+}
+
+// 3 of the rule. hard: the robot as given, and the stresses that are limits.
+std::string beyond(const std::vector<const Swept*>& all, const std::vector<const Swept*>& hard,
+                   const Promise& promise) {
+  const bool narrow = is_float32(promise.contender);
+  const int root = narrow ? root_float32 : root_float64;
+  const std::array choices = {root, fast_float64, root_float64, refined_float64};
+  const auto better = std::ranges::find_if(choices, [&](int contender) {
+    return contender > promise.contender && digits_everywhere(hard, contender) >= promise.digits;
+  });
+  if (better == choices.end()) return "; beyond that no form is right to as many";
+  std::string out = "; beyond that take " + name(*better, *better != root);
+  const int wide = digits_everywhere(all, fast_float64);
+  if (!narrow || *better > fast_float64 || wide < promise.digits) return out;
+  if (*better != fast_float64) out += ", or float64";
+  return out + ", right to " + digits_text(wide) + " in all that was searched";
+}
+
+}  // namespace
+
+int digits_kept(const Swept& swept, std::size_t value, int contender) {
+  double worst = 0;
+  for (const std::vector<Found>& found : swept.found) {
+    const Tally& tally = found[value].tallies[contender];
+    if (tally.refused > 0 || tally.worst < 0) return 0;
+    worst = std::max(worst, tally.worst);
+  }
+  return std::max(0, static_cast<int>(std::floor(-std::log10(std::max(worst, 1e-20)))));
+}
+
+Promise promise_of(const Swept& given) {
+  for (const int contender : {fast_float32, root_float32, fast_float64, root_float64})
+    if (const int digits = digits_kept(given, 0, contender); digits >= fewest_digits)
+      return {contender, std::min(digits, most_digits(contender))};
+  return {};
+}
+
+std::size_t values_kept(const Swept& swept, const Promise& promise) {
+  std::size_t kept = 0;
+  while (kept < swept.values.size() && promise.contender >= 0 &&
+         digits_kept(swept, kept, promise.contender) >= promise.digits)
+    ++kept;
+  return kept;
+}
+
+std::string sentence_of(const std::vector<Swept>& swept) {
+  const Promise promise = promise_of(swept[0]);
+  if (promise.contender < 0)
+    return "even as given, no form is right to " + digits_text(fewest_digits) +
+           " in every pose searched";
+  std::vector<const Swept*> all, hard = {&swept[0]};
+  std::vector<std::string> holds, fails;
+  for (const Swept& one : swept) {
+    all.push_back(&one);
+    const std::size_t kept = values_kept(one, promise);
+    if (kept == one.values.size()) continue;
+    hard.push_back(&one);
+    (kept == 0 ? fails : holds)
+        .push_back(with_value(one.stress.range, one.values[kept == 0 ? 0 : kept - 1]));
+  }
+
+  std::string out;
+  if (promise.contender != fast_float32)
+    out = "float32 keeps " + digits_text(digits_kept(swept[0], 0, fast_float32)) +
+          " of the robot as given; ";
+  out += name(promise.contender, true) + " is right to " + digits_text(promise.digits);
+  if (hard.size() == 1) return out + " in every pose and under every stress searched";
+  out += " in every pose searched";
+  if (!holds.empty()) out += ", " + listed(holds);
+  if (!fails.empty()) out += ", but not " + listed(fails);
+  return out + beyond(all, hard, promise);
+}
+
+}  // namespace kalmarm::limits

@@ -1,0 +1,46 @@
+// What may happen to a user's robot: a stress is the robot with one number to turn up or down.
+//
+//   poses        the robot as it is given
+//   payload      a load on a tip: mass and inertia of its link times 1 + value
+//   armature     armature times value; 0 is none
+//   light_wrist  mass and inertia of the last links times value: up to three of the longest limb,
+//                one less than it has, and what they carry
+//   long_tool    a thin rod on the tip of the longest limb, value times as long as the tip's link,
+//                of 1 % of its mass, from the joint through the link's centre of mass
+//   light_base   mass and inertia of the longest limb's first link times value
+//
+// Links without inertia do not count. A limb ends at a link that carries no other; where several
+// end side by side on one link, as fingers do on a hand, that link is the tip. Of limbs whose links
+// have the same masses, left and right, the first is loaded. A link's length is that of a rod with
+// its mass and its inertia about its joint's origin: sqrt(3 (c'c + tr(J) / (2 m))).
+//
+// A body that moves by itself has no tip: to scale it is to change the unit of mass.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "algorithms/model/model.hpp"
+#include "robots/scene.hpp"
+
+namespace kalmarm::limits {
+
+struct Stress {
+  std::string name;   // such as "payload"; several tips: "payload:TIP"
+  std::string title;  // "Payload on hand"
+  std::string unit;   // of the values: "times its mass"
+  std::string
+      range;  // where it ends, for the sentence: "with up to {} times the mass of hand on it"
+  std::vector<double> values;  // from the least change on; 1 may be none, where `scales`
+  bool scales = false;         // what is there already: at 1 the robot is as given
+  std::function<Model<double>(double value)> model;
+};
+
+// The first is `poses`, whose one value is 1.
+std::vector<Stress> stresses_of(const Scene& scene);
+
+// 3000, 0.01, 1e6
+std::string short_value(double value);
+
+}  // namespace kalmarm::limits
