@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
+from advice import Advice, Limits
 from fits import Identification
 from laboratory import Laboratory
 from stress import Family, Integration, Stress, Variant
@@ -153,6 +154,8 @@ class Data:
     questions: list[Question] = field(default_factory=list)
     questions_contexts: list[dict] = field(default_factory=list)
     fits: list[Identification] = field(default_factory=list)
+    advice: list[Advice] = field(default_factory=list)
+    limits: list[Limits] = field(default_factory=list)
     stress: Stress = field(default_factory=Stress)
     stress_families: list[Family] = field(default_factory=list)
     stress_variants: list[Variant] = field(default_factory=list)
@@ -187,6 +190,7 @@ class Data:
         """All scenes whose inverse is measured, in order of their size."""
         records = {row.scene for row in self.errors} | {time.scene for time in self.times}
         records |= {robot["scene"] for robot in self.mujoco}
+        records |= {it.robot for it in self.advice + self.limits}
         return sorted(records, key=lambda scene: (scene_size(scene), scene))
 
     @property

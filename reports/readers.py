@@ -9,6 +9,7 @@ from collections import Counter, defaultdict
 from contextlib import contextmanager
 from pathlib import Path
 
+import advice
 import stress_readers
 from data import (
     Call,
@@ -305,6 +306,20 @@ def read_fit(path: Path, data: Data) -> None:
         data.fits.append(fit)
 
 
+def read_advice(path: Path, data: Data) -> None:
+    document = _read_json(path)
+    with _refusing(path, "what recommend writes"):
+        _scene(document["robot"])
+        data.advice.append(advice.advice(document))
+
+
+def read_limits(path: Path, data: Data) -> None:
+    document = _read_json(path)
+    with _refusing(path, "what limits writes"):
+        _scene(document["robot"])
+        data.limits.append(advice.limits(document))
+
+
 def read_paper(path: Path, data: Data) -> None:
     document = _read_json(path)
     with _refusing(path, "a record of the paper"):
@@ -368,6 +383,8 @@ READERS = {
     "jacobians": _benchmark_reader("jacobians", _jacobians),
     "pruning": read_questions,
     "identify": read_fit,
+    "recommend": read_advice,
+    "limits": read_limits,
     "stress": read_stress,
     "families": read_families,
     "integration": _csv_reader("integrations", INTEGRATION_COLUMNS, _integration),
@@ -416,6 +433,8 @@ def _records(data: Data) -> tuple:
         data.jacobians,
         data.questions,
         data.fits,
+        data.advice,
+        data.limits,
         data.stress,
         data.integrations,
     )
@@ -435,6 +454,8 @@ def _refuse_repeats(data: Data) -> None:
             for question in data.questions
             for call in question.calls
         ),
+        "advice": ((it.robot,) for it in data.advice),
+        "limits": ((it.robot,) for it in data.limits),
         "fit": (fit[:4] for fit in data.fits),
         "agreement": ((robot["scene"],) for robot in data.mujoco),
         "check of the paper": ((paper.scene,) for paper in data.papers),

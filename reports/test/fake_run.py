@@ -8,6 +8,7 @@ import random
 import sys
 from pathlib import Path
 
+import fake_advice
 import fake_estimation
 import fake_peers
 import fake_questions
@@ -36,6 +37,7 @@ ROBOTS = {
     "go2": 18,
     "g1": 35,
 }
+ADVISED = ["panda:7", "g1:35", "two_link:2"]
 FAMILIES = ["straight", "chain", "tree"]
 SIZES = [1, 3, 7, 15, 31, 63, 127, 255]
 STATES = 20
@@ -243,6 +245,10 @@ def write(folder: Path) -> None:
             record = {"context": CONTEXT | context, "benchmarks": rows(scene)}
             name = scene.replace(":", "-")
             (folder / f"{kind}-{name}.json").write_text(json.dumps(record))
+    for scene in ADVISED:
+        name = scene.replace(":", "-")
+        (folder / f"recommend-{name}.json").write_text(json.dumps(fake_advice.recommend(scene)))
+        (folder / f"limits-{name}.json").write_text(json.dumps(fake_advice.limits(scene)))
     for title in fake_questions.QUESTIONS:
         record = fake_questions.record(title)
         record["context"] = CONTEXT | record["context"]
