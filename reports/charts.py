@@ -13,7 +13,12 @@ BAND = 24  # height of the strips beyond the scale: failed above, error exactly 
 HIDDEN = "hidden"  # variants and precisions that are switched off
 VIEW = "view"  # what is drawn: task/measure
 SCENE = "scene"
+EVERY = "every"  # whether series are drawn that are not shown at first
 QUANTITY = "quantity"
+
+# Styles of marks beside which the page writes their series' name: of all, or of a line's last.
+NAMED = "named"
+NAMED_AT_END = "named-at-end"
 
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif"
 THEME = {
@@ -88,22 +93,39 @@ def view(task: str, measure: str) -> str:
 
 
 def filtered(choices: dict[str, str] | None):
-    """The rows that legend and choices leave.
+    """The rows that legend and choices leave; a row with `more` is not shown at first.
 
     `choices` gives each parameter's first value; None means a picture without parameters.
     """
     chart = alt.Chart()
     if choices is None:
         return chart
-    chart = chart.add_params(alt.param(name=HIDDEN, value=[]))
-    chart = chart.transform_filter(
-        f"indexof({HIDDEN}, datum.variant) < 0 && indexof({HIDDEN}, datum.precision) < 0"
+    chart = chart.add_params(
+        alt.param(name=HIDDEN, value=[]), alt.param(name=EVERY, value=False)
+    ).transform_filter(
+        f"({EVERY} || !datum.more)"
+        f" && indexof({HIDDEN}, datum.variant) < 0 && indexof({HIDDEN}, datum.precision) < 0"
     )
     for name, first in choices.items():
         chart = chart.add_params(alt.param(name=name, value=first)).transform_filter(
             f"datum.{name} == {name}"
         )
     return chart
+
+
+LINES = ("view", "name", QUANTITY)  # fields that set the lines of a variant apart
+
+
+def mark_last(rows: list[dict], y: str, x: str, apart: tuple[str, ...] = LINES) -> list[dict]:
+    """The last row of each line says so: the page writes the line's name there."""
+    ends = {}
+    for row in rows:
+        line = tuple(map(row.get, ("variant", "precision", *apart)))
+        if row[y] and (line not in ends or row[x] >= ends[line][x]):
+            ends[line] = row
+    for row in ends.values():
+        row["last"] = 1
+    return rows
 
 
 def frame(values: list[dict]) -> dict:

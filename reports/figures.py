@@ -7,14 +7,18 @@ from charts import (
     HEIGHT,
     NUMBER,
     TIME,
+    NAMED,
+    NAMED_AT_END,
     Style,
     error_scale,
     filtered,
     frame,
     log_axis,
+    mark_last,
     strip,
     view,
 )
+from groups import mark_first
 from summary import Point
 from text import error_text, share_text, time_text
 
@@ -140,6 +144,7 @@ def work_precision(
 ):
     """One mark a variant and precision; `scales` begins Vega's names of the chart's scales."""
     values = [row for row in _values(points) if row["time"] is not None]
+    mark_first(values, "view")
     x = alt.X(
         "time:Q",
         axis=log_axis(f"{scales}x", "median time of a call", TIME),
@@ -150,7 +155,8 @@ def work_precision(
     )
     chart = filtered(choices)
     drawn = chart.transform_filter("datum.error > 0")
-    marks = drawn.mark_point(filled=True, size=80, opacity=1, stroke=style.page, strokeWidth=0.75)
+    look = {"filled": True, "size": 80, "opacity": 1, "style": NAMED}
+    marks = drawn.mark_point(**look, stroke=style.page, strokeWidth=0.75)
     return alt.layer(
         *_front(chart, x, y),
         *bands(chart, values, x, series(style)),
@@ -162,6 +168,7 @@ def work_precision(
 def against_size(points: list[Point], style: Style, choices: dict[str, str], what: str):
     """Error or time against N; `what` is the row's field."""
     values = [row for row in _values(points) if row[what] is not None or row["share"]]
+    mark_last(mark_first(values, "view"), what, "n")
     x = _size_axis(values)
     chart = filtered(choices)
     if what == "error":
@@ -180,12 +187,13 @@ def curves(drawn, style: Style) -> list:
     dash = alt.StrokeDash("precision:N", scale=style.dash, legend=None)
     lines = drawn.mark_line(strokeWidth=1.25, opacity=0.7).encode(strokeDash=dash)
     lines.encoding.shape = alt.Undefined  # Vega-Lite would draw the marks a second time
-    marks = drawn.mark_point(filled=True, size=45, opacity=1, stroke=style.page, strokeWidth=0.5)
-    return [lines, marks]
+    look = {"filled": True, "size": 45, "opacity": 1, "style": NAMED_AT_END}
+    return [lines, drawn.mark_point(**look, stroke=style.page, strokeWidth=0.5)]
 
 
 def share_of_peak(rows: list[dict], style: Style, choices: dict[str, str]):
     """Rates over the peak's, against N; a row has n, name, share and tooltip texts."""
+    mark_last(mark_first(rows, "view"), "share", "n")
     top = max(1, *(row["share"] for row in rows))
     y = alt.Y(
         "share:Q",

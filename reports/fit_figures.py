@@ -2,7 +2,7 @@
 
 import altair as alt
 
-from charts import NUMBER, TIME, Style, error_scale, filtered, frame, log_axis
+from charts import NAMED_AT_END, NUMBER, TIME, Style, error_scale, filtered, frame, log_axis, mark_last
 from data import Jacobian, scene_size
 from fits import Identification
 from text import error_text, share_text, three_digits, time_text
@@ -51,6 +51,7 @@ def work_precision(jacobians: list[Jacobian], style: Style):
         for time, error in jacobians
         if time.nanoseconds
     ]
+    mark_last(rows, "error", "n")
     x = alt.X(
         "time:Q",
         axis=log_axis("x", "median time of a Jacobian", TIME),
@@ -78,6 +79,7 @@ def convergence(fits: list[Identification], style: Style):
         for i, step in enumerate(fit.iterations)
         if step.error
     ]
+    mark_last(rows, "error", "iteration")
     y = alt.Y(
         "error:Q",
         axis=log_axis("y", "largest error of a base parameter", NUMBER),
@@ -186,4 +188,5 @@ def _series(style: Style, tooltips: dict[str, str]) -> dict:
 def _marks(drawn, style: Style, size: int = 55):
     shape = alt.Shape("variant:N", scale=style.variant_shape, legend=None)
     look = {"filled": True, "opacity": 1, "stroke": style.page, "strokeWidth": 0.5}
+    look["style"] = NAMED_AT_END
     return drawn.encode(shape=shape).mark_point(size=size, **look)

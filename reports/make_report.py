@@ -18,14 +18,17 @@ import charts
 import figures
 import palette
 from data import Data, DataError, scene_name
+from drawing import VEGA_LITE, bundle, compiled
 from readers import load
+from section import slug
 from sections import SECTIONS
 from sections.method import distinct
 from summary import points
 from text import task_text
 
 PAGE = Path(__file__).parent / "page"
-VEGA_LITE = ".".join(alt.SCHEMA_VERSION.lstrip("v").split(".")[:2])
+STYLE = ("page.css", "layout.css", "tables.css")
+SCRIPT = ("figures.js", "numbers.js", "save.js", "page.js")
 FIGURE_ROBOT = "panda"
 
 
@@ -63,10 +66,11 @@ def page(data: Data) -> str:
         css_colour=charts.css_colour,
         shape=palette.shape,
         shapes=palette.shapes,
-        theme=charts.THEME,
-        css=_inline("page.css"),
-        script=_inline("page.js"),
-        bundle=vl_convert.javascript_bundle(vl_version=VEGA_LITE),
+        slug=slug,
+        compiled=compiled,
+        css=_inline(STYLE),
+        script=_inline(SCRIPT),
+        bundle=bundle(),
     )
 
 
@@ -75,8 +79,8 @@ def packed(text: str) -> str:
     return base64.b64encode(gzip.compress(text.encode(), mtime=0)).decode()
 
 
-def _inline(name: str):
-    return Markup((PAGE / name).read_text(encoding="utf-8"))
+def _inline(names: tuple[str, ...]) -> Markup:
+    return Markup("".join((PAGE / name).read_text(encoding="utf-8") for name in names))
 
 
 def figure(data: Data) -> str:

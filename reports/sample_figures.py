@@ -6,6 +6,7 @@ from charts import (
     BAND,
     HEIGHT,
     NUMBER,
+    NAMED_AT_END,
     QUANTITY,
     TIME,
     Style,
@@ -13,6 +14,7 @@ from charts import (
     filtered,
     frame,
     log_axis,
+    mark_last,
     strip,
 )
 from summary import Band
@@ -61,7 +63,7 @@ def against(bands: list[Band], style: Style, choices: dict[str, str], what: str)
     Against samples, what is exact to rounding stands in a strip below the scale, an algorithm
     without samples as a rule there; against time both are points on the scale.
     """
-    values = _values(bands)
+    values = mark_last(_values(bands), "samples", what)
     title, label, floor, below = {
         "samples": ("number of samples", NUMBER, ROUNDING, "exact"),
         "time": ("median time", TIME, 0, "0"),
@@ -73,6 +75,7 @@ def against(bands: list[Band], style: Style, choices: dict[str, str], what: str)
     tooltip = [alt.Tooltip(f"{name}:N", title=title) for name, title in TOOLTIPS.items()]
     shape = alt.Shape("variant:N", scale=style.variant_shape, legend=None)
     look = {"filled": True, "size": 55, "opacity": 1, "stroke": style.page, "strokeWidth": 0.5}
+    look["style"] = NAMED_AT_END
 
     chart = filtered(choices).encode(
         color=alt.Color("variant:N", scale=style.colour, legend=None), tooltip=tooltip

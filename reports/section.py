@@ -1,7 +1,10 @@
 """What a part of the page is made of. Cells are text, or `Markup` where a tag is meant."""
 
+import re
 from dataclasses import dataclass, field
 from typing import NamedTuple
+
+from groups import grouped
 
 
 class Verdict(NamedTuple):
@@ -20,7 +23,7 @@ class Table:
     rows: list[list]  # one cell alone is a remark on the row above
     align: str  # one letter a column: l, r or, for a formula, f
     folded: bool = False
-    shown: dict[str, str] = field(default_factory=dict)  # only while the choices are these
+    shown: dict = field(default_factory=dict)  # only while the choices are these, or among these
     first: bool = True  # whether they are so at first
     style: str = ""  # a class of the style sheet
 
@@ -47,8 +50,19 @@ class Figure:
 
 
 @dataclass
+class Answer:
+    """What to take: sentences, numbers under their names, and code that does it."""
+
+    sentences: list[str]
+    numbers: list[tuple[str, str]] = field(default_factory=list)
+    code: str = ""
+    shown: dict = field(default_factory=dict)
+    first: bool = True
+
+
+@dataclass
 class Section:
-    """Choices and legend act on every figure of the section."""
+    """Choices and legend act on every figure of the section, and on its answers and tables."""
 
     title: str
     paragraphs: list[str] = field(default_factory=list)
@@ -58,3 +72,19 @@ class Section:
     precisions: list[str] = field(default_factory=list)
     figures: list[Figure] = field(default_factory=list)
     tables: list[Table] = field(default_factory=list)
+    answers: list[Answer] = field(default_factory=list)
+    opened: bool = False  # at first
+
+    @property
+    def slug(self) -> str:
+        return slug(self.title)
+
+    @property
+    def legend(self) -> dict[str, list[str]]:
+        """Its variants by group."""
+        return grouped(self.variants)
+
+
+def slug(title: str) -> str:
+    """What an address calls it."""
+    return re.sub(r"[^a-z0-9]+", "-", title.lower()).strip("-")

@@ -2,8 +2,9 @@
 
 import altair as alt
 import figures
-from charts import NUMBER, SCENE, Style, error_scale, filtered, frame, log_axis
+from charts import NUMBER, SCENE, Style, error_scale, filtered, frame, log_axis, mark_last
 from claims.claim import Plot, number_text
+from groups import mark_first
 from section import Choice, Figure
 from text import share_text, task_text
 
@@ -50,6 +51,9 @@ def _chart(plot: Plot, rows: list[dict], style: Style, choices: dict[str, str]):
         for row in rows
     ]
     tooltips = TOOLTIPS | {"x_text": plot.x, "error_text": plot.y}
+    mark_first(values, "task")
+    if plot.lines:
+        mark_last(values, "error", "x", (SCENE, TASK))
     scale = alt.Scale(type="log", nice=False, padding=12)
     x = alt.X("x:Q", axis=log_axis("x", plot.x, NUMBER), scale=scale)
     y = alt.Y("error:Q", axis=log_axis("y", plot.y, NUMBER), scale=error_scale(values))

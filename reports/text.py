@@ -78,6 +78,10 @@ def error_text(value: float | None) -> str:
     return f"{digits}e{int(exponent)}"
 
 
+def tolerance_text(tolerance: float) -> str:
+    return f"{tolerance:g}".replace("e-0", "e-")
+
+
 def share_text(share: float | None) -> str:
     """A share in per cent; a small one is never rounded to none, nor a large one to all."""
     if share is None:

@@ -1,153 +1,185 @@
-"use strict";
+// Folds, contents, choices, and the address that holds them:
+//   #SECTION?SIGNAL=VALUE&FIGURE.SIGNAL=VALUE&every=1&off=VARIANT
+// SECTION is the one last acted on, or a figure of it; a choice that is the page's own is left out.
 
-const read = (node) => JSON.parse(node.textContent);
+const foldOf = (section) => section.querySelector(".fold");
+const ownChoice = (select) => [...select.options].find((option) => option.defaultSelected)?.value;
 
-/** What the page carries as gzip in base64, since it would be six times as large. */
-async function unpack(node) {
-  const bytes = Uint8Array.from(atob(node.textContent), (letter) => letter.charCodeAt(0));
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
-  return new Response(stream).text();
+function keyOf(select) {
+  const figure = select.closest("figure");
+  return (figure ? `${figure.id.split("--")[1]}.` : "") + select.dataset.signal;
 }
 
-const theme = read(document.getElementById("theme"));
-
-/** The parameters that legend and choices around a figure ask for. */
-function wanted(figure) {
-  const section = figure.closest("section");
-  const shared = section.querySelectorAll(".controls select");
-  const choices = [...shared, ...figure.querySelectorAll("select")];
-  const off = [...section.querySelectorAll(".legend [aria-pressed=false]")];
-  const chosen = choices.map((select) => [select.dataset.signal, select.value]);
-  return { ...Object.fromEntries(chosen), hidden: off.map((button) => button.dataset.entry) };
+function setPressed(button, pressed) {
+  button?.setAttribute("aria-pressed", String(pressed));
 }
 
-/** The rows that the chart's own filters let through. */
-function shown(rows, { hidden, ...choices }) {
-  const kept = ([name, value]) => (row) => !(name in row) || row[name] === value;
-  const filters = Object.entries(choices).map(kept);
-  return rows
-    .filter((row) => !hidden.includes(row.variant) && !hidden.includes(row.precision))
-    .filter((row) => filters.every((keeps) => keeps(row)));
-}
-
-function listNumbers(figure, rows, columns) {
-  const table = document.createElement("table");
-  const add = (parent, tag, text) => {
-    const cell = parent.appendChild(document.createElement(tag));
-    cell.textContent = text;
-    return cell;
-  };
-  const head = table.createTHead().insertRow();
-  for (const title of Object.values(columns)) add(head, "th", title).scope = "col";
-  const body = table.createTBody();
-  for (const row of rows) {
-    const line = body.insertRow();
-    for (const name of Object.keys(columns)) add(line, "td", row[name]);
+function remember(section) {
+  const state = new URLSearchParams();
+  for (const select of section.querySelectorAll("select")) {
+    if (select.value !== ownChoice(select)) state.set(keyOf(select), select.value);
   }
-  figure.querySelector(".numbers .scroll").replaceChildren(table);
+  if (allSeries(section)) state.set("every", "1");
+  for (const button of section.querySelectorAll("[data-entry][aria-pressed=false]")) {
+    state.append("off", button.dataset.entry);
+  }
+  const choices = state.size ? `?${state}` : "";
+  history.replaceState(null, "", `#${section.id}${choices}`);
 }
 
-async function draw(figure) {
-  const spec = JSON.parse(await unpack(figure.querySelector(".spec")));
-  const columns = read(figure.querySelector(".columns"));
-  const rows = Object.values(spec.datasets).flat().filter((row) => "scene" in row);
-  const numbers = figure.querySelector(".numbers");
-  const parameters = new Set((spec.params ?? []).map((parameter) => parameter.name));
-  const { view } = await vegaEmbed(figure.querySelector(".chart"), spec, {
-    actions: false,
-    config: theme,
-    logLevel: 1, // errors only: an empty strip of failures is no reason to warn
-    renderer: "svg",
-    tooltip: { disableDefaultStyle: true },
-  });
-  figure.rows = rows;
-  figure.update = async () => {
-    const signals = wanted(figure);
-    for (const [name, value] of Object.entries(signals)) {
-      if (parameters.has(name)) view.signal(name, value);
-    }
-    const kept = shown(rows, signals);
-    figure.querySelector(".nothing").hidden = kept.length > 0;
-    if (numbers.open) listNumbers(figure, kept, columns);
-    await view.runAsync();
-  };
-  numbers.addEventListener("toggle", figure.update);
-  await figure.update();
+/** Unfolds what the address names, and chooses what it says. */
+async function follow() {
+  const [name, choices] = location.hash.slice(1).split("?");
+  const place = document.getElementById(decodeURIComponent(name));
+  const section = place?.closest("section");
+  if (!section) return;
+  if (choices !== undefined) restore(section, new URLSearchParams(choices));
+  foldOf(section).open = true;
+  for (let it = place.closest("details"); it; it = it.parentElement.closest("details")) it.open = true;
+  await updateSection(section);
+  place.scrollIntoView();
 }
 
-/** The legend names what the section's figures can show now, switched off or not. */
-function trimLegend(section) {
-  const figures = [...section.querySelectorAll("figure")];
-  const rows = figures.flatMap((figure) => shown(figure.rows, { ...wanted(figure), hidden: [] }));
-  for (const button of section.querySelectorAll(".legend button")) {
-    const { entry } = button.dataset;
-    button.hidden = !rows.some((row) => row.variant === entry || row.precision === entry);
+function restore(section, state) {
+  for (const select of section.querySelectorAll("select")) {
+    const value = state.get(keyOf(select)) ?? ownChoice(select);
+    if ([...select.options].some((option) => option.value === value)) select.value = value;
+  }
+  setPressed(section.querySelector(".every"), state.has("every"));
+  const off = state.getAll("off");
+  for (const button of section.querySelectorAll("[data-entry]")) {
+    setPressed(button, !off.includes(button.dataset.entry));
   }
 }
 
-/** Shows the section's tables that its choices ask for. */
-function chooseTables(section) {
+/** Shows the section's tables and answers that its choices ask for. */
+function chooseShown(section) {
   const chosen = [...section.querySelectorAll(".controls select")];
-  for (const table of section.querySelectorAll("[data-shown]")) {
-    const wanted = JSON.parse(table.dataset.shown);
-    table.hidden = chosen.some((select) => wanted[select.dataset.signal] !== select.value);
-  }
-}
-
-/** Redraws what a control acts on: its figure, or all figures and tables of its section. */
-function updateAround(control) {
-  chooseTables(control.closest("section"));
-  const scope = control.closest("figure") ?? control.closest("section");
-  const figures = scope.matches("figure") ? [scope] : scope.querySelectorAll("figure");
-  for (const figure of figures) figure.update();
-  trimLegend(control.closest("section"));
-}
-
-/** Fingers have no hover and miss small marks: a tap shows the numbers of the mark nearest to it. */
-function showNearest(chart, { clientX, clientY }) {
-  let nearest = null;
-  let least = 30; // pixels
-  for (const mark of chart.querySelectorAll(":is(.mark-symbol, .mark-rect) path[aria-label]")) {
-    const box = mark.getBoundingClientRect();
-    const reach = Math.max(0, box.width - box.height) / 2; // a bar is near all along
-    const across = Math.max(0, Math.abs(box.x + box.width / 2 - clientX) - reach);
-    const distance = Math.hypot(across, box.y + box.height / 2 - clientY);
-    if (distance < least) [nearest, least] = [mark, distance];
-  }
-  nearest?.dispatchEvent(new PointerEvent("pointermove", { bubbles: true, clientX, clientY }));
-}
-
-function hideNumbers() {
-  document.getElementById("vg-tooltip-element")?.classList.remove("visible");
-}
-
-/** Defines vegaEmbed. */
-async function loadBundle() {
-  const script = document.createElement("script");
-  script.textContent = await unpack(document.getElementById("bundle"));
-  document.head.append(script);
-}
-
-async function start() {
-  await loadBundle();
-  await Promise.all([...document.querySelectorAll("figure")].map(draw));
-  document.querySelectorAll("section").forEach(trimLegend);
-  for (const select of document.querySelectorAll("select")) {
-    select.addEventListener("change", () => updateAround(select));
-  }
-  for (const button of document.querySelectorAll(".legend button")) {
-    button.addEventListener("click", () => {
-      button.setAttribute("aria-pressed", button.getAttribute("aria-pressed") !== "true");
-      updateAround(button);
+  for (const part of section.querySelectorAll("[data-shown]")) {
+    const values = JSON.parse(part.dataset.shown);
+    part.hidden = !chosen.every(({ dataset: { signal }, value }) => {
+      return !(signal in values) || [values[signal]].flat().includes(value);
     });
   }
+}
+
+/** Redraws what a control acts on: its figure, or all figures, answers and tables of its section. */
+async function updateSection(section, figures = section.querySelectorAll("figure")) {
+  chooseShown(section);
+  await Promise.all([...section.querySelectorAll("figure")].map(prepare));
+  trimLegend(section);
+  for (const figure of figures) {
+    await update(figure);
+    await pause();
+  }
+}
+
+function act(control) {
+  const section = control.closest("section");
+  remember(section);
+  const figure = control.closest("figure");
+  updateSection(section, figure ? [figure] : undefined);
+}
+
+/** A figure that was drawn in another width fits itself to the present one. */
+function fit(section) {
+  for (const figure of section.querySelectorAll("figure[data-drawn]")) figure.view.resize().runAsync();
+}
+
+async function unfolded(section) {
+  await updateSection(section);
+  fit(section);
+}
+
+function watchFigures() {
+  const watcher = new IntersectionObserver(
+    (entries) => {
+      for (const { isIntersecting, target } of entries) {
+        if (!isIntersecting) continue;
+        watcher.unobserve(target);
+        enqueue(target);
+      }
+    },
+    { rootMargin: "200px" },
+  );
+  for (const figure of document.querySelectorAll("figure")) watcher.observe(figure);
+}
+
+/** The contents say where the reader is. */
+function watchSections() {
+  const links = new Map();
+  for (const link of document.querySelectorAll(".contents a")) links.set(link.hash.slice(1), link);
+  const watcher = new IntersectionObserver(
+    (entries) => {
+      for (const { isIntersecting, target } of entries) {
+        const link = links.get(target.id);
+        if (isIntersecting) link.setAttribute("aria-current", "true");
+        else link.removeAttribute("aria-current");
+      }
+    },
+    { rootMargin: "-15% 0px -80%" },
+  );
+  for (const section of document.querySelectorAll("section")) watcher.observe(section);
+}
+
+function foldAll(open) {
+  for (const fold of document.querySelectorAll(".fold")) fold.open = open;
+}
+
+function listen() {
+  for (const section of document.querySelectorAll("section")) {
+    const fold = foldOf(section);
+    fold.addEventListener("toggle", () => fold.open && unfolded(section));
+    fold.firstElementChild.addEventListener("click", () => remember(section));
+  }
+  for (const select of document.querySelectorAll("select")) {
+    select.addEventListener("change", () => act(select));
+  }
+  for (const button of document.querySelectorAll(".controls button")) {
+    button.addEventListener("click", () => {
+      setPressed(button, button.getAttribute("aria-pressed") !== "true");
+      act(button);
+    });
+  }
+  for (const button of document.querySelectorAll("[data-fold]")) {
+    button.addEventListener("click", () => foldAll(Boolean(button.dataset.fold)));
+  }
+  for (const button of document.querySelectorAll("[data-save]")) {
+    button.addEventListener("click", () => save(button.closest("figure"), button.dataset.save));
+  }
+  const menu = document.querySelector(".contents");
+  const opener = menu.querySelector("[aria-expanded]");
+  const expand = (open) => opener.setAttribute("aria-expanded", String(open));
+  opener.addEventListener("click", () => expand(opener.getAttribute("aria-expanded") !== "true"));
+  menu.addEventListener("click", (event) => event.target.matches("a") && expand(false));
+  menu.addEventListener("keydown", (event) => event.key === "Escape" && expand(false));
   document.addEventListener("click", (event) => {
     hideNumbers();
     const chart = event.target.closest(".chart");
     if (chart) showNearest(chart, event);
   });
   document.addEventListener("touchmove", hideNumbers, { passive: true });
+  addEventListener("hashchange", follow);
+  addEventListener("beforeprint", () => {
+    foldAll(true);
+    drawAllNow();
+  });
+}
+
+async function start() {
+  listen();
+  watchSections();
+  watchFigures();
+  await Promise.all([...document.querySelectorAll("section:has(> .fold[open])")].map((it) => updateSection(it)));
+  await follow();
+  await drawer;
+  performance.mark("first screen");
   document.body.dataset.drawn = "yes"; // what a test waits for
+  for (const figure of document.querySelectorAll("figure")) {
+    await prepare(figure); // for paper
+    await pause();
+  }
+  document.body.dataset.ready = "yes";
 }
 
 start();

@@ -2,6 +2,7 @@
 
 from sections import (
     against_n,
+    answer,
     choosing,
     claims,
     cost,
@@ -19,10 +20,13 @@ from sections import (
     peers,
     questions,
     simulation,
+    stress,
     wild,
 )
 
 SECTIONS = [
+    answer.section,
+    stress.section,
     glance.section,
     error_against_time.section,
     against_n.section,

@@ -1,5 +1,6 @@
 """Error against run time: one panel a robot, one a family with a choice of N."""
 
+from collections import defaultdict
 from itertools import groupby
 
 import charts
@@ -48,10 +49,17 @@ def _panel(panel: list[Point], style: charts.Style, views: Choice, times: list[T
         figures.work_precision(panel, style, first),
         figures.TOOLTIPS,
         choices=[scenes] if several else [],
-        notes=[_refusal(time) for time in times if time.refused and time.scene in sizes],
+        notes=_refusals([time for time in times if time.refused and time.scene in sizes]),
     )
 
 
-def _refusal(time: Time) -> str:
-    series = f"{time.scene}, {task_text(time.task)}, {time.variant}, {time.precision}"
-    return f"Not timed: {series}: {time.refused}"
+def _refusals(times: list[Time]) -> list[str]:
+    """One line, however many."""
+    if not times:
+        return []
+    reasons = defaultdict(list)
+    for time in times:
+        series = f"{time.variant} in {time.precision} ({task_text(time.task)}, {time.scene})"
+        reasons[time.refused].append(series)
+    texts = (f"{', '.join(series)}: {reason}" for reason, series in reasons.items())
+    return [f"Not timed: {'; '.join(texts)}"]

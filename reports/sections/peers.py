@@ -5,12 +5,12 @@ from typing import NamedTuple
 
 import palette
 from data import Call, Data, scene_name, scene_size
+from groups import LIBRARIES
 from markupsafe import Markup
 from section import Choice, Section, Table
 from sections.method import distinct
 from text import factor_text, task_rank, task_text, time_text
 
-PEERS = ("Pinocchio", "MuJoCo", "DART", "Simbody", "Bullet", "KDL")  # all else is ours
 TASK = "task"
 
 
@@ -44,7 +44,7 @@ def section(data: Data) -> Section | None:
     statements = [
         f"A timed call: {text}" for text in distinct(data.peers_contexts, "timed_call")
     ] + [f"Versions: {text}." for text in distinct(data.peers_contexts, "peers")]
-    if absent := [peer for peer in PEERS if peer not in present]:
+    if absent := [peer for peer in LIBRARIES if peer not in present]:
         statements.append(
             f"Not in this run: {', '.join(absent)}. bench_peers measures those that it was built "
             "with; scripts/setup --peers installs them."
@@ -67,7 +67,7 @@ def section(data: Data) -> Section | None:
 def _peer(variant: str) -> str | None:
     """The library, or None for ours."""
     name = palette.family(variant)
-    return name if name in PEERS else None
+    return name if name in LIBRARIES else None
 
 
 def _contests(calls: list[Call]) -> list[Contest]:
@@ -154,7 +154,7 @@ def _missing(contest: Contest, calls: list[Call]) -> list[str]:
         for row in contest.rows
         if row.nanoseconds is None
     ]
-    for peer in PEERS:
+    for peer in LIBRARIES:
         if peer in present - here:
             why = "not measured on this scene" if peer in able else "has no such call"
             missing.append(f"{peer} ({why})")

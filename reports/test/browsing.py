@@ -2,7 +2,52 @@
 
 import re
 
+from playwright.sync_api import expect
+
 PHONE = {"width": 390, "height": 844}
+
+
+def section(page, title):
+    """Unfolded."""
+    place = page.locator("section").filter(
+        has=page.get_by_role("heading", level=2, name=title, exact=True)
+    )
+    if not place.locator(".fold").evaluate("(node) => node.open"):
+        place.locator("summary").first.click()
+    return place
+
+
+def drawn_section(page, title):
+    """With all its figures, as a reader has it who scrolled through it."""
+    place = section(page, title)
+    for drawn in place.locator("figure").all():
+        draw(drawn)
+    return place
+
+
+def draw(figure):
+    figure.scroll_into_view_if_needed()
+    expect(figure).to_have_attribute("data-drawn", "yes")
+
+
+def figure(page, title, name):
+    section(page, title)
+    found = page.get_by_role("figure", name=f"{title}: {name}")
+    draw(found)
+    return found
+
+
+def marks(place, text=""):
+    """The marks of points and failures whose numbers contain the text."""
+    numbers = f'*="{text}"' if text else ""
+    return place.locator(f".mark-symbol path[aria-label{numbers}]")
+
+
+def unfold_all(page):
+    """Everything, with all figures drawn."""
+    page.evaluate("document.querySelectorAll('details').forEach((it) => (it.open = true))")
+    for drawn in page.locator("figure").all():
+        draw(drawn)
 
 
 def overflowing(page):

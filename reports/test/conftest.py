@@ -9,6 +9,8 @@ REPORTS = Path(__file__).parent.parent
 sys.path.insert(0, str(REPORTS))
 
 import fake_run  # noqa: E402
+import make_report  # noqa: E402
+from readers import load  # noqa: E402
 
 
 @pytest.fixture(scope="session")
@@ -17,6 +19,14 @@ def run(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("data")
     fake_run.write(folder)
     return folder
+
+
+@pytest.fixture(scope="session")
+def written(run, tmp_path_factory) -> Path:
+    """The page of the made-up run."""
+    file = tmp_path_factory.mktemp("page") / "index.html"
+    make_report.write(file, make_report.page(load(run)))
+    return file
 
 
 @pytest.fixture(scope="session")
@@ -32,8 +42,10 @@ def visit(browser):
     """Opens a page; fails if it complains, or asks the network for anything."""
     contexts, complaints = [], []
 
-    def visit(file, **settings):
+    def visit(file, address="", script="", **settings):
+        """`address` is what follows the file's own; `script` runs before the page's."""
         context = browser.new_context(**settings)
+        context.add_init_script(script)
         contexts.append(context)
         page = context.new_page()
         page.on("console", lambda message: complaints.append(f"{message.type}: {message.text}"))
@@ -41,10 +53,12 @@ def visit(browser):
         page.on(
             "request",
             lambda request: (
-                complaints.append(request.url) if request.url != file.as_uri() else None
+                complaints.append(request.url)
+                if request.url.split("#")[0] != file.as_uri()
+                else None
             ),
         )
-        page.goto(file.as_uri())
+        page.goto(file.as_uri() + address)
         page.wait_for_selector("body[data-drawn]", state="attached")
         return page
 

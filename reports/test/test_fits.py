@@ -4,6 +4,7 @@ import json
 
 import make_report
 import pytest
+from browsing import unfold_all
 from data import DataError
 from fake_fits import JOINTS, TIMES, fit, jacobians
 from fits import identification
@@ -168,10 +169,10 @@ def test_the_page_shows_what_is_chosen(read, visit, tmp_path):
     file = tmp_path / "index.html"
     make_report.write(file, make_report.page(data))
     page = visit(file)
+    unfold_all(page)
     expect(page.get_by_text("Nothing is shown").locator("visible=true")).to_have_count(0)
     torque = page.get_by_role("figure", name=f"{FITS}: {NOISY}: held-out torque")
     assert torque.locator(".mark-symbol path[aria-label*='measured']").count() == len(TIMES)
-    torque.get_by_text("Numbers", exact=True).click()
     expect(torque.locator(".numbers tbody tr")).to_have_count(len(TIMES))
     torque.get_by_label("Joint").select_option(JOINTS[1])
     expect(torque.locator(".numbers tbody tr")).to_have_count(len(TIMES))

@@ -4,7 +4,16 @@ import re
 
 import make_report
 import pytest
-from browsing import PHONE, brightness, overflowing
+from browsing import (
+    PHONE,
+    brightness,
+    drawn_section,
+    figure,
+    marks,
+    overflowing,
+    section,
+    unfold_all,
+)
 from data import scene_name
 from playwright.sync_api import expect
 from readers import load
@@ -19,40 +28,21 @@ PEAK = "How near the machine’s peak"
 EIGEN = "Batch<EigenLLT>"
 
 
-@pytest.fixture(scope="session")
-def written(run, tmp_path_factory):
-    file = tmp_path_factory.mktemp("page") / "index.html"
-    make_report.write(file, make_report.page(load(run)))
-    return file
-
-
 @pytest.fixture
 def page(visit, written):
     return visit(written)
-
-
-def section(page, title):
-    return page.locator("section").filter(
-        has=page.get_by_role("heading", level=2, name=title, exact=True)
-    )
-
-
-def figure(page, title, name):
-    return page.get_by_role("figure", name=f"{title}: {name}")
 
 
 def legend(page, title, entry):
     return section(page, title).get_by_role("button", name=entry, exact=True)
 
 
-def marks(place, text=""):
-    """The marks of points and failures whose numbers contain the text."""
-    numbers = f'*="{text}"' if text else ""
-    return place.locator(f".mark-symbol path[aria-label{numbers}]")
-
-
 def show(page, title, task):
     section(page, title).get_by_label("Show").select_option(task)
+
+
+def show_every(page, title):
+    section(page, title).get_by_role("button", name="All ", exact=False).click()
 
 
 def test_every_figure_is_drawn(page, run):
@@ -60,8 +50,10 @@ def test_every_figure_is_drawn(page, run):
     timed = {
         scene_name(point.scene) for point in points(data) if point.time is not None and point.states
     }
+    unfold_all(page)
     figures = page.locator("figure").all()
-    others = 4  # two of the simulation, the share of the peak and questions
+    # What to take, three stresses, two of the simulation, the share of the peak and questions.
+    others = 8
     assert len(figures) == len(timed) + 3 * len(data.families) + others
     for drawn in figures:
         frame, *boxes = drawn.locator(".chart svg").evaluate(
@@ -80,14 +72,16 @@ def test_every_figure_is_drawn(page, run):
             assert abs(box["y"] - frame["y"]) < frame["height"] / 2
 
 
-def test_each_series_has_its_mark(page, run):
+def test_each_series_has_its_mark_once_all_are_asked_for(page, run):
     wanted = {
         (point.variant, point.precision)
         for point in points(load(run))
         if (point.scene, point.task, point.measure) == ("panda:7", "acceleration", "relative")
     }
     panel = figure(page, TIME, "panda")
-    assert marks(panel).count() == len(wanted)
+    assert marks(panel).count() == 8
+    show_every(page, TIME)
+    expect(marks(panel)).to_have_count(len(wanted))
     for variant, precision in wanted:
         assert marks(panel, f"variant: {variant}; precision: {precision};").count() == 1
 
@@ -97,7 +91,7 @@ def test_a_legend_entry_switches_off_and_on_in_its_section(page):
         (TIME, EIGEN, f"variant: {EIGEN};"),
         (SIZE, "float32", "precision: float32;"),
     ):
-        place = section(page, title)
+        place = drawn_section(page, title)
         before, all_before = marks(place, text).count(), marks(place).count()
         assert before > 0
         legend(page, title, entry).click()
@@ -128,6 +122,7 @@ def test_the_legend_works_from_the_keyboard(page):
 
 
 def test_the_legend_names_only_what_can_be_shown(page):
+    section(page, TIME)
     expect(legend(page, TIME, "CRBA")).to_be_hidden()
     show(page, TIME, "mass/relative")
     expect(legend(page, TIME, "CRBA")).to_be_visible()
@@ -142,7 +137,7 @@ def test_a_point_shows_its_numbers(page, run):
         and (point.task, point.measure) == ("acceleration", "relative")
     ]
     marks(figure(page, TIME, "panda"), f"variant: {EIGEN}; precision: float64").hover()
-    tooltip = page.locator("#vg-tooltip-element.visible")
+    tooltip = page.locator("#numbers-of-a-mark.visible")
     expect(tooltip).to_be_visible()
     shown = dict(row.inner_text().split("\t") for row in tooltip.locator("tr").all())
     expected = {
@@ -165,7 +160,7 @@ def test_a_tap_near_a_point_shows_its_numbers_until_the_next_elsewhere(visit, wr
     mark.scroll_into_view_if_needed()
     box = mark.bounding_box()
     page.touchscreen.tap(box["x"] + box["width"] + 6, box["y"] + box["height"] + 6)
-    tooltip = page.locator("#vg-tooltip-element.visible")
+    tooltip = page.locator("#numbers-of-a-mark.visible")
     expect(tooltip).to_contain_text("Sequential<ArrayMGS>")
     place = tooltip.bounding_box()
     assert place["x"] >= 0 and place["x"] + place["width"] <= PHONE["width"]
@@ -183,6 +178,7 @@ def test_a_choice_changes_what_is_drawn(page):
 
 def test_a_family_shows_the_chosen_size(page):
     panel = figure(page, TIME, "chain")
+    show_every(page, TIME)
     panel.locator("select").select_option("chain:127")
     expect(marks(panel, "scene: chain:127")).not_to_have_count(0)
     assert marks(panel).count() == marks(panel, "scene: chain:127").count()
@@ -222,7 +218,7 @@ def test_every_method_has_its_line_its_shape_and_its_place_in_the_legend(page):
 
 
 def test_a_method_switched_off_leaves_both_charts(page):
-    place = section(page, SIMULATION)
+    place = drawn_section(page, SIMULATION)
     legend(page, SIMULATION, "Recursion").click()
     expect(place.locator("[aria-label*='method: Recursion;']")).to_have_count(0)
     expect(place.locator(".chart text").filter(has_text="Recursion")).to_have_count(0)
@@ -307,9 +303,7 @@ def test_an_explanation_stays_in_sight_of_a_phone(visit, written):
 
 def test_a_phone_needs_no_sideways_scrolling(visit, written):
     page = visit(written, viewport=PHONE, has_touch=True, is_mobile=True)
-    page.evaluate(
-        "document.querySelectorAll('details').forEach((details) => (details.open = true))"
-    )
+    unfold_all(page)
     page.wait_for_function(
         "[...document.querySelectorAll('.numbers .scroll')].every((list) => list.firstChild)"
     )
@@ -378,6 +372,7 @@ def test_a_part_of_the_data_makes_a_part_of_the_page(visit, run, tmp_path, kind,
     file = tmp_path / "index.html"
     make_report.write(file, make_report.page(load(None, sorted(run.glob(f"{kind}-*")))))
     page = visit(file)
+    unfold_all(page)
     assert page.locator("figure").count() == figures
     for chart in page.locator("figure .chart").all():
         assert chart.locator(":is(.mark-symbol, .mark-rect) path[aria-label]").count() > 0

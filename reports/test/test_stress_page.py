@@ -5,7 +5,7 @@ import re
 import fake_stress
 import make_report
 import pytest
-from browsing import PHONE, brightness, overflowing
+from browsing import PHONE, brightness, draw, drawn_section, overflowing, section
 from playwright.sync_api import expect
 from readers import load
 
@@ -22,15 +22,9 @@ def written(tmp_path_factory):
     return file
 
 
-def section(page, title):
-    return page.locator("section").filter(
-        has=page.get_by_role("heading", level=2, name=title, exact=True)
-    )
-
-
 def test_every_claim_has_its_plot_and_its_verdict(visit, written):
     page = visit(written)
-    figures = section(page, CLAIMS).locator("figure").all()
+    figures = drawn_section(page, CLAIMS).locator("figure").all()
     assert len(figures) == 10
     for number, figure in enumerate(figures, 1):
         assert figure.get_by_role("heading").inner_text().startswith(f"C{number} ")
@@ -59,6 +53,7 @@ def test_a_choice_of_task_and_of_variants_changes_the_table(visit, written):
 def test_a_choice_of_family_changes_the_plot(visit, written):
     page = visit(written)
     figure = section(page, CLAIMS).get_by_role("figure", name=re.compile("C3"))
+    draw(figure)
     figure.locator("select").first.select_option("heavy_point")
     mark = figure.locator(".mark-symbol path[aria-label*='family: heavy_point']")
     expect(mark.first).to_be_attached()
@@ -68,6 +63,7 @@ def test_a_choice_of_family_changes_the_plot(visit, written):
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_cells_are_readable_on_either_page(visit, written, scheme):
     page = visit(written, color_scheme=scheme)
+    section(page, LABORATORY)
     for look in (".d0", ".d2", ".d3", ".d4", ".d5", ":not([class])"):
         cell = f".shown:not([hidden]) i{look}"
         back, front = (brightness(page, cell, name) for name in ("backgroundColor", "color"))
@@ -90,6 +86,9 @@ def test_without_javascript_every_table_is_there(browser, written):
     context = browser.new_context(java_script_enabled=False)
     page = context.new_page()
     page.goto(written.as_uri())
+    for fold in page.locator(".fold").all():
+        if fold.get_attribute("open") is None:
+            fold.locator("summary").first.click()
     assert page.locator(".shown").count() == page.locator(".shown:visible").count() > 5
     context.close()
 

@@ -1,0 +1,33 @@
+"""Code that does what is advised, for the page."""
+
+FORMS = {
+    "Fast<Conventional>": "",
+    "Fast<SquareRoot>": ", {.form = kalmarm::Form::square_root}",
+}
+SCALARS = {"float32": "float", "float64": "double"}
+CALLS = {
+    "acceleration": ("qd(robot.nv()), tau(qd), a(qd)", "forward_dynamics(q, qd, tau, a)"),
+    "inverse": ("X(robot.nv() * robot.nv())", "inverse_mass(q, X)"),
+}
+
+
+def fragment(name: str, task: str, variant: str, precision: str) -> str:
+    """Ten lines of C++ by the door, or the command of `evaluate` where the door has no such form."""
+    if variant not in FORMS or precision not in SCALARS or task not in CALLS:
+        return (
+            f"build/bin/evaluate {name} --variant '{variant}' \\\n"
+            f"    --precision {precision} --want {task} --out {name}.json"
+        )
+    scalar = SCALARS[precision]
+    vectors, call = CALLS[task]
+    return f"""\
+#include <kalmarm/dynamics.hpp>
+#include <kalmarm/load.hpp>
+#include <vector>
+int main() {{
+  const auto file = kalmarm::load_robot("{name}.xml");
+  kalmarm::Dynamics<{scalar}> robot(file.model{FORMS[variant]});
+  std::vector<{scalar}> q(file.home.begin(), file.home.end());
+  std::vector<{scalar}> {vectors};
+  return robot.{call} ? 0 : 1;
+}}"""
