@@ -19,11 +19,12 @@
 #include <optional>
 #include <vector>
 
-#include "accuracy/recommend.hpp"
 #include "algorithms/solver.hpp"
 #include "robots/scene.hpp"
 
 namespace kalmarm::limits {
+
+inline constexpr const char* recommended_variant = "WideRefined<FactoredBias<ArrayGivens>>";
 
 // Forms of the fast path, a Cholesky factorisation and the recommended variant.
 inline constexpr std::array variants = {"Fast<Conventional>", "Fast<SquareRoot>",
