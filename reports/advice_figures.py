@@ -10,6 +10,7 @@ from charts import (
     NUMBER,
     SCENE,
     TIME,
+    TOLERANCE,
     VIEW,
     Style,
     error_scale,
@@ -17,13 +18,13 @@ from charts import (
     frame,
     log_axis,
     mark_last,
+    short,
     strip,
 )
 from figures import series
 from groups import first_series, mark_first
 from text import error_text, time_text, tolerance_text
 
-TOLERANCE = "tolerance"
 WHOLLY_WRONG = 10  # where the scale ends: a larger error says no more
 
 ADVICE_TOOLTIPS = {
@@ -65,12 +66,14 @@ def contender_rows(
             VIEW: task,
             "variant": it.variant,
             "precision": it.precision,
-            "time": it.nanoseconds,
-            "error": it.median,
+            "time": short(it.nanoseconds),
+            "error": short(it.median),
             "worst": _within(it.worst),
             "stressed": _within(stressed),
             "chosen": [
-                tolerance_text(pick.tolerance) for pick in picks if pick[1:3] == (it.variant, it.precision)
+                tolerance_text(pick.tolerance)
+                for pick in picks
+                if pick[1:3] == (it.variant, it.precision)
             ],
             "time_text": time_text(it.nanoseconds),
             "error_text": error_text(it.median),
@@ -86,7 +89,7 @@ def contender_rows(
 
 
 def _within(error: float | None) -> float | None:
-    return None if error is None else min(error, WHOLLY_WRONG)
+    return None if error is None else short(min(error, WHOLLY_WRONG))
 
 
 def median_and_worst(rows: list[dict], style: Style, choices: dict[str, str], tolerances):
@@ -170,7 +173,7 @@ def load_rows(limits: Limits, load: int) -> list[dict]:
 
 
 def against_load(rows: list[dict], style: Style, choices: dict[str, str], unit: str):
-    """Worst error against the load, a line a variant and precision; a cross where all is refused."""
+    """Worst error against the load, a line a series; a cross where all is refused."""
     mark_last(mark_first(rows, VIEW), "error", "value", (SCENE, VIEW))
     values = sorted({row["value"] for row in rows})
     x = alt.X(

@@ -13,10 +13,11 @@ BAND = 24  # height of the strips beyond the scale: failed above, error exactly 
 HIDDEN = "hidden"  # variants and precisions that are switched off
 VIEW = "view"  # what is drawn: task/measure
 SCENE = "scene"
+TOLERANCE = "tolerance"  # error asked for
 EVERY = "every"  # whether series are drawn that are not shown at first
 QUANTITY = "quantity"
 
-# Styles of marks beside which the page writes their series' name: of all, or of a line's last.
+# Styles of marks beside which the page writes their series' name: of all, or of rows with `last`.
 NAMED = "named"
 NAMED_AT_END = "named-at-end"
 
@@ -131,6 +132,11 @@ def mark_last(rows: list[dict], y: str, x: str, apart: tuple[str, ...] = LINES) 
 def frame(values: list[dict]) -> dict:
     """What the layers of a chart share."""
     return {"data": alt.InlineData(values=values), "height": HEIGHT, "width": "container"}
+
+
+def short(value: float | None) -> float | None:
+    """As many digits as a mark needs, for the page's weight."""
+    return None if value is None else float(f"{value:.4g}")
 
 
 def log_axis(scale: str, title: str, label: str) -> alt.Axis:

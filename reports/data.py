@@ -160,6 +160,7 @@ class Data:
     stress_families: list[Family] = field(default_factory=list)
     stress_variants: list[Variant] = field(default_factory=list)
     integrations: list[Integration] = field(default_factory=list)
+    baseline: "Data | None" = None  # another run, to compare with
 
     @cached_property
     def laboratory(self) -> Laboratory:

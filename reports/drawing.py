@@ -1,4 +1,4 @@
-"""Charts as Vega draws them: compiled here, so that the page need not, with names on their marks."""
+"""Charts as Vega draws them, compiled here so that the page need not, with names on marks."""
 
 import functools
 import json

@@ -2,10 +2,20 @@
 
 import altair as alt
 
-from charts import NAMED_AT_END, NUMBER, TIME, Style, error_scale, filtered, frame, log_axis, mark_last
+from charts import (
+    NAMED_AT_END,
+    NUMBER,
+    TIME,
+    Style,
+    error_scale,
+    filtered,
+    frame,
+    log_axis,
+    mark_last,
+)
 from data import Jacobian, scene_size
 from fits import Identification
-from text import error_text, share_text, three_digits, time_text
+from text import error_text, share_text, time_text
 
 JOINT = "joint"  # the parameter that says whose torque is drawn
 
@@ -145,9 +155,7 @@ def torques(fit: Identification, first: str):
             JOINT: prediction.joint,
             **{
                 name: float(f"{value:.4g}")
-                for name, value in zip(
-                    ("time", "measured", "fitted", "start"), values, strict=True
-                )
+                for name, value in zip(("time", "measured", "fitted", "start"), values, strict=True)
             },
         }
         for prediction in fit.predictions

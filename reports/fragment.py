@@ -12,7 +12,7 @@ CALLS = {
 
 
 def fragment(name: str, task: str, variant: str, precision: str) -> str:
-    """Ten lines of C++ by the door, or the command of `evaluate` where the door has no such form."""
+    """Ten lines of C++ by the door, or `evaluate` where the door has no such form."""
     if variant not in FORMS or precision not in SCALARS or task not in CALLS:
         return (
             f"build/bin/evaluate {name} --variant '{variant}' \\\n"

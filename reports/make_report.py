@@ -142,6 +142,9 @@ def main() -> None:
     )
     parser.add_argument("--out", type=Path, metavar="FILE", help="the page to write")
     parser.add_argument(
+        "--baseline", type=Path, metavar="DIR", help="data of another run, to compare with"
+    )
+    parser.add_argument(
         "--figure", type=Path, metavar="FILE.svg", help="the README's figure to write"
     )
     arguments = parser.parse_args()
@@ -151,6 +154,8 @@ def main() -> None:
         parser.error("neither --out nor --figure is given")
     try:
         data = load(arguments.data, arguments.files)
+        if arguments.baseline:
+            data.baseline = load(arguments.baseline)
         if arguments.figure:
             write(arguments.figure, figure(data))
         if arguments.out:

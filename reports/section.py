@@ -56,6 +56,7 @@ class Answer:
     sentences: list[str]
     numbers: list[tuple[str, str]] = field(default_factory=list)
     code: str = ""
+    leads: bool = False  # whether the first sentence is the one to read
     shown: dict = field(default_factory=dict)
     first: bool = True
 

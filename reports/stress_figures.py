@@ -2,7 +2,7 @@
 
 import altair as alt
 import figures
-from charts import NUMBER, SCENE, Style, error_scale, filtered, frame, log_axis, mark_last
+from charts import NUMBER, SCENE, Style, error_scale, filtered, frame, log_axis, mark_last, short
 from claims.claim import Plot, number_text
 from groups import mark_first
 from section import Choice, Figure
@@ -42,8 +42,8 @@ def _chart(plot: Plot, rows: list[dict], style: Style, choices: dict[str, str]):
     values = [
         {name: value for name, value in row.items() if name != "share" or value}
         | {
-            "x": _short(row["x"]),
-            "error": _short(row["error"]),
+            "x": short(row["x"]),
+            "error": short(row["error"]),
             "x_text": number_text(row["x"]),
             "error_text": "–" if row["error"] is None else number_text(row["error"]),
             "failed": share_text(row["share"]),
@@ -63,8 +63,3 @@ def _chart(plot: Plot, rows: list[dict], style: Style, choices: dict[str, str]):
     lines = figures.curves(drawn, style)
     layers = [*figures.bands(chart, values, x, encoding), *lines] if plot.lines else lines[1:]
     return alt.layer(*layers, **frame(values))
-
-
-def _short(value: float | None) -> float | None:
-    """As many digits as a mark needs, for the page's weight."""
-    return None if value is None else float(f"{value:.3g}")

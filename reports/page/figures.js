@@ -1,5 +1,5 @@
-// Figures: unpacked when their section unfolds, drawn when they come into view, in pieces that leave
-// the page free to scroll.
+// Figures: unpacked when their section unfolds, drawn when they come into view, in pieces that
+// leave the page free to scroll.
 
 /** What the page carries as gzip in base64, since it would be six times as large. */
 async function unpack(node) {

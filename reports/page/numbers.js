@@ -22,13 +22,15 @@ function showNumbers(event, value) {
   }
   tip.replaceChildren(table);
   const { width, height } = tip.getBoundingClientRect();
-  const within = (place, size, room) => Math.max(4, place + 12 + size > room ? place - size - 12 : place + 12);
-  tip.style.left = `${Math.min(within(event.clientX, width, innerWidth), Math.max(4, innerWidth - width - 4))}px`;
+  const beside = (place, size, room) => (place + 12 + size > room ? place - size - 12 : place + 12);
+  const within = (place, size, room) =>
+    Math.max(4, Math.min(beside(place, size, room), room - size - 4));
+  tip.style.left = `${within(event.clientX, width, innerWidth)}px`;
   tip.style.top = `${within(event.clientY, height, innerHeight)}px`;
   tip.classList.add("visible");
 }
 
-/** Fingers have no hover and miss small marks: a tap shows the numbers of the mark nearest to it. */
+/** Fingers have no hover and miss small marks: a tap shows the numbers of the nearest. */
 function showNearest(chart, { clientX, clientY }) {
   let nearest = null;
   let least = 30; // pixels

@@ -35,7 +35,7 @@ async function follow() {
   if (!section) return;
   if (choices !== undefined) restore(section, new URLSearchParams(choices));
   foldOf(section).open = true;
-  for (let it = place.closest("details"); it; it = it.parentElement.closest("details")) it.open = true;
+  for (let it = place; (it = it.closest("details")); it = it.parentElement) it.open = true;
   await updateSection(section);
   place.scrollIntoView();
 }
@@ -63,7 +63,7 @@ function chooseShown(section) {
   }
 }
 
-/** Redraws what a control acts on: its figure, or all figures, answers and tables of its section. */
+/** Redraws what a control acts on: its figure, or all of its section. */
 async function updateSection(section, figures = section.querySelectorAll("figure")) {
   chooseShown(section);
   await Promise.all([...section.querySelectorAll("figure")].map(prepare));
@@ -83,7 +83,8 @@ function act(control) {
 
 /** A figure that was drawn in another width fits itself to the present one. */
 function fit(section) {
-  for (const figure of section.querySelectorAll("figure[data-drawn]")) figure.view.resize().runAsync();
+  const figures = section.querySelectorAll("figure[data-drawn]");
+  for (const figure of figures) figure.view.resize().runAsync();
 }
 
 async function unfolded(section) {
@@ -170,7 +171,8 @@ async function start() {
   listen();
   watchSections();
   watchFigures();
-  await Promise.all([...document.querySelectorAll("section:has(> .fold[open])")].map((it) => updateSection(it)));
+  const unfolded = document.querySelectorAll("section:has(> .fold[open])");
+  await Promise.all([...unfolded].map((section) => updateSection(section)));
   await follow();
   await drawer;
   performance.mark("first screen");

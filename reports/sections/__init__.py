@@ -5,6 +5,7 @@ from sections import (
     answer,
     choosing,
     claims,
+    compared,
     cost,
     digits,
     error_against_time,
@@ -15,6 +16,7 @@ from sections import (
     limitations,
     method,
     mujoco,
+    over_robots,
     paper,
     peak,
     peers,
@@ -26,7 +28,9 @@ from sections import (
 
 SECTIONS = [
     answer.section,
+    compared.section,
     stress.section,
+    over_robots.section,
     glance.section,
     error_against_time.section,
     against_n.section,

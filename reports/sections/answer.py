@@ -1,23 +1,19 @@
 """What to take: the advisor's answer for each robot, or, without one, what was measured."""
 
 import math
-from urllib.parse import urlencode
-
-from markupsafe import Markup
 
 import advice_figures
+import advice_tables
 from advice import ADVISED, Advice, Contender, Limits, Pick
-from advice_figures import TOLERANCE
-from charts import SCENE, VIEW, Style
-from data import Data, scene_name, scene_size
+from advice_tables import TITLE
+from charts import SCENE, TOLERANCE, VIEW, Style
+from data import Data, scene_name
 from fragment import fragment
-from section import Answer, Choice, Figure, Section, Table, slug
+from section import Answer, Choice, Figure, Section
 from summary import Point, points
-from text import error_text, task_text, time_text, tolerance_text
+from text import task_text, time_text, tolerance_text
 
-TITLE = "What to take"
 FIRST_TOLERANCE = 1e-5
-TABLED = (1e-5, 1e-9)  # tolerances of the table of robots
 NO_ADVICE = (
     "No advice was recorded for this robot; run recommend, or scripts/report anew. Below is what "
     "was measured."
@@ -53,15 +49,15 @@ def section(data: Data) -> Section | None:
         for answer in _answers(data, robot, robots[robot], advised.get(robot), limits.get(robot))
     ]
     for answer in answers:
-        answer.first = all(
-            first[name] in values for name, values in answer.shown.items()
-        )
+        answer.first = all(first[name] in values for name, values in answer.shown.items())
     return Section(
         TITLE if len(robots) > 1 else f"{TITLE} for {scene_name(next(iter(robots)))}",
         choices=[choice for choice in choices if len(choice.options) > 1],
         answers=answers,
         figures=[_figure(rows, first, tolerances)] if rows else [],
-        tables=_tables(robots, advised, tasks) if len(robots) > 1 else _picked(advised),
+        tables=advice_tables.of_robots(robots, advised, tasks)
+        if len(robots) > 1
+        else advice_tables.of_tolerances(advised),
         opened=True,
     )
 
@@ -142,39 +138,49 @@ def _answers(
     said = [limits.sentence] if limits else []
     if not advice:
         return [
-            Answer([NO_ADVICE, *said, *sorted(notes)], shown={SCENE: [robot]}),
+            Answer([NO_ADVICE, *said, *sorted(notes)], leads=True, shown={SCENE: [robot]}),
             *_measured(robot, contenders),
         ]
     return [
-        Answer([advice.sentence, *said, *sorted(notes)], shown={SCENE: [robot]}),
+        Answer([advice.sentence, *said, *sorted(notes)], leads=True, shown={SCENE: [robot]}),
         *(
-            _picked_answer(advice, task, pick)
+            answer
             for task, picks in advice.picks.items()
-            for pick in picks
+            for answer in _picked(advice, task, picks)
         ),
     ]
 
 
-def _picked_answer(advice: Advice, task: str, pick: Pick) -> Answer:
-    digits = [f"{_digits(pick.predicted)} predicted", f"{_digits(pick.worst)} at worst"]
-    return Answer(
-        [pick.reason],
-        [
+def _picked(advice: Advice, task: str, picks: list[Pick]) -> list[Answer]:
+    """A sentence a tolerance; numbers and code once for all that the same is picked for."""
+    own = {SCENE: [advice.robot], VIEW: [task]}
+    answers = [
+        Answer([_said(pick)], shown=own | {TOLERANCE: [tolerance_text(pick.tolerance)]})
+        for pick in picks
+    ]
+    for pick in dict.fromkeys(pick._replace(tolerance=0, enough=True, reason="") for pick in picks):
+        tolerances = [tolerance_text(it.tolerance) for it in picks if it[1:6] == pick[1:6]]
+        digits = f"{_digits(pick.predicted)} predicted, {_digits(pick.worst)} at worst"
+        numbers = [
             ("Variant", f"{pick.variant}, {pick.precision}"),
-            (f"Digits, of {advice.states} states", ", ".join(digits)),
+            (f"Digits, of {advice.states} states", digits),
             ("Time of a call", time_text(pick.nanoseconds)),
-            *([] if pick.enough else [("Enough", "no")]),
-        ],
-        fragment(scene_name(advice.robot), task, pick.variant, pick.precision),
-        {SCENE: [advice.robot], VIEW: [task], TOLERANCE: [tolerance_text(pick.tolerance)]},
-    )
+        ]
+        code = fragment(scene_name(advice.robot), task, pick.variant, pick.precision)
+        answers.append(Answer([], numbers, code, shown=own | {TOLERANCE: tolerances}))
+    return answers
+
+
+def _said(pick: Pick) -> str:
+    warning = f"Nothing is predicted to be within {tolerance_text(pick.tolerance)}. "
+    return ("" if pick.enough else warning) + pick.reason
 
 
 def _measured(robot: str, contenders: dict[str, list[Contender]]) -> list[Answer]:
     """The fastest of each precision among those that failed on no state; no advice."""
     answers = []
     for task, found in contenders.items():
-        best = _fastest(found)
+        best = advice_tables.fastest(found)
         if not best:
             continue
         numbers = [
@@ -184,115 +190,14 @@ def _measured(robot: str, contenders: dict[str, list[Contender]]) -> list[Answer
             )
             for precision, it in best.items()
         ]
-        code = fragment(scene_name(robot), task, next(iter(best.values())).variant, next(iter(best)))
-        answers.append(Answer([], numbers, code, {SCENE: [robot], VIEW: [task]}))
-    return answers
-
-
-def _fastest(contenders: list[Contender]) -> dict[str, Contender]:
-    """By precision, the widest first."""
-    sound = [it for it in contenders if not it.failures]
-    return {
-        precision: min(
-            (it for it in sound if it.precision == precision), key=lambda it: it.nanoseconds
+        code = fragment(
+            scene_name(robot), task, next(iter(best.values())).variant, next(iter(best))
         )
-        for precision in sorted({it.precision for it in sound}, reverse=True)
-    }
+        answers.append(Answer([], numbers, code, shown={SCENE: [robot], VIEW: [task]}))
+    return answers
 
 
 def _digits(error: float | None) -> str:
     if error is None:
         return "none"
     return "all" if error == 0 else f"{max(-math.log10(error), 0):.1f}"
-
-
-def _link(robot: str, section: str = slug(TITLE)) -> Markup:
-    address = f"#{section}?{urlencode({SCENE: robot})}"
-    return Markup('<a href="{}">{}</a>').format(address, scene_name(robot))
-
-
-def _tables(robots: dict, advised: dict[str, Advice], tasks: list[str]) -> list[Table]:
-    """A row a robot: what is advised at two tolerances, or the fastest that was measured."""
-    make = _advised_table if advised else _measured_table
-    return [table for task in tasks if (table := make(robots, advised, task, task == tasks[0]))]
-
-
-def _advised_table(robots: dict, advised: dict, task: str, first: bool) -> Table:
-    rows = []
-    for robot in robots:
-        known = advised[robot].picks.get(task, []) if robot in advised else []
-        picks = {pick.tolerance: pick for pick in known}
-        row = [_link(robot), str(scene_size(robot))]
-        for tolerance in TABLED:
-            pick = picks.get(tolerance)
-            if not pick:
-                row += ["–"] * 5
-                continue
-            row += [pick.variant, pick.precision if pick.enough else f"{pick.precision}, not enough"]
-            row += [error_text(pick.predicted), error_text(pick.worst), time_text(pick.nanoseconds)]
-        rows.append(row)
-    names = [
-        f"{name} for {tolerance_text(tolerance)}" if not i else name
-        for tolerance in TABLED
-        for i, name in enumerate(("Variant", "Precision", "Predicted", "Worst", "Time"))
-    ]
-    return Table(
-        f"{task_text(task)}: what is advised for errors of "
-        f"{' and '.join(map(tolerance_text, TABLED))}; the error predicted, the largest over the states, and the median time. A robot's name shows "
-        "its answer.",
-        ["Robot", "DoF", *names],
-        rows,
-        "lr" + "llrrr" * len(TABLED),
-        shown={VIEW: task},
-        first=first,
-    )
-
-
-def _measured_table(robots: dict, _, task: str, first: bool) -> Table:
-    best = {robot: _fastest(found.get(task, [])) for robot, found in robots.items()}
-    precisions = sorted({name for found in best.values() for name in found}, reverse=True)
-    rows = []
-    for robot, found in best.items():
-        row = [_link(robot), str(scene_size(robot))]
-        for precision in precisions:
-            it = found.get(precision)
-            row += (
-                [it.variant, error_text(it.worst), time_text(it.nanoseconds)] if it else ["–"] * 3
-            )
-        rows.append(row)
-    return Table(
-        f"{task_text(task)}: the fastest that was measured, with the largest error over the "
-        "states; this run has no advice. A robot's name shows its answer.",
-        ["Robot", "DoF"]
-        + [name for precision in precisions for name in (f"{precision}: fastest", "Worst", "Time")],
-        rows,
-        "lr" + "lrr" * len(precisions),
-        shown={VIEW: task},
-        first=first,
-    )
-
-
-def _picked(advised: dict[str, Advice]) -> list[Table]:
-    """Of one robot: what is advised for every tolerance."""
-    return [
-        Table(
-            f"{task_text(task)}: what is advised for every error",
-            ["Error asked for", "Variant", "Precision", "Predicted", "Worst", "Time", "Enough"],
-            [
-                [
-                    tolerance_text(pick.tolerance),
-                    pick.variant,
-                    pick.precision,
-                    error_text(pick.predicted),
-                    error_text(pick.worst),
-                    time_text(pick.nanoseconds),
-                    "yes" if pick.enough else "no",
-                ]
-                for pick in picks
-            ],
-            "lllrrrl",
-            folded=True,
-        )
-        for advice in advised.values()
-        for task, picks in advice.picks.items()
-    ]

@@ -1,4 +1,4 @@
-"""Which variant and precision for which robot: the cheapest that left the digits asked for."""
+"""What was measured of kinds of mechanisms: the cheapest variant that left the digits asked for."""
 
 import math
 from collections import defaultdict
@@ -69,13 +69,14 @@ def section(data: Data) -> Section | None:
         "named, and no cost."
     )
     return Section(
-        "Which algorithm for which robot",
+        "Cheapest by kind of mechanism",
         [
-            "The rule: of all variants and precisions that were tried on every family of the kind, "
-            "and whose largest relative error over all values and seeds is within the digits asked "
-            f"for, the cheapest. {measured} Task: {FIRST}. The last column asks instead that η "
-            f"be at most {STABLE} throughout: as accurate as the robot’s parameters allow, within "
-            "two digits.",
+            "Measured on the laboratory’s families; what to take for a robot of your own is said "
+            "by recommend, which looks at that robot. Named is, of all variants and precisions "
+            "that were tried on every family of the kind and whose largest relative error over all "
+            f"values and seeds is within the digits asked for, the cheapest. {measured} Task: "
+            f"{FIRST}. The last column asks instead that η be at most {STABLE} throughout: as "
+            "accurate as the robot’s parameters allow, within two digits.",
         ],
         tables=[
             Table(

@@ -149,18 +149,19 @@ def digits(point: Point) -> float:
 
 
 def _cell(points: list[Point]) -> Markup:
-    """In the shortest tags that HTML has, since half of a page's size is these cells."""
+    """In the shortest tags that HTML has, since half of a page's size is these cells: a paragraph
+    needs no end."""
     if not points:
-        return Markup("<i class=none>–</i>")
+        return Markup("<p class=none>–")
     worst = worst_point(points)
     if worst.outcome != "ok":
         look = "w" if worst.outcome == "warned" else "d0"
-        return Markup("<i class={}>{}</i>").format(look, WORDS[worst.outcome])
+        return Markup("<p class={}>{}").format(look, WORDS[worst.outcome])
     number = digits(worst)
     look = sum(number >= step for step in STEPS)
     some = "*" if any(point.failures or point.wrong for point in points) else ""
     look = "" if look == len(STEPS) else f" class=d{max(look, 1)}"
-    return Markup("<i{}>{:.1f}{}</i>").format(Markup(look), number, some)
+    return Markup("<p{}>{:.1f}{}").format(Markup(look), number, some)
 
 
 def _health(data: Data) -> list[Table]:

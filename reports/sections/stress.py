@@ -14,7 +14,8 @@ def section(data: Data) -> Section | None:
     found = [it for it in data.limits if it.loads]
     if not found:
         return None
-    tasks = [task for task in ADVISED if any(task in load.curves for it in found for load in it.loads)]
+    present = {task for it in found for load in it.loads for task in load.curves}
+    tasks = [task for task in ADVISED if task in present]
     choices = [
         Choice(SCENE, "Robot", [(it.robot, scene_name(it.robot)) for it in found], found[0].robot),
         Choice(VIEW, "Task", [(task, task_text(task)) for task in tasks], tasks[0]),

@@ -15,7 +15,12 @@ VARIANTS = {  # time in ns at 7 degrees of freedom; error in units of epsilon
 TOLERANCES = (1e-3, 1e-5, 1e-6, 1e-9, 1e-12)
 STATES = 200
 LOADS = (
-    ("payload", "Payload on the hand", "times the mass of the last link", [10.0**k for k in range(9)]),
+    (
+        "payload",
+        "Payload on the hand",
+        "times the mass of the last link",
+        [10**k for k in range(9)],
+    ),
     ("armature", "Armature", "of the given", [1, 0.1, 0.01, 0]),
     ("wrist", "Light wrist", "of its mass", [1, 1e-2, 1e-4, 1e-6]),
 )

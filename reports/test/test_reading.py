@@ -52,7 +52,7 @@ def test_contents_name_every_section_and_unfold_it(page):
     links = page.get_by_role("navigation", name="Contents").get_by_role("link")
     assert links.all_inner_texts() == page.locator("section h2").all_inner_texts()
     links.filter(has_text=SIZE).click()
-    expect(page.locator(f"#against-n .fold")).to_have_attribute("open", "")
+    expect(page.locator("#against-n .fold")).to_have_attribute("open", "")
     expect(links.filter(has_text=SIZE)).to_have_attribute("aria-current", "true")
     expect(links.filter(has_text=SIZE)).to_be_in_viewport()
     expect(page.get_by_role("heading", name=SIZE, exact=True)).to_be_in_viewport()
@@ -83,7 +83,8 @@ def test_an_address_brings_back_section_robot_and_choices(visit, written, page):
     answer.get_by_role("combobox", name="Robot").select_option("g1:35")
     answer.get_by_role("combobox", name="Task").select_option("inverse")
     answer.get_by_role("combobox", name="Error asked for").select_option("1e-9")
-    expect(answer.get_by_text("is the cheapest within 1e-09").locator("visible=true")).to_have_count(1)
+    reason = answer.get_by_text("is the cheapest within 1e-09").locator("visible=true")
+    expect(reason).to_have_count(1)
     address = re.search("#.*", page.url)[0]
     assert address.startswith("#what-to-take?")
     other = visit(written, address)

@@ -65,7 +65,7 @@ def test_cells_are_readable_on_either_page(visit, written, scheme):
     page = visit(written, color_scheme=scheme)
     section(page, LABORATORY)
     for look in (".d0", ".d2", ".d3", ".d4", ".d5", ":not([class])"):
-        cell = f".shown:not([hidden]) i{look}"
+        cell = f".shown:not([hidden]) p{look}"
         back, front = (brightness(page, cell, name) for name in ("backgroundColor", "color"))
         assert abs(back - front) > 0.35, look
         assert (back > front) == (scheme == "light"), look
