@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "accuracy/advice.hpp"
+#include "accuracy/coupled.hpp"
 #include "accuracy/evaluation.hpp"
 #include "accuracy/programs/command_line.hpp"
 #include "accuracy/programs/open_scene.hpp"
@@ -91,8 +92,12 @@ Choice choose(const Options& options, const Scene& scene, const Question& questi
 }
 
 json evaluate(const Options& options, const Contender& used, const Scene& scene,
-              const Question& question, const std::vector<State>& states) {
-  const Evaluator answer = make_evaluator(used, options.question, scene, question);
+              const Question& question, const std::optional<Couplings>& couplings,
+              const std::vector<State>& states) {
+  const Evaluator answer =
+      couplings ? coupled(make_evaluator(used, uncoupled(options.question), scene, question),
+                          *couplings, options.question)
+                : make_evaluator(used, options.question, scene, question);
   Note warnings;
   json out = json::array();
   {
@@ -125,7 +130,11 @@ int run(const Options& options) {
   if (options.out.empty()) throw InputError("--out is required");
 
   const Scene scene = open_scene(options.scene, options.read);
-  const Question question = question_of(scene, options.question);
+  const bool couples = options.read.imposes_couplings;
+  const Question question =
+      question_of(scene, couples ? uncoupled(options.question) : options.question);
+  const std::optional<Couplings> couplings =
+      couples ? std::optional<Couplings>(scene) : std::nullopt;
   std::vector<State> states;
   if (!options.states.empty()) {
     StateFile file = read_states(scene, options.states);
@@ -134,17 +143,23 @@ int run(const Options& options) {
                    options.states.c_str());
     for (const State& state : file.states)
       states.push_back(checked_state(scene, question, state, place(scene, states.size())));
+  } else if (!options.read.key.empty() && options.random == 0) {
+    states = {asked_state(scene, question, home_state(scene))};
   } else {
     states = random_states(scene, options.random > 0 ? options.random : 1, options.seed);
     for (State& state : states) state = asked_state(scene, question, state);
   }
+  if (couplings)
+    for (std::size_t i = 0; i < states.size(); ++i)
+      states[i] = options.states.empty() ? couplings->imposed(states[i])
+                                         : couplings->checked(states[i], place(scene, i));
 
   std::optional<Choice> choice;
+  if (options.by.variant == automatic && couplings)
+    throw InputError("--variant auto chooses for a robot without couplings; name a variant");
   if (options.by.variant == automatic) choice = choose(options, scene, question, states);
   Contender used = choice ? choice->by : options.by;
   if (used.precision.empty()) used.precision = "float64";
-  } else if (!options.read.key.empty() && options.random == 0) {
-    states = {asked_state(scene, question, home_state(scene))};
   const Digits digits(options.digits);
   json document = {{"robot", scene.name},
                    {"nv", scene.model.nv()},
@@ -157,8 +172,10 @@ int run(const Options& options) {
   if (static_cast<int>(plan.asked.size()) < scene.model.nv()) {
     for (const int k : plan.asked) document["asked"].push_back(scene.model.name(k));
   }
+  if (couplings)
+    for (const int k : couplings->left()) document["asked"].push_back(scene.model.name(k));
   if (!question.frames.empty()) document["sites"] = options.question.sites;
-  document["states"] = evaluate(options, used, scene, question, states);
+  document["states"] = evaluate(options, used, scene, question, couplings, states);
   write_file(options.out, document.dump() + "\n");
   return 0;
 }
@@ -198,6 +215,10 @@ int main(int argc, char** argv) {
           {"mass", "inverse", "acceleration", "diagonal", "log_det", "operational", "factors"}))
       ->capture_default_str();
   options.question.add_to(app);
+  app.add_flag(
+      "--impose-couplings", options.read.imposes_couplings,
+      "the file's linear couplings of joints (a URDF's mimic) hold exactly: mass, inverse, "
+      "acceleration of the joints that are left");
   app.add_option("--out", options.out, "output file");
   return run_program(app, argc, argv, [&] { return run(options); });
 }

@@ -25,8 +25,9 @@ struct FittedParameters {
   std::map<int, double> coulomb = {};                  // frictionloss [N m or N]
 };
 
-// The MJCF text of the file as it was read, its numbers with 17 digits; `note` becomes a comment at its beginning. The text
-// has been read again, and gives the same kinematics, inertias and armatures to 1e-9. Throws
+// The MJCF text of the file as it was read, its numbers with 17 digits; `note` becomes a comment at
+// its beginning. The text has been read again, and gives the same kinematics, inertias and armatures
+// to 1e-9. Throws
 // InputError with file and joint: a pseudo-inertia that is not positive semidefinite, a link
 // without a body (between the DoF of a joint of several), the inertia of a free body that MuJoCo
 // aligns with it, a negative armature or friction, different ones for the DoF of one joint, what

@@ -1,5 +1,5 @@
-// The base of a legged robot. URDF welds the root link to the world, and so does MJCF a body without
-// joints.
+// The base of a legged robot. URDF welds the root link to the world, and so does MJCF a body
+// without joints.
 #pragma once
 
 #include <mujoco/mujoco.h>
@@ -8,8 +8,8 @@
 
 namespace kalmarm {
 
-// Gives a root, which is a body that stands in the world, the free joint "floating_base": the one of
-// this name, or with "" the only one that carries joints and has none itself. Throws InputError
+// Gives a root, which is a body that stands in the world, the free joint "floating_base": the one
+// of this name, or with "" the only one that carries joints and has none itself. Throws InputError
 // where that is not one, or where it has a joint.
 void free_root(mjSpec* spec, const std::string& link);
 

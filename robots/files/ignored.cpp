@@ -26,10 +26,11 @@ const char* name_of(mjtEq type) {
 
 }  // namespace
 
-std::string ignored_parts(mjSpec* spec) {
+std::string ignored_parts(mjSpec* spec, bool couplings_are_imposed) {
   Counts things, forces;
   for (mjsElement* e : elements(spec, mjOBJ_EQUALITY))
-    if (const mjsEquality* equality = mjs_asEquality(e); equality->active)
+    if (const mjsEquality* equality = mjs_asEquality(e);
+        equality->active && !(couplings_are_imposed && equality->type == mjEQ_JOINT))
       things.add(name_of(equality->type));
   for (const auto& [type, name] :
        {std::pair{mjOBJ_ACTUATOR, "actuator"}, {mjOBJ_TENDON, "tendon"}, {mjOBJ_FLEX, "flex"}})

@@ -54,7 +54,7 @@ ReadFile read_file(const std::string& path, const LoadOptions& options) {
     if (options.inertia == InertiaPolicy::balanced) note(balance_inertias(spec));
     set_armature(spec, options.armature);
     if (!options.key.empty()) out.key = keyframe_called(spec, options.key);
-    const std::string parts = ignored_parts(spec);
+    const std::string parts = ignored_parts(spec, options.imposes_couplings);
     note(parts.empty() ? "" : "ignored: " + parts);
   } catch (const InputError& e) {
     throw InputError(path + ": " + e.what());

@@ -46,6 +46,9 @@ struct LoadOptions {
   // slide kg], for each DoF of the joint. In the place of what the file says of it.
   std::map<std::string, double> armature = {};
 
+  // Whoever asks imposes the couplings of joints itself: no note says that they are ignored.
+  bool imposes_couplings = false;
+
   bool operator==(const LoadOptions&) const = default;
 };
 
