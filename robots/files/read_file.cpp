@@ -42,11 +42,11 @@ ReadFile read_file(const std::string& path, const LoadOptions& options) {
     if (!text.empty()) out.notes.push_back(text);
   };
   try {
+    if (is_urdf(tags)) refuse_several_roots(tags);
     if (options.floating) free_root(spec, *options.floating);
     note(note_of_welded_base(spec));
+    find_packages(spec, path, options.package_path);
     if (is_urdf(tags)) {
-      refuse_several_roots(tags);
-      find_packages(spec, path, options.package_path);
       out.weights = weigh_links(spec, path, options.urdf_inertia);
       note(out.weights);
       note(ignored_transmissions(tags));
