@@ -44,11 +44,18 @@ json curve(const std::vector<Found>& found, std::size_t contender) {
   return out;
 }
 
-json described(const Swept& swept) {
+// The value up to which the promise holds.
+json kept(const Swept& swept, const Promise& promise) {
+  const std::size_t count = values_kept(swept, promise);
+  return count > 0 ? json(swept.values[count - 1]) : json();
+}
+
+json described(const Swept& swept, const Promise& promise) {
   json out = {{"name", swept.stress.name},
               {"title", swept.stress.title},
               {"unit", swept.stress.unit},
-              {"values", swept.values}};
+              {"values", swept.values},
+              {"kept", kept(swept, promise)}};
   for (std::size_t task = 0; task < tasks.size(); ++task) {
     json& curves = out["tasks"][to_string(tasks[task])] = json::array();
     for (std::size_t i = 0; i < precisions.size() * variants.size(); ++i)
@@ -127,10 +134,15 @@ int run(const Options& options) {
                      });
   }
   json out = {{"robot", scene.name}, {"nv", nv}, {"sentence", sentence_of(all)}};
+  const Promise promise = promise_of(all[0]);
+  if (promise.contender >= 0)
+    out["promise"] = {{"variant", variants[promise.contender % variants.size()]},
+                      {"precision", precisions[promise.contender / variants.size()]},
+                      {"digits", promise.digits}};
   out["stresses"] = json::array();
   int evaluations = 0;
   for (const Swept& swept : all) {
-    out["stresses"].push_back(described(swept));
+    out["stresses"].push_back(described(swept, promise));
     for (const std::vector<Found>& found : swept.found)
       for (const Found& at : found) evaluations += at.evaluations;
   }
