@@ -146,7 +146,7 @@ TEST(PackagePath, FindsMeshesThatAnInertiaNeeds) {
   expect_found(folder.add("by_file.urdf", by_file));
 }
 
-TEST(Transmissions, AreNamedWhereTransmissionsAreIgnored) {
+TEST(Transmissions, AreNamedWithAHintAtArmature) {
   const std::string actuator =
       "<transmission name='t'><actuator name='a'><drake:gear_ratio value='50'/>"
       "<drake:rotor_inertia value='1e-4'/></actuator></transmission>";
@@ -161,7 +161,7 @@ TEST(Transmissions, AreNamedWhereTransmissionsAreIgnored) {
 TEST(XmlTags, SkipsWhatIsNoTagAndTakesAnyText) {
   const std::vector<XmlTag> tags = xml_tags(
       "<?xml version='1.0'?><!DOCTYPE r><!-- <no a='1'> --><r a = \"x > y\" "
-      "b='\"'><![CDATA[<no/>]]>"
+      "b='\"'><![CDATA[] <no/>]]>"
       "<drake:s/></r>");
   ASSERT_EQ(tags.size(), 2);
   EXPECT_EQ(tags[0].name, "r");
