@@ -6,7 +6,6 @@ from advice import Advice, Contender, Limits
 from charts import (
     BAND,
     NAMED,
-    NAMED_AT_END,
     NUMBER,
     SCENE,
     TIME,
@@ -18,6 +17,7 @@ from charts import (
     frame,
     log_axis,
     mark_last,
+    names,
     short,
     strip,
 )
@@ -190,8 +190,8 @@ def against_load(rows: list[dict], style: Style, choices: dict[str, str], unit: 
     dash = alt.StrokeDash("precision:N", scale=style.dash, legend=None)
     lines = drawn.mark_line(strokeWidth=1.25, opacity=0.7).encode(strokeDash=dash)
     lines.encoding.shape = alt.Undefined  # Vega-Lite would draw the marks a second time
-    look = {"filled": True, "size": 45, "opacity": 1, "style": NAMED_AT_END}
-    layers = [lines, drawn.mark_point(**look, stroke=style.page, strokeWidth=0.5)]
+    marks = drawn.mark_point(filled=True, size=45, opacity=1, stroke=style.page, strokeWidth=0.5)
+    layers = [lines, marks, names(drawn)]
     if any(row["share"] for row in rows):
         refused = chart.transform_filter("datum.share > 0").encode(
             x=x, y=alt.value(BAND / 2), color=encoding["color"], tooltip=encoding["tooltip"]

@@ -3,7 +3,6 @@
 import altair as alt
 
 from charts import (
-    NAMED_AT_END,
     NUMBER,
     TIME,
     TOLERANCE,
@@ -12,6 +11,7 @@ from charts import (
     filtered,
     frame,
     log_axis,
+    names,
 )
 from figures import series
 from groups import first_series, mark_first
@@ -59,8 +59,8 @@ def performance_profile(rows: list[dict], style: Style, choices: dict[str, str])
         strokeDash=dash
     )
     lines.encoding.shape = alt.Undefined  # Vega-Lite would draw the marks a second time
-    look = {"filled": True, "size": 35, "opacity": 1, "style": NAMED_AT_END}
-    return alt.layer(lines, drawn.mark_point(**look), **frame(rows))
+    marks = drawn.mark_point(filled=True, size=35, opacity=1)
+    return alt.layer(lines, marks, names(drawn), **frame(rows))
 
 
 def ratios(rows: list[dict], style: Style, choices: dict[str, str]):
@@ -84,10 +84,11 @@ def ratios(rows: list[dict], style: Style, choices: dict[str, str]):
     noise = drawn.mark_rule(strokeWidth=1, aria=False, opacity=0.7).encode(
         x=x, y=alt.Y("low:Q", axis=axis, scale=scale), y2="high:Q", color=encoding["color"]
     )
-    look = {"filled": True, "size": 45, "opacity": 1, "style": NAMED_AT_END}
+    placed = drawn.encode(x=x, y=y, **encoding)
     return alt.layer(
         one.mark_rule(color="currentColor", strokeDash=[6, 4], opacity=0.6),
         noise,
-        drawn.mark_point(**look).encode(x=x, y=y, **encoding),
+        placed.mark_point(filled=True, size=45, opacity=1),
+        names(placed),
         **frame(rows),
     )

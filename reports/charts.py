@@ -17,9 +17,7 @@ TOLERANCE = "tolerance"  # error asked for
 EVERY = "every"  # whether series are drawn that are not shown at first
 QUANTITY = "quantity"
 
-# Styles of marks beside which the page writes their series' name: of all, or of rows with `last`.
-NAMED = "named"
-NAMED_AT_END = "named-at-end"
+NAMED = "named"  # style of marks beside which the page writes their series' name
 
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif"
 THEME = {
@@ -132,6 +130,12 @@ def mark_last(rows: list[dict], y: str, x: str, apart: tuple[str, ...] = LINES) 
 def frame(values: list[dict]) -> dict:
     """What the layers of a chart share."""
     return {"data": alt.InlineData(values=values), "height": HEIGHT, "width": "container"}
+
+
+def names(drawn):
+    """What the page names of lines: the rows with `last`, which others show."""
+    ends = drawn.transform_filter("datum.last === 1")
+    return ends.mark_point(filled=True, size=40, opacity=0, aria=False, style=NAMED)
 
 
 def short(value: float | None) -> float | None:

@@ -9,10 +9,9 @@ import vl_convert
 import charts
 
 VEGA_LITE = ".".join(alt.SCHEMA_VERSION.lstrip("v").split(".")[:2])
-LABELLED = (charts.NAMED, charts.NAMED_AT_END)
 SHORT = {"float32": " f32", "float64": " f64"}
-ANCHORS = ["right", "left", "top", "bottom", "top-right", "bottom-right", "top-left", "bottom-left"]
-OFFSETS = [5, 14, 24, 36, 50, 66]  # from the mark, tried in turn
+ANCHORS = "right top-right bottom-right top-left bottom-left top bottom left".split()
+OFFSETS = [5, 14, 24, 36, 50, 66, 84, 104]  # from the mark, tried in turn
 
 
 def compiled(chart) -> dict:
@@ -26,12 +25,9 @@ def compiled(chart) -> dict:
 
 def _names(mark: dict) -> list[dict]:
     """Texts beside the marks, as many as have room, by Vega's own placing of labels."""
-    style = next((name for name in mark.get("style", []) if name in LABELLED), None)
-    if style is None:
+    if charts.NAMED not in mark.get("style", []):
         return []
     label = f"datum.datum.variant + ({json.dumps(SHORT)}[datum.datum.precision] || '')"
-    if style == charts.NAMED_AT_END:
-        label = f"datum.datum.last ? {label} : ''"
     return [
         {
             "type": "text",
@@ -42,6 +38,8 @@ def _names(mark: dict) -> list[dict]:
                 "update": {
                     "text": {"signal": label},
                     "fill": {"signal": "datum.fill"},
+                    "stroke": {"value": "var(--page)"},  # a halo, painted below the letters
+                    "strokeWidth": {"value": 2.5},
                     "fontSize": {"value": 11},
                 }
             },

@@ -8,13 +8,13 @@ from charts import (
     NUMBER,
     TIME,
     NAMED,
-    NAMED_AT_END,
     Style,
     error_scale,
     filtered,
     frame,
     log_axis,
     mark_last,
+    names,
     short,
     strip,
     view,
@@ -184,12 +184,12 @@ def against_size(points: list[Point], style: Style, choices: dict[str, str], wha
 
 
 def curves(drawn, style: Style) -> list:
-    """A thin line through the marks of each variant and precision."""
+    """A thin line through the marks of each variant and precision, with its name."""
     dash = alt.StrokeDash("precision:N", scale=style.dash, legend=None)
     lines = drawn.mark_line(strokeWidth=1.25, opacity=0.7).encode(strokeDash=dash)
     lines.encoding.shape = alt.Undefined  # Vega-Lite would draw the marks a second time
-    look = {"filled": True, "size": 45, "opacity": 1, "style": NAMED_AT_END}
-    return [lines, drawn.mark_point(**look, stroke=style.page, strokeWidth=0.5)]
+    marks = drawn.mark_point(filled=True, size=45, opacity=1, stroke=style.page, strokeWidth=0.5)
+    return [lines, marks, names(drawn)]
 
 
 def share_of_peak(rows: list[dict], style: Style, choices: dict[str, str]):

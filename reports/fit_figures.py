@@ -3,7 +3,6 @@
 import altair as alt
 
 from charts import (
-    NAMED_AT_END,
     NUMBER,
     TIME,
     Style,
@@ -12,6 +11,7 @@ from charts import (
     frame,
     log_axis,
     mark_last,
+    names,
 )
 from data import Jacobian, scene_size
 from fits import Identification
@@ -71,7 +71,7 @@ def work_precision(jacobians: list[Jacobian], style: Style):
     drawn = filtered({}).encode(x=x, y=y, **_series(style, JACOBIAN_TOOLTIPS))
     line = drawn.mark_line(strokeWidth=1.25, opacity=0.7).encode(order="n:Q")
     name = drawn.mark_text(align="left", dx=7, dy=-7).encode(text="n:N")
-    return alt.layer(line, _marks(drawn, style), name, **frame(rows))
+    return alt.layer(line, _marks(drawn, style), name, names(drawn), **frame(rows))
 
 
 def convergence(fits: list[Identification], style: Style):
@@ -101,7 +101,7 @@ def convergence(fits: list[Identification], style: Style):
         **_series(style, CONVERGENCE_TOOLTIPS),
     )
     line = drawn.mark_line(strokeWidth=1.25, opacity=0.7)
-    return alt.layer(line, _marks(drawn, style, 25), **frame(rows))
+    return alt.layer(line, _marks(drawn, style, 25), names(drawn), **frame(rows))
 
 
 def intervals(fit: Identification):
@@ -196,5 +196,4 @@ def _series(style: Style, tooltips: dict[str, str]) -> dict:
 def _marks(drawn, style: Style, size: int = 55):
     shape = alt.Shape("variant:N", scale=style.variant_shape, legend=None)
     look = {"filled": True, "opacity": 1, "stroke": style.page, "strokeWidth": 0.5}
-    look["style"] = NAMED_AT_END
     return drawn.encode(shape=shape).mark_point(size=size, **look)

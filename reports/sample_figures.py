@@ -6,7 +6,6 @@ from charts import (
     BAND,
     HEIGHT,
     NUMBER,
-    NAMED_AT_END,
     QUANTITY,
     TIME,
     Style,
@@ -15,6 +14,7 @@ from charts import (
     frame,
     log_axis,
     mark_last,
+    names,
     strip,
 )
 from summary import Band
@@ -75,7 +75,6 @@ def against(bands: list[Band], style: Style, choices: dict[str, str], what: str)
     tooltip = [alt.Tooltip(f"{name}:N", title=title) for name, title in TOOLTIPS.items()]
     shape = alt.Shape("variant:N", scale=style.variant_shape, legend=None)
     look = {"filled": True, "size": 55, "opacity": 1, "stroke": style.page, "strokeWidth": 0.5}
-    look["style"] = NAMED_AT_END
 
     chart = filtered(choices).encode(
         color=alt.Color("variant:N", scale=style.colour, legend=None), tooltip=tooltip
@@ -87,6 +86,7 @@ def against(bands: list[Band], style: Style, choices: dict[str, str], what: str)
         sampled.encode(y=alt.Y("low:Q", **error), y2="high:Q").mark_area(opacity=0.25),
         sampled.mark_line(strokeWidth=1.5, opacity=0.8),
         on_scale.encode(shape=shape).mark_point(**look),
+        names(on_scale),
     ]
     if any(row["error"] <= floor for row in values):
         middle = alt.value(HEIGHT - BAND / 2)

@@ -61,5 +61,5 @@ def _chart(plot: Plot, rows: list[dict], style: Style, choices: dict[str, str]):
     encoding = figures.series(style, tooltips)
     drawn = chart.transform_filter("datum.error > 0").encode(x=x, y=y, **encoding)
     lines = figures.curves(drawn, style)
-    layers = [*figures.bands(chart, values, x, encoding), *lines] if plot.lines else lines[1:]
+    layers = [*figures.bands(chart, values, x, encoding), *lines] if plot.lines else lines[1:2]
     return alt.layer(*layers, **frame(values))

@@ -8,7 +8,8 @@ async function svgOf(figure) {
     return getComputedStyle(probe).color;
   };
   const drawn = await figure.view.toSVG();
-  const page = `<rect width="100%" height="100%" fill="${resolved("var(--page)")}"/>`;
+  const style = "<style>text { paint-order: stroke }</style>";
+  const page = `${style}<rect width="100%" height="100%" fill="${resolved("var(--page)")}"/>`;
   const svg = drawn
     .replace(/<svg[^>]*>/, (tag) => tag + page)
     .replace(/var\(--[\w-]+\)|currentColor/g, resolved);
