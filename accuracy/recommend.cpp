@@ -1,7 +1,7 @@
 // recommend: which variant and which precision to take for a robot, task by task and tolerance by
 // tolerance (algorithms/advisor/advisor.hpp), with what every contender lost and took.
+#include <filesystem>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,6 +10,7 @@
 #include "accuracy/programs/open_scene.hpp"
 #include "accuracy/programs/output_file.hpp"
 #include "accuracy/programs/progress.hpp"
+#include "algorithms/advisor/short_text.hpp"
 
 namespace kalmarm {
 namespace {
@@ -61,27 +62,21 @@ json advice_on(const Options& options, const Scene& scene, const std::string& ta
   return out;
 }
 
-std::string number(const char* format, double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, format, value);
-  return text;
-}
-
-// "a to 1e-06: Fast<Conventional> in float32", of the tolerance in the middle.
-std::string sentence_of(const json& tasks, const std::string& robot) {
+// "for acceleration to 1e-6 take Fast<Conventional> in float32", of the tolerance in the middle.
+std::string sentence_of(const json& tasks) {
   std::string out;
   for (const auto& [task, advice] : tasks.items()) {
     const json& choices = advice["choices"];
     const json& choice = choices[choices.size() / 2];
     const std::string what =
         choice["variant"].get<std::string>() + " in " + choice["precision"].get<std::string>();
-    out += out.empty() ? robot + ": " : "; ";
+    if (!out.empty()) out += "; ";
     if (choice["enough"])
-      out += "for " + task + " to " + number("%.3g", choice["tolerance"]) + " take " + what + " (" +
-             number("%.2g", choice["nanoseconds"].get<double>() / 1e3) + " us a call, errs by " +
-             number("%.1e", choice["worst"]) + " at most)";
+      out += "for " + task + " to " + short_text("%.3g", choice["tolerance"]) + " take " + what +
+             " (" + time_text(choice["nanoseconds"]) + " a call, errs by " +
+             short_text("%.1e", choice["worst"]) + " at most)";
     else
-      out += "for " + task + " nothing reaches " + number("%.3g", choice["tolerance"]) + ": " +
+      out += "for " + task + " nothing reaches " + short_text("%.3g", choice["tolerance"]) + ": " +
              what + " comes nearest";
   }
   return out;
@@ -111,10 +106,13 @@ int run(const Options& options) {
       tasks[task] = advice_on(options, scene, task);
     }
   }
-  const std::string sentence = sentence_of(tasks, scene.name);
+  const std::string sentence = sentence_of(tasks);
   if (options.json_file != "-") print(tasks, sentence);
-  const json out = {{"robot", scene.name},  {"nv", scene.model.nv()}, {"states", options.random},
-                    {"seed", options.seed}, {"sentence", sentence},   {"tasks", tasks}};
+  const json out = {
+      {"robot", scene.name},    {"file", std::filesystem::path(scene.file).filename().string()},
+      {"nv", scene.model.nv()}, {"states", options.random},
+      {"seed", options.seed},   {"sentence", sentence},
+      {"tasks", tasks}};
   if (!options.json_file.empty()) write_json(options.json_file, out.dump() + "\n");
   return 0;
 }

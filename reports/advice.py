@@ -34,6 +34,7 @@ class Pick(NamedTuple):
 
 class Advice(NamedTuple):
     robot: str
+    file: str  # its name; empty for a member of a family
     states: int
     sentence: str
     contenders: dict[str, list[Contender]]  # by task
@@ -82,6 +83,7 @@ class Limits(NamedTuple):
 def advice(document: dict) -> Advice:
     return Advice(
         document["robot"],
+        _text(document["file"]),
         int(document["states"]),
         _text(document["sentence"]),
         {

@@ -11,7 +11,7 @@ CALLS = {
 }
 
 
-def fragment(name: str, task: str, variant: str, precision: str) -> str:
+def fragment(name: str, file: str, task: str, variant: str, precision: str) -> str:
     """Ten lines of C++ by the door, or `evaluate` where the door has no such form."""
     if variant not in FORMS or precision not in SCALARS or task not in CALLS:
         return (
@@ -25,7 +25,7 @@ def fragment(name: str, task: str, variant: str, precision: str) -> str:
 #include <kalmarm/load.hpp>
 #include <vector>
 int main() {{
-  const auto file = kalmarm::load_robot("{name}.xml");
+  const auto file = kalmarm::load_robot("{file}");
   kalmarm::Dynamics<{scalar}> robot(file.model{FORMS[variant]});
   std::vector<{scalar}> q(file.home.begin(), file.home.end());
   std::vector<{scalar}> {vectors};

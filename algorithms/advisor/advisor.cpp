@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 #include <stdexcept>
 #include <tuple>
 
 #include "algorithms/advisor/reference.hpp"
+#include "algorithms/advisor/short_text.hpp"
 #include "algorithms/questions/plan.hpp"
 #include "algorithms/questions/solver_engine.hpp"
 
@@ -68,18 +68,6 @@ Question checked(const Question& question) {
   if (question.want.empty() || question.want.contains(Want::derivatives))
     throw std::invalid_argument("advice is about chosen results, without derivatives");
   return question;
-}
-
-std::string text(const char* format, double number) {
-  char out[64];
-  std::snprintf(out, sizeof out, format, number);
-  return out;
-}
-
-// 0.27 us, 43.8 us, 2.1 ms
-std::string time_text(double nanoseconds) {
-  return nanoseconds < 1e6 ? text("%.3g us", nanoseconds / 1e3)
-                           : text("%.3g ms", nanoseconds / 1e6);
 }
 
 }  // namespace
@@ -238,9 +226,9 @@ std::string name_of(const Candidate& candidate) {
 Advice Advisor::advise(double tolerance) {
   const int count = static_cast<int>(parts_->candidates.size());
   if (!(tolerance >= unit_roundoff<double>()))
-    throw std::invalid_argument("tolerance " + text("%.3g", tolerance) +
+    throw std::invalid_argument("tolerance " + short_text("%.3g", tolerance) +
                                 " is below the roundoff of float64, " +
-                                text("%.3g", unit_roundoff<double>()));
+                                short_text("%.3g", unit_roundoff<double>()));
   std::vector<int> by_time(count);
   for (int i = 0; i < count; ++i) by_time[i] = i;
   std::ranges::stable_sort(by_time, {}, [&](int i) { return nanoseconds(i); });
@@ -256,9 +244,9 @@ Advice Advisor::advise(double tolerance) {
       if (!out.enough || i < out.candidate) out.candidate = i;
       out.enough = true;
     } else if (rejected.empty() && !out.enough) {
-      rejected = name_of(parts_->candidates[i]) + (seen.worst < infinite
-                                                       ? " errs by " + text("%.1e", seen.worst)
-                                                       : std::string(" warns or fails"));
+      rejected = name_of(parts_->candidates[i]) +
+                 (seen.worst < infinite ? " errs by " + short_text("%.1e", seen.worst)
+                                        : std::string(" warns or fails"));
     }
   }
   if (!out.enough)
@@ -272,10 +260,10 @@ Advice Advisor::advise(double tolerance) {
                                 (parts_->states.count == 1 ? " state" : " states");
   const std::string within = out.enough ? "within " : "BEYOND ";
   out.reason = name_of(parts_->candidates[out.candidate]) +
-               (seen.worst < infinite ? " errs by at most " + text("%.1e", seen.worst)
+               (seen.worst < infinite ? " errs by at most " + short_text("%.1e", seen.worst)
                                       : std::string(" warns or fails")) +
-               of_states + ", predicted " + text("%.1e", seen.predicted) + ", " + within +
-               text("%.3g", tolerance) + ", at " + time_text(nanoseconds(out.candidate)) +
+               of_states + ", predicted " + short_text("%.1e", seen.predicted) + ", " + within +
+               short_text("%.3g", tolerance) + ", at " + time_text(nanoseconds(out.candidate)) +
                " a call; ";
   if (!out.enough)
     out.reason += "nothing that was tried is more accurate";

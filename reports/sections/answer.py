@@ -166,7 +166,9 @@ def _picked(advice: Advice, task: str, picks: list[Pick]) -> list[Answer]:
             (f"Digits, of {advice.states} states", digits),
             ("Time of a call", time_text(pick.nanoseconds)),
         ]
-        code = fragment(scene_name(advice.robot), task, pick.variant, pick.precision)
+        name = scene_name(advice.robot)
+        file = advice.file or f"{name}.xml"
+        code = fragment(name, file, task, pick.variant, pick.precision)
         answers.append(Answer([], numbers, code, shown=own | {TOLERANCE: tolerances}))
     return answers
 
@@ -190,9 +192,9 @@ def _measured(robot: str, contenders: dict[str, list[Contender]]) -> list[Answer
             )
             for precision, it in best.items()
         ]
-        code = fragment(
-            scene_name(robot), task, next(iter(best.values())).variant, next(iter(best))
-        )
+        name = scene_name(robot)
+        precision, fastest = next(iter(best.items()))
+        code = fragment(name, f"{name}.xml", task, fastest.variant, precision)
         answers.append(Answer([], numbers, code, shown={SCENE: [robot], VIEW: [task]}))
     return answers
 

@@ -71,6 +71,7 @@ def recommend(scene: str) -> dict:
         tasks[task] = {"contenders": contenders, "choices": choices}
     return {
         "robot": scene,
+        "file": "",
         "nv": int(scene.split(":")[1]),
         "states": STATES,
         "seed": 1,

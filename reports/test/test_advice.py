@@ -49,11 +49,13 @@ def test_the_answer_says_both_sentences_and_does_what_is_advised(read):
 
 
 def test_code_has_ten_lines_by_the_door_and_else_a_command():
-    code = fragment("panda", "acceleration", "Fast<SquareRoot>", "float32")
+    code = fragment("panda", "panda.urdf", "acceleration", "Fast<SquareRoot>", "float32")
     assert len(code.splitlines()) == 10 and max(map(len, code.splitlines())) < 90
     assert "Dynamics<float> robot(file.model, {.form = kalmarm::Form::square_root});" in code
-    assert "inverse_mass(q, X)" in fragment("panda", "inverse", "Fast<Conventional>", "float64")
-    assert fragment("panda", "inverse", "Sequential<UD>", "float64").startswith(
+    assert "load_robot(\"panda.urdf\")" in code
+    panda = ("panda", "panda.urdf", "inverse")
+    assert "inverse_mass(q, X)" in fragment(*panda, "Fast<Conventional>", "float64")
+    assert fragment(*panda, "Sequential<UD>", "float64").startswith(
         "build/bin/evaluate"
     )
 
