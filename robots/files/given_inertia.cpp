@@ -17,10 +17,6 @@ using Vec3 = Vector3<double>;
 
 constexpr double thinnest = 1e-4;  // least of a balanced body's second moments over the largest
 
-// A negative eigenvalue of a tensor that is singular as written, over its largest, is rounding: of
-// the file's decimals in double and of the decomposition, some 1e-16 each.
-constexpr double rounding = 1e-12;
-
 bool is_solid(Vec3 moments) {
   std::sort(moments.begin(), moments.end());
   return moments[0] + moments[1] >= moments[2];
@@ -62,15 +58,12 @@ std::vector<GivenInertia> take_out_inertias(mjSpec* spec) {
     mjsBody* body = mjs_asBody(e);
     if (!body->explicitinertial || inertia_from_geoms(spec, body)) continue;
     const RigidBody<double> given = principal(body);
-    Vec3 moments = given.moments;
+    const Vec3& moments = given.moments;
     if (!moments.allFinite() || is_solid(moments)) continue;
-    for (double& moment : moments)
-      if (moment < 0 && moment >= -rounding * moments.maxCoeff()) moment = 0;
     if (moments.minCoeff() < 0)
       throw InputError("body '" + name_of(e) + "' has a negative moment of inertia (" +
                        words(moments) + "): --inertia balanced takes the nearest body");
-    // Of a diagonal MuJoCo refuses it where it is not welded to more; of a tensor always.
-    if (moments.minCoeff() == 0 && !is_full(body)) continue;
+    if (moments.minCoeff() == 0) continue;  // MuJoCo refuses it where it is not welded to more
     set_moments(body, given.axes, Vec3::Constant(moments.mean()));
     taken.push_back({body, moments.cwiseMax(spec->compiler.boundinertia)});
   }
