@@ -31,8 +31,11 @@ std::shared_ptr<const MujocoModel> moving(mjModel* model, const std::string& wha
 std::string note_of(const std::vector<GivenInertia>& taken) {
   std::string bodies;
   for (const GivenInertia& given : taken)
-    bodies += (bodies.empty() ? "'" : ", '") + name_of(given.body->element) + "'";
-  return "taken as given, although no solid body has such moments of inertia: " + bodies;
+    if (given.mass > 0)
+      bodies += (bodies.empty() ? "'" : ", '") + name_of(given.body->element) + "'";
+  return bodies.empty()
+             ? ""
+             : "taken as given, although no solid body has such moments of inertia: " + bodies;
 }
 
 }  // namespace
@@ -60,7 +63,7 @@ std::shared_ptr<const MujocoModel> MujocoModel::load(const std::string& path,
   try {
     strip(spec.get(), sites);
     const std::vector<GivenInertia> taken = take_out_inertias(spec.get());
-    if (!taken.empty()) notes.push_back(note_of(taken));
+    if (const std::string note = note_of(taken); !note.empty()) notes.push_back(note);
     mjModel* model = compiled(spec.get(), path, weights);
     put_back(taken, model);
     auto out = moving(model, path, std::move(notes), std::move(key));

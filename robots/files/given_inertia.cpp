@@ -16,6 +16,7 @@ namespace {
 using Vec3 = Vector3<double>;
 
 constexpr double thinnest = 1e-4;  // least of a balanced body's second moments over the largest
+constexpr double least = 1e-14;    // moment of inertia that MuJoCo takes [kg m^2]
 
 bool is_solid(Vec3 moments) {
   std::sort(moments.begin(), moments.end());
@@ -49,6 +50,42 @@ std::string words(const Vec3& moments) {
   return text;
 }
 
+// Whether MuJoCo's compiler takes these moments of the body. Where it is welded to others they may
+// be zero, unless the whole tensor is given.
+bool is_held(mjsBody* body, const Vec3& moments) {
+  if (!is_solid(moments)) return false;
+  return moments.minCoeff() >= least || (!is_full(body) && !has_joint(body));
+}
+
+bool has_mass(mjSpec* spec, mjsBody* body) {
+  if (inertia_from_geoms(spec, body)) return mjs_firstChild(body, mjOBJ_GEOM, 0) != nullptr;
+  return body->mass > 0;
+}
+
+// A link without mass between joints, as ROS's files have them; one with nothing beyond it is
+// MuJoCo's to refuse, and so is what a file asks MuJoCo to change of masses.
+bool is_massless_link(mjSpec* spec, mjsBody* body) {
+  if (!has_joint(body) || has_mass(spec, body)) return false;
+  if (spec->compiler.boundmass > 0 || spec->compiler.settotalmass > 0) return false;
+  bool bears_mass = false;
+  for (mjsElement* e = mjs_firstChild(body, mjOBJ_BODY, 1); e; e = mjs_nextChild(body, e, 1)) {
+    mjsBody* at = mjs_asBody(e);
+    if (!has_mass(spec, at)) continue;
+    bears_mass = true;
+    while (at != body && !has_joint(at)) at = mjs_getParent(at->element);
+    if (at == body) return false;  // welded to it
+  }
+  return bears_mass;
+}
+
+GivenInertia take_out_massless(mjsBody* body) {
+  body->explicitinertial = 1;
+  body->mass = 1;
+  std::fill(body->ipos, body->ipos + 3, 0.0);
+  set_moments(body, Eigen::Quaternion<double>::Identity(), Vec3::Ones());
+  return {body, 0, Vec3::Zero()};
+}
+
 }  // namespace
 
 std::vector<GivenInertia> take_out_inertias(mjSpec* spec) {
@@ -56,16 +93,20 @@ std::vector<GivenInertia> take_out_inertias(mjSpec* spec) {
   if (spec->compiler.balanceinertia) return taken;
   for (mjsElement* e : elements(spec, mjOBJ_BODY)) {
     mjsBody* body = mjs_asBody(e);
-    if (!body->explicitinertial || inertia_from_geoms(spec, body)) continue;
+    if (is_massless_link(spec, body)) {
+      taken.push_back(take_out_massless(body));
+      continue;
+    }
+    if (!body->explicitinertial || inertia_from_geoms(spec, body) || !(body->mass > 0)) continue;
     const RigidBody<double> given = principal(body);
-    const Vec3& moments = given.moments;
-    if (!moments.allFinite() || is_solid(moments)) continue;
+    const bool is_rounded = given.moments.minCoeff() > -least;
+    const Vec3 moments = is_rounded ? given.moments.cwiseMax(0) : given.moments;
+    if (!moments.allFinite() || is_held(body, moments)) continue;
     if (moments.minCoeff() < 0)
       throw InputError("body '" + name_of(e) + "' has a negative moment of inertia (" +
                        words(moments) + "): --inertia balanced takes the nearest body");
-    if (moments.minCoeff() == 0) continue;  // MuJoCo refuses it where it is not welded to more
-    set_moments(body, given.axes, Vec3::Constant(moments.mean()));
-    taken.push_back({body, moments.cwiseMax(spec->compiler.boundinertia)});
+    set_moments(body, given.axes, Vec3::Constant(std::max(moments.mean(), 2 * least)));
+    taken.push_back({body, body->mass, moments.cwiseMax(spec->compiler.boundinertia)});
   }
   if (!taken.empty()) spec->compiler.fusestatic = 0;  // a sum of inertias could not be put back
   return taken;
@@ -92,9 +133,13 @@ std::string balance_inertias(mjSpec* spec) {
 void put_back(const std::vector<GivenInertia>& taken, mjModel* model) {
   for (const GivenInertia& given : taken) {
     const int body = mjs_getId(given.body->element);
-    const double mass = given.body->mass, scale = mass > 0 ? model->body_mass[body] / mass : 1;
+    const double scale = model->body_mass[body] / given.body->mass;
+    model->body_mass[body] = scale * given.mass;
     Eigen::Map<Vec3>(model->body_inertia + 3 * body) = scale * given.moments;
   }
+  std::copy(model->body_mass, model->body_mass + model->nbody, model->body_subtreemass);
+  for (auto body = model->nbody - 1; body > 0; --body)
+    model->body_subtreemass[model->body_parentid[body]] += model->body_subtreemass[body];
 }
 
 }  // namespace kalmarm

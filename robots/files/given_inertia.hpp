@@ -1,8 +1,9 @@
-// Inertias that no solid body has, but a robot's file does: with principal moments A <= B < C - A.
+// Inertias that no solid body has, but a robot's file does: with principal moments A <= B < C - A, of
+// rods and points with zero moments, of links between joints without mass.
 //
-// M(k) = [[m 1, m c^], [-m c^, I - m c^ c^]] is positive definite wherever m and the moments of I
-// about the centre of mass are, and nothing here asks for more; MuJoCo's compiler does, although its
-// dynamics do not. So it compiles a ball in the place of such a body and is given the moments
+// M(k) = [[m 1, m c^], [-m c^, I - m c^ c^]] is positive semidefinite wherever m and the moments of
+// I about the centre of mass are not negative, and nothing here asks for more, as long as something
+// beyond each joint has inertia; MuJoCo's compiler does, although its dynamics do not. So it compiles a ball in the place of such a body and is given the moments
 // afterwards.
 //
 // Balanced instead: with the second moments s_i = (A + B + C)/2 - moment_i, which a solid body has
@@ -21,12 +22,12 @@ namespace kalmarm {
 
 struct GivenInertia {
   const mjsBody* body;
+  double mass;
   Vector3<double> moments;  // principal, about the centre of mass
 };
 
-// Puts balls in the places of the bodies of a stripped specification whose moments are positive and
-// break A + B >= C, unless the file asks MuJoCo to balance them. Throws InputError where a moment is
-// negative.
+// Puts balls in the places of such bodies of a stripped specification, unless the file asks MuJoCo to
+// balance them. Throws InputError where a moment is negative by more than rounding.
 std::vector<GivenInertia> take_out_inertias(mjSpec* spec);
 
 // What was taken out of the specification, into the model compiled from it; scaled as the compiler

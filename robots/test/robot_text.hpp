@@ -48,16 +48,16 @@ inline MatrixX<double> mass_of(const Scene& scene, const VectorX<double>& q) {
 }
 
 // Same M and bias in random states, by MuJoCo.
-inline void expect_same_robot(const Scene& a, const Scene& b) {
+inline void expect_same_robot(const Scene& a, const Scene& b, double bound = 1e-13) {
   ASSERT_EQ(a.model.nv(), b.model.nv());
   MujocoSolver one(mujoco_of(a)), other(mujoco_of(b));
   VectorX<double> x(a.model.nv()), y(a.model.nv());
   for (const State& state : random_states(a, 5, 3)) {
     const MatrixX<double> M = mass_of(a, state.q);
-    EXPECT_LE((M - mass_of(b, state.q)).norm(), 1e-13 * M.norm());
+    EXPECT_LE((M - mass_of(b, state.q)).norm(), bound * M.norm());
     one.inverse_dynamics(state.q, state.qd, state.tau, x);
     other.inverse_dynamics(state.q, state.qd, state.tau, y);
-    EXPECT_LE((x - y).norm(), 1e-13 * x.norm());
+    EXPECT_LE((x - y).norm(), bound * x.norm());
   }
 }
 

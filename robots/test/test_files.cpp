@@ -7,6 +7,8 @@
 #include <tuple>
 #include <vector>
 
+#include "algorithms/model/plain.hpp"
+#include "kalmarm/dynamics.hpp"
 #include "kalmarm/load.hpp"
 #include "robots/names.hpp"
 #include "robots/scene.hpp"
@@ -83,6 +85,60 @@ std::string hinged(const std::string& inertia, const std::string& joint = "name=
 
 std::string principal(const std::string& moments) {
   return "<inertial pos='.1 0 .2' mass='2' quat='.6 0 .8 0' diaginertia='" + moments + "'/>";
+}
+
+// Rods and points; MuJoCo's dynamics take them, and a solid body that is a rod to 1e-9 of its size
+// moves alike. Whole tensors are turned.
+TEST(GivenInertia, MayHaveZeroMoments) {
+  const std::string tip =
+      "<body pos='.1 .2 .3'><joint axis='0 0 1'/>" + principal("1 1 1") + "</body>";
+  const auto with = [&](const std::string& inertia) {
+    return read(mjcf("<body name='thin'><joint axis='0 1 0'/>" + inertia + tip + "</body>"),
+                ".xml");
+  };
+  const std::string full = "<inertial pos='.1 0 .2' mass='2' fullinertia='";
+  for (const auto& [thin, thick] :
+       {std::pair{principal("1 1 0"), principal("1 1 1e-9")},
+        {principal("0 0 0"), principal("1e-9 1e-9 1e-9")},
+        {full + "1 1 2 1 0 0'/>", full + "1.000000001 1 2 1 0 0'/>"},
+        {full + "1e-20 -1e-20 0 0 0 0'/>", full + "1e-9 1e-9 1e-9 0 0 0'/>"}}) {
+    const Scene scene = with(thin);
+    EXPECT_EQ(scene.mujoco->notes(),
+              Notes{"taken as given, although no solid body has such moments of inertia: 'thin'"});
+    expect_same_robot(scene, with(thick), 1e-8);
+    Dynamics<double> dynamics(plain(scene.model));
+    MujocoSolver mujoco(scene.mujoco);
+    VectorX<double> ours(2), theirs(2);
+    for (const State& state : random_states(scene, 5, 3)) {
+      ASSERT_TRUE(dynamics.forward_dynamics(state.q, state.qd, state.tau, ours));
+      ASSERT_TRUE(mujoco.acceleration(state.q, state.qd, state.tau, theirs));
+      EXPECT_LE((ours - theirs).norm(), 1e-11 * theirs.norm());
+    }
+  }
+}
+
+// A joint of two axes, as URDF writes it, is a hinge on a hinge in MJCF.
+TEST(GivenInertia, MayBeNoneBetweenJoints) {
+  const Scene apart =
+      read(urdf(link("base", "") + link("cross", "") +
+                link("fork",
+                     "<inertial><mass value='0'/>"
+                     "<inertia ixx='0' iyy='0' izz='0' ixy='0' ixz='0' iyz='0'/></inertial>") +
+                link("arm", body_of(2)) + joint("a", "revolute", "base", "cross") +
+                joint("b", "prismatic", "cross", "fork") + joint("c", "revolute", "fork", "arm")),
+           ".urdf");
+  EXPECT_EQ(apart.mujoco->notes(), Notes{});
+  ASSERT_EQ(apart.model.nv(), 3);
+  const std::string heavy =
+      "<inertial><mass value='1e-9'/><inertia ixx='1e-9' iyy='1e-9' izz='1e-9' "
+      "ixy='0' ixz='0' iyz='0'/></inertial>";
+  expect_same_robot(
+      apart,
+      read(urdf(link("base", "") + link("cross", heavy) + link("fork", heavy) +
+                link("arm", body_of(2)) + joint("a", "revolute", "base", "cross") +
+                joint("b", "prismatic", "cross", "fork") + joint("c", "revolute", "fork", "arm")),
+           ".urdf"),
+      1e-7);
 }
 
 // By hand: second moments -0.5, -0.5, 1.5 become 0.00015, 0.00015, 1.5; and 0.05, 0.04, -0.03 have
