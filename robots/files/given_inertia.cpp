@@ -15,8 +15,9 @@ namespace {
 
 using Vec3 = Vector3<double>;
 
-constexpr double thinnest = 1e-4;  // least of a balanced body's second moments over the largest
-constexpr double least = 1e-14;    // moment of inertia that MuJoCo takes [kg m^2]
+constexpr double thinnest = 1e-4;   // least of a balanced body's second moments over the largest
+constexpr double least = 1e-14;     // moment of inertia that MuJoCo takes [kg m^2]
+constexpr double rounding = 1e-12;  // of a tensor that is singular as written, over its largest
 
 bool is_solid(Vec3 moments) {
   std::sort(moments.begin(), moments.end());
@@ -99,7 +100,8 @@ std::vector<GivenInertia> take_out_inertias(mjSpec* spec) {
     }
     if (!body->explicitinertial || inertia_from_geoms(spec, body) || !(body->mass > 0)) continue;
     const RigidBody<double> given = principal(body);
-    const bool is_rounded = given.moments.minCoeff() > -least;
+    const double zero = std::max(least, rounding * given.moments.maxCoeff());
+    const bool is_rounded = given.moments.minCoeff() > -zero;
     const Vec3 moments = is_rounded ? given.moments.cwiseMax(0) : given.moments;
     if (!moments.allFinite() || is_held(body, moments)) continue;
     if (moments.minCoeff() < 0)

@@ -152,6 +152,19 @@ TEST(GivenInertia, IsTakenWhereItIsFixedToAnother) {
   }
 }
 
+// A tensor of rank 1 as it is written, of which rounding makes a small negative moment.
+TEST(GivenInertia, IsTakenWhereItsTensorIsSingularAsWritten) {
+  for (const std::string x : {"0.001", "7000"}) {
+    const std::string rod = "<inertial pos='0 0 0' mass='.1' fullinertia='" + x + " " + x + " " +
+                            x + " " + x + " " + x + " " + x + "'/>";
+    const Scene scene = scene_of(
+        robot(body("<joint axis='0 1 0'/>", "<body name='rod' pos='.2 0 0'>" + rod + "</body>")));
+    expect_agreement(scene, 1);
+    EXPECT_EQ(scene.mujoco->notes(),
+              Notes{"taken as given, although no solid body has such moments of inertia: 'rod'"});
+  }
+}
+
 // A coupling of joints in MJCF's terms.
 TEST(Ignored, NamesMimicJointsOfUrdf) {
   const Scene scene = scene_of(
