@@ -80,13 +80,17 @@ def _missing_variants(data: Data) -> list[str]:
     scenes_of_task = defaultdict(set)
     for (task, _, _), scenes in present.items():
         scenes_of_task[task] |= scenes
-    statements = []
+    missing = defaultdict(list)  # series by task and by the scenes that have them
     for (task, variant, precision), scenes in sorted(present.items()):
-        if missing := [scene for scene in data.scenes if scene in scenes_of_task[task] - scenes]:
-            statements.append(
-                f"{task_text(task)}: {variant}, {precision} is missing for {', '.join(missing)}."
-            )
-    return statements
+        if scenes < scenes_of_task[task]:
+            missing[task, tuple(sorted(scenes))].append(f"{variant} in {precision}")
+    return [
+        f"{task_text(task)}: {', '.join(series)}: only on {', '.join(scenes)}."
+        if len(scenes) <= len(scenes_of_task[task]) / 2
+        else f"{task_text(task)}: {', '.join(series)}: not on "
+        f"{', '.join(scene for scene in data.scenes if scene in scenes_of_task[task] - set(scenes))}."
+        for (task, scenes), series in missing.items()
+    ]
 
 
 def _failures(data: Data) -> list[Table]:

@@ -15,10 +15,10 @@ def _walk(node):
 
 
 def marks(chart, kind: str) -> list[list[dict]]:
-    """The items of each layer of this kind."""
+    """The items of each layer of this kind that can be seen."""
     scene = vl_convert.vegalite_to_scenegraph(chart.properties(width=400).to_dict())
     return [
-        node["items"]
+        [item for item in node["items"] if item.get("opacity") != 0]
         for node in _walk(scene)
         if node["marktype"] == kind and node["role"] == "mark"
     ]

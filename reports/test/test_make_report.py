@@ -11,7 +11,9 @@ import pytest
 import fake_estimation
 import make_report
 from conftest import REPORTS
+from data import Data, Error
 from readers import SAMPLE_COLUMNS, load
+from sections import limitations
 from sections.method import distinct
 
 
@@ -122,6 +124,21 @@ def test_failures_and_gaps_are_told(html):
     assert "Not compared with MuJoCo: ur10e:6." in limits
     assert "3 of 20 states: singular" in limits
     assert "not timed: error 3e-2 &gt; 1e-3" in limits
+
+
+def test_series_that_are_missing_alike_are_one_line():
+    having = {"a:1": "UVWX", "b:2": "UVW", "c:3": "U"}
+    rows = [
+        Error(scene, variant, "float64", "inverse", 0, "relative", 1e-15, "ok")
+        for scene, variants in having.items()
+        for variant in variants
+    ]
+    statements = limitations.section(Data(errors=rows)).statements
+    told = [it for it in statements if "only on" in it or "not on" in it]
+    assert told == [
+        "Inverse M⁻¹: V in float64, W in float64: not on c:3.",
+        "Inverse M⁻¹: X in float64: only on a:1.",
+    ]
 
 
 def test_a_robot_beyond_its_bound_fails(html):

@@ -52,8 +52,8 @@ def test_every_figure_is_drawn(page, run):
     }
     unfold_all(page)
     figures = page.locator("figure").all()
-    # What to take, three stresses, two of the simulation, the share of the peak and questions.
-    others = 8
+    # What to take, three stresses, all robots, two of the simulation, the peak and questions.
+    others = 9
     assert len(figures) == len(timed) + 3 * len(data.families) + others
     for drawn in figures:
         frame, *boxes = drawn.locator(".chart svg").evaluate(
@@ -190,8 +190,10 @@ def test_the_list_of_numbers_follows_the_chart(page):
     panel.get_by_text("Numbers", exact=True).click()
     rows = panel.locator(".numbers tbody tr")
     expect(rows).to_have_count(marks(panel).count())
+    before = marks(panel).count()
     legend(page, TIME, EIGEN).click()
-    expect(rows).to_have_count(marks(panel).count())
+    expect(rows).to_have_count(before - 1)
+    expect(marks(panel)).to_have_count(before - 1)
     expect(rows.filter(has_text=EIGEN)).to_have_count(0)
 
 
