@@ -63,7 +63,7 @@ Couplings::Couplings(const Scene& scene) : model_(scene.model) {
 
   std::vector<Follower> resolved;
   for (int k = 0; k < nv; ++k) {
-    resolved.push_back(followed(k, 0));
+    resolved.push_back(followed(k));
     if (resolved[k].of == k) left_.push_back(k);
   }
   followers_ = std::move(resolved);
@@ -80,12 +80,15 @@ Couplings::Couplings(const Scene& scene) : model_(scene.model) {
   }
 }
 
-Couplings::Follower Couplings::followed(int k, int steps) const {
-  const Follower& own = followers_[k];
-  if (own.of == k || own.of < 0) return own;
-  if (steps > model_.nv()) throw InputError("joint '" + model_.name(k) + "' is coupled to itself");
-  const Follower other = followed(own.of, steps + 1);
-  return {other.of, own.offset + own.ratio * other.offset, own.ratio * other.ratio};
+Couplings::Follower Couplings::followed(int k) const {
+  Follower out{k};
+  for (int steps = 0; out.of >= 0 && followers_[out.of].of != out.of; ++steps) {
+    if (steps > model_.nv())
+      throw InputError("joint '" + model_.name(k) + "' is coupled to itself");
+    const Follower& next = followers_[out.of];
+    out = {next.of, out.offset + out.ratio * next.offset, out.ratio * next.ratio};
+  }
+  return out;
 }
 
 State Couplings::imposed(State state) const {

@@ -43,7 +43,7 @@ class Couplings {
     double offset = 0, ratio = 1;
   };
 
-  Follower followed(int k, int steps) const;
+  Follower followed(int k) const;  // by a DoF that is left, or constant
 
   Model<double> model_;
   std::vector<Follower> followers_;

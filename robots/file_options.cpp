@@ -11,17 +11,18 @@
 namespace kalmarm {
 namespace {
 
+double number_of(const std::string& joint, const nlohmann::json& value, const std::string& path) {
+  if (!value.is_number()) throw InputError(path + ": '" + joint + "' has no number");
+  return value;
+}
+
 std::map<std::string, double> read_armature(const std::string& path) {
   std::ifstream file(path);
   if (!file) throw InputError(path + ": cannot be read");
   const nlohmann::json document = nlohmann::json::parse(file, nullptr, false);
   if (!document.is_object()) throw InputError(path + ": is no JSON object of joints and numbers");
   std::map<std::string, double> out;
-  for (const auto& [joint, value] : document.items()) {
-    if (!value.is_number())
-      throw InputError(path + ": joint '" + joint + "': " + value.dump() + " is not a number");
-    out[joint] = value;
-  }
+  for (const auto& [joint, value] : document.items()) out[joint] = number_of(joint, value, path);
   return out;
 }
 
