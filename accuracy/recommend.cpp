@@ -108,11 +108,14 @@ int run(const Options& options) {
   }
   const std::string sentence = sentence_of(tasks);
   if (options.json_file != "-") print(tasks, sentence);
-  const json out = {
-      {"robot", scene.name},    {"file", std::filesystem::path(scene.file).filename().string()},
-      {"nv", scene.model.nv()}, {"states", options.random},
-      {"seed", options.seed},   {"sentence", sentence},
-      {"tasks", tasks}};
+  const json out = {{"robot", scene.name},
+                    {"file", std::filesystem::path(scene.file).filename().string()},
+                    {"load_options", initializer_of(options.read)},
+                    {"nv", scene.model.nv()},
+                    {"states", options.random},
+                    {"seed", options.seed},
+                    {"sentence", sentence},
+                    {"tasks", tasks}};
   if (!options.json_file.empty()) write_json(options.json_file, out.dump() + "\n");
   return 0;
 }

@@ -35,6 +35,7 @@ class Pick(NamedTuple):
 class Advice(NamedTuple):
     robot: str
     file: str  # its name; empty for a member of a family
+    load_options: str  # how it is read, as C++ has it; empty: as it stands
     states: int
     sentence: str
     contenders: dict[str, list[Contender]]  # by task
@@ -84,6 +85,7 @@ def advice(document: dict) -> Advice:
     return Advice(
         document["robot"],
         _text(document["file"]),
+        _text(document["load_options"]),
         int(document["states"]),
         _text(document["sentence"]),
         {

@@ -11,7 +11,9 @@ CALLS = {
 }
 
 
-def fragment(name: str, file: str, task: str, variant: str, precision: str) -> str:
+def fragment(
+    name: str, file: str, load_options: str, task: str, variant: str, precision: str
+) -> str:
     """Ten lines of C++ by the door, or `evaluate` where the door has no such form."""
     if variant not in FORMS or precision not in SCALARS or task not in CALLS:
         return (
@@ -19,13 +21,14 @@ def fragment(name: str, file: str, task: str, variant: str, precision: str) -> s
             f"    --precision {precision} --want {task} --out {name}.json"
         )
     scalar = SCALARS[precision]
+    load = f'"{file}"' + (f", {load_options}" if load_options else "")
     vectors, call = CALLS[task]
     return f"""\
 #include <kalmarm/dynamics.hpp>
 #include <kalmarm/load.hpp>
 #include <vector>
 int main() {{
-  const auto file = kalmarm::load_robot("{file}");
+  const auto file = kalmarm::load_robot({load});
   kalmarm::Dynamics<{scalar}> robot(file.model{FORMS[variant]});
   std::vector<{scalar}> q(file.home.begin(), file.home.end());
   std::vector<{scalar}> {vectors};

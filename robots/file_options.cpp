@@ -71,4 +71,27 @@ void add_file_options(CLI::App& app, LoadOptions& read) {
       ->group(group);
 }
 
+std::string initializer_of(const LoadOptions& read) {
+  const auto quoted = [](const std::string& text) { return nlohmann::json(text).dump(); };
+  std::string out;
+  const auto add = [&](const char* member, const std::string& value) {
+    out += std::string(out.empty() ? "{." : ", .") + member + " = " + value;
+  };
+  if (read.floating) add("floating", quoted(*read.floating));
+  if (read.urdf_inertia != UrdfInertia::where_found)
+    add("urdf_inertia", read.urdf_inertia == UrdfInertia::none ? "kalmarm::UrdfInertia::none"
+                                                               : "kalmarm::UrdfInertia::geometry");
+  if (read.inertia == InertiaPolicy::balanced) add("inertia", "kalmarm::InertiaPolicy::balanced");
+  std::string folders, joints;
+  for (const std::string& folder : read.package_path)
+    folders += (folders.empty() ? "" : ", ") + quoted(folder);
+  if (!folders.empty()) add("package_path", "{" + folders + "}");
+  if (!read.key.empty()) add("key", quoted(read.key));
+  for (const auto& [joint, armature] : read.armature)
+    joints += (joints.empty() ? "{" : ", {") + quoted(joint) + ", " +
+              nlohmann::json(armature).dump() + "}";
+  if (!joints.empty()) add("armature", "{" + joints + "}");
+  return out.empty() ? out : out + "}";
+}
+
 }  // namespace kalmarm

@@ -168,7 +168,7 @@ def _picked(advice: Advice, task: str, picks: list[Pick]) -> list[Answer]:
         ]
         name = scene_name(advice.robot)
         file = advice.file or f"{name}.xml"
-        code = fragment(name, file, task, pick.variant, pick.precision)
+        code = fragment(name, file, advice.load_options, task, pick.variant, pick.precision)
         answers.append(Answer([], numbers, code, shown=own | {TOLERANCE: tolerances}))
     return answers
 
@@ -194,7 +194,7 @@ def _measured(robot: str, contenders: dict[str, list[Contender]]) -> list[Answer
         ]
         name = scene_name(robot)
         precision, fastest = next(iter(best.items()))
-        code = fragment(name, f"{name}.xml", task, fastest.variant, precision)
+        code = fragment(name, f"{name}.xml", "", task, fastest.variant, precision)
         answers.append(Answer([], numbers, code, shown={SCENE: [robot], VIEW: [task]}))
     return answers
 

@@ -72,6 +72,7 @@ def recommend(scene: str) -> dict:
     return {
         "robot": scene,
         "file": "",
+        "load_options": "",
         "nv": int(scene.split(":")[1]),
         "states": STATES,
         "seed": 1,

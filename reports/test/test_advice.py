@@ -49,12 +49,14 @@ def test_the_answer_says_both_sentences_and_does_what_is_advised(read):
 
 
 def test_code_has_ten_lines_by_the_door_and_else_a_command():
-    code = fragment("panda", "panda.urdf", "acceleration", "Fast<SquareRoot>", "float32")
+    code = fragment("panda", "panda.urdf", "", "acceleration", "Fast<SquareRoot>", "float32")
     assert len(code.splitlines()) == 10 and max(map(len, code.splitlines())) < 90
     assert "Dynamics<float> robot(file.model, {.form = kalmarm::Form::square_root});" in code
     assert "load_robot(\"panda.urdf\")" in code
-    panda = ("panda", "panda.urdf", "inverse")
-    assert "inverse_mass(q, X)" in fragment(*panda, "Fast<Conventional>", "float64")
+    panda = ("panda", "panda.urdf", '{.floating = ""}', "inverse")
+    code = fragment(*panda, "Fast<Conventional>", "float64")
+    assert "inverse_mass(q, X)" in code
+    assert 'load_robot("panda.urdf", {.floating = ""});' in code
     assert fragment(*panda, "Sequential<UD>", "float64").startswith(
         "build/bin/evaluate"
     )
