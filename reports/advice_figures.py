@@ -183,6 +183,8 @@ def against_load(rows: list[dict], style: Style, choices: dict[str, str], unit: 
     )
     if max(abs(value) for value in values) < 1e4:
         x.axis.labelExpr = "format(datum.value, '~r')"
+    if len(values) == 1:  # as it is
+        x.axis.labels = x.axis.ticks = False
     y = alt.Y("error:Q", axis=log_axis("y", "worst error", NUMBER), scale=error_scale(rows))
     chart = filtered(choices)
     encoding = series(style, LOAD_TOOLTIPS)

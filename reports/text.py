@@ -78,6 +78,13 @@ def error_text(value: float | None) -> str:
     return f"{digits}e{int(exponent)}"
 
 
+def sentence(text: str) -> str:
+    """As the page prints what a program said: a capital first, but in names, and a full stop."""
+    first = text.split(maxsplit=1)[0] if text else ""
+    named = any(letter.isdigit() or letter.isupper() for letter in first)
+    return (text if named else text[:1].upper() + text[1:]) + ("" if text.endswith(".") else ".")
+
+
 def tolerance_text(tolerance: float) -> str:
     return f"{tolerance:g}".replace("e-0", "e-")
 

@@ -11,7 +11,7 @@ from data import Data, scene_name
 from fragment import fragment
 from section import Answer, Choice, Figure, Section
 from summary import Point, points
-from text import task_text, time_text, tolerance_text
+from text import sentence, task_text, time_text, tolerance_text
 
 FIRST_TOLERANCE = 1e-5
 NO_ADVICE = (
@@ -130,19 +130,21 @@ def _answers(
     limits: Limits | None,
 ) -> list[Answer]:
     notes = {
-        note[:1].upper() + note[1:] + "."
+        sentence(note)
         for record in data.mujoco
         if record["scene"] == robot
         for note in record["notes"]
     }
-    said = [limits.sentence] if limits else []
+    said = [sentence(limits.sentence)] if limits else []
     if not advice:
         return [
             Answer([NO_ADVICE, *said, *sorted(notes)], leads=True, shown={SCENE: [robot]}),
             *_measured(robot, contenders),
         ]
     return [
-        Answer([advice.sentence, *said, *sorted(notes)], leads=True, shown={SCENE: [robot]}),
+        Answer(
+            [sentence(advice.sentence), *said, *sorted(notes)], leads=True, shown={SCENE: [robot]}
+        ),
         *(
             answer
             for task, picks in advice.picks.items()
@@ -175,7 +177,7 @@ def _picked(advice: Advice, task: str, picks: list[Pick]) -> list[Answer]:
 
 def _said(pick: Pick) -> str:
     warning = f"Nothing is predicted to be within {tolerance_text(pick.tolerance)}. "
-    return ("" if pick.enough else warning) + pick.reason
+    return ("" if pick.enough else warning) + sentence(pick.reason)
 
 
 def _measured(robot: str, contenders: dict[str, list[Contender]]) -> list[Answer]:

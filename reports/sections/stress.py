@@ -5,7 +5,7 @@ from advice import ADVISED, Curve, Limits, Load
 from charts import SCENE, VIEW, Style
 from data import Data, scene_name
 from section import Choice, Figure, Section, Table
-from text import error_text, task_text
+from text import error_text, sentence, task_text
 
 KEPT = 1e-3  # three digits
 
@@ -33,7 +33,7 @@ def section(data: Data) -> Section | None:
             "The robot is made harder in one way at a time; at each value the worst configuration "
             "is searched for, not sampled. Refused: every answer was called singular or not "
             "finite.",
-            *([found[0].sentence] if len(found) == 1 else []),
+            *([sentence(found[0].sentence)] if len(found) == 1 else []),
         ],
         choices=[choice for choice in choices if len(choice.options) > 1],
         variants=style.variants,

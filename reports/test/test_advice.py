@@ -13,6 +13,7 @@ from groups import first_series, group
 from playwright.sync_api import expect
 from readers import load
 from sections import answer, stress
+from text import sentence
 
 PANDA = "panda:7"
 
@@ -39,13 +40,19 @@ def test_the_answer_says_both_sentences_and_does_what_is_advised(read):
             tolerance = f"{choice['tolerance']:g}".replace("e-0", "e-")
             here = {"view": task, "tolerance": tolerance}
             said = [it for it in others if all(v in it.shown[name] for name, v in here.items())]
-            (sentence,) = [it for text in said for it in text.sentences]
+            (reason,) = [it for text in said for it in text.sentences]
             (code,) = [it.code for it in said if it.code]
-            assert choice["reason"] in sentence
-            assert sentence.startswith("Nothing is predicted") == (not choice["enough"])
+            assert choice["reason"] in reason
+            assert reason.startswith("Nothing is predicted") == (not choice["enough"])
             assert {"float32": "<float>", "float64": "<double>"}[choice["precision"]] in code or (
                 choice["precision"] in code and choice["variant"] in code
             )
+
+
+def test_what_a_program_says_is_printed_as_a_sentence():
+    assert sentence("take it") == "Take it."
+    assert sentence("float32 is right.") == "float32 is right."
+    assert sentence("Fast<Conventional> errs") == "Fast<Conventional> errs."
 
 
 def test_code_has_ten_lines_by_the_door_and_else_a_command():

@@ -270,7 +270,7 @@ def test_at_a_glance_says_what_was_ignored_of_a_robot(html):
 
 
 def test_the_page_is_of_a_size_that_loads(html):
-    assert len(html.encode()) < 6_000_000
+    assert len(html.encode()) < 3_000_000
 
 
 def test_folders_of_the_executable_stay_out(run):
