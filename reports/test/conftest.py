@@ -2,7 +2,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import sync_playwright
+from playwright.sync_api import expect, sync_playwright
 
 CHROMIUM = "/usr/bin/chromium"
 REPORTS = Path(__file__).parent.parent
@@ -11,6 +11,8 @@ sys.path.insert(0, str(REPORTS))
 import fake_run  # noqa: E402
 import make_report  # noqa: E402
 from readers import load  # noqa: E402
+
+expect.set_options(timeout=30_000)  # ms; builds may run beside
 
 
 @pytest.fixture(scope="session")

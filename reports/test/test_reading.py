@@ -187,8 +187,8 @@ def test_how_long_a_reader_waits(visit, written, capsys):
     first = page.evaluate("performance.getEntriesByName('first screen')[0].startTime")
     page.evaluate("document.querySelector('[data-fold=open]').click()")
     page.evaluate("tasks.length = 0")
-    for _ in range(height(page) // 600):
-        page.mouse.wheel(0, 600)
+    for _ in range(height(page) // 900):
+        page.mouse.wheel(0, 900)
         page.wait_for_timeout(30)
     unfold_all(page)
     longest = page.evaluate("Math.max(0, ...tasks.map((task) => task.duration))")
