@@ -16,7 +16,8 @@ using Quaternion = Eigen::Quaternion<double>;
 using Vec3 = Vector3<double>;
 using Frame = LinkFrame;
 
-// A turn that takes e_z to `axis`; exact for the coordinate axes.
+// A turn that takes e_z to `axis`; exact for the coordinate axes. To an axis that points down by way
+// of the opposite one: a turn by nearly half a circle would lose half the digits.
 Quaternion turn_z_to(const Vec3& axis) {
   const Quaternion to_x(0.5, 0.5, 0.5, 0.5), to_y(0.5, -0.5, -0.5, -0.5), flip(0, 1, 0, 0);
   if (axis == Vec3(0, 0, 1)) return Quaternion::Identity();
@@ -25,6 +26,7 @@ Quaternion turn_z_to(const Vec3& axis) {
   if (axis == Vec3(0, 0, -1)) return flip;
   if (axis == Vec3(-1, 0, 0)) return to_x * flip;
   if (axis == Vec3(0, -1, 0)) return to_y * flip;
+  if (axis.z() < 0) return flip * turn_z_to({axis.x(), -axis.y(), -axis.z()});
   return Quaternion::FromTwoVectors(Vec3::UnitZ(), axis);
 }
 

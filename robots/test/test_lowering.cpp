@@ -253,6 +253,13 @@ TEST(Lowering, EveryCoordinateAxisAndItsOpposite) {
   expect_agreement(scene_of(robot(chain)), 6);
 }
 
+// A turn by nearly half a circle must not lose digits.
+TEST(Lowering, AxesNearACoordinateAxisOrItsOpposite) {
+  for (const char* axis : {"1e-4 0 -1", "0 -1e-6 -1", "1e-9 1e-9 -1", "1e-7 0 1", "-1 1e-7 1e-8"})
+    expect_agreement(
+        scene_of(robot(body("<joint axis='" + std::string(axis) + "'/>", body("<joint/>")))), 2);
+}
+
 TEST(Lowering, BallOffItsBodysOrigin) {
   const std::string hinge = body("<joint type='hinge' axis='0 1 0' pos='.1 .2 .3'/>");
   expect_agreement(scene_of(robot(body("<joint axis='1 0 0'/>",
