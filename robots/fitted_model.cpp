@@ -178,7 +178,7 @@ std::string to_xml(mjSpec* spec, const std::string& robot_file) {
     text.resize(size + 1);
     size = mj_saveXMLString(spec, text.data(), static_cast<int>(text.size()), error, sizeof error);
   }
-  if (size != 0) throw InputError(robot_file + ": cannot be saved: " + one_line(error));
+  if (size != 0) throw InputError(robot_file + ": cannot be saved: " + error);
   text.resize(text.find('\0'));
   return text;
 }
@@ -204,7 +204,7 @@ void check(const std::string& text, const Model<double>& wanted, const FittedPar
            const std::string& robot_file) {
   char error[1024] = "";
   const SpecPtr spec(mj_parseXMLString(text.c_str(), nullptr, error, sizeof error), mj_deleteSpec);
-  if (!spec) throw InputError(robot_file + ": what was saved is not read: " + one_line(error));
+  if (!spec) throw InputError(robot_file + ": what was saved is not read: " + error);
   strip(spec.get());
   const auto read = compile(spec.get(), robot_file + ": what was saved");
   bool good = same(wanted, read->lower());

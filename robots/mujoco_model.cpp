@@ -16,7 +16,7 @@ namespace {
 mjModel* compiled(mjSpec* spec, const std::string& what, const std::string& hint = "") {
   mjModel* model = mj_compile(spec, nullptr);
   if (!model)
-    throw InputError(what + ": " + one_line(mjs_getError(spec)) +
+    throw InputError(what + ": " + std::string(mjs_getError(spec)) +
                      (hint.empty() ? "" : " (" + hint + ")"));
   return model;
 }
@@ -40,19 +40,12 @@ std::string note_of(const std::vector<GivenInertia>& taken) {
 
 }  // namespace
 
-std::string one_line(std::string text) {
-  for (char& c : text)
-    if (c == '\n' || c == '\r') c = ' ';
-  while (!text.empty() && text.back() == ' ') text.pop_back();
-  return text;
-}
-
 std::shared_ptr<const MujocoModel> compile(mjSpec* spec, const std::string& what) {
   return moving(compiled(spec, what), what);
 }
 
 void install_mujoco_handlers() {
-  mju_user_error = [](const char* message) { throw InputError("MuJoCo: " + one_line(message)); };
+  mju_user_error = [](const char* message) { throw InputError(std::string("MuJoCo: ") + message); };
   mju_user_warning = [](const char*) {};
 }
 
@@ -63,7 +56,7 @@ std::shared_ptr<const MujocoModel> MujocoModel::load(const std::string& path,
   try {
     strip(spec.get(), sites);
     const std::vector<GivenInertia> taken = take_out_inertias(spec.get());
-    if (const std::string note = note_of(taken); !note.empty()) notes.push_back(note);
+    if (const std::string note = one_line(note_of(taken)); !note.empty()) notes.push_back(note);
     mjModel* model = compiled(spec.get(), path, weights);
     put_back(taken, model);
     auto out = moving(model, path, std::move(notes), std::move(key));

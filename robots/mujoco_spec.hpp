@@ -13,9 +13,6 @@ namespace kalmarm {
 
 using SpecPtr = std::unique_ptr<mjSpec, void (*)(mjSpec*)>;
 
-// MuJoCo's message without line ends.
-std::string one_line(std::string text);
-
 // Throws InputError with `what` and MuJoCo's reason.
 std::shared_ptr<const MujocoModel> compile(mjSpec* spec, const std::string& what);
 

@@ -28,6 +28,10 @@ void refuse_other_kinds(const std::string& path, const std::string& text,
     refuse("SDF is not read, convert it to MJCF: sdf2mjcf " + path + " robot.xml");
   if (tags[0].name == "mujocoinclude")
     refuse("a fragment that another file includes: give the file with <include file=\"...\"/>");
+  // Of a model to attach that has no file MuJoCo's reader makes an exception that nothing can catch.
+  for (const XmlTag& tag : tags)
+    if (tag.name == "model" && tag.attribute("file").empty())
+      refuse("<model name=\"" + tag.attribute("name") + "\"> has no file");
 }
 
 bool is_urdf(const std::vector<XmlTag>& tags) { return !tags.empty() && tags[0].name == "robot"; }

@@ -28,7 +28,7 @@ std::vector<XmlTag> checked_tags(const std::string& path) {
 SpecPtr parse(const std::string& path) {
   char error[1024] = "";
   SpecPtr spec(mj_parseXML(path.c_str(), nullptr, error, sizeof error), mj_deleteSpec);
-  if (!spec) throw InputError(path + ": " + one_line(error));
+  if (!spec) throw InputError(path + ": " + error);
   return spec;
 }
 
@@ -39,7 +39,7 @@ ReadFile read_file(const std::string& path, const LoadOptions& options) {
   ReadFile out{parse(path), {}, {}, {}};
   mjSpec* spec = out.spec.get();
   const auto note = [&](const std::string& text) {
-    if (!text.empty()) out.notes.push_back(text);
+    if (!text.empty()) out.notes.push_back(one_line(text));
   };
   try {
     if (is_urdf(tags)) refuse_several_roots(tags);

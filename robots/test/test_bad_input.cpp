@@ -41,6 +41,17 @@ TEST(BadFile, UnknownElementIsNamed) {
   expect_file_refused("<mujoco><worldbody><bdoy/></worldbody></mujoco>", {"bdoy"});
 }
 
+TEST(BadFile, NamesWithLineEndsDoNotBreakTheLine) {
+  expect_file_refused("<mujoco><worldbody><body><joint name='el&#10;bow' armature='-.5'/>" +
+                          std::string(good) + "</body></worldbody></mujoco>",
+                      {"el bow"});
+}
+
+// MuJoCo's reader would end the program.
+TEST(BadFile, ModelToAttachWithoutAFile) {
+  expect_file_refused(arm(good, "<asset><model name='gripper'/></asset>"), {"gripper", "no file"});
+}
+
 TEST(BadFile, XacroIsToBeExpandedFirst) {
   expect_file_refused(
       "<robot name='r' xmlns:xacro='http://wiki.ros.org/xacro'><xacro:property name='m' value='1'/>"
