@@ -11,7 +11,7 @@ namespace {
 constexpr const char* special_numbers[] = {
     "0",     "-0",   "1",    "-1",    "2",      "0.5",    "1e-3",  "1e-15",      "1e-16", "-1e-9",
     "1e-30", "1e30", "1e99", "1e-99", "1e-308", "5e-324", "1e308", "-1e308",     "nan",   "inf",
-    "-inf",  "3",    "7",    "90",    "180",    "1e6",    "65536", "2147483648", "1e999", ""};
+    "-inf",  "3",    "7",    "90",    "180",    "1e6",    "300",   "2147483648", "1e999", ""};
 
 // Attributes that decide how M comes about.
 constexpr const char* attributes[] = {"armature='.1'",
