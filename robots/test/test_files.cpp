@@ -47,9 +47,11 @@ TEST(Floating, IsHintedAtWhereLimbsHangOnAWeldedBase) {
   EXPECT_EQ(scene.model.nv(), 3);
   EXPECT_EQ(scene.mujoco->notes(),
             Notes{"3 limbs hang on 'base', which is welded to the world: --floating frees it"});
-  for (const std::string& robot : shipped_robots())
-    for (const std::string& note : load_scene(robot).mujoco->notes())
+  for (const std::string& robot : shipped_robots()) {
+    const Scene shipped = load_scene(robot);
+    for (const std::string& note : shipped.mujoco->notes())
       EXPECT_EQ(note.find("--floating"), std::string::npos) << robot << ": " << note;
+  }
 }
 
 TEST(Floating, IsRefusedWhereThatIsNoRoot) {
