@@ -55,8 +55,9 @@ class Lowering {
                          ": must not be negative");
     }
     const bool falls = (m_->opt.disableflags & mjDSBL_GRAVITY) == 0;
-    return {std::move(joints_), std::move(names_), static_cast<int>(m_->nq),
-            falls ? vec3(m_->opt.gravity) : Vec3::Zero().eval()};
+    const Vec3 gravity = falls ? vec3(m_->opt.gravity) : Vec3::Zero().eval();
+    if (!gravity.allFinite()) throw InputError("gravity: a number is not finite");
+    return {std::move(joints_), std::move(names_), static_cast<int>(m_->nq), gravity};
   }
 
   std::vector<LinkFrame> frames() && { return std::move(frames_); }

@@ -83,6 +83,13 @@ TEST(BadFile, NoJoint) {
       {"no degree of freedom"});
 }
 
+TEST(BadFile, GravityThatIsNotFinite) {
+  expect_file_refused("<mujoco><option gravity='-inf 1 -9.81'/><worldbody><body name='a'>" +
+                          ("<joint axis='0 1 0'/>" + std::string(good)) +
+                          "</body></worldbody></mujoco>",
+                      {"gravity", "not finite"});
+}
+
 TEST(BadFile, NegativeMass) {
   expect_file_refused(arm("<inertial pos='0 0 0' mass='-1' diaginertia='1 1 1'/>"), {"upper"});
 }
