@@ -17,7 +17,7 @@ from typing import NamedTuple
 from scipy.stats import mannwhitneyu
 
 sys.path.append(str(Path(__file__).parent.parent / "reports"))
-from readers import NANOSECONDS  # noqa: E402
+from benchmark_readers import NANOSECONDS  # noqa: E402
 from text import time_text  # noqa: E402
 
 SIGNIFICANT = 0.01
