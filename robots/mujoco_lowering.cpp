@@ -50,6 +50,9 @@ class Lowering {
                           std::isfinite(joint.ref) && std::isfinite(joint.r);
       if (!finite)
         throw InputError("joint '" + names_[k] + "' or its body: a number is not finite");
+      const double length = joint.rotation.norm();
+      if (!(std::abs(length - 1) < 1e-6))
+        throw InputError("joint '" + names_[k] + "' or its body: a quaternion is out of range");
       if (joint.r < 0)
         throw InputError("joint '" + names_[k] + "' has armature " + std::to_string(joint.r) +
                          ": must not be negative");

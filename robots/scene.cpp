@@ -16,6 +16,8 @@
 namespace kalmarm {
 namespace {
 
+constexpr double largest_angle = 1e6;  // [rad] beyond, float64 tells an angle to 1e-10 at best
+
 namespace fs = std::filesystem;
 
 const fs::path robots_folder = KALMARM_ROBOTS_DIR;
@@ -63,6 +65,8 @@ Scene from_file(const fs::path& path, const std::string& name, const LoadOptions
     if (!std::isfinite(high - low))
       throw InputError(scene.file + ": joint '" + scene.model.name(m->jnt_dofadr[j]) +
                        "': its range is wider than the largest number");
+    const bool is_angle = m->jnt_type[j] == mjJNT_HINGE;
+    if (is_angle && std::max(-low, high) > largest_angle) continue;  // as without a limit
     scene.range[m->jnt_qposadr[j]] = {low, high};
   }
   return scene;

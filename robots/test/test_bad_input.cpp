@@ -90,6 +90,25 @@ TEST(BadFile, GravityThatIsNotFinite) {
                       {"gravity", "not finite"});
 }
 
+// Its norm overflows.
+TEST(BadFile, QuaternionThatIsTooLong) {
+  expect_file_refused("<mujoco><worldbody><body name='a' quat='.7 .1 1e308 0'>" +
+                          ("<joint axis='0 1 0'/>" + std::string(good)) +
+                          "</body></worldbody></mujoco>",
+                      {"out of range"});
+}
+
+// An angle of 1e30 is no angle in float64: the joint is drawn as one without a limit.
+TEST(RandomStates, HingeWithAnEndlessRangeIsDrawnWithinATurn) {
+  const TemporaryFile file(
+      "<mujoco><compiler angle='radian'/><worldbody><body>"
+      "<joint axis='0 1 0' limited='true' range='-1e30 1e30'/>" +
+          std::string(good) + "</body></worldbody></mujoco>",
+      ".xml");
+  for (const State& state : random_states(load_scene(file.path()), 20, 1))
+    EXPECT_LE(std::abs(state.q[0]), 3.2);
+}
+
 TEST(BadFile, NegativeMass) {
   expect_file_refused(arm("<inertial pos='0 0 0' mass='-1' diaginertia='1 1 1'/>"), {"upper"});
 }
