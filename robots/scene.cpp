@@ -16,7 +16,9 @@
 namespace kalmarm {
 namespace {
 
-constexpr double largest_angle = 1e6;  // [rad] beyond, float64 tells an angle to 1e-10 at best
+// [rad or m] A joint that may go further is taken as one without a limit: of a larger angle float64
+// tells no more than ten digits, and squares of lengths may overflow.
+constexpr double farthest = 1e6;
 
 namespace fs = std::filesystem;
 
@@ -65,8 +67,7 @@ Scene from_file(const fs::path& path, const std::string& name, const LoadOptions
     if (!std::isfinite(high - low))
       throw InputError(scene.file + ": joint '" + scene.model.name(m->jnt_dofadr[j]) +
                        "': its range is wider than the largest number");
-    const bool is_angle = m->jnt_type[j] == mjJNT_HINGE;
-    if (is_angle && std::max(-low, high) > largest_angle) continue;  // as without a limit
+    if (std::max(-low, high) > farthest) continue;
     scene.range[m->jnt_qposadr[j]] = {low, high};
   }
   return scene;
