@@ -43,8 +43,8 @@ std::vector<std::string> shipped_robots();
 std::vector<std::string> shipped_scenes();  // of several robots and things
 
 // States from a seed, the same on every machine: joint positions uniform within their limits (-pi
-// to pi and -1/2 m to 1/2 m where there are none below 1e6), orientations uniform, free bodies within 1 m,
-// velocities and torques N(0,1).
+// to pi and -1/2 m to 1/2 m where there are none below 1e6), orientations uniform, free bodies
+// within 1 m, velocities and torques N(0,1).
 std::vector<State> random_states(const Scene& scene, int count, std::uint64_t seed);
 
 // Friction of the joints as the robot's file has it: viscous [N m s or N s/m] and Coulomb [N m or
