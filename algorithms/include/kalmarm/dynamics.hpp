@@ -31,7 +31,7 @@ namespace kalmarm {
 
 enum class Form {
   conventional,  // covariances P of the filter
-  square_root,   // their square roots: twice the time, for masses that differ by more than 1e8
+  square_root,   // their square roots: twice the time, for heavy loads on light links
 };
 
 KALMARM_EXPORT const char* to_string(Form form);
