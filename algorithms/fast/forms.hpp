@@ -21,15 +21,6 @@ S number(const Pack<S, n>& x, int lane) {
   return x[lane];
 }
 
-template <class T>
-auto inverse_D(const SquareRootWorkspace<T>& swept, int k, int lane) {
-  return number(swept.inverse_D[k], lane);
-}
-template <class S>
-S inverse_D(const FastFactors<S>& swept, int k, int) {
-  return swept.links[k].inverse_D;
-}
-
 }  // namespace detail
 
 struct CovarianceForm {
@@ -104,8 +95,9 @@ struct SquareRootForm {
       covariance_factor(model, q, factors);
       bool agree = factors.margin > S(0);
       for (int k = 0; k < model.nv() && agree; ++k)
-        agree = std::abs(detail::inverse_D(swept, k, lane) / factors.links[k].inverse_D - S(1)) <
-                S(0.01);
+        agree =
+            std::abs(detail::number(swept.links[k].inverse_D, lane) / factors.links[k].inverse_D -
+                     S(1)) < S(0.01);
       return agree;
     }
   };

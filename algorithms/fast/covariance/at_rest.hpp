@@ -24,7 +24,9 @@ struct RestingForces : BiasedForces<T, S> {
   template <bool slides, bool noise, class P_plus>
   KALMARM_INLINE void measured(int k, const Sixfold<T>& g, const T& inverse_D, const P_plus&,
                                Load& z) const {
-    this->ws.links[k].e = gain<slides, noise>(g, this->tau[k], z) * inverse_D;
+    auto& at = this->ws.links[k];
+    at.inverse_D = inverse_D;
+    at.e = gain<slides, noise>(g, this->tau[k], z) * inverse_D;
   }
 };
 

@@ -31,6 +31,7 @@ struct CovarianceWorkspace : Placements<T> {
     T wx, wy, wz;
     T d;  // of a slide
     T e;  // e+
+    T inverse_D;
     Sixfold<T> c, g;
   };
   // Of a link with several children: the sum over them, and l-.
@@ -218,6 +219,7 @@ struct BiasedForces {
   KALMARM_INLINE void measured(int k, const Sixfold<T>& g, const T& inverse_D, const P_plus& P,
                                Load& z) const {
     auto& at = ws.links[k];
+    at.inverse_D = inverse_D;
     at.e = gain<slides, noise>(g, tau[k], z) * inverse_D;
     add_times(z, P, at.c, slides);
   }

@@ -123,9 +123,12 @@ KALMARM_INLINE T gain(const LoweredLink<S>& link, const Sixfold<G>& g, const T& 
   return link.noise ? gain<false, true>(g, tau, z) : gain<false, false>(g, tau, z);
 }
 
+// Factors: Placements<U> with links of (d, g, inverse_D), as FastFactors<U> is and what a sweep of
+// forward dynamics has left in its CovarianceWorkspace<U>.
+
 // e of the links up to `last`, of which those with visits[k] have a tau(k) outboard that is not 0.
-template <class T, class S, class U, class Tau>
-void sweep_inward(const LoweredModel<S>& model, const FastFactors<U>& factors, int last,
+template <class T, class S, class Factors, class Tau>
+void sweep_inward(const LoweredModel<S>& model, const Factors& factors, int last,
                   const char* visits, const Tau& tau, ColumnsWorkspace<T>& ws) {
   for (auto& branch : ws.branches) set_zero(branch.z);
   Sixfold<T> z;
@@ -150,9 +153,9 @@ void sweep_inward(const LoweredModel<S>& model, const FastFactors<U>& factors, i
 }
 
 // write(k, a) of the links up to `last`.
-template <class T, class S, class U, class Write>
-KALMARM_INLINE void sweep_outward(const LoweredModel<S>& model, const FastFactors<U>& factors,
-                                  int last, ColumnsWorkspace<T>& ws, const Write& write) {
+template <class T, class S, class Factors, class Write>
+KALMARM_INLINE void sweep_outward(const LoweredModel<S>& model, const Factors& factors, int last,
+                                  ColumnsWorkspace<T>& ws, const Write& write) {
   Sixfold<T> l;
   set_zero(l);
   for (int k = 0; k <= last; ++k) {

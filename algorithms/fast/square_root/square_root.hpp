@@ -234,7 +234,7 @@ void square_root_factor(const LoweredModel<S>& model, const S* q, const std::vec
   detail::filter(model, zeros.data(), ws);
   static_cast<Placements<S>&>(factors) = ws;
   for (int k = 0; k < model.nv(); ++k)
-    factors.links[k] = {ws.links[k].d, ws.inverse_D[k], ws.links[k].g};
+    factors.links[k] = {ws.links[k].d, ws.links[k].inverse_D, ws.links[k].g};
   factors.margin = ws.margin;
 }
 

@@ -25,11 +25,10 @@ struct SquareRootWorkspace : CovarianceWorkspace<T> {
     bool begun;
   };
   std::vector<Sum> sums;
-  std::vector<T> inverse_D;
 
   template <class S>
   explicit SquareRootWorkspace(const LoweredModel<S>& model)
-      : CovarianceWorkspace<T>(model), sums(model.branch_count()), inverse_D(model.nv()) {}
+      : CovarianceWorkspace<T>(model), sums(model.branch_count()) {}
 };
 
 namespace detail {
@@ -169,7 +168,7 @@ KALMARM_INLINE void keep(const LoweredModel<S>& model, int k, const T& tau,
   g = {number_as<T>(pivot.x), number_as<T>(pivot.y), number_as<T>(pivot.z),
        number_as<T>(pivot.u), number_as<T>(pivot.v), number_as<T>(pivot.w)};
   if constexpr (noise) (slides ? g.w : g.z) = without_noise<slides>(at.P) * inverse_D;
-  ws.inverse_D[k] = inverse_D;
+  link.inverse_D = inverse_D;
   link.e = e * inverse_D - pivot.zeta;
   Sixfold<T>& z = at.z;
   z.x += g.x * e;

@@ -153,7 +153,7 @@ struct Eliminated {
 };
 
 template <class P, class R>
-struct Pair {
+struct PivotAndRow {
   P pivot;
   R row;
 };
@@ -163,7 +163,7 @@ template <Column c, bool stable, class T, class P, class R>
 KALMARM_INLINE auto step(const P& p, const R& r, const T& D, const T& inverse_D) {
   using enum Column;
   if constexpr (!has_entry<c, R>()) {
-    return Pair<P, R>{p, r};
+    return PivotAndRow<P, R>{p, r};
   } else {
     const auto x = entry<c>(r);
     const T g = r.weight * x * inverse_D, f = p.weight * inverse_D;
@@ -176,7 +176,7 @@ KALMARM_INLINE auto step(const P& p, const R& r, const T& D, const T& inverse_D)
         above<c, z, stable>(f, g, p, other), above<c, u, stable>(f, g, p, other),
         above<c, v, stable>(f, g, p, other), above<c, w, stable>(f, g, p, other),
         stable ? T(f * p.zeta + g * r.zeta) : T(p.zeta + g * row.zeta), D);
-    return Pair<std::decay_t<decltype(pivot)>, std::decay_t<decltype(row)>>{pivot, row};
+    return PivotAndRow<std::decay_t<decltype(pivot)>, std::decay_t<decltype(row)>>{pivot, row};
   }
 }
 
