@@ -12,7 +12,8 @@
 // Tips to base:
 //   z(k) = (n + c x f; f) + sum over children j of phi(k,j) z(j)                             (1.1)
 //   tau(k) = H(k) z(k) + r(k) q''(k)                                                         (1.4)
-// a of the base is -gravity. The force on a body is its mass times one acceleration, as in
+// a of the base is -gravity. M q'' alone is the same with w = 0 and gravity left out, `turning`
+// false: Gamma is alpha~, whose diagonal is not computed with. The force on a body is its mass times one acceleration, as in
 // model/inverse_dynamics.hpp. About 171 flops a hinge that is an aligned child, and its sine and
 // cosine.
 #pragma once
@@ -26,18 +27,98 @@
 
 namespace kalmarm {
 
-// Of a link: Gamma of (1), columns by name.
-template <class T>
+// Of a link: Gamma of (1), columns by name. Diagonal: T, or Zero where the link does not turn.
+template <class T, class Diagonal = T>
 struct AccelerationGradient {
-  T xx, xy, xz, yx, yy, yz, zx, zy, zz;
+  Diagonal xx;
+  T xy, xz, yx;
+  Diagonal yy;
+  T yz, zx, zy;
+  Diagonal zz;
+};
+
+template <class T, bool turning>
+using Gradient = AccelerationGradient<T, std::conditional_t<turning, T, Zero>>;
+
+namespace detail {
+
+// (3), and z of the link alone. 66 flops.
+template <class T, class D, class S>
+KALMARM_INLINE void link_force(const CentralBody<S>& body, const AccelerationGradient<T, D>& G,
+                               const T& au, const T& av, const T& aw, Sixfold<T>& z) {
+  const S* const c = body.c;
+  const T u = body.m * (au + c[0] * G.xx + c[1] * G.xy + c[2] * G.xz);
+  const T v = body.m * (av + c[0] * G.yx + c[1] * G.yy + c[2] * G.yz);
+  const T w = body.m * (aw + c[0] * G.zx + c[1] * G.zy + c[2] * G.zz);
+  z.x = (G.zz - G.yy) * body.Jyz + (G.zx * body.Jxy - G.yx * body.Jxz) +
+        (G.zy * body.Jyy - G.yz * body.Jzz) + (c[1] * w - c[2] * v);
+  z.y = (G.xx - G.zz) * body.Jxz + (G.xy * body.Jyz - G.zy * body.Jxy) +
+        (G.xz * body.Jzz - G.zx * body.Jxx) + (c[2] * u - c[0] * w);
+  z.z = (G.yy - G.xx) * body.Jxy + (G.yz * body.Jxz - G.xz * body.Jyz) +
+        (G.yx * body.Jxx - G.xy * body.Jyy) + (c[0] * v - c[1] * u);
+  z.u = u;
+  z.v = v;
+  z.w = w;
+}
+
+}  // namespace detail
+
+// The links' own forces by (3), from their motion, when they are asked for. Another T may work them
+// out otherwise (certified/own_forces.hpp).
+template <class T>
+class OwnForces {
+ public:
+  template <class S>
+  explicit OwnForces(const LoweredModel<S>& model) : links_(model.nv()) {}
+
+  // Number by number: gcc keeps in memory what is assigned as a whole.
+  template <class D>
+  KALMARM_INLINE void keep(int k, const AccelerationGradient<T, D>& G, const Sixfold<T>& a) {
+    Link& at = links_[k];
+    if constexpr (std::is_same_v<D, T>) {
+      at.Gamma.xx = G.xx;
+      at.Gamma.yy = G.yy;
+      at.Gamma.zz = G.zz;
+    }
+    at.Gamma.xy = G.xy;
+    at.Gamma.xz = G.xz;
+    at.Gamma.yx = G.yx;
+    at.Gamma.yz = G.yz;
+    at.Gamma.zx = G.zx;
+    at.Gamma.zy = G.zy;
+    at.u = a.u;
+    at.v = a.v;
+    at.w = a.w;
+  }
+
+  // After the last `keep`, before the first `force`.
+  template <bool turning>
+  void begin() {}
+
+  template <bool turning, class S>
+  KALMARM_INLINE void force(const LoweredModel<S>& model, int k, Sixfold<T>& z) const {
+    const Link& at = links_[k];
+    const auto& G = at.Gamma;
+    if constexpr (turning) {
+      detail::link_force(model.central(k), G, at.u, at.v, at.w, z);
+    } else {
+      const Gradient<T, false> still{{}, G.xy, G.xz, G.yx, {}, G.yz, G.zx, G.zy, {}};
+      detail::link_force(model.central(k), still, at.u, at.v, at.w, z);
+    }
+  }
+
+ private:
+  struct Link {
+    AccelerationGradient<T> Gamma;
+    T u, v, w;  // acceleration of the origin
+  };
+  std::vector<Link> links_;
 };
 
 template <class T>
 struct InverseDynamicsWorkspace : Placements<T> {
   struct Link {
     T d;  // of a slide
-    AccelerationGradient<T> Gamma;
-    T u, v, w;  // acceleration of the origin
   };
   // Of a link with several children: its motion, and what they have summed up to.
   struct Branch {
@@ -49,10 +130,11 @@ struct InverseDynamicsWorkspace : Placements<T> {
 
   std::vector<Link> links;
   std::vector<Branch> branches;
+  OwnForces<T> own;
 
   template <class S>
   explicit InverseDynamicsWorkspace(const LoweredModel<S>& model)
-      : Placements<T>(model), links(model.nv()), branches(model.branch_count()) {}
+      : Placements<T>(model), links(model.nv()), branches(model.branch_count()), own(model) {}
 };
 
 namespace detail {
@@ -73,9 +155,20 @@ KALMARM_INLINE void set_gradient(const T& wx, const T& wy, const T& wz, const Si
   G.zy = yz + a.x;
 }
 
+template <class T>
+KALMARM_INLINE void set_gradient(const T&, const T&, const T&, const Sixfold<T>& a,
+                                 AccelerationGradient<T, Zero>& G) {
+  G.xy = -a.z;
+  G.yx = a.z;
+  G.xz = a.y;
+  G.zx = -a.y;
+  G.yz = -a.x;
+  G.zy = a.x;
+}
+
 // a += Gamma p of the parent, for a link on a screw.
-template <class T, class S>
-KALMARM_INLINE void add_offset(const LoweredLink<S>& link, const AccelerationGradient<T>& G,
+template <class T, class D, class S>
+KALMARM_INLINE void add_offset(const LoweredLink<S>& link, const AccelerationGradient<T, D>& G,
                                Sixfold<T>& a) {
   a.u = a.u + link.p[0] * G.xx;
   a.v = a.v + link.p[0] * G.yx;
@@ -92,59 +185,40 @@ KALMARM_INLINE void add_offset(const LoweredLink<S>& link, const AccelerationGra
   }
 }
 
-// R' of w, alpha and a, for a link on a screw.
-template <class T, class S, class C>
+// R' of w, alpha and a, for a link on a screw. Where w is zero it is left alone.
+template <bool turning, class T, class S, class C>
 KALMARM_INLINE void turn_motion(const LoweredModel<S>& model, const LoweredLink<S>& link,
                                 const Direction<C>& joint, T& wx, T& wy, T& wz, Sixfold<T>& a) {
   if (link.turned) {
     const auto& theta = model.uncommon(link).theta;
-    turn_back(theta, wx, wy);
+    if constexpr (turning) turn_back(theta, wx, wy);
     turn_back(theta, a.x, a.y);
     turn_back(theta, a.u, a.v);
   }
-  tilt_back(link, wy, wz);
+  if constexpr (turning) tilt_back(link, wy, wz);
   tilt_back(link, a.y, a.z);
   tilt_back(link, a.v, a.w);
-  turn_back(joint, wx, wy);
+  if constexpr (turning) turn_back(joint, wx, wy);
   turn_back(joint, a.x, a.y);
   turn_back(joint, a.u, a.v);
 }
 
 // The same across a matrix, Gamma p included.
-template <class T>
+template <bool turning, class T>
 KALMARM_NOINLINE void turn_motion(const MatrixPlacement<T>& phi, T& wx, T& wy, T& wz,
                                   Sixfold<T>& a) {
-  AccelerationGradient<T> G;
+  Gradient<T, turning> G;
   set_gradient(wx, wy, wz, a, G);
   a.u += phi.p[0] * G.xx + phi.p[1] * G.xy + phi.p[2] * G.xz;
   a.v += phi.p[0] * G.yx + phi.p[1] * G.yy + phi.p[2] * G.yz;
   a.w += phi.p[0] * G.zx + phi.p[1] * G.zy + phi.p[2] * G.zz;
-  turn_back(phi.R, wx, wy, wz);
+  if constexpr (turning) turn_back(phi.R, wx, wy, wz);
   turn_back(phi.R, a.x, a.y, a.z);
   turn_back(phi.R, a.u, a.v, a.w);
 }
 
-// (3), and z of the link alone. 66 flops.
-template <class T, class S>
-KALMARM_INLINE void link_force(const CentralBody<S>& body, const AccelerationGradient<T>& G,
-                               const T& au, const T& av, const T& aw, Sixfold<T>& z) {
-  const S* const c = body.c;
-  const T u = body.m * (au + c[0] * G.xx + c[1] * G.xy + c[2] * G.xz);
-  const T v = body.m * (av + c[0] * G.yx + c[1] * G.yy + c[2] * G.yz);
-  const T w = body.m * (aw + c[0] * G.zx + c[1] * G.zy + c[2] * G.zz);
-  z.x = (G.zz - G.yy) * body.Jyz + (G.zx * body.Jxy - G.yx * body.Jxz) +
-        (G.zy * body.Jyy - G.yz * body.Jzz) + (c[1] * w - c[2] * v);
-  z.y = (G.xx - G.zz) * body.Jxz + (G.xy * body.Jyz - G.zy * body.Jxy) +
-        (G.xz * body.Jzz - G.zx * body.Jxx) + (c[2] * u - c[0] * w);
-  z.z = (G.yy - G.xx) * body.Jxy + (G.yz * body.Jxz - G.xz * body.Jyz) +
-        (G.yx * body.Jxx - G.xy * body.Jyy) + (c[0] * v - c[1] * u);
-  z.u = u;
-  z.v = v;
-  z.w = w;
-}
-
-// z of every link alone. Not in pairs: filter.hpp says why.
-template <class T, class S>
+// z of every link alone; turning: with velocities and gravity. Not in pairs: filter.hpp says why.
+template <bool turning, class T, class S>
 KALMARM_SWEEP void set_link_forces(const LoweredModel<S>& model, const T* qd, const T* qdd,
                                    InverseDynamicsWorkspace<T>& ws) {
   using Kind = typename LoweredLink<S>::Kind;
@@ -152,18 +226,23 @@ KALMARM_SWEEP void set_link_forces(const LoweredModel<S>& model, const T* qd, co
   T wx = zero, wy = zero, wz = zero;
   T ux = zero, uy = zero, uz = zero;  // w before the joint, for all DoF of a ball joint
   Sixfold<T> a = {zero, zero, zero, zero, zero, zero};
-  AccelerationGradient<T> G = {zero, zero, zero, zero, zero, zero, zero, zero, zero};
+  Gradient<T, turning> G;
+  set_gradient(wx, wy, wz, a, G);
   for (int k = 0; k < model.nv(); ++k) {
     const LoweredLink<S>& link = model.link(k);
     auto& at = ws.links[k];
     if (link.parent < 0) {
-      const auto& a0 = model.uncommon(link).a0;
       wx = wy = wz = zero;
       a.x = a.y = a.z = zero;
-      a.u = T(a0[0]);
-      a.v = T(a0[1]);
-      a.w = T(a0[2]);
-      G.xx = G.xy = G.xz = G.yx = G.yy = G.yz = G.zx = G.zy = G.zz = zero;
+      if constexpr (turning) {
+        const auto& a0 = model.uncommon(link).a0;
+        a.u = T(a0[0]);
+        a.v = T(a0[1]);
+        a.w = T(a0[2]);
+      } else {
+        a.u = a.v = a.w = zero;
+      }
+      set_gradient(wx, wy, wz, a, G);
     } else if (!link.hangs_on_previous) {
       const auto& parent = ws.branches[model.link(link.parent).branch];
       wx = parent.wx;
@@ -175,14 +254,14 @@ KALMARM_SWEEP void set_link_forces(const LoweredModel<S>& model, const T* qd, co
     if (link.kind == Kind::screws) {
       add_offset(link, G, a);
       if (link.slides)
-        turn_motion(model, link, model.uncommon(link).turn, wx, wy, wz, a);
+        turn_motion<turning>(model, link, model.uncommon(link).turn, wx, wy, wz, a);
       else
-        turn_motion(model, link, ws.direction(link), wx, wy, wz, a);
+        turn_motion<turning>(model, link, ws.direction(link), wx, wy, wz, a);
     } else if (link.kind == Kind::matrix) {
       T x = wx, y = wy, z = wz;  // w and a stay in registers
       Sixfold<T> turned;
       assign(turned, a);
-      turn_motion(ws.matrices[link.varying], x, y, z, turned);
+      turn_motion<turning>(ws.matrices[link.varying], x, y, z, turned);
       wx = x;
       wy = y;
       wz = z;
@@ -198,28 +277,29 @@ KALMARM_SWEEP void set_link_forces(const LoweredModel<S>& model, const T* qd, co
       uy = wy;
       uz = wz;
     }
-    if (link.slides) {
-      const T twice = two * qd[k];
-      a.u += twice * uy;
-      a.v -= twice * ux;
-      a.w += qdd[k];
-    } else {
-      a.x += qd[k] * uy;
-      a.y -= qd[k] * ux;
-      a.z += qdd[k];
-      wz += qd[k];
+    if constexpr (turning) {
+      if (link.slides) {
+        const T twice = two * qd[k];
+        a.u += twice * uy;
+        a.v -= twice * ux;
+      } else {
+        a.x += qd[k] * uy;
+        a.y -= qd[k] * ux;
+        wz += qd[k];
+      }
     }
+    if (link.slides)
+      a.w += qdd[k];
+    else
+      a.z += qdd[k];
     set_gradient(wx, wy, wz, a, G);
     if (link.kind == Kind::screws) {
       const T d = link.slides ? at.d : T(link.d);
       a.u += d * G.xz;
       a.v += d * G.yz;
-      a.w += d * G.zz;
+      a.w = a.w + d * G.zz;
     }
-    at.Gamma = G;
-    at.u = a.u;
-    at.v = a.v;
-    at.w = a.w;
+    ws.own.keep(k, G, a);
     if (link.branch >= 0) {
       auto& branch = ws.branches[link.branch];
       branch.wx = wx;
@@ -231,17 +311,18 @@ KALMARM_SWEEP void set_link_forces(const LoweredModel<S>& model, const T* qd, co
 }
 
 // tau from z of every link alone. Not in pairs either.
-template <class T, class S>
+template <bool turning, class T, class S>
 KALMARM_SWEEP void sum_forces(const LoweredModel<S>& model, const T* qdd,
                               InverseDynamicsWorkspace<T>& ws, T* tau) {
   for (auto& branch : ws.branches) branch.begun = false;
+  ws.own.template begin<turning>();
   Sixfold<T> z;
   bool carried = false;  // z comes from link k + 1
   for (int k = model.nv() - 1; k >= 0; --k) {
     const LoweredLink<S>& link = model.link(k);
     const auto& at = ws.links[k];
     Sixfold<T> own;
-    link_force(model.central(k), at.Gamma, at.u, at.v, at.w, own);
+    ws.own.template force<turning>(model, k, own);
     if (carried)
       add(z, own);
     else
@@ -269,8 +350,8 @@ template <class T, class S>
 void fast_inverse_dynamics(const LoweredModel<S>& model, const T* q, const T* qd, const T* qdd,
                            InverseDynamicsWorkspace<T>& ws, T* tau) {
   detail::set_placements(model, q, ws);
-  detail::set_link_forces(model, qd, qdd, ws);
-  detail::sum_forces(model, qdd, ws, tau);
+  detail::set_link_forces<true>(model, qd, qdd, ws);
+  detail::sum_forces<true>(model, qdd, ws, tau);
 }
 
 }  // namespace kalmarm
