@@ -26,6 +26,7 @@ _PATTERNS = (  # the first that fits
 _FIRST = (  # within a group; others follow by name
     "Fast<Conventional>",
     "Fast<SquareRoot>",
+    "Fast<Certified>",
     "Batch<EigenLLT>",
     "Sequential<Conventional>",
     "Sequential<ArrayMGS>",

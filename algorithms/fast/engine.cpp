@@ -72,7 +72,15 @@ const char* to_string(Kernel kernel) {
 }
 
 const char* to_string(Form form) {
-  return form == Form::square_root ? "square_root" : "conventional";
+  switch (form) {
+    case Form::conventional:
+      return "conventional";
+    case Form::square_root:
+      return "square_root";
+    case Form::certified:
+      return "certified";
+  }
+  return "?";
 }
 
 }  // namespace kalmarm

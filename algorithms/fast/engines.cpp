@@ -6,11 +6,14 @@ namespace kalmarm {
 
 KALMARM_PLANAR_INSTANCES(extern, float)
 KALMARM_PLANAR_INSTANCES(extern, double)
+KALMARM_CERTIFIED_INSTANCES(extern, float)
+KALMARM_CERTIFIED_INSTANCES(extern, double)
 
 namespace {
 
 template <class T>
 std::unique_ptr<Engine<T>> make(const RobotModel& robot, const EngineOptions& options) {
+  if (options.form == Form::certified) return make_certified_engine<T>(robot, options);
   switch (options.kernel) {
     case Kernel::planar:
       return make_planar_engine<T>(robot, options);

@@ -19,6 +19,14 @@ std::unique_ptr<Engine<T>> make_translational_engine(const RobotModel& robot,
   KIND template std::unique_ptr<Engine<T>> make_translational_engine(const RobotModel&, \
                                                                      const EngineOptions&);
 
+template <class T>
+std::unique_ptr<Engine<T>> make_certified_engine(const RobotModel& robot,
+                                                 const EngineOptions& options);
+
+#define KALMARM_CERTIFIED_INSTANCES(KIND, T)                                        \
+  KIND template std::unique_ptr<Engine<T>> make_certified_engine(const RobotModel&, \
+                                                                 const EngineOptions&);
+
 struct Engines {
   std::unique_ptr<Engine<float>> (*make_float)(const RobotModel&, const EngineOptions&);
   std::unique_ptr<Engine<double>> (*make_double)(const RobotModel&, const EngineOptions&);

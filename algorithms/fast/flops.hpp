@@ -37,6 +37,17 @@ double acceleration_flops(const Model<double>& parameters, const VectorX<double>
       [&] { Form::acceleration(model, cq.data(), cqd.data(), ctau.data(), ws, out.data()); });
 }
 
+// Of one state's torques.
+inline double inverse_dynamics_flops(const Model<double>& parameters, const VectorX<double>& q,
+                                     Zeros zeros = Zeros::left_out) {
+  const LoweredModel<double> model(parameters, zeros);
+  InverseDynamicsWorkspace<Count> ws(model);
+  const std::vector<Count> cq = detail::counts(q), zero(model.nv(), Count(0.0));
+  std::vector<Count> out(model.nv());
+  return detail::counted(
+      [&] { fast_inverse_dynamics(model, cq.data(), zero.data(), zero.data(), ws, out.data()); });
+}
+
 // Of the factors, and of Lambda after them.
 struct FactorFlops {
   double factors, lambda;

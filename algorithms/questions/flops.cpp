@@ -66,9 +66,14 @@ double spatial_flops(const Plan& plan, const Part& part, Want want, Form form) {
   if (want == Want::acceleration) {
     if (part.kernel == Kernel::spatial_at_rest)
       return acceleration_flops<AtRest>(model, q, zero, zero, part.zeros);
-    return form == Form::square_root
-               ? acceleration_flops<SquareRootForm>(model, q, zero, zero, part.zeros)
-               : acceleration_flops<CovarianceForm>(model, q, zero, zero, part.zeros);
+    if (form == Form::square_root)
+      return acceleration_flops<SquareRootForm>(model, q, zero, zero, part.zeros);
+    const double sweep = acceleration_flops<CovarianceForm>(model, q, zero, zero, part.zeros);
+    if (form == Form::conventional) return sweep;
+    // The residual in pairs (spatial/pair.hpp), and a solution by factors that are kept.
+    constexpr double a_flop_of_pairs = 6;
+    return sweep + a_flop_of_pairs * inverse_dynamics_flops(model, q, part.zeros) +
+           2 * column * model.nv();
   }
   const FactorFlops cost = factor_flops(model, q, part.zeros);
   switch (want) {

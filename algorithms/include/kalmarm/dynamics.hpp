@@ -32,6 +32,7 @@ namespace kalmarm {
 enum class Form {
   conventional,  // covariances P of the filter
   square_root,   // their square roots: twice the time, for heavy loads on light links
+  certified,     // covariances, refined by residuals in twice the precision: the error is known
 };
 
 KALMARM_EXPORT const char* to_string(Form form);

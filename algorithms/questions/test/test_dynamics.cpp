@@ -49,7 +49,7 @@ TYPED_TEST(Doors, BiasIsInverseDynamicsWithoutAccelerationAndGravityThatWithoutM
 TYPED_TEST(Doors, MassTimesItsInverseIsOne) {
   using T = TypeParam;
   for (const Family& family : robots())
-    for (const Form form : {Form::conventional, Form::square_root}) {
+    for (const Form form : {Form::conventional, Form::square_root, Form::certified}) {
       SCOPED_TRACE(std::string(family.name) + " " + to_string(form));
       const Model<double> model = family.make(3);
       const int nv = model.nv();
@@ -75,7 +75,7 @@ TYPED_TEST(Doors, FactorsAreKeptWhateverElseIsAsked) {
   models.push_back(singular_mechanisms(1)[0].model);  // with a rotor, which is a suspect
   models.back().set_noise(3, 1e-9);
   for (const Model<double>& model : models)
-    for (const Form form : {Form::conventional, Form::square_root}) {
+    for (const Form form : {Form::conventional, Form::square_root, Form::certified}) {
       const int nv = model.nv();
       const State<T> here = random_state(model, 4).template cast<T>();
       const State<T> there = random_state(model, 5).template cast<T>();
@@ -175,7 +175,7 @@ void expect_rows_agree_on_every_count_of_threads(const Model<double>& model,
 
 TYPED_TEST(Doors, RowsAgreeToTheBitOnEveryCountOfThreads) {
   for (const Family& family : robots())
-    for (const Form form : {Form::conventional, Form::square_root}) {
+    for (const Form form : {Form::conventional, Form::square_root, Form::certified}) {
       SCOPED_TRACE(std::string(family.name) + " " + to_string(form));
       expect_rows_agree_on_every_count_of_threads<TypeParam>(
           family.make(3), {.form = form,

@@ -1,0 +1,177 @@
+// Accelerations whose error is known: forward dynamics by the conventional form (4.2) to (4.11),
+// refined by its own factors (refine.hpp); where these do not help, by those of the square-root
+// form; where these do not either, by a variant of the study that widens its factors
+// (fallback.hpp). Every step is judged by the residual in twice the precision.
+//
+// A sweep that says that some D may be lost in rounding (its margin) is not refined by its own
+// factors: along a direction in which they are too stiff by orders of magnitude the residual shows
+// as little as they do. In float32 what comes after the sweep's own factors is float64, certified.
+#pragma once
+
+#include <algorithm>
+#include <memory>
+#include <vector>
+
+#include "algorithms/fast/certified/refine.hpp"
+#include "algorithms/fast/fallback/fallback.hpp"
+#include "algorithms/fast/forms.hpp"
+#include "algorithms/model/plain.hpp"
+
+namespace kalmarm {
+
+// A robot's models, shared by all that certifies.
+template <class S>
+struct CertifiedModels {
+  const LoweredModel<S>& lowered;
+  LoweredModel<Twice<S>> twice;
+  RobotModel robot;  // with parameters as S holds them
+
+  CertifiedModels(const LoweredModel<S>& in_S, const Model<S>& model)
+      : lowered(in_S),
+        twice(model.template cast<Twice<S>>()),
+        robot(plain(model.template cast<double>())) {}
+};
+
+// A sweep of the form F (forms.hpp) and its refinement, for one state or one in every lane.
+template <class T, class F>
+class CertifiedSweep {
+ public:
+  using S = typename Lanes<T>::Scalar;
+
+  explicit CertifiedSweep(const CertifiedModels<S>& models)
+      : sweep_(models.lowered),
+        columns_(models.lowered),
+        residual_(models.twice),
+        refiner_(models.lowered.nv()),
+        all_(models.lowered.nv(), 1) {}
+
+  // a (nv) of the first `states` lanes. Where out[i] is not settled it is not to be used.
+  void acceleration(const CertifiedModels<S>& models, const T* q, const T* qd, const T* tau,
+                    int states, T* a, Verdict* out) {
+    F::acceleration(models.lowered, q, qd, tau, sweep_, a);
+    residual_.set_motion(models.twice, q, qd, tau);
+    refiner_.refine(
+        models.twice, residual_,
+        [&](const T* r, T* d) {
+          const int last = models.lowered.nv() - 1;
+          detail::sweep_inward(
+              models.lowered, sweep_, last, all_.data(), [&](int k) { return r[k]; }, columns_);
+          detail::sweep_outward(models.lowered, sweep_, last, columns_,
+                                [&](int k, const T& x) { d[k] = x; });
+        },
+        states, a, out);
+    for (int i = 0; i < states; ++i)
+      out[i].settled = out[i].settled && detail::number(sweep_.margin, i) > S(0);
+  }
+
+ private:
+  typename F::template Workspace<T> sweep_;
+  ColumnsWorkspace<T> columns_;
+  TwiceResidual<T> residual_;
+  Refiner<T> refiner_;
+  std::vector<char> all_;
+};
+
+inline Outcome outcome_of(const Verdict& refined, bool suspect = false) {
+  Outcome out;
+  out.error = refined.error;
+  out.steps = refined.steps;
+  out.suspect = suspect;
+  return out;
+}
+
+template <class S>
+bool all_finite(int count, const S* x) {
+  S check = S(0);
+  for (int i = 0; i < count; ++i) check += x[i] * S(0);
+  return check == S(0);
+}
+
+// What answers where the sweep's own factors do not do.
+template <class S>
+class CarefulAcceleration;
+
+template <>
+class CarefulAcceleration<double> {
+ public:
+  explicit CarefulAcceleration(const CertifiedModels<double>& models)
+      : sweep_(models),
+        last_(make_fallback<double>(models.robot, Form::square_root, false, false)) {}
+
+  Outcome acceleration(const CertifiedModels<double>& models, const double* q, const double* qd,
+                       const double* tau, double* a) {
+    Verdict refined;
+    sweep_.acceleration(models, q, qd, tau, 1, a, &refined);
+    return refined.settled ? outcome_of(refined, true) : last_->acceleration(q, qd, tau, a);
+  }
+
+ private:
+  CertifiedSweep<double, SquareRootForm> sweep_;
+  std::unique_ptr<Fallback<double>> last_;
+};
+
+template <class S>
+class CertifiedAcceleration {
+ public:
+  explicit CertifiedAcceleration(const CertifiedModels<S>& models)
+      : sweep_(models), careful_(models) {}
+
+  // a (nv).
+  Outcome acceleration(const CertifiedModels<S>& models, const S* q, const S* qd, const S* tau,
+                       S* a) {
+    Verdict refined;
+    sweep_.acceleration(models, q, qd, tau, 1, a, &refined);
+    return refined.settled ? outcome_of(refined) : careful(models, q, qd, tau, a);
+  }
+
+  // The same without the sweep.
+  Outcome careful(const CertifiedModels<S>& models, const S* q, const S* qd, const S* tau, S* a) {
+    const int nq = models.lowered.nq(), nv = models.lowered.nv();
+    if (!all_finite(nq, q) || !all_finite(nv, qd) || !all_finite(nv, tau))
+      return {.status = Outcome::Status::not_finite};
+    return careful_.acceleration(models, q, qd, tau, a);
+  }
+
+ private:
+  CertifiedSweep<S, CovarianceForm> sweep_;
+  CarefulAcceleration<S> careful_;
+};
+
+template <>
+class CarefulAcceleration<float> {
+ public:
+  explicit CarefulAcceleration(const CertifiedModels<float>& models)
+      : models_(models.twice, model_of(models.robot)),
+        wide_(models_),
+        q_(models.lowered.nq()),
+        qd_(models.lowered.nv()),
+        tau_(qd_.size()),
+        a_(qd_.size()) {}
+
+  Outcome acceleration(const CertifiedModels<float>&, const float* q, const float* qd,
+                       const float* tau, float* a) {
+    const auto nv = qd_.size();
+    std::copy_n(q, q_.size(), q_.data());
+    std::copy_n(qd, nv, qd_.data());
+    std::copy_n(tau, nv, tau_.data());
+    Outcome out = wide_.acceleration(models_, q_.data(), qd_.data(), tau_.data(), a_.data());
+    out.suspect = true;
+    if (!out) return out;
+    double lost = 0, size = 0;
+    for (std::size_t k = 0; k < nv; ++k) {
+      a[k] = static_cast<float>(a_[k]);
+      lost += (a_[k] - a[k]) * (a_[k] - a[k]);
+      size += a_[k] * a_[k];
+    }
+    if (!all_finite(static_cast<int>(nv), a)) return {.status = Outcome::Status::not_finite};
+    if (size > 0) out.error += std::sqrt(lost / size);
+    return out;
+  }
+
+ private:
+  CertifiedModels<double> models_;
+  CertifiedAcceleration<double> wide_;
+  std::vector<double> q_, qd_, tau_, a_;
+};
+
+}  // namespace kalmarm

@@ -1,0 +1,103 @@
+// The certified form of the fast path behind an Outcome: every answer comes with its error, by the
+// residual in twice the precision (certified_acceleration.hpp, certified_factors.hpp).
+// Outcome::error says how wrong it is, relatively; Outcome::suspect, that the conventional form's own
+// factors did not do.
+//
+// In float, forward dynamics is the sweep in float with its residual in double, M^-1 has its factors
+// in double; all else is worked out in double and rounded.
+#pragma once
+
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+#include "algorithms/fast/certified/certified_narrow.hpp"
+#include "algorithms/fast/common_engine.hpp"
+
+namespace kalmarm {
+
+template <class S>
+class CertifiedEngine final : public CommonEngine<S> {
+ public:
+  CertifiedEngine(const RobotModel& robot, const EngineOptions& options)
+      : CommonEngine<S>(robot, options), models_(this->lowered(), this->model()) {
+    const auto wants = [&](Want want) { return options.wants(want); };
+    rows_wanted_ = wants(Want::acceleration);
+    if (rows_wanted_ || wants(Want::derivatives)) one_.emplace(models_);
+    if (wants(Want::solve) || wants(Want::inverse) || wants(Want::diagonal) ||
+        wants(Want::log_det) || options.selection.size() > 0)
+      factors_.emplace(models_, options);
+  }
+
+  Outcome forward_dynamics(const S* q, const S* qd, const S* tau, S* a) override {
+    return one_->acceleration(models_, q, qd, tau, a);
+  }
+
+  void reserve_workers(int count) override {
+    CommonEngine<S>::reserve_workers(count);
+    while (rows_wanted_ && static_cast<int>(workers_.size()) < count)
+      workers_.emplace_back(models_);
+  }
+
+  int forward_dynamics(int worker, int count, const S* q, const S* qd, const S* tau, S* a,
+                       Outcome* outcomes) override {
+    Worker& w = workers_[worker];
+    const std::ptrdiff_t nq = models_.lowered.nq(), nv = models_.lowered.nv();
+    int failed = 0;
+    w.rows.for_each(
+        models_.lowered, count, q, qd, tau, a, [&](int first, int states, const auto& store) {
+          Verdict refined[RowBlock<S>::lanes];
+          w.sweep.acceleration(models_, w.rows.q.data(), w.rows.qd.data(), w.rows.third.data(),
+                               states, w.rows.out.data(), refined);
+          store();
+          for (int lane = 0; lane < states; ++lane) {
+            const std::ptrdiff_t i = first + lane;
+            outcomes[i] = refined[lane].settled ? outcome_of(refined[lane])
+                                                : w.one.careful(models_, q + i * nq, qd + i * nv,
+                                                                tau + i * nv, a + i * nv);
+            failed += !outcomes[i];
+          }
+        });
+    return failed;
+  }
+
+  Outcome inverse(const S* q, S* X) override { return factors_->inverse(q, X); }
+  Outcome factor(const S* q) override { return factors_->factor(q); }
+  void solve(int columns, const S* taus, S* X) override { factors_->solve(columns, taus, X); }
+  Outcome diagonal(const S* q, S* x) override { return factors_->diagonal(q, x); }
+  Outcome log_det(const S* q, S& x) override { return factors_->log_det(q, x); }
+  Outcome selected(const S* q, S* X) override { return factors_->selected(q, X); }
+
+  // a is certified. The derivatives are the covariance form's: where a took more than its factors,
+  // it is said that they may be wrong.
+  Outcome derivatives(const S* q, const S* qd, const S* tau, S* da_dq, S* da_dqd, S* da_dtau,
+                      S* a) override {
+    this->set_derivatives(q, qd, tau, da_dq, da_dqd, da_dtau, a);
+    const bool lost = !(this->terms().margin > S(0)), finite = this->terms().check == S(0);
+    Outcome out = one_->acceleration(models_, q, qd, tau, a);
+    if (out && !finite) return {.status = Outcome::Status::not_finite};
+    out.near_singular = out.near_singular || (out && lost);
+    return out;
+  }
+
+ private:
+  using Factors =
+      std::conditional_t<std::is_same_v<S, double>, CertifiedFactors, CertifiedNarrowFactors>;
+
+  struct Worker {
+    CertifiedSweep<StateLanes<S>, CovarianceForm> sweep;
+    CertifiedAcceleration<S> one;  // of what its own factors do not settle
+    RowBlock<S> rows;
+
+    explicit Worker(const CertifiedModels<S>& models)
+        : sweep(models), one(models), rows(models.lowered) {}
+  };
+
+  CertifiedModels<S> models_;
+  bool rows_wanted_ = false;
+  std::optional<CertifiedAcceleration<S>> one_;
+  std::optional<Factors> factors_;
+  std::vector<Worker> workers_;
+};
+
+}  // namespace kalmarm

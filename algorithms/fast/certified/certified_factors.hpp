@@ -1,0 +1,161 @@
+// Factors of M, M^-1 and parts of it whose error is known: by the conventional form, judged by a
+// probe (probe.hpp); where that is not enough by the square-root form, judged likewise; where that
+// is not enough either, or a sweep says that some D may be lost in rounding, by a variant of the
+// study that refines every column and widens its factors (fallback.hpp).
+//   enough, of what is not refined:  64 u;     of factors for solves, which are: 1e-3
+// Solves are refined with the residual in twice the precision (refine.hpp).
+#pragma once
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "algorithms/fast/certified/certified_acceleration.hpp"
+#include "algorithms/fast/certified/probe.hpp"
+#include "algorithms/fast/engine.hpp"
+#include "algorithms/fast/factors/log_det.hpp"
+
+namespace kalmarm {
+
+// Of numbers in double.
+class CertifiedFactors {
+ public:
+  CertifiedFactors(const CertifiedModels<double>& models, const EngineOptions& options)
+      : models_(models),
+        factors_(models.lowered),
+        rows_(models.lowered),
+        solver_(models.lowered),
+        probe_(models.lowered, models.twice),
+        refiner_(models.lowered.nv()),
+        last_(make_fallback<double>(models.robot, Form::square_root, false, false)) {
+    if (options.wants(Want::inverse)) inverse_.emplace(models.lowered);
+    if (options.wants(Want::diagonal)) lambda_.emplace(models.lowered);
+    if (options.selection.size() == 0) return;
+    selected_.select(models.lowered, options.selection);
+    last_->select(options.selection);
+  }
+
+  Outcome inverse(const double* q, double* X) {
+    const int nv = models_.lowered.nv();
+    return by_best(
+        q, fine,
+        [&] {
+          inverse_->fill(models_.lowered, factors_, X);
+          return [X, nv](const double* s, double* y) { times(nv, X, s, y); };
+        },
+        [&] { return last_->inverse(q, X); });
+  }
+
+  Outcome diagonal(const double* q, double* x) {
+    return by_factors(
+        q, fine, [&] { return last_->diagonal(q, x); },
+        [&] {
+          fast_lambda(models_.lowered, factors_, *lambda_);
+          std::copy_n(lambda_->alpha.data(), models_.lowered.nv(), x);
+        });
+  }
+
+  Outcome log_det(const double* q, double& x) {
+    return by_factors(
+        q, fine, [&] { return last_->log_det(q, x); }, [&] { x = kalmarm::log_det(factors_); });
+  }
+
+  Outcome selected(const double* q, double* X) {
+    return by_factors(
+        q, fine, [&] { return last_->selected(q, X); },
+        [&] { selected_.fill(models_.lowered, factors_, X); });
+  }
+
+  // Factors that are kept, for solve.
+  Outcome factor(const double* q) {
+    by_last_ = false;
+    return by_factors(
+        q, 1e-3,
+        [&] {
+          by_last_ = true;
+          return last_->factor(q);
+        },
+        [] {});
+  }
+
+  void solve(int columns, const double* taus, double* X) {
+    if (by_last_) return last_->solve(columns, taus, X);
+    const int nv = models_.lowered.nv();
+    const auto by_kept = [&](const double* r, double* d) {
+      solver_.solve(models_.lowered, factors_, 1, r, d);
+    };
+    for (int j = 0; j < columns; ++j) {
+      const std::ptrdiff_t start = std::ptrdiff_t(j) * nv;
+      by_kept(taus + start, X + start);
+      probe_.residual().set_torque(taus + start);
+      Verdict refined;
+      refiner_.refine(models_.twice, probe_.residual(), by_kept, 1, X + start, &refined);
+    }
+  }
+
+ private:
+  static constexpr double fine = 64 * 0x1p-53;
+
+  static void times(int nv, const double* X, const double* s, double* y) {
+    Eigen::Map<VectorX<double>>(y, nv).noalias() =
+        Eigen::Map<const MatrixX<double>>(X, nv, nv) * Eigen::Map<const VectorX<double>>(s, nv);
+  }
+
+  // By factors whose probe, of what work() returns, is enough; else by last().
+  template <class Work, class Last>
+  Outcome by_best(const double* q, double enough, const Work& work, const Last& last) {
+    if (!all_finite(models_.lowered.nq(), q)) return {.status = Outcome::Status::not_finite};
+    for (const bool square_root : {false, true}) {
+      if (square_root)
+        rows_.factor(models_.lowered, q, factors_);
+      else
+        covariance_factor(models_.lowered, q, factors_);
+      if (!(factors_.margin > 0)) continue;
+      const auto answer = work();
+      probe_.set(models_.twice, factors_, q);
+      const double error = probe_.error(models_.lowered, models_.twice, factors_, solver_, answer);
+      if (!(error <= enough)) continue;
+      Outcome out;
+      out.error = error;
+      out.suspect = square_root;
+      return out;
+    }
+    Outcome out = last();
+    out.suspect = static_cast<bool>(out);
+    return out;
+  }
+
+  // The probe is of the factors' own solution, and then read() reads them.
+  template <class Last, class Read>
+  Outcome by_factors(const double* q, double enough, const Last& last, const Read& read) {
+    bool left = false;
+    const Outcome out = by_best(
+        q, enough,
+        [&] {
+          return [&](const double* s, double* y) {
+            solver_.solve(models_.lowered, factors_, 1, s, y);
+          };
+        },
+        [&] {
+          left = true;
+          return last();
+        });
+    if (!left && out) read();
+    return out;
+  }
+
+  const CertifiedModels<double>& models_;
+  FastFactors<double> factors_;
+  SquareRootForm::Factoring<double> rows_;
+  FactorSolver<double> solver_;
+  Probe<detail::Carrier<double>> probe_;
+  Refiner<double> refiner_;
+  std::unique_ptr<Fallback<double>> last_;
+  std::optional<InverseColumns<double>> inverse_;
+  std::optional<LambdaWorkspace<double>> lambda_;
+  SelectedColumns<double> selected_;
+  bool by_last_ = false;  // the factors that are kept
+};
+
+}  // namespace kalmarm

@@ -1,0 +1,135 @@
+// Guarded refinement of x by factors that are kept, for one state or one in every lane:
+//   d(i)   = M^^-1 r(x(i))          r in twice the precision (residual.hpp), M^ as it was factored
+//   x(i+1) = x(i) + d(i)            as a sum of two numbers, high + low, by (1) of pair.hpp
+//   e(i)   = |d(i)| / |x(i+1)|      Euclid's norm
+//   rho(0) = 100 e(0),  rho(i) = |d(i)| / |d(i-1)|      how far one step leaves its error      (1)
+//   left(i) = e(i) rho(i)           of the error of x(i+1), relatively                         (2)
+// A step is taken until left(i) <= u / 4 and rho(i) <= 0.3; where rho(i) is larger, i > 0, the
+// factors do not help, and the caller takes better ones. In the end x is rounded to its high part:
+//   |a - x| / |x| = |low| / |x| + left                                                         (3)
+// of which the first term is known, not estimated.
+//
+// M^ is wrong by about rho in the directions that count, x(0) by e(0): the same factors made both.
+// That rho(0) is at most 100 e(0) is a rule of experience (test_certified measures it against
+// multi-precision); where e(0) is below sqrt(u) / 20 it saves the second residual. With rho larger
+// than that, x is still right to rho e(0).
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "algorithms/fast/certified/residual.hpp"
+
+namespace kalmarm {
+
+// Of one state.
+struct Verdict {
+  bool settled = false;
+  double error = std::numeric_limits<double>::quiet_NaN();  // (3)
+  int steps = 0;
+};
+
+template <class T>
+class Refiner {
+ public:
+  using S = typename Lanes<T>::Scalar;
+  using Model = typename TwiceResidual<T>::Model;
+  static constexpr int lanes = Lanes<T>::count, most = 4;
+
+  explicit Refiner(int nv) : low_(nv), r_(nv), d_(nv) {}
+
+  // x (nv) of the equation that `residual` has been set to; solve(r, d) writes d = M^^-1 r. Of the
+  // lanes, the first `states` count.
+  template <class Solve>
+  void refine(const Model& model, TwiceResidual<T>& residual, const Solve& solve, int states, T* x,
+              Verdict* out);
+
+ private:
+  // Norms are sums of squares in T, one state's in double. Out of this range they may have lost what
+  // is compared.
+  using Norm = std::conditional_t<lanes == 1, double, T>;
+  static constexpr double range =
+      std::is_same_v<typename Lanes<Norm>::Scalar, float> ? 0x1p80 : 0x1p800;
+
+  static double lane(const Norm& x, int i) {
+    if constexpr (lanes == 1)
+      return x;
+    else
+      return x[i];
+  }
+
+  // Whether the first step is enough in every lane: as it is in most.
+  static bool settles(const Norm& xx, const Norm& ratio, int states) {
+    const double limit = unit_roundoff<S>() / 400;
+    bool out = true;
+    for (int i = 0; i < states; ++i)
+      out = out && lane(ratio, i) <= limit && lane(xx, i) < range && lane(xx, i) > 1 / range;
+    return out;
+  }
+
+  std::vector<T> low_, r_, d_;
+};
+
+template <class T>
+template <class Solve>
+void Refiner<T>::refine(const Model& model, TwiceResidual<T>& residual, const Solve& solve,
+                        int states, T* x, Verdict* out) {
+  const double u = unit_roundoff<S>(), enough = u / 4;
+  const int nv = model.nv();
+  double before[lanes], left[lanes];  // squares, but for left: few of them need a root
+  bool open[lanes];
+  std::fill_n(open, states, true);
+  std::fill_n(out, states, Verdict{});
+  std::fill_n(low_.begin(), nv, T(S(0)));
+  for (int step = 0, count = states; count > 0 && step < most; ++step) {
+    residual.of(model, x, step == 0 ? nullptr : low_.data(), r_.data());
+    solve(r_.data(), d_.data());
+    Norm xx(0), dd(0);
+    for (int k = 0; k < nv; ++k) {
+      const T s = x[k] + d_[k], t = s - x[k];
+      const Norm high = s, d = d_[k];
+      xx += high * high;
+      dd += d * d;
+      low_[k] = low_[k] + ((x[k] - (s - t)) + (d_[k] - t));
+      x[k] = s;
+    }
+    const Norm ratio = dd / xx;
+    if (step == 0 && settles(xx, ratio, states)) {
+      for (int i = 0; i < states; ++i) {
+        left[i] = 100 * lane(ratio, i);
+        out[i] = {.settled = true, .steps = 1};
+      }
+      break;
+    }
+    for (int i = 0; i < states; ++i) {
+      if (!open[i]) continue;
+      const double size = lane(xx, i), change = lane(dd, i);
+      const bool zero = change == 0;
+      const bool comparable = (size < range && size > 1 / range) || (zero && size == 0);
+      const double e = zero ? 0 : lane(ratio, i);
+      const double rho = step == 0 ? 1e4 * e : zero ? 0 : change / before[i];
+      before[i] = change;
+      left[i] = std::sqrt(e * rho);
+      out[i].steps = step + 1;
+      out[i].settled = comparable && rho <= 0.09 && left[i] <= enough;
+      // 100 e is a guess: where it is too large the next step measures rho.
+      open[i] = comparable && !out[i].settled && (step == 0 || rho <= 0.09);
+      count -= !open[i];
+    }
+  }
+  Norm xx(0), ll(0);
+  for (int k = 0; k < nv; ++k) {
+    const T s = x[k] + low_[k];
+    const Norm rest = low_[k] - (s - x[k]), high = s;
+    x[k] = s;
+    xx += high * high;
+    ll += rest * rest;
+  }
+  const Norm lost = ll / xx;
+  for (int i = 0; i < states; ++i)
+    out[i].error = left[i] + (lane(ll, i) > 0 ? std::sqrt(lane(lost, i)) : 0);
+}
+
+}  // namespace kalmarm

@@ -1,0 +1,209 @@
+// The certified form against truth in multi-precision: how wrong it is, and whether it knows.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "algorithms/fast/test/support.hpp"
+#include "algorithms/test/singular.hpp"
+
+namespace kalmarm::test {
+namespace {
+
+template <class T>
+class Certified : public testing::Test {
+ protected:
+  static constexpr double u = std::is_same_v<T, float> ? 0x1p-24 : 0x1p-53;
+
+  static Dynamics<T> robot(const Model<double>& model, std::set<Want> want) {
+    return dynamics_of<T>(model, spatial(std::move(want), Form::certified));
+  }
+};
+using Precisions = testing::Types<float, double>;
+TYPED_TEST_SUITE(Certified, Precisions, PrecisionName);
+
+// Of 12 hinges, with the tip `ratio` times as heavy.
+Model<double> heavy_tip(std::uint64_t seed, double ratio) {
+  const Model<double> even = chain(seed, 12);
+  std::vector<Joint<double>> joints;
+  for (int k = 0; k < even.nv(); ++k) joints.push_back(even.joint(k));
+  joints.back().body.mass *= ratio;
+  if (seed % 2 == 0) joints.back().body.moments *= ratio;
+  return {std::move(joints), even.names(), even.nq(), even.gravity()};
+}
+
+// Right to the last bits, and says how wrong it is.
+TYPED_TEST(Certified, AccelerationIsRightToTheLastBits) {
+  using T = TypeParam;
+  int close = 0, all = 0;
+  for (const Family& family : all_families()) {
+    SCOPED_TRACE(family.name);
+    for (int seed = 0; seed < 5; ++seed) {
+      const Model<double> model = rounded<T>(family.make(seed));
+      const State<T> state = random_state(model, seed + 1000).template cast<T>();
+      Dynamics<T> dynamics = this->robot(model, {Want::acceleration});
+      VectorX<T> a = poisoned<T>(model.nv());
+      const Outcome out = dynamics.forward_dynamics(state.q, state.qd, state.tau, a);
+      ASSERT_TRUE(out);
+      const double error = Truth(model, state.template cast<double>()).relative(a);
+      EXPECT_LE(error, this->u);
+      EXPECT_LE(error, 3 * out.error + 0.01 * this->u);
+      ++all;
+      close += error >= out.error / 3;
+    }
+  }
+  EXPECT_GE(close, 0.95 * all);
+}
+
+// However heavy the tip: right, or it says how wrong.
+TYPED_TEST(Certified, HeavyTipsAreAnsweredRightOrWithTheirError) {
+  using T = TypeParam;
+  int settled = 0, all = 0;
+  for (const double ratio : {1e2, 1e4, 1e6, 1e8, 1e10, 1e12, 1e14, 1e16})
+    for (int seed = 0; seed < 10; ++seed) {
+      SCOPED_TRACE("ratio " + std::to_string(ratio) + " seed " + std::to_string(seed));
+      const Model<double> model = rounded<T>(heavy_tip(seed, ratio));
+      const State<T> state = random_state(model, seed).template cast<T>();
+      Dynamics<T> dynamics = this->robot(model, {Want::acceleration});
+      VectorX<T> a = poisoned<T>(model.nv());
+      const Outcome out = dynamics.forward_dynamics(state.q, state.qd, state.tau, a);
+      ASSERT_TRUE(out);
+      const double error = Truth(model, state.template cast<double>()).relative(a);
+      EXPECT_LE(error, 3 * out.error + 0.01 * this->u);
+      ++all;
+      settled += error <= 2 * this->u;
+    }
+  EXPECT_EQ(settled, all);
+}
+
+TYPED_TEST(Certified, RowsAreAnsweredAsStatesAre) {
+  using T = TypeParam;
+  for (const Family& family : all_families()) {
+    SCOPED_TRACE(family.name);
+    const Model<double> model = rounded<T>(family.make(3));
+    Dynamics<T> dynamics = this->robot(model, {Want::acceleration});
+    Rows<T> rows(model, 37);
+    EXPECT_EQ(rows.forward_dynamics(dynamics), 0);
+    VectorX<T> a(model.nv());
+    for (int i = 0; i < 37; ++i) {
+      const State<T> state = random_state(model, i).template cast<T>();
+      ASSERT_TRUE(dynamics.forward_dynamics(state.q, state.qd, state.tau, a));
+      const Eigen::Map<const VectorX<T>> row(rows.a.data() + i * model.nv(), model.nv());
+      EXPECT_LE((row - a).norm(), 2 * this->u * a.norm());
+      EXPECT_LE(rows.outcomes[i].error, this->u);
+    }
+  }
+}
+
+TYPED_TEST(Certified, InverseIsAsRightAsItSays) {
+  using T = TypeParam;
+  for (const Family& family : all_families()) {
+    SCOPED_TRACE(family.name);
+    for (int seed = 0; seed < 5; ++seed) {
+      const Model<double> model = rounded<T>(family.make(seed));
+      const State<T> state = random_state(model, seed + 1000).template cast<T>();
+      Dynamics<T> dynamics = this->robot(model, {Want::inverse});
+      MatrixX<T> X = poisoned<T>(model.nv(), model.nv());
+      const Outcome out = dynamics.inverse_mass(state.q, MatrixView<T>(X));
+      ASSERT_TRUE(out);
+      const double error = Truth(model, state.template cast<double>()).inverse(X);
+      EXPECT_LE(error, 400 * this->u);
+      if (!std::isnan(out.error)) {
+        EXPECT_LE(error, 10 * out.error + this->u);
+      }
+    }
+  }
+}
+
+TYPED_TEST(Certified, PartsOfTheInverseAndSolvesAreRight) {
+  using T = TypeParam;
+  for (const Family& family : all_families()) {
+    SCOPED_TRACE(family.name);
+    const Model<double> model = rounded<T>(family.make(2));
+    const int nv = model.nv();
+    const State<T> state = random_state(model, 1002).template cast<T>();
+    Dynamics<T> dynamics = this->robot(model, {Want::solve, Want::diagonal, Want::log_det});
+    const Truth truth(model, state.template cast<double>());
+    VectorX<T> x = poisoned<T>(nv);
+    ASSERT_TRUE(dynamics.factor(state.q));
+    dynamics.solve(MatrixView<const T>(state.tau.data(), nv, 1), MatrixView<T>(x.data(), nv, 1));
+    EXPECT_LE(truth.solution(x), 20 * this->u);  // in the norm of M: x is right to u in Euclid's
+    ASSERT_TRUE(dynamics.diagonal(state.q, x));
+    EXPECT_LE(truth.diagonal(x), 400 * this->u);
+    T log_det = std::numeric_limits<T>::quiet_NaN();
+    ASSERT_TRUE(dynamics.log_det(state.q, log_det));
+    EXPECT_LE(truth.log_det(log_det), 40 * this->u * truth.log_det_size());
+  }
+}
+
+// At the joint, in one state and among others.
+TYPED_TEST(Certified, SingularMechanismsAreRefusedAndRegularOnesAreNot) {
+  using T = TypeParam;
+  const auto outcome_of = [&](const Mechanism& mechanism) {
+    Dynamics<T> dynamics = this->robot(mechanism.model, {Want::acceleration, Want::inverse});
+    const int nv = mechanism.model.nv();
+    VectorX<T> a = poisoned<T>(nv);
+    MatrixX<T> X = poisoned<T>(nv, nv);
+    const VectorX<T> ones = VectorX<T>::Ones(nv), q = mechanism.q.template cast<T>();
+    EXPECT_EQ(static_cast<bool>(dynamics.inverse_mass(q, X)),
+              static_cast<bool>(dynamics.forward_dynamics(q, ones, ones, a)));
+    return dynamics.forward_dynamics(q, ones, ones, a);
+  };
+  for (int seed = 0; seed < 10; ++seed) {
+    for (const Mechanism& mechanism : singular_mechanisms(seed)) {
+      const Outcome outcome = outcome_of(mechanism);
+      EXPECT_EQ(outcome.status, Outcome::Status::singular) << mechanism.name << " seed " << seed;
+      EXPECT_TRUE(std::ranges::count(mechanism.joints, outcome.joint)) << mechanism.name;
+    }
+    for (const Mechanism& mechanism : regular_mechanisms(seed))
+      EXPECT_TRUE(outcome_of(mechanism)) << mechanism.name << " seed " << seed;
+  }
+}
+
+TYPED_TEST(Certified, StatesThatAreNotFiniteAreSaidToBe) {
+  using T = TypeParam;
+  const Model<double> model = everything(1);
+  Dynamics<T> dynamics = this->robot(model, {Want::acceleration, Want::inverse, Want::solve});
+  const State<T> good = random_state(model, 1).template cast<T>();
+  const int nv = model.nv();
+  VectorX<T> a(nv);
+  MatrixX<T> X(nv, nv);
+  for (const T bad : {std::numeric_limits<T>::quiet_NaN(), std::numeric_limits<T>::infinity()})
+    for (VectorX<T> State<T>::*part : {&State<T>::q, &State<T>::qd, &State<T>::tau}) {
+      State<T> state = good;
+      (state.*part)[2] = bad;
+      EXPECT_EQ(dynamics.forward_dynamics(state.q, state.qd, state.tau, a).status,
+                Outcome::Status::not_finite);
+      if (part != &State<T>::q) continue;
+      EXPECT_EQ(dynamics.inverse_mass(state.q, X).status, Outcome::Status::not_finite);
+      EXPECT_EQ(dynamics.factor(state.q).status, Outcome::Status::not_finite);
+    }
+}
+
+// Torques that hold the robot still: a is what rounding has left of terms that cancel, some u of
+// them, and in float64 pairs are right to some u of that.
+TYPED_TEST(Certified, EquilibriumIsRefinedNotRefused) {
+  using T = TypeParam;
+  for (const Family& family : all_families()) {
+    SCOPED_TRACE(family.name);
+    const Model<double> model = rounded<T>(family.make(4));
+    State<T> state = random_state(model, 5).template cast<T>();
+    state.qd.setZero();
+    Dynamics<T> dynamics = this->robot(model, {Want::acceleration, Want::inverse_dynamics});
+    dynamics.gravity(state.q, state.tau);
+    VectorX<T> a = poisoned<T>(model.nv());
+    const Outcome out = dynamics.forward_dynamics(state.q, state.qd, state.tau, a);
+    ASSERT_TRUE(out);
+    if (a.isZero(0)) continue;
+    const double error = Truth(model, state.template cast<double>()).relative(a);
+    EXPECT_LE(error, (std::is_same_v<T, float> ? 1 : 400) * this->u);
+    EXPECT_LE(out.error, this->u);
+    EXPECT_FALSE(out.suspect);
+  }
+}
+
+}  // namespace
+}  // namespace kalmarm::test
