@@ -7,10 +7,14 @@
 // joint and its numbers, "error_estimate" and "refinement_steps" where it has them, "widened" where
 // it was refined by factors of a wider precision. `--variant auto` chooses (advice.hpp) for these
 // states; "advice" says by what.
+//
+// The truth of what a variant is asked in float32 is that of parameters and a state as float32 holds
+// them: `--precision mp --rounded float32`.
 #include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -36,6 +40,7 @@ struct Options {
   LoadOptions read;
   Contender by;
   QuestionOptions question;
+  std::string rounded = "float64";
   int random = 0, digits = 50;
   double tolerance = 1e-6;
   std::uint64_t seed = 1;
@@ -46,6 +51,14 @@ constexpr const char* automatic = "auto";
 
 std::string place(const Scene& scene, std::size_t state) {
   return scene.name + ": state " + std::to_string(state) + ": ";
+}
+
+// As float32 holds them.
+State rounded(const State& state) {
+  const auto held = [](const VectorX<double>& x) -> VectorX<double> {
+    return x.cast<float>().cast<double>();
+  };
+  return {held(state.q), held(state.qd), held(state.tau)};
 }
 
 // States of one kind, told in one line on stderr: the first of them, and how many there are.
@@ -91,13 +104,21 @@ Choice choose(const Options& options, const Scene& scene, const Question& questi
            {"reason", advice.reason}}};
 }
 
+Evaluator evaluator(const Options& options, const Contender& used, const Scene& scene,
+                    const Question& question, const std::optional<Couplings>& couplings) {
+  try {
+    return couplings ? coupled(make_evaluator(used, uncoupled(options.question), scene, question),
+                               *couplings, options.question)
+                     : make_evaluator(used, options.question, scene, question);
+  } catch (const std::invalid_argument& e) {  // a parameter that float32 does not hold
+    throw InputError(scene.name + ": rounded to " + options.rounded + ": " + e.what());
+  }
+}
+
 json evaluate(const Options& options, const Contender& used, const Scene& scene,
               const Question& question, const std::optional<Couplings>& couplings,
               const std::vector<State>& states) {
-  const Evaluator answer =
-      couplings ? coupled(make_evaluator(used, uncoupled(options.question), scene, question),
-                          *couplings, options.question)
-                : make_evaluator(used, options.question, scene, question);
+  const Evaluator answer = evaluator(options, used, scene, question, couplings);
   Note warnings;
   json out = json::array();
   {
@@ -129,7 +150,10 @@ int run(const Options& options) {
   if (options.by.variant.empty()) throw InputError("--variant is required; --list prints them");
   if (options.out.empty()) throw InputError("--out is required");
 
-  const Scene scene = open_scene(options.scene, options.read);
+  const bool rounds = options.rounded == "float32";
+  if (rounds && options.by.precision != "mp") throw InputError("--rounded is for --precision mp");
+  Scene scene = open_scene(options.scene, options.read);
+  if (rounds) scene.model = scene.model.cast<float>().cast<double>();
   const bool couples = options.read.imposes_couplings;
   const Question question =
       question_of(scene, couples ? uncoupled(options.question) : options.question);
@@ -154,6 +178,9 @@ int run(const Options& options) {
       states[i] = options.states.empty() ? couplings->imposed(states[i])
                                          : couplings->checked(states[i], place(scene, i));
 
+  if (rounds)
+    for (State& state : states) state = rounded(state);
+
   std::optional<Choice> choice;
   if (options.by.variant == automatic && couplings)
     throw InputError("--variant auto chooses for a robot without couplings; name a variant");
@@ -166,6 +193,7 @@ int run(const Options& options) {
                    {"dofs", scene.model.names()},
                    {"variant", used.variant},
                    {"precision", used.precision}};
+  if (rounds) document["rounded"] = options.rounded;
   if (choice) document["advice"] = choice->advice;
   const DynamicsOptions asked = asked_of(used, options.question, question);
   const Plan plan = make_plan(scene.model, question, asked.rules);
@@ -201,6 +229,12 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember({"float32", "float64", "mp"}));
   app.add_option("--digits", options.digits, "decimal digits of mp")
       ->check(CLI::Range(20, 10000))
+      ->capture_default_str();
+  app.add_option(
+         "--rounded", options.rounded,
+         "float32: mp's answer for the robot's parameters and states as float32 holds them, "
+         "which is the truth of variants in float32")
+      ->check(CLI::IsMember({"float32", "float64"}))
       ->capture_default_str();
   auto* file = app.add_option("--states", options.states, "JSON file with qpos, qvel and tau");
   app.add_option("--random", options.random, "number of random states")
