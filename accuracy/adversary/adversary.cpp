@@ -1,0 +1,131 @@
+// adversary: the mechanisms and states on which variants are most wrong without saying so
+// (judge.hpp), found by a search (search.hpp) over chains and trees of 1 to 9 DoF (genome.hpp).
+#include <cmath>
+#include <filesystem>
+
+#include "accuracy/adversary/record.hpp"
+#include "accuracy/programs/command_line.hpp"
+#include "accuracy/programs/output_file.hpp"
+#include "accuracy/programs/progress.hpp"
+#include "accuracy/stress/selection.hpp"
+
+namespace kalmarm::adversary {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Options {
+  std::vector<std::string> variants, precisions = {"float32", "float64"};
+  std::vector<std::string> methods = {"search", "random"};
+  std::string out, csv;
+  std::uint64_t seed = 1;
+  int evaluations = 5000;
+  double condition = usual_condition;
+  bool resumes = false;
+};
+
+Effort effort_of(const Asked& asked) {
+  const Effort searches;
+  return asked.searches ? searches : Effort{searches.sum(), 0, 0};
+}
+
+// Rounds until the evaluations are spent.
+std::vector<Round> search(const Asked& asked, const Options& options, Judge& judge,
+                          Progress& progress) {
+  const std::string file =
+      options.out.empty() ? "" : (fs::path(options.out) / (asked.slug() + ".rounds.json")).string();
+  std::vector<Round> rounds;
+  if (options.resumes) rounds = read_rounds(file, asked);
+  const Objective objective = [&](const Genome& genome) {
+    return judge.look(decode(genome)).value(asked.condition);
+  };
+  while (evaluations_of(rounds) < options.evaluations) {
+    progress.step(asked.slug());
+    rounds.push_back(next_round(objective, effort_of(asked), asked.seed, rounds));
+    if (!file.empty()) write_file(file, to_json(asked, rounds));
+  }
+  return rounds;
+}
+
+// The rows of one case; what was found is written beside them.
+std::string run_case(const Asked& asked, const Options& options, Progress& progress) {
+  const std::unique_ptr<Judge> judge = make_judge(asked.variant, asked.precision);
+  const std::vector<Round> rounds = search(asked, options, *judge, progress);
+  const Round& best = best_of(rounds);
+  if (best.value <= told) {
+    std::printf("%-42s %s %s: no silent error in %d evaluations\n", asked.variant.c_str(),
+                asked.precision.c_str(), asked.method(), evaluations_of(rounds));
+    return csv_rows(asked, rounds, {}, 0, "");
+  }
+  const Mechanism mechanism = decode(best.best);
+  const Verdict verdict = judge->look(mechanism);
+  if (!options.out.empty()) write_find((fs::path(options.out) / asked.slug()).string(), mechanism);
+  std::printf("%-42s %s %s: %.2g wrong, kS %.2g, nv %d, after %d evaluations\n",
+              asked.variant.c_str(), asked.precision.c_str(), asked.method(), verdict.error,
+              verdict.kS, mechanism.model.nv(), evaluations_of(rounds));
+  return csv_rows(asked, rounds, verdict, mechanism.model.nv(),
+                  options.out.empty() ? "" : asked.slug());
+}
+
+int run(Options options) {
+  options.variants = stress::select(options.variants, stress::variant_names(), "variant");
+  if (options.out.empty() && options.csv.empty()) throw InputError("--out or --csv is required");
+  if (options.resumes && options.out.empty()) throw InputError("--resume needs --out");
+  if (!options.out.empty()) {
+    std::error_code error;
+    fs::create_directories(options.out, error);
+    if (error) throw InputError(options.out + ": " + error.message());
+  }
+  std::string text = csv_header;
+  const int cases = static_cast<int>(options.variants.size() * options.precisions.size() *
+                                     options.methods.size());
+  const int rounds = (options.evaluations + Effort().sum() - 1) / Effort().sum();
+  Progress progress(cases * rounds);
+  for (const std::string& variant : options.variants)
+    for (const std::string& precision : options.precisions)
+      for (const std::string& method : options.methods)
+        text += run_case({variant, precision, options.seed, method == "search", options.condition},
+                         options, progress);
+  if (!options.csv.empty()) write_file(options.csv, text);
+  return 0;
+}
+
+}  // namespace
+}  // namespace kalmarm::adversary
+
+int main(int argc, char** argv) {
+  using namespace kalmarm;
+  CLI::App app(
+      "The mechanism and state on which a variant's acceleration is most wrong without a warning, "
+      "by search over chains and trees of 1 to 9 DoF, beside what as many random ones show.",
+      "adversary");
+  adversary::Options options;
+  app.add_option("--variant", options.variants,
+                 "variants; a name that ends in * takes all that begin so; stress --list prints "
+                 "them")
+      ->required();
+  app.add_option("--precision", options.precisions, "float32, float64 or both")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"float32", "float64"}))
+      ->capture_default_str();
+  app.add_option("--method", options.methods, "search, random (drawn alone) or both")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"search", "random"}))
+      ->capture_default_str();
+  app.add_option("--evaluations", options.evaluations,
+                 "mechanisms that are judged by each method, rounded up to whole rounds")
+      ->check(CLI::Range(1, 100000000))
+      ->capture_default_str();
+  app.add_option("--seed", options.seed, "the same seed, the same result")->capture_default_str();
+  app.add_option("--condition", options.condition,
+                 "structured condition number above which an error counts for less: rounding each "
+                 "parameter changes such an answer by as many roundoffs")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--out", options.out,
+                 "folder for what is found, as NAME.xml and NAME.json, which evaluate reads, and "
+                 "for the rounds that are done");
+  app.add_flag("--resume", options.resumes, "go on after the rounds that --out holds");
+  app.add_option("--csv", options.csv, "file for the best so far against evaluations");
+  return run_program(app, argc, argv, [&] { return adversary::run(options); });
+}

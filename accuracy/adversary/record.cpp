@@ -1,0 +1,139 @@
+#include "accuracy/adversary/record.hpp"
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "accuracy/csv.hpp"
+#include "accuracy/programs/output_file.hpp"
+#include "robots/input_error.hpp"
+#include "robots/state_file.hpp"
+#include "robots/write_mjcf.hpp"
+
+namespace kalmarm::adversary {
+namespace {
+
+using nlohmann::json;
+
+json asked_json(const Asked& asked) {
+  return {{"variant", asked.variant},
+          {"precision", asked.precision},
+          {"seed", asked.seed},
+          {"method", asked.method()},
+          {"condition", asked.condition}};
+}
+
+json list(const VectorX<double>& x) { return std::vector<double>(x.begin(), x.end()); }
+
+Round round_of(const json& entry) {
+  Round out;
+  out.best = {entry.at("bodies"), entry.at("x")};
+  out.value = entry.at("value");
+  out.evaluations = entry.at("evaluations");
+  out.curve = entry.at("curve");
+  if (out.best.bodies < 1 || out.best.bodies > most_dofs ||
+      static_cast<int>(out.best.x.size()) != length_of(out.best.bodies))
+    throw InputError("a genome has the wrong length");
+  return out;
+}
+
+}  // namespace
+
+std::string Asked::slug() const {
+  std::string out;
+  for (const char c : variant + '-' + precision + '-' + method() + '-' + std::to_string(seed))
+    if (std::isalnum(static_cast<unsigned char>(c)))
+      out += c;
+    else if (!out.ends_with('-'))
+      out += '-';
+  return out;
+}
+
+std::string to_json(const Asked& asked, const std::vector<Round>& rounds) {
+  json out = asked_json(asked);
+  out["rounds"] = json::array();
+  for (const Round& round : rounds)
+    out["rounds"].push_back({{"bodies", round.best.bodies},
+                             {"x", round.best.x},
+                             {"value", round.value},
+                             {"evaluations", round.evaluations},
+                             {"curve", round.curve}});
+  return out.dump() + '\n';
+}
+
+std::vector<Round> read_rounds(const std::string& path, const Asked& asked) {
+  std::vector<Round> out;
+  std::ifstream file(path);
+  if (!file) return out;
+  try {
+    json document = json::parse(file);
+    const json rounds = document.at("rounds");
+    document.erase("rounds");
+    if (document != asked_json(asked)) throw InputError("is of another search");
+    for (const json& entry : rounds) out.push_back(round_of(entry));
+  } catch (const std::exception& e) {
+    throw InputError(path + ": cannot be resumed: " + e.what());
+  }
+  return out;
+}
+
+std::string csv_rows(const Asked& asked, const std::vector<Round>& rounds, const Verdict& verdict,
+                     int nv, const std::string& file) {
+  const std::string begin = field(asked.variant) + ',' + asked.precision + ',' +
+                            std::to_string(asked.seed) + ',' + asked.method() + ',';
+  std::string out;
+  double best = told;
+  int before = 0;
+  for (const Round& round : rounds) {
+    for (const auto& [evaluations, value] : round.curve)
+      if (value > best) {
+        best = value;
+        out += begin + std::to_string(before + evaluations) + ',' + number(std::pow(10, value)) +
+               ",,,\n";
+      }
+    before += round.evaluations;
+  }
+  out += begin + std::to_string(before) + ',';
+  if (best == told) return out + ",,,\n";
+  return out + number(std::pow(10, best)) + ',' +
+         (std::isnan(verdict.kS) ? "" : number(verdict.kS)) + ',' + std::to_string(nv) + ',' +
+         field(file) + '\n';
+}
+
+std::string difference(const Model<double>& a, const Model<double>& b) {
+  if (a.names() != b.names() || a.nq() != b.nq()) return "names of joints";
+  if (a.gravity() != b.gravity()) return "gravity";
+  for (int k = 0; k < a.nv(); ++k) {
+    const Joint<double>&x = a.joint(k), &y = b.joint(k);
+    const auto at = [&](const char* what) { return a.name(k) + ": " + what; };
+    if (x.parent != y.parent) return at("parent");
+    if (x.slides != y.slides || x.coordinate != y.coordinate || x.q_index != y.q_index)
+      return at("kind of joint");
+    if (x.ref != y.ref) return at("reference");
+    if (x.rotation.coeffs() != y.rotation.coeffs()) return at("rotation");
+    if (x.translation != y.translation) return at("translation");
+    if (x.r != y.r) return at("armature");
+    if (x.body.mass != y.body.mass) return at("mass");
+    if (x.body.com != y.body.com) return at("centre of mass");
+    if (x.body.axes.coeffs() != y.body.axes.coeffs()) return at("axes of inertia");
+    if (x.body.moments != y.body.moments) return at("moments of inertia");
+  }
+  return "";
+}
+
+void write_find(const std::string& base, const Mechanism& mechanism) {
+  const auto& [model, state] = mechanism;
+  const std::string robot = base + ".xml", states = base + ".json";
+  write_file(robot, to_mjcf(model, std::filesystem::path(base).filename().string()));
+  const json entry = {{"qpos", list(state.q)}, {"qvel", list(state.qd)}, {"tau", list(state.tau)}};
+  write_file(states, json{{"states", json::array({entry})}}.dump() + '\n');
+  const Scene scene = load_scene(robot);
+  if (const std::string what = difference(scene.model, model); !what.empty())
+    throw InputError(robot + ": is read as another mechanism: " + what);
+  const State read = read_states(scene, states).states[0];
+  if (read.q != state.q || read.qd != state.qd || read.tau != state.tau)
+    throw InputError(states + ": is read as another state");
+}
+
+}  // namespace kalmarm::adversary

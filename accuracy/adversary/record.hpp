@@ -1,0 +1,46 @@
+// What the adversary writes: finished rounds, to go on from; mechanisms and states that `evaluate`
+// repeats; rows of a CSV.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "accuracy/adversary/judge.hpp"
+#include "accuracy/adversary/search.hpp"
+
+namespace kalmarm::adversary {
+
+struct Asked {
+  std::string variant, precision;
+  std::uint64_t seed = 1;
+  bool searches = true;                // false: random genomes alone
+  double condition = usual_condition;  // K (judge.hpp)
+
+  const char* method() const { return searches ? "search" : "random"; }
+  std::string slug() const;  // of file names: "Fast-Conventional-float32-search-1"
+};
+
+// The rounds as JSON, with what was asked.
+std::string to_json(const Asked& asked, const std::vector<Round>& rounds);
+
+// From a file; none where it is not there. Throws InputError where it is no such file, or was
+// written for something else.
+std::vector<Round> read_rounds(const std::string& path, const Asked& asked);
+
+inline constexpr const char* csv_header =
+    "variant,precision,seed,method,evaluations,error,kS,nv,file\n";
+
+// A row wherever the best so far became better, with the silent error; and one at the end that says
+// of which mechanism it is. Without a find error is empty. file: without its ending.
+std::string csv_rows(const Asked& asked, const std::vector<Round>& rounds, const Verdict& verdict,
+                     int nv, const std::string& file);
+
+// Writes BASE.xml and BASE.json. Throws InputError where the file, read again, is not the same
+// mechanism to the last bit.
+void write_find(const std::string& base, const Mechanism& mechanism);
+
+// The first number in which two models differ, in words; empty where they are the same.
+std::string difference(const Model<double>& a, const Model<double>& b);
+
+}  // namespace kalmarm::adversary

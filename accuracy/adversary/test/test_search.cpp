@@ -1,0 +1,112 @@
+// The search on planted objectives, and on what it is for.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "accuracy/adversary/judge.hpp"
+#include "accuracy/adversary/record.hpp"
+#include "accuracy/adversary/search.hpp"
+#include "robots/input_error.hpp"
+#include "robots/test/temporary_file.hpp"
+
+namespace kalmarm::adversary {
+namespace {
+
+constexpr int planted_bodies = 2;
+
+// Largest, 0, where every number of two bodies is 0.3; other numbers of bodies are far worse.
+double planted(const Genome& genome) {
+  double square = 0;
+  for (const double x : genome.x) square += (x - 0.3) * (x - 0.3);
+  return -square / static_cast<double>(genome.x.size()) - std::abs(genome.bodies - planted_bodies);
+}
+
+std::vector<Round> rounds(const Objective& objective, const Effort& effort, std::uint64_t seed,
+                          int count, std::vector<Round> done = {}) {
+  while (static_cast<int>(done.size()) < count)
+    done.push_back(next_round(objective, effort, seed, done));
+  return done;
+}
+
+void expect_equal(const std::vector<Round>& a, const std::vector<Round>& b) {
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    EXPECT_EQ(a[i].best.bodies, b[i].best.bodies);
+    EXPECT_EQ(a[i].best.x, b[i].best.x);
+    EXPECT_EQ(a[i].value, b[i].value);
+    EXPECT_EQ(a[i].evaluations, b[i].evaluations);
+    EXPECT_EQ(a[i].curve, b[i].curve);
+  }
+}
+
+TEST(AdversarySearch, FindsAPlantedOptimumThatRandomSamplingDoesNot) {
+  const Effort effort;
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    const std::vector<Round> found = rounds(planted, effort, seed, 6);
+    const std::vector<Round> random = rounds(planted, {effort.sum(), 0, 0}, seed, 6);
+    EXPECT_EQ(best_of(found).best.bodies, planted_bodies);
+    EXPECT_LT(-best_of(found).value, 0.2 * -best_of(random).value) << seed;
+  }
+}
+
+TEST(AdversarySearch, ValuesAreThoseOfTheirGenomes) {
+  for (const Round& round : rounds(planted, {50, 50, 100}, 4, 4)) {
+    EXPECT_EQ(round.value, planted(round.best));
+    EXPECT_EQ(round.curve.back().second, round.value);
+    EXPECT_EQ(round.evaluations, 200);
+    for (std::size_t i = 1; i < round.curve.size(); ++i)
+      EXPECT_LT(round.curve[i - 1], round.curve[i]);
+  }
+}
+
+TEST(AdversarySearch, TheSameSeedGivesTheSameRoundsAndAnotherOthers) {
+  const Effort little{30, 30, 60};
+  const auto one = rounds(planted, little, 5, 4), again = rounds(planted, little, 5, 4),
+             other = rounds(planted, little, 6, 4);
+  expect_equal(one, again);
+  EXPECT_NE(one[0].best.x, other[0].best.x);
+}
+
+TEST(AdversarySearch, GoesOnAfterAnInterruptionAsIfThereHadBeenNone) {
+  const Effort little{30, 30, 60};
+  const Asked asked{"Fast<Conventional>", "float64", 7};
+  const TemporaryFile file(to_json(asked, rounds(planted, little, 7, 3)), ".json");
+  expect_equal(rounds(planted, little, 7, 6),
+               rounds(planted, little, 7, 6, read_rounds(file.path(), asked)));
+  EXPECT_THROW(read_rounds(file.path(), {"Fast<Conventional>", "float32", 7}), InputError);
+  EXPECT_TRUE(read_rounds(file.path() + ".not-there", asked).empty());
+  const TemporaryFile half(to_json(asked, rounds(planted, little, 7, 1)).substr(0, 300), ".json");
+  EXPECT_THROW(read_rounds(half.path(), asked), InputError);
+}
+
+TEST(AdversarySearch, FindsSilentErrorsOfTheConventionalFormInFloat32) {
+  const auto judge = make_judge("Sequential<Conventional>", "float32");
+  const Objective objective = [&](const Genome& genome) {
+    return judge->look(decode(genome)).value(usual_condition);
+  };
+  const Round found = best_of(rounds(objective, {30, 30, 60}, 1, 2));
+  EXPECT_GT(found.value, -2);  // 1 %
+  const Verdict verdict = judge->look(decode(found.best));
+  EXPECT_TRUE(verdict.silent());
+  EXPECT_EQ(verdict.value(usual_condition), found.value);
+}
+
+TEST(AdversaryRecord, RowsAreTheBestSoFarAndTheMechanism) {
+  const Asked asked{"Sequential<UD>", "float32", 3};
+  Round first, second;
+  first.evaluations = second.evaluations = 100;
+  first.curve = {{1, -22.5}, {5, -7}, {80, -3}};
+  second.curve = {{2, -8}, {9, -2}};
+  first.value = -3, second.value = -2;
+  Verdict verdict;
+  verdict.kS = 1.5;
+  EXPECT_EQ(csv_rows(asked, {first, second}, verdict, 4, "x"),
+            "Sequential<UD>,float32,3,search,5,9.9999999999999995e-08,,,\n"
+            "Sequential<UD>,float32,3,search,80,0.001,,,\n"
+            "Sequential<UD>,float32,3,search,109,0.01,,,\n"
+            "Sequential<UD>,float32,3,search,200,0.01,1.5,4,x\n");
+  EXPECT_EQ(asked.slug(), "Sequential-UD-float32-search-3");
+}
+
+}  // namespace
+}  // namespace kalmarm::adversary
