@@ -130,6 +130,19 @@ class Sample(NamedTuple):
     threads: int
 
 
+class Find(NamedTuple):
+    """The worst silent error that so many mechanisms have shown; None: none of them had any."""
+
+    variant: str
+    precision: str
+    seed: int
+    method: str  # search, or random
+    evaluations: int
+    error: float | None
+    kS: float | None  # noqa: N815, the structured condition number; of the last alone
+    nv: int | None  # of the last alone
+
+
 @dataclass
 class Data:
     """All records of a run, and the benchmark contexts, one a file."""
@@ -160,6 +173,7 @@ class Data:
     stress_families: list[Family] = field(default_factory=list)
     stress_variants: list[Variant] = field(default_factory=list)
     integrations: list[Integration] = field(default_factory=list)
+    finds: list[Find] = field(default_factory=list)  # of each search in order
     baseline: "Data | None" = None  # another run, to compare with
 
     @cached_property

@@ -14,6 +14,7 @@ from data import (
     Data,
     DataError,
     Error,
+    Find,
     Question,
     Sample,
 )
@@ -23,6 +24,8 @@ from stress import U, Family, Integration, Variant
 COLUMNS = ["scene", "n", "variant", "precision", "task", "state", "measure", "value", "outcome"]
 SAMPLE_COLUMNS = "scene,n,quantity,method,samples,replica,error,seconds,threads".split(",")
 INTEGRATION_COLUMNS = list(Integration._fields)
+FIND_COLUMNS = "variant,precision,seed,method,evaluations,error,kS,nv,file".split(",")
+METHODS = ("search", "random")  # of finding mechanisms
 BOOLEANS = {"1": True, "0": False, "true": True, "false": False}
 HOWS = ("whole", "pruned", "alone")  # ways to answer a question
 
@@ -136,6 +139,24 @@ def _integration(row: dict) -> Integration:
     )
 
 
+def _find(row: dict) -> Find:
+    if row["precision"] not in U or row["method"] not in METHODS:
+        raise ValueError(f"no search by {row['method']} in {row['precision']}")
+    error = float(row["error"]) if row["error"] else None
+    if error is not None and not error > 0:
+        raise ValueError(f"error is {row['error']}")
+    return Find(
+        row["variant"],
+        row["precision"],
+        int(row["seed"]),
+        row["method"],
+        int(row["evaluations"]),
+        error,
+        float(row["kS"]) if row["kS"] else None,
+        int(row["nv"]) if row["nv"] else None,
+    )
+
+
 def read_times(path: Path, data: Data) -> None:
     times, context = _benchmarks(path, benchmarks.times)
     data.times += [time for time in times if time.scene != benchmarks.NO_SCENE]
@@ -227,6 +248,7 @@ READERS = {
     "limits": read_limits,
     "stress": read_stress,
     "families": read_families,
+    "adversary": _csv_reader("finds", FIND_COLUMNS, _find),
     "integration": _csv_reader("integrations", INTEGRATION_COLUMNS, _integration),
 }
 
@@ -277,4 +299,5 @@ def _records(data: Data) -> tuple:
         data.limits,
         data.stress,
         data.integrations,
+        data.finds,
     )

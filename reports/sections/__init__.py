@@ -1,6 +1,7 @@
 """The page's sections, in order: `section(data)` gives one, or None where its data is absent."""
 
 from sections import (
+    adversary,
     against_n,
     answer,
     choosing,
@@ -42,6 +43,7 @@ SECTIONS = [
     digits.section,
     claims.section,
     wild.section,
+    adversary.section,
     choosing.section,
     paper.section,
     cost.section,

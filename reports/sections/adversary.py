@@ -1,0 +1,104 @@
+"""The worst mechanisms that searches have found, variant by variant."""
+
+from itertools import groupby
+
+import search_figures
+from charts import VIEW, Style
+from data import Data, Find
+from section import Choice, Figure, Section, Table
+from text import error_text
+
+SEARCH, RANDOM = "search", "random"
+
+
+def section(data: Data) -> Section | None:
+    found = _cases(data.finds)
+    if not found:
+        return None
+    rows = [_row(find) for own in found.values() for find in own if find.error]
+    precisions = sorted({row["precision"] for row in rows})
+    options = [(precision, precision) for precision in precisions]
+    choices = [Choice(VIEW, "Precision", options, precisions[-1])] if precisions else []
+    style = Style((row["variant"] for row in rows), precisions)
+    return Section(
+        "Worst found by search",
+        [
+            "An optimiser looks for the mechanism and state on which an acceleration is most wrong "
+            "without a warning: chains and trees of 1 to 9 degrees of freedom, all joint types, "
+            "masses over sixteen decades, lengths over six. Solid lines are the search, dotted "
+            "ones as many mechanisms drawn at random. A difference between variants says what was "
+            "found, not what there is.",
+            "Errors are relative to the acceleration of the mechanism as the precision rounds it. "
+            "They count for less where rounding each parameter alone changes the answer by more "
+            "than a thousand roundoffs (kS), and where the acceleration is below 0.01 in SI units.",
+        ],
+        choices=choices,
+        variants=style.variants,
+        figures=[
+            Figure(
+                "worst silent error so far",
+                search_figures.worst_so_far(rows, style, {VIEW: choice.first}),
+                search_figures.TOOLTIPS,
+            )
+            for choice in choices
+        ],
+        tables=[_table(found)],
+    )
+
+
+def _cases(finds: list[Find]) -> dict[tuple, list[Find]]:
+    """By variant, precision, seed and method; of each the best so far, in order."""
+
+    def case(find: Find) -> tuple:
+        return find.variant, find.precision, find.seed, find.method
+
+    return {key: list(own) for key, own in groupby(sorted(finds, key=case), case)}
+
+
+def _row(find: Find) -> dict:
+    return {
+        "variant": find.variant,
+        "precision": find.precision,
+        VIEW: find.precision,
+        "name": f"{find.method} {find.seed}",
+        "method": find.method,
+        "evaluations": find.evaluations,
+        "error": find.error,
+        "error_text": error_text(find.error),
+    }
+
+
+def _table(found: dict[tuple, list[Find]]) -> Table:
+    rows = []
+    for variant, precision, seed in dict.fromkeys(key[:3] for key in found):
+        last = {
+            method: own[-1]
+            for method in (SEARCH, RANDOM)
+            if (own := found.get((variant, precision, seed, method)))
+        }
+        if not (search := last.get(SEARCH)):
+            continue
+        command = (
+            f"build/bin/adversary --variant '{variant}' --precision {precision} --seed {seed} "
+            f"--method search --evaluations {search.evaluations} --out finds"
+        )
+        rows.append(
+            [
+                variant,
+                precision,
+                str(search.evaluations),
+                error_text(search.error),
+                error_text(last[RANDOM].error) if RANDOM in last else "–",
+                "–" if search.kS is None else f"{search.kS:.2g}",
+                "–" if search.nv is None else str(search.nv),
+                command,
+            ]
+        )
+    return Table(
+        "Worst silent error found, and the command that finds it again and writes its MJCF and "
+        "state for evaluate",
+        ["Variant", "Precision", "Judged", "Search", "Random", "kS", "DoF", "Command"],
+        rows,
+        "llrrrrrl",
+        folded=True,
+    )
