@@ -16,6 +16,8 @@ namespace {
 
 using nlohmann::json;
 
+constexpr double least_progress = 0.02;  // log10: a row, 5 per cent
+
 json asked_json(const Asked& asked) {
   return {{"variant", asked.variant},
           {"precision", asked.precision},
@@ -87,7 +89,7 @@ std::string csv_rows(const Asked& asked, const std::vector<Round>& rounds, const
   int before = 0;
   for (const Round& round : rounds) {
     for (const auto& [evaluations, value] : round.curve)
-      if (value > best) {
+      if (value > best + least_progress) {
         best = value;
         out += begin + std::to_string(before + evaluations) + ',' + number(std::pow(10, value)) +
                ",,,\n";
@@ -95,7 +97,8 @@ std::string csv_rows(const Asked& asked, const std::vector<Round>& rounds, const
     before += round.evaluations;
   }
   out += begin + std::to_string(before) + ',';
-  if (best == told) return out + ",,,\n";
+  best = best_of(rounds).value;
+  if (best <= told) return out + ",,,\n";
   return out + number(std::pow(10, best)) + ',' +
          (std::isnan(verdict.kS) ? "" : number(verdict.kS)) + ',' + std::to_string(nv) + ',' +
          field(file) + '\n';

@@ -31,7 +31,7 @@ std::vector<Round> read_rounds(const std::string& path, const Asked& asked);
 inline constexpr const char* csv_header =
     "variant,precision,seed,method,evaluations,error,kS,nv,file\n";
 
-// A row wherever the best so far became better, with the silent error; and one at the end that says
+// A row wherever the best so far became better by 5 per cent, with the silent error; and one at the end that says
 // of which mechanism it is. Without a find error is empty. file: without its ending.
 std::string csv_rows(const Asked& asked, const std::vector<Round>& rounds, const Verdict& verdict,
                      int nv, const std::string& file);

@@ -96,15 +96,15 @@ TEST(AdversaryRecord, RowsAreTheBestSoFarAndTheMechanism) {
   Round first, second;
   first.evaluations = second.evaluations = 100;
   first.curve = {{1, -22.5}, {5, -7}, {80, -3}};
-  second.curve = {{2, -8}, {9, -2}};
-  first.value = -3, second.value = -2;
+  second.curve = {{2, -8}, {9, -2}, {10, -1.99}};
+  first.value = -3, second.value = -1.99;
   Verdict verdict;
   verdict.kS = 1.5;
   EXPECT_EQ(csv_rows(asked, {first, second}, verdict, 4, "x"),
             "Sequential<UD>,float32,3,search,5,9.9999999999999995e-08,,,\n"
             "Sequential<UD>,float32,3,search,80,0.001,,,\n"
             "Sequential<UD>,float32,3,search,109,0.01,,,\n"
-            "Sequential<UD>,float32,3,search,200,0.01,1.5,4,x\n");
+            "Sequential<UD>,float32,3,search,200,0.010232929922807542,1.5,4,x\n");
   EXPECT_EQ(asked.slug(), "Sequential-UD-float32-search-3");
 }
 
