@@ -60,8 +60,8 @@ def _row(find: Find) -> dict:
         "variant": find.variant,
         "precision": find.precision,
         VIEW: find.precision,
-        "name": f"{find.method} {find.seed}",
-        "method": find.method,
+        "scene": find.method,  # the page lists rows that have one
+        "name": f"{find.method} {find.seed}",  # tells lines of a variant apart
         "evaluations": find.evaluations,
         "error": find.error,
         "error_text": error_text(find.error),
