@@ -135,7 +135,19 @@ std::vector<Body> read_bodies(const Genome& genome) {
 // Joints as the loader makes them, and of each DoF its slot.
 class Assembly {
  public:
-  explicit Assembly(const std::vector<Body>& bodies) : bodies_(bodies) { add_children(-1, -1); }
+  // Depth first, as MuJoCo numbers.
+  explicit Assembly(const std::vector<Body>& bodies) {
+    std::vector<int> links(bodies.size()), todo = {0};
+    while (!todo.empty()) {
+      const int i = todo.back();
+      const Body& body = bodies[i];
+      todo.pop_back();
+      links[i] = add(body, body.parent < 0 ? -1 : links[body.parent],
+                     std::string("j").append(std::to_string(i)));
+      for (int child = static_cast<int>(bodies.size()) - 1; child > i; --child)
+        if (bodies[child].parent == i) todo.push_back(child);
+    }
+  }
 
   std::vector<Joint<double>> joints;
   std::vector<std::string> names;
@@ -143,14 +155,6 @@ class Assembly {
   int nq = 0;
 
  private:
-  // Depth first, as MuJoCo numbers.
-  void add_children(int parent, int link) {
-    for (std::size_t i = 0; i < bodies_.size(); ++i)
-      if (bodies_[i].parent == parent)
-        add_children(static_cast<int>(i),
-                     add(bodies_[i], link, std::string("j").append(std::to_string(i))));
-  }
-
   // Returns its last link.
   int add(const Body& body, int link, const std::string& name) {
     Joint<double> first = body.joint;
@@ -207,8 +211,6 @@ class Assembly {
     names.push_back(name);
     slots.push_back(slot);
   }
-
-  const std::vector<Body>& bodies_;
 };
 
 double read_angle(double u) {
