@@ -9,6 +9,8 @@
 // bias: of qd, and of gravity where it is on. The true a is that of the rounded tau.
 #pragma once
 
+#include <limits>
+
 #include "accuracy/real.hpp"
 #include "algorithms/spatial/spatial.hpp"
 
@@ -29,10 +31,18 @@ struct StructuredCondition {
   double relative = 0, energy = 0;
 };
 
+// How far from an acceleration the true one is at most (enclosure.hpp), by the measures of
+// measures.hpp. Componentwise: infinite where an entry is zero but for rounding.
+struct AccelerationWidth {
+  double relative = std::numeric_limits<double>::infinity(), energy = relative,
+         componentwise = relative;
+};
+
 template <class T>
 struct Response {
   VectorX<T> tau;
   VectorX<Real> a;
+  AccelerationWidth width;
   StructuredCondition kS;  // zero where it was not asked for
 };
 

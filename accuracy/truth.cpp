@@ -2,23 +2,19 @@
 
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
 
-#include "accuracy/inverse_check.hpp"
-#include "accuracy/measures.hpp"
+#include "accuracy/enclosure.hpp"
 #include "accuracy/structured_condition.hpp"
-#include "accuracy/world_mechanics.hpp"
 #include "algorithms/inverse_mass/sequential.hpp"
 #include "algorithms/riccati/array.hpp"
 
 namespace kalmarm {
 namespace {
 
-constexpr double agreement = 1e-25;
-constexpr int probes = 4;
+constexpr double required_width = 1e-25;
 
 // The link-frame filter, factored once.
 class Filter {
@@ -57,6 +53,24 @@ class Filter {
     return X;
   }
 
+  // Of X, without X: the covariance Lambda of the links' accelerations, outwards. With
+  // y = Lambda- g, X(k,k) = 1 / D + g'y and Lambda+ = (1 - H'g') Lambda- (1 - g H) + H'H / D.
+  VectorX<Real> inverse_diagonal() const {
+    std::vector<Matrix6<Real>> Lambda(model_.nv());
+    VectorX<Real> X(model_.nv());
+    for (int k = 0; k < model_.nv(); ++k) {
+      const int parent = model_.parent(k), axis = model_.joint(k).axis();
+      Lambda[k].setZero();
+      if (parent >= 0) Lambda[k] = rm_.phi[k].dual_congruence(Lambda[parent]);
+      const Vector6<Real> y = Lambda[k] * g()[k];
+      X[k] = 1 / D()[k] + g()[k].dot(y);
+      Lambda[k].row(axis) -= y.transpose();
+      Lambda[k].col(axis) -= y;
+      Lambda[k](axis, axis) += X[k];
+    }
+    return X;
+  }
+
   // (I + K) sqrt(D) eps: with y = sqrt(D) eps, tau = H z + y, z+ = z + g y
   VectorX<Real> driven_by(const VectorX<Real>& eps) const {
     std::vector<Vector6<Real>> z(model_.nv(), Vector6<Real>::Zero());
@@ -83,65 +97,64 @@ class Filter {
 
 // tau of a task, not yet rounded.
 template <class T>
-VectorX<Real> torque(const Task<T>& task, const Filter& filter, const WorldMechanics& world,
+VectorX<Real> torque(const Task<T>& task, const Filter& filter, const Enclosure& enclosure,
                      const Vector3<Real>& gravity) {
   const VectorX<Real> value = task.value.template cast<Real>(), qd = task.qd.template cast<Real>();
   switch (task.drive) {
     case Drive::acceleration:
-      return world.torque(qd, value, gravity);
+      return enclosure.torque(qd, value, gravity);
     case Drive::innovations:
-      return filter.driven_by(value) + world.torque(qd, VectorX<Real>::Zero(value.size()), gravity);
+      return filter.driven_by(value) +
+             enclosure.torque(qd, VectorX<Real>::Zero(value.size()), gravity);
     case Drive::torque:
       break;
   }
   return value;
 }
 
-// M, X, D and g; the return value is (2).
+// M, X, D and g.
 template <class T>
-double set_matrices(const WorldMechanics& world, Filter& filter, int dense, Truth<T>& out) {
-  out.M = world.mass();
-  out.X = filter.inverse();
+void set_matrices(const Enclosure& enclosure, Filter& filter, Truth<T>& out) {
   const auto nv = static_cast<Eigen::Index>(filter.D().size());
+  out.M = enclosure.mass();
+  out.X = filter.inverse();
   out.D = Eigen::Map<const VectorX<Real>>(filter.D().data(), nv);
   out.g.resize(6, nv);
   for (Eigen::Index k = 0; k < nv; ++k) out.g.col(k) = filter.g()[k];
-  if (nv > dense) return probed_residual(out.M, out.X, probes);
-  const std::optional<MatrixX<Real>> X_world = ldl_inverse(out.M);
-  return X_world ? matrix_error(*X_world, out.X).scaled : std::numeric_limits<double>::infinity();
+  out.width = {enclosure.mass_width(out.M), enclosure.inverse_width(out.X),
+               enclosure.D_width(out.D), enclosure.g_width(out.g)};
 }
 
-// Both algorithms at the precision in force.
+// At the precision in force.
 template <class T>
 Truth<T> attempt(const Model<T>& model, const VectorX<T>& q, const std::vector<Task<T>>& tasks,
                  unsigned digits, const TruthOptions& options) {
   Truth<T> out;
   out.digits = digits;
-  const VectorX<Real> position = q.template cast<Real>();
-  Filter filter(model.template cast<Real>(), position);
+  Filter filter(model.template cast<Real>(), q.template cast<Real>());
   out.outcome = filter.outcome();
   if (!out.outcome) return out;
 
-  const WorldMechanics world(filter.model(), position);
-  if (options.matrices) out.disagreement = set_matrices(world, filter, options.dense, out);
-  const Solve solve = [&](const VectorX<Real>& r) {
-    return options.matrices ? VectorX<Real>(out.X * r) : filter.solve(r);
-  };
+  const BallDigits centres;
+  const Enclosure enclosure(model, q, filter.inverse_diagonal());
+  if (options.matrices) set_matrices(enclosure, filter, out);
   for (const Task<T>& task : tasks) {
     Vector3<Real> gravity = Vector3<Real>::Zero();
     if (task.gravity) gravity = model.gravity().template cast<Real>();
     Response<T>& response = out.responses.emplace_back();
-    response.tau = torque(task, filter, world, gravity).template cast<T>();
+    response.tau = torque(task, filter, enclosure, gravity).template cast<T>();
     if (!response.tau.allFinite())
       throw std::runtime_error("the torque of a task is beyond the range of its precision");
     const VectorX<Real> qd = task.qd.template cast<Real>(),
                         tau = response.tau.template cast<Real>();
     response.a = filter.acceleration(qd, tau, gravity);
-    const VectorX<Real> error = solve(tau - world.torque(qd, response.a, gravity));  // (1)
-    out.disagreement = larger(out.disagreement, quotient(error.norm(), response.a.norm()));
+    response.width = enclosure.acceleration_width(qd, tau, gravity, response.a);
   }
 
-  if (options.draws > 0 && out.disagreement <= agreement) {
+  if (options.draws > 0 && out.largest_width() <= required_width) {
+    const Solve solve = [&](const VectorX<Real>& r) {
+      return options.matrices ? VectorX<Real>(out.X * r) : filter.solve(r);
+    };
     const std::vector<StructuredCondition> kS =
         structured_condition(model, q, tasks, out.responses, solve, digits, options.draws);
     for (std::size_t i = 0; i < kS.size(); ++i) out.responses[i].kS = kS[i];
@@ -164,6 +177,14 @@ double mass_range(const Model<T>& model) {
 }  // namespace
 
 template <class T>
+double Truth<T>::largest_width() const {
+  double worst = std::max({width.M, width.X, width.D, width.g});
+  for (const Response<T>& response : responses)
+    worst = std::max({worst, response.width.relative, response.width.energy});
+  return worst;
+}
+
+template <class T>
 Truth<T> truth(const Model<T>& model, const VectorX<T>& q, const std::vector<Task<T>>& tasks,
                const TruthOptions& options) {
   Truth<T> out;
@@ -172,15 +193,17 @@ Truth<T> truth(const Model<T>& model, const VectorX<T>& q, const std::vector<Tas
   for (unsigned digits = first; digits <= options.digits; digits *= 2) {
     const Digits precision(digits);
     out = attempt(model, q, tasks, digits, options);
-    if (out.outcome && out.disagreement <= agreement) return out;
+    if (out.outcome && out.largest_width() <= required_width) return out;
   }
   if (!out.outcome) return out;
   std::ostringstream what;
   what << "no truth within " << options.digits << " digits: with " << out.digits
-       << " two algorithms still differ by " << out.disagreement;
+       << " it is proven to no more than " << out.largest_width();
   throw std::runtime_error(what.str());
 }
 
+template struct Truth<float>;
+template struct Truth<double>;
 template Truth<float> truth(const Model<float>&, const VectorX<float>&,
                             const std::vector<Task<float>>&, const TruthOptions&);
 template Truth<double> truth(const Model<double>&, const VectorX<double>&,

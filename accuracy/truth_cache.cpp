@@ -21,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // To be changed with the format, and with anything that changes what truth() gives.
-constexpr std::array<char, 8> magic{'k', 'a', 'l', 'm', 'T', 'R', '0', '1'};
+constexpr std::array<char, 8> magic{'k', 'a', 'l', 'm', 'T', 'R', '0', '2'};
 constexpr int largest = 150;
 
 using Digest = std::array<char, 20>;
@@ -127,7 +127,7 @@ Digest key_of(const Model<T>& model, const VectorX<T>& q, const std::vector<Task
   }
   write(tasks.size());
   for (const Task<T>& task : tasks) write(task.value, task.qd, task.drive, task.gravity);
-  write(options.digits, options.dense, options.matrices, options.draws);
+  write(options.digits, options.matrices, options.draws);
   return digest_of(write.bytes());
 }
 
@@ -135,9 +135,11 @@ Digest key_of(const Model<T>& model, const VectorX<T>& q, const std::vector<Task
 template <class Truth_, class Visitor>
 bool visit(Truth_& truth, Visitor&& with) {
   bool ok = with(truth.outcome.status, truth.outcome.joint, truth.outcome.D, truth.outcome.scale,
-                 truth.M, truth.X, truth.D, truth.g, truth.digits, truth.disagreement);
+                 truth.M, truth.X, truth.D, truth.g, truth.digits, truth.width.M, truth.width.X,
+                 truth.width.D, truth.width.g);
   for (auto& response : truth.responses)
-    ok = ok && with(response.tau, response.a, response.kS.relative, response.kS.energy);
+    ok = ok && with(response.tau, response.a, response.width.relative, response.width.energy,
+                    response.width.componentwise, response.kS.relative, response.kS.energy);
   return ok;
 }
 

@@ -109,7 +109,7 @@ struct Setting {
         loop(process, op, cov),
         sigma(process, cov) {
     const Model<Real> exact = model.template cast<Real>();
-    const WorldMechanics world(exact, q.template cast<Real>());
+    const WorldMechanics<Real> world(exact, q.template cast<Real>());
     const VectorX<Real> zero = VectorX<Real>::Zero(model.nv());
     const VectorX<Real> exact_bias = world.torque(qd.template cast<Real>(), zero, exact.gravity());
     const MatrixX<Real> exact_M = world.mass();

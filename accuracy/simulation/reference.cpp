@@ -37,7 +37,7 @@ Reference reference(const Model<Real>& model, const VectorX<Real>& q) {
   const MatrixX<Real> HR = op.H * op.R;
 
   Reference out;
-  out.M = WorldMechanics(model, q).mass();
+  out.M = WorldMechanics<Real>(model, q).mass();
   if (!((op.M - out.M).norm() <= agreement * out.M.norm()))
     throw std::runtime_error("H R H* is not the mass matrix of the world frame");
 
