@@ -15,9 +15,9 @@ Ball relative(const Ball& error, const Ball& size) {
   return error == Ball(0) ? Ball(0) : upper_end(error / size);
 }
 
-// NaN is larger than any number.
+// NaN is larger than any number, and stays.
 void enlarge(Ball& worst, const Ball& x) {
-  if (!(x <= worst)) worst = x;
+  if (!is_nan(worst) && !(x <= worst)) worst = x;
 }
 
 template <class Matrix>

@@ -2,6 +2,7 @@
 // one measurement a row:
 //   scene,n,variant,precision,task,state,measure,value,outcome
 // Parameters and states are rounded to a precision first, and truth is exact for what was rounded.
+// How far the truth may be from it at most is proven (truth.hpp): measure truth_width.
 // MuJoCo runs on its own parameters, from which the model's were lowered with rounding.
 // Outputs hold NaN before every call. A failure keeps its rows, with value nan and its outcome. A
 // scene that is singular once rounded to float32 has no truth there: all its rows are failures.
@@ -128,6 +129,7 @@ void measure(const Scene& scene, const std::vector<State>& states, Progress& pro
       continue;
     }
 
+    table.add("", "model", {}, {{"truth_width", exact.largest_width()}});
     if constexpr (std::is_same_v<T, double>) {
       const Condition c = condition(exact.M, exact.X);
       table.add("", "model", {}, {{"kappa", c.kappa}, {"kappa_scaled", c.kappa_scaled}});

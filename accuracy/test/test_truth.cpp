@@ -96,7 +96,7 @@ TEST(Truth, FreeBodyFallsAndTumbles) {
 }
 
 // With p = sqrt(I_cm): D -> (1/2 + p)^2, and 1/D is M^-1 at the base; lambda_min(M) -> I_cm / 4;
-// kappa -> 3.825 N^4. At N = 160 the inverse is probed, not worked out twice.
+// kappa -> 3.825 N^4.
 TEST(Truth, StraightChainHasItsClosedForms) {
   struct Row {
     int links;
@@ -129,13 +129,11 @@ TEST_P(EveryMechanism, HasOneTruthInAllAlgorithms) {
     SCOPED_TRACE(seed);
     const Model<double> model = GetParam().make(seed);
     const State<double> state = test::random_state(model, seed);
-    const auto dense = truth_at<double>(model, state);
-    ASSERT_TRUE(dense.outcome);
-    const auto probed = truth_at<double>(model, state, {.dense = 0});
-    ASSERT_TRUE(probed.outcome);
-    EXPECT_EQ(probed.digits, dense.digits);
+    const auto t = truth_at<double>(model, state);
+    ASSERT_TRUE(t.outcome);
+    EXPECT_LE(t.largest_width(), 1e-25);
 
-    const Digits digits(dense.digits);
+    const Digits digits(t.digits);
     const State<Real> s = state.cast<Real>();
     VectorX<Real> a(model.nv());
     MatrixX<Real> X(model.nv(), model.nv());
@@ -143,18 +141,18 @@ TEST_P(EveryMechanism, HasOneTruthInAllAlgorithms) {
       SCOPED_TRACE(variant.name);
       const auto solver = variant.make(model.cast<Real>());
       ASSERT_TRUE(solver->acceleration(s.q, s.qd, s.tau, a));
-      EXPECT_LT(acceleration_error(a, dense.responses[0].a, dense.M).energy, 1e-25);
+      EXPECT_LT(acceleration_error(a, t.responses[0].a, t.M).energy, 1e-25);
       ASSERT_TRUE(solver->inverse(s.q, X));
-      EXPECT_LT(matrix_error(X, dense.X).scaled, 1e-25);
+      EXPECT_LT(matrix_error(X, t.X).scaled, 1e-25);
       if (!solver->has_factors()) continue;
       VectorX<Real> D(model.nv());
       MatrixX<Real> g(6, model.nv());
       ASSERT_TRUE(solver->factors(s.q, D, g));
-      const FactorError e = factor_error(D, g, dense.D, dense.g);
+      const FactorError e = factor_error(D, g, t.D, t.g);
       EXPECT_LT(e.D, 1e-25);
       EXPECT_LT(e.g, 1e-25);
     }
-    EXPECT_LT(acceleration_error(UDU<Real>(dense.M).D, dense.D, dense.M).componentwise, 1e-25);
+    EXPECT_LT(acceleration_error(UDU<Real>(t.M).D, t.D, t.M).componentwise, 1e-25);
   }
 }
 
@@ -253,32 +251,39 @@ Model<double> chain_with_flywheel(double moments, const Vector3<double>& gravity
   return chain_with_tip(1, gravity, moments);
 }
 
-TEST(Truth, DigitsGrowUntilBothAlgorithmsAgree) {
+TEST(Truth, DigitsGrowUntilTheyAreProven) {
   for (const double moments : {1e24, 1e60})
-    for (const int dense : {0, 8}) {
+    for (const bool matrices : {false, true}) {
       const Model<double> model = chain_with_flywheel(moments);
-      const auto t = truth_at<double>(model, test::random_state(model, 1), {.dense = dense});
+      const auto t = truth_at<double>(model, test::random_state(model, 1), {.matrices = matrices});
       ASSERT_TRUE(t.outcome);
       EXPECT_GT(t.digits, 80u);
-      EXPECT_LE(t.disagreement, 1e-25);
+      EXPECT_LE(t.largest_width(), 1e-25);
     }
 }
 
-// Nothing accelerates, so that the accelerations agree at once.
-TEST(Truth, DigitsGrowUntilTheInversesAgree) {
-  for (const int dense : {0, 8}) {
-    const Model<double> model = chain_with_flywheel(1e24, Vector3<double>::Zero());
-    State<double> state = test::random_state(model, 1);
-    state.qd.setZero();
-    state.tau.setZero();
-    const auto t = truth_at<double>(model, state, {.dense = dense});
-    ASSERT_TRUE(t.outcome);
-    EXPECT_TRUE(t.responses[0].a.isZero(0));
-    EXPECT_GT(t.digits, 80u);
-  }
+// Nothing accelerates, so that the acceleration is proven at once.
+TEST(Truth, DigitsGrowUntilTheInverseIsProven) {
+  const Model<double> model = chain_with_flywheel(1e24, Vector3<double>::Zero());
+  State<double> state = test::random_state(model, 1);
+  state.qd.setZero();
+  state.tau.setZero();
+  const auto t = truth_at<double>(model, state);
+  ASSERT_TRUE(t.outcome);
+  EXPECT_TRUE(t.responses[0].a.isZero(0));
+  EXPECT_EQ(t.responses[0].width.componentwise, 0);
+  EXPECT_GT(t.digits, 80u);
 }
 
-TEST(Truth, DisagreementBeyondTheLimitThrows) {
+// Radii that grew by a factor a link would take hundreds of digits.
+TEST(Truth, DigitsDoNotGrowWithLength) {
+  const Model<double> model = test::chain(1, 1000);
+  const auto t = truth_at<double>(model, test::random_state(model, 1), {.matrices = false});
+  ASSERT_TRUE(t.outcome);
+  EXPECT_LE(t.digits, 60u);
+}
+
+TEST(Truth, WhatIsNotProvenWithinTheLimitThrows) {
   const Model<double> model = chain_with_tip(1e60);
   EXPECT_THROW((void)truth_at<double>(model, test::random_state(model, 1), {.digits = 60}),
                std::runtime_error);
@@ -290,6 +295,26 @@ TEST(Truth, MasslessLastBodyIsSingular) {
   EXPECT_EQ(t.outcome.status, Outcome::Status::singular);
   EXPECT_EQ(t.outcome.joint, 7);
   EXPECT_EQ(t.X.size(), 0);
+}
+
+// Seven hinges hold a point, which three can place.
+TEST(Truth, TooManyJointsOfAPointAreSingular) {
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    Random random(seed);
+    Builder builder;
+    for (int k = 0; k < 7; ++k) {
+      Joint<double> joint = test::random_joint(random, k - 1);
+      if (k == 6) joint.body.moments.setZero();
+      if (k < 6) joint.body.mass = 0, joint.body.moments.setZero();
+      builder.add(joint);
+    }
+    const Model<double> model = builder.build();
+    for (const unsigned digits : {45u, 1000u}) {
+      const auto t = truth_at<double>(model, test::random_state(model, seed), {.digits = digits});
+      EXPECT_EQ(t.outcome.status, Outcome::Status::singular);
+      EXPECT_EQ(t.responses.size(), 0u);
+    }
+  }
 }
 
 TEST(Truth, VeryLightLastBodyIsNotSingular) {

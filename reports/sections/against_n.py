@@ -45,7 +45,9 @@ def section(data: Data) -> Section | None:
                 chart = figures.against_size(family, style, first, what)
                 result.figures.append(Figure(f"{name}: {what}", chart, figures.TOOLTIPS))
         model = [
-            row for row in data.errors if row.task == "model" and scene_name(row.scene) == name
+            row
+            for row in data.errors
+            if row.task == "model" and row.measure in CONDITION and scene_name(row.scene) == name
         ]
         if model_numbers := _condition_numbers(model):
             condition[name] = model_numbers
@@ -84,7 +86,7 @@ def _condition_numbers(rows: list[Error]) -> list[dict]:
                 {
                     "scene": scene,
                     "n": scene_size(scene),
-                    "number": CONDITION.get(measure, measure),
+                    "number": CONDITION[measure],
                     "value": summary.median,
                     "median": error_text(summary.median),
                     "largest": error_text(summary.worst),

@@ -141,6 +141,18 @@ def test_series_that_are_missing_alike_are_one_line():
     ]
 
 
+def test_limitations_say_to_what_the_truth_is_proven():
+    def told(rows: list[Error]) -> str:
+        return " ".join(limitations.section(Data(errors=rows)).statements)
+
+    def row(measure: str, value: float) -> Error:
+        return Error("a:1", "", "float64", "model", 0, measure, value, "ok")
+
+    assert "proven" not in told([row("kappa", 3.0)])
+    text = told([row("truth_width", 3e-31), row("truth_width", 2e-28), row("kappa", 3.0)])
+    assert "In 2 solutions" in text and "relative 2.0e-28" in text
+
+
 def test_a_robot_beyond_its_bound_fails(html):
     agreement = section(html, "Agreement with MuJoCo")
     overview = agreement.split("<details><summary>")[0]  # the section's own fold has a class
