@@ -2,7 +2,9 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "accuracy/enclosure.hpp"
 #include "accuracy/measures.hpp"
@@ -257,6 +259,56 @@ TEST_P(EnclosureOf, BallsOfTheWorldFrameHoldWhatMoreDigitsGive) {
       EXPECT_TRUE(holds(tau[k], true_tau[k])) << k;
       for (int j = 0; j < model.nv(); ++j) EXPECT_TRUE(holds(M(j, k), true_M(j, k))) << j << k;
     }
+  }
+}
+
+TEST(Enclosure, OrientationsHoldTheirProducts) {
+  Random random(4);
+  std::vector<Eigen::Quaternion<double>> turns;
+  for (int k = 0; k < 3000; ++k)
+    turns.emplace_back(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1),
+                       random.uniform(-1, 1));
+  std::vector<Orientation<Ball>> products;
+  {
+    const Digits digits(20);
+    const BallDigits centres;
+    Orientation<Ball> product;
+    for (const auto& turn : turns) products.push_back(product = product.turned(turn.cast<Ball>()));
+    EXPECT_LT(bound_of(product.s), 1e-15);
+  }
+  const Digits digits(200);
+  const BallDigits centres;
+  Orientation<Real> exact;
+  for (std::size_t k = 0; k < turns.size(); ++k) {
+    exact = exact.turned(turns[k].cast<Real>());
+    for (int i = 0; i < 4; ++i)
+      EXPECT_TRUE(holds(products[k].Q.coeffs()[i], exact.Q.coeffs()[i])) << k << ' ' << i;
+  }
+}
+
+TEST(Enclosure, FactorsOfLongChainsLieInTheirBalls) {
+  const int n = 300;
+  const Model<double> model = test::chain(2, n);
+  const State<double> state = test::random_state(model, 2);
+  std::optional<FactorBalls> factors;
+  {
+    const Digits digits(20);
+    const BallDigits centres;
+    const Model<Ball> exact = model.cast<Ball>();
+    RandomModel<Ball> rm(exact);
+    set_position(exact, VectorX<Ball>(state.q.cast<Ball>()), rm);
+    factors = factor_balls(exact, rm);
+    ASSERT_TRUE(factors);
+  }
+  const Digits digits(200);
+  const BallDigits centres;
+  VectorX<Real> D(n);
+  MatrixX<Real> g(6, n);
+  ASSERT_TRUE(make_solver<Real>("Sequential<Conventional>", model.cast<Real>())
+                  ->factors(state.q.cast<Real>(), D, g));
+  for (int k = 0; k < n; ++k) {
+    EXPECT_TRUE(holds(factors->D[k], D[k])) << k;
+    for (int i = 0; i < 6; ++i) EXPECT_TRUE(holds(factors->g(i, k), g(i, k))) << k << ' ' << i;
   }
 }
 
