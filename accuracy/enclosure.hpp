@@ -1,6 +1,6 @@
 // How far at most are given numbers from the true M, M^-1, D, g and accelerations of a mechanism?
-// Its parameters, q, qd and tau are exact as they stand. What is given may come from anywhere: it is
-// verified, not worked out again, and the answers are proven, rounding included.
+// Its parameters, q, qd and tau are exact as they stand. What is given may come from anywhere: it
+// is verified, not worked out again, and the answers are proven, rounding included.
 //
 // In balls (ball.hpp), at the digits in force, M and ID(a) = M a + bias of the world frame
 // (world_mechanics.hpp) and the filter from below (filter_bounds.hpp), which proves

@@ -3,15 +3,16 @@
 //
 // The filter works them out in multi-precision, in link frames: D, g, a and X = M^-1 by
 // Sequential<ArrayMGS>. M is the centre of its enclosure. What came out is then proven
-// (enclosure.hpp): by ball arithmetic on other formulas, those of the world frame, and bounds of the
-// filter that hold for every rounding, each number is known to be no further from the true one than
-// a width, by the measures of measures.hpp. A truth is handed out if
+// (enclosure.hpp): by ball arithmetic on other formulas, those of the world frame, and by bounds of
+// the filter that hold for every rounding, each number is known to be no further from the true one
+// than a width, by the measures of measures.hpp. A truth is handed out if
 //   every width <= 1e-25                                                                   (1)
 // of M, X, D, g and, in both norms, of every acceleration. An acceleration's componentwise width is
 // recorded, but may be infinite: where symmetry makes an entry zero, no digits prove its sign.
 //
 // Where (1) does not hold the digits are doubled; beyond `digits` that is an exception. So is an a
-// that is zero by cancellation alone: no digits make its relative width small. Digits to start with:
+// that is zero by cancellation alone: no digits make its relative width small. Digits to start
+// with:
 //   40 + 4 log10 nv + 2 log10 rho
 // since the condition number of a chain grows as nv^4, and the world frame loses up to two digits
 // for every decade of the ratio rho of the largest to the smallest mass.

@@ -1,8 +1,8 @@
 // Numbers of many digits: MPFR. Two kinds, since the digits are chosen at two times. Every algorithm
 // of the library takes either as its T.
 //
-//   Real               digits chosen while the program runs: truth.hpp doubles them until two
-//                      algorithms agree, and a user asks for any number of them. New numbers have
+//   Real               digits chosen while the program runs: truth.hpp doubles them until its
+//                      numbers are proven, and a user asks for any number of them. New numbers have
 //                      the digits in force (Digits); u follows them.
 //   FixedReal<digits>  digits that belong to the type: what they are needed for is known beforehand,
 //                      as in a test. Nothing need be in force, so it is fit for static data and for
