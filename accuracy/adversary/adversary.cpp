@@ -59,6 +59,8 @@ std::string run_case(const Asked& asked, const Options& options, Progress& progr
   }
   const Mechanism mechanism = decode(best.best);
   const Verdict verdict = judge->look(mechanism);
+  if (verdict.value(asked.condition) != best.value)
+    throw InputError(asked.slug() + ": resumed from rounds of another program: begin without them");
   if (!options.out.empty()) write_find((fs::path(options.out) / asked.slug()).string(), mechanism);
   std::printf("%-42s %s %s: %.2g wrong, kS %.2g, nv %d, after %d evaluations\n",
               asked.variant.c_str(), asked.precision.c_str(), asked.method(), verdict.error,
