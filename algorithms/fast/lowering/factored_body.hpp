@@ -11,6 +11,7 @@
 // points and bodies far from the origin keep their digits; the ratios are bounded by 1.
 #pragma once
 
+#include <algorithm>
 #include <utility>
 
 #include "algorithms/spatial/inertia.hpp"
@@ -39,6 +40,14 @@ struct FactoredBody {
   S distance = S(0);                             // |c|
   S length = S(0);                               // from the parent's origin; of a slide without d
   S outboard_mass = S(0), outboard_spin = S(0);  // sum of m, of (J1 + J2 + J3) / 2
+
+  // Whether a weight is less than 2^-20 of what a child has there.
+  bool is_light_beside(const FactoredBody& child) const {
+    const S reach = child.length + child.distance;
+    const S spin = child.outboard_mass * reach * reach + child.outboard_spin;
+    const S least = std::min(Dz, std::min(Dx, Dy));
+    return S(0x1p20) * m < child.outboard_mass || S(0x1p20) * least < spin;
+  }
 };
 
 // E and c in the link's frame.

@@ -172,6 +172,7 @@ void LoweredModel<S>::lower(const Model<W>& model) {
     FactoredBody<S>& parent = factored_[links_[k].parent];
     parent.outboard_mass += factored_[k].outboard_mass;
     parent.outboard_spin += factored_[k].outboard_spin;
+    links_[k].light_parent = parent.is_light_beside(factored_[k]);
   }
 }
 

@@ -60,8 +60,8 @@ KALMARM_INLINE void cross_aligned(const LoweredModel<S>& model, int k, const T& 
     else
       return to_parent<T>(link, joint, row);
   };
-  widen(absorb(body, moved(rows.rx), moved(rows.ry), moved(rows.rz), moved(rows.l1), moved(rows.l2),
-               moved(rows.l3)),
+  widen(absorb<false>(body, moved(rows.rx), moved(rows.ry), moved(rows.rz), moved(rows.l1),
+                      moved(rows.l2), moved(rows.l3)),
         at.P);
   force_to_parent(model, link, joint, link.d, at.z);
   at.reach =
@@ -195,7 +195,8 @@ KALMARM_SWEEP void filter(const LoweredModel<S>& model, const T* tau, SquareRoot
       const LoweredLink<S>& link = model.link(k);
       begin(k);
       const int index = link.parent < 0 ? -1 : model.link(link.parent).branch;
-      const bool aligned = link.aligned && !(index >= 0 && ws.sums[index].begun);
+      const bool aligned =
+          link.aligned && !link.light_parent && !(index >= 0 && ws.sums[index].begun);
       if (aligned && link.noise)
         cross_aligned<true>(model, k, tau[k], ws, at);
       else if (aligned)

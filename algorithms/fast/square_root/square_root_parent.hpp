@@ -7,6 +7,12 @@
 //   (6) rz, rx of the parent are the pivots against the rotational rows; ry takes what is left:
 //         j2 = Dy + sum w y^2,  oy = (Dy zeta_y + sum w y zeta) / j2
 // The parent's rows are its body's (factored_body.hpp), or those accumulated from other children.
+//
+// p+ = p + g r+ of a step is not enough where the pivot's weight d is small beside the row's, w: a
+// row whose entry is a rounding error makes the others of p as large as sqrt(w / d) / 2, and the
+// next row takes that off again, but for u sqrt(w / d). Where the parent's body is that light
+// (FactoredBody::is_light_beside), has no weight, or holds other children's rows, the steps are the
+// stable ones, p+ = f p + g r.
 #pragma once
 
 #include <type_traits>
@@ -62,7 +68,7 @@ template <bool slides, class S, class T, class Rows>
 KALMARM_INLINE void cycle_rows(const Rows& rows, FullTriangle<T>& P) {
   const T zero = T(S(0)), least = T(least_weight<S>());
   if constexpr (slides) {
-    const auto z = eliminate<Column::z>(cycle(rows.ry), cycle(rows.rx), cycle(rows.rz));
+    const auto z = eliminate<Column::z, true>(cycle(rows.ry), cycle(rows.rx), cycle(rows.rz));
     P.l1 = {zero, zero, zero, {}, zero, zero, zero, least};
     widen(cycle(rows.l1), P.l2);
     widen(cycle(rows.l2), P.l3);
@@ -70,8 +76,8 @@ KALMARM_INLINE void cycle_rows(const Rows& rows, FullTriangle<T>& P) {
     widen(z.b, P.rx);
     P.ry = {z.a.weight, z.a.weight * z.a.zeta};
   } else {
-    const auto u = eliminate<Column::u>(cycle(rows.l3), cycle(rows.l2), cycle(rows.l1));
-    const auto z = eliminate<Column::z>(cycle(rows.ry), cycle(rows.rx));
+    const auto u = eliminate<Column::u, true>(cycle(rows.l3), cycle(rows.l2), cycle(rows.l1));
+    const auto z = eliminate<Column::z, true>(cycle(rows.ry), cycle(rows.rx));
     widen(u.pivot, P.l1);
     widen(u.b, P.l2);
     widen(u.a, P.l3);
@@ -135,8 +141,8 @@ KALMARM_INLINE void give_to_parent(const LoweredModel<S>& model, int k, SquareRo
     else
       return Spin<T>{row.x, row.y, row.z, {}, {}, {}, row.zeta, row.weight};
   };
-  widen(absorb(to.P, moved_spin(rows.rx), moved_spin(rows.ry), moved_spin(rows.rz), moved(rows.l1),
-               moved(rows.l2), moved(rows.l3)),
+  widen(absorb<true>(to.P, moved_spin(rows.rx), moved_spin(rows.ry), moved_spin(rows.rz),
+                     moved(rows.l1), moved(rows.l2), moved(rows.l3)),
         to.P);
   move(at.z);
   add(to.z, at.z);

@@ -235,17 +235,17 @@ KALMARM_INLINE LastRow<T> close(const LastRow<T>& to, const R& r) {
 }
 
 // The rows and up to six more, s without beta: 17, 15, 13, 11, 9 flops a step and 5 for the last.
-template <class L1, class L2, class L3, class Rz, class Rx, class Ry, class S1, class S2, class S3,
-          class A, class B, class C>
+template <bool stable, class L1, class L2, class L3, class Rz, class Rx, class Ry, class S1,
+          class S2, class S3, class A, class B, class C>
 KALMARM_INLINE auto absorb(const Triangle<L1, L2, L3, Rz, Rx, Ry>& to, const S1& s1, const S2& s2,
                            const S3& s3, const A& a, const B& b, const C& c) {
-  const auto u = eliminate<Column::u>(to.l1, a, b, c);
-  const auto v = eliminate<Column::v>(to.l2, u.a, u.b, u.c);
-  const auto w = eliminate<Column::w>(to.l3, v.a, v.b, v.c);
-  const auto spins_z = eliminate<Column::z>(to.rz, s1, s2, s3);
-  const auto z = eliminate<Column::z>(spins_z.pivot, w.a, w.b, w.c);
-  const auto spins_x = eliminate<Column::x>(to.rx, spins_z.a, spins_z.b, spins_z.c);
-  const auto x = eliminate<Column::x>(spins_x.pivot, z.a, z.b, z.c);
+  const auto u = eliminate<Column::u, stable>(to.l1, a, b, c);
+  const auto v = eliminate<Column::v, stable>(to.l2, u.a, u.b, u.c);
+  const auto w = eliminate<Column::w, stable>(to.l3, v.a, v.b, v.c);
+  const auto spins_z = eliminate<Column::z, stable>(to.rz, s1, s2, s3);
+  const auto z = eliminate<Column::z, stable>(spins_z.pivot, w.a, w.b, w.c);
+  const auto spins_x = eliminate<Column::x, stable>(to.rx, spins_z.a, spins_z.b, spins_z.c);
+  const auto x = eliminate<Column::x, stable>(spins_x.pivot, z.a, z.b, z.c);
   const Ry with_spins = close(close(close(to.ry, spins_x.a), spins_x.b), spins_x.c);
   const Ry ry = close(close(close(with_spins, x.a), x.b), x.c);
   return Triangle{u.pivot, v.pivot, w.pivot, z.pivot, x.pivot, ry};

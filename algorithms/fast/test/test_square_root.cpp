@@ -133,6 +133,47 @@ TEST(SquareRoot, HeavyBranchesOnJointsOfAllKindsLoseNoDigits) {
   }
 }
 
+// A ball joint with rotors beneath a point mass: every pivot of its massless links is a row of its
+// one body, at first a row whose entry is a rounding error. Found by search (accuracy/adversary).
+Model<double> rotors_on_a_ball() {
+  Builder builder;
+  Joint<double> hinge;
+  hinge.body = point_mass(1, {0, 0, 0});
+  Joint<double> ball;
+  ball.parent = builder.add(hinge);
+  ball.body = point_mass(1000, {1, 0, 0});
+  Joint<double> slide;
+  slide.parent = builder.add_ball(ball);
+  slide.slides = true;
+  slide.coordinate = Coordinate::distance;
+  slide.rotation = {0.636400430117532, 0, 0, 0.77135886106676721};
+  slide.body = {0.001, {0, 0, 0}, {1, 0, 0, 0}, {1, 1, 1}};
+  builder.add(slide);
+  Model<double> model = builder.build({0, 0, -9.81});
+  for (int k = 1; k <= 3; ++k) model.set_noise(k, 1);
+  return model;
+}
+
+template <class T>
+void expect_right_on_rotors() {
+  const Model<double> model = rounded<T>(rotors_on_a_ball());
+  State<T> state = random_state(model, 1).template cast<T>();
+  state.qd.setZero();
+  state.tau.setZero();
+  for (const double turn : {0.0, 0.1, 1.0}) {
+    state.q << T(turn), T(turn), 1, 0, 0, 1;
+    Dynamics<T> dynamics = dynamics_of<T>(model, root);
+    VectorX<T> a = poisoned<T>(model.nv());
+    ASSERT_TRUE(dynamics.forward_dynamics(state.q, state.qd, state.tau, a));
+    EXPECT_LE(Truth(model, state.template cast<double>()).relative(a), 100 * unit_roundoff<T>());
+  }
+}
+
+TEST(SquareRoot, RoundingErrorsThatBecomePivotsDoNotSpread) {
+  expect_right_on_rotors<float>();
+  expect_right_on_rotors<double>();
+}
+
 template <class T>
 class SquareRootBatches : public testing::Test {};
 
