@@ -45,13 +45,16 @@ struct CovarianceForm {
     }
   };
 
-  // A second look at a suspect: none.
+  // A second look at a suspect.
   template <class S>
   struct Second {
-    explicit Second(const LoweredModel<S>&) {}
+    RoundingBound<S> bound;
+
+    explicit Second(const LoweredModel<S>& model) : bound(model) {}
+
     template <class Swept>
-    static bool clears(const LoweredModel<S>&, const S*, const Swept&, int) {
-      return false;
+    bool clears(const LoweredModel<S>& model, const S* q, const Swept&, int) {
+      return bound.look(model, q).bound < largest_error_of_D;
     }
   };
 };
@@ -86,14 +89,15 @@ struct SquareRootForm {
   template <class S>
   struct Second {
     FastFactors<S> factors;
+    RoundingBound<S> bound;
 
-    explicit Second(const LoweredModel<S>& model) : factors(model) {}
+    explicit Second(const LoweredModel<S>& model) : factors(model), bound(model) {}
 
     // swept: where the rows have left 1 / D.
     template <class Swept>
     bool clears(const LoweredModel<S>& model, const S* q, const Swept& swept, int lane) {
       covariance_factor(model, q, factors);
-      bool agree = factors.margin > S(0);
+      bool agree = factors.margin > S(0) || bound.look(model, q).bound < largest_error_of_D;
       for (int k = 0; k < model.nv() && agree; ++k)
         agree =
             std::abs(detail::number(swept.links[k].inverse_D, lane) / factors.links[k].inverse_D -

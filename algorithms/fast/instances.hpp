@@ -6,12 +6,13 @@
 
 #include "algorithms/fast/covariance/at_rest.hpp"
 #include "algorithms/fast/covariance/forward_dynamics.hpp"
-#include "algorithms/fast/covariance/rounding_growth.hpp"
+#include "algorithms/fast/covariance/rounding_bound.hpp"
 #include "algorithms/fast/derivatives/derivatives.hpp"
 #include "algorithms/fast/factors/inverse.hpp"
 #include "algorithms/fast/factors/lambda.hpp"
 #include "algorithms/fast/factors/selected.hpp"
 #include "algorithms/fast/factors/solve.hpp"
+#include "algorithms/fast/planar/rounding_growth.hpp"
 #include "algorithms/fast/rigid/inverse_dynamics.hpp"
 #include "algorithms/fast/rigid/mass.hpp"
 #include "algorithms/fast/square_root/square_root.hpp"
@@ -47,6 +48,7 @@ using StateLanes = Pack<S, padding<S>>;
   KIND template class InverseColumns<S>;                                                   \
   KIND template class FactorSolver<S>;                                                     \
   KIND template class SelectedColumns<S>;                                                  \
+  KIND template class RoundingBound<S>;                                                    \
   KIND template class RoundingGrowth<S>;
 
 #define KALMARM_RIGID_INSTANCES(KIND, S, T)                                                      \

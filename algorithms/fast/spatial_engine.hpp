@@ -19,9 +19,9 @@ class SpatialEngine final : public CommonEngine<S> {
       : CommonEngine<S>(robot, options),
         robot_(robot),
         rows_wanted_(options.wants(Want::acceleration)),
-        grows_(F::form == Form::conventional && RoundingGrowth<S>(model()).grows()),
-        guard_(robot, lowered(), grows_) {
+        guard_(robot, lowered()) {
     const auto wants = [&](Want want) { return options.wants(want); };
+    if (wants(Want::derivatives) && lowered().loses()) bound_.emplace(lowered());
     const bool selects = options.selection.size() > 0;
     if (wants(Want::acceleration)) one_.emplace(lowered());
     if (wants(Want::solve) || wants(Want::inverse) || wants(Want::diagonal) ||
@@ -46,7 +46,7 @@ class SpatialEngine final : public CommonEngine<S> {
   void reserve_workers(int count) override {
     CommonEngine<S>::reserve_workers(count);
     while (rows_wanted_ && static_cast<int>(workers_.size()) < count)
-      workers_.emplace_back(lowered(), Guard<S, F>(robot_, lowered(), grows_));
+      workers_.emplace_back(lowered(), Guard<S, F>(robot_, lowered()));
   }
 
   int forward_dynamics(int worker, int count, const S* q, const S* qd, const S* tau, S* a,
@@ -140,13 +140,15 @@ class SpatialEngine final : public CommonEngine<S> {
   bool suspects(const S* q, const S& check) {
     return guard_.suspects(lowered(), q, *factors_, check);
   }
-  // Derivatives are by the covariance form, whatever F is.
-  bool suspects_derivatives(const S* /*q*/, const S& check) {
-    return guard_.suspects_all() || check != S(0) || !(this->terms().margin > S(0));
+  // Derivatives are by the covariance form, whatever F is. Their sweeps look at one joint at a
+  // time; errors that grow over many are looked for on robots that can have them.
+  bool suspects_derivatives(const S* q, const S& check) {
+    return check != S(0) || !(this->terms().margin > S(0)) ||
+           (bound_ && !(bound_->look(lowered(), q).bound < largest_error_of_D));
   }
 
   RobotModel robot_;
-  bool rows_wanted_, grows_;
+  bool rows_wanted_;
   Guard<S, F> guard_;
   std::optional<typename F::template Workspace<S>> one_;
   std::vector<Worker> workers_;
@@ -155,6 +157,7 @@ class SpatialEngine final : public CommonEngine<S> {
   std::optional<InverseColumns<S>> inverse_;
   std::optional<FactorSolver<S>> solver_;
   std::optional<LambdaWorkspace<S>> lambda_;
+  std::optional<RoundingBound<S>> bound_;  // for derivatives
   SelectedColumns<S> selected_;
   bool by_fallback_ = false;  // the factors that are kept
 };

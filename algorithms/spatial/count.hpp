@@ -22,6 +22,9 @@ struct Count {
   friend Count& operator+=(Count& a, Count b) { return a = a + b; }
   friend Count& operator-=(Count& a, Count b) { return a = a - b; }
   friend Count min(Count a, Count b) { return std::min(a.value, b.value); }
+  friend Count zero_where_less(Count a, Count b, Count x) {
+    return a.value < b.value ? 0 : x.value;
+  }
   friend Count sin(Count a) { return std::sin(a.value); }
   friend Count cos(Count a) { return std::cos(a.value); }
 

@@ -73,6 +73,8 @@ struct Pack {
   friend Pack& operator-=(Pack& a, Pack b) { return a = a - b; }
 
   friend Pack min(Pack a, Pack b) { return of(a.v < b.v ? a.v : b.v); }
+  // x, but 0 where a < b.
+  friend Pack zero_where_less(Pack a, Pack b, Pack x) { return of(a.v < b.v ? Vector{} : x.v); }
 };
 
 template <class S, int n>
@@ -115,6 +117,9 @@ struct Pack<S, n> {
 
   KALMARM_INLINE friend Pack min(const Pack& a, const Pack& b) {
     return {min(a.low, b.low), min(a.high, b.high)};
+  }
+  KALMARM_INLINE friend Pack zero_where_less(const Pack& a, const Pack& b, const Pack& x) {
+    return {zero_where_less(a.low, b.low, x.low), zero_where_less(a.high, b.high, x.high)};
   }
 };
 

@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "algorithms/fast/covariance/rounding_growth.hpp"
+#include "algorithms/fast/planar/rounding_growth.hpp"
 #include "algorithms/model/mass_matrix.hpp"
 #include "robots/inventory.hpp"
 #include "robots/mujoco_shim.hpp"

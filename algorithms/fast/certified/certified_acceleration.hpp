@@ -96,7 +96,7 @@ class CarefulAcceleration<double> {
  public:
   explicit CarefulAcceleration(const CertifiedModels<double>& models)
       : sweep_(models),
-        last_(make_fallback<double>(models.robot, Form::square_root, false, false)) {}
+        last_(make_fallback<double>(models.robot, Form::square_root, false)) {}
 
   Outcome acceleration(const CertifiedModels<double>& models, const double* q, const double* qd,
                        const double* tau, double* a) {

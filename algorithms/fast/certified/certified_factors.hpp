@@ -28,7 +28,7 @@ class CertifiedFactors {
         solver_(models.lowered),
         probe_(models.lowered, models.twice),
         refiner_(models.lowered.nv()),
-        last_(make_fallback<double>(models.robot, Form::square_root, false, false)) {
+        last_(make_fallback<double>(models.robot, Form::square_root, false)) {
     if (options.wants(Want::inverse)) inverse_.emplace(models.lowered);
     if (options.wants(Want::diagonal)) lambda_.emplace(models.lowered);
     if (options.selection.size() == 0) return;

@@ -1,8 +1,7 @@
 // The filter of the fast path, tips to base: P of articulated.hpp, (3.6) and (3.10). It stores g(k)
 // of every link and
-//   margin = min over joints of (D - threshold x size)
-// with the size of the terms that A (C at a slide) was summed from. D may be lost in rounding where
-// the margin is not positive, and then singularity.hpp decides. A policy says what is propagated
+//   margin = min over joints of what rounding_test.hpp says
+// D may be lost in rounding where it is not positive, and then rounding_bound.hpp decides. A policy says what is propagated
 // along with P, and what is done with D and g: forces with bias (forward_dynamics.hpp), forces
 // without (at_rest.hpp), nothing (factors.hpp). It has a type Load of z and
 //   begin_all(), has_done(k)                        links that the policy filters by itself, first
@@ -20,6 +19,7 @@
 #include <vector>
 
 #include "algorithms/fast/covariance/measurement.hpp"
+#include "algorithms/fast/covariance/rounding_test.hpp"
 #include "algorithms/fast/covariance/three_axes.hpp"
 #include "algorithms/spatial/inlining.hpp"
 #include "algorithms/spatial/sincos.hpp"
@@ -136,9 +136,8 @@ KALMARM_INLINE void motion_from_parent(const LoweredModel<S>& model, const Lower
 // Across the joint of link k: g is kept, P- becomes P+ in the parent's frame.
 template <bool slides, bool noise, bool zeros, class T, class S, class Workspace, class Policy>
 KALMARM_INLINE void cross(const LoweredModel<S>& model, int k, Workspace& ws, Articulated<T>& P,
-                          Size<T>& size, typename Policy::Load& z, const Policy& policy) {
+                          Pending<T>& pending, typename Policy::Load& z, const Policy& policy) {
   using Kind = typename LoweredLink<S>::Kind;
-  using std::min;
   const LoweredLink<S>& link = model.link(k);
   const LoweredBody<S>& body = model.body(k);
   auto& at = ws.links[k];
@@ -151,10 +150,8 @@ KALMARM_INLINE void cross(const LoweredModel<S>& model, int k, Workspace& ws, Ar
       return measure_turn<noise>(P, body.r, D, inverse_D, g);
   }();
   at.g = g;
-  const T threshold = T(SingularityTest<S, 1>::threshold());
-  ws.margin = min(ws.margin, T(D - threshold * (slides ? size.force : size.moment)));
-  size.moment = P.Axx + P.Ayy + P.Azz;
-  size.force = P.Cxx + P.Cyy + P.Czz;
+  const bool tested = body.weights.tested;
+  if (tested) test_rounding<slides>(body.weights, P, D, g, at.d, pending, ws.margin);
   policy.template measured<slides, noise>(k, g, inverse_D, P_plus, z);
   if (link.parent < 0) return;
 
@@ -162,11 +159,11 @@ KALMARM_INLINE void cross(const LoweredModel<S>& model, int k, Workspace& ws, Ar
   if (link.kind == Kind::screws) {
     if constexpr (slides) {
       const T reach = body.reach + two * two * at.d * at.d;
-      size.moment = two * size.moment + reach * size.force;
+      if (tested) pending.moment = two * pending.moment + reach * pending.force;
       P = to_parent<zeros>(model, link, model.uncommon(link).turn, at.d, P_plus);
       policy.to_parent(link, model.uncommon(link).turn, at.d, z);
     } else {
-      size.moment = two * size.moment + body.reach * size.force;
+      if (tested) pending.moment = two * pending.moment + body.reach * pending.force;
       const Turn<T> joint(ws.cos[link.varying], ws.sin[link.varying]);
       P = to_parent<zeros>(model, link, joint, link.d, P_plus);
       policy.to_parent(link, joint, link.d, z);
@@ -178,8 +175,10 @@ KALMARM_INLINE void cross(const LoweredModel<S>& model, int k, Workspace& ws, Ar
     Articulated<T> rotated = P_plus.full();  // P stays in registers
     const auto& phi = ws.matrices[link.varying];
     to_parent(phi, rotated);
-    const T pp = phi.p[0] * phi.p[0] + phi.p[1] * phi.p[1] + phi.p[2] * phi.p[2];
-    size.moment = two * (size.moment + pp * size.force);
+    if (tested) {
+      const T pp = phi.p[0] * phi.p[0] + phi.p[1] * phi.p[1] + phi.p[2] * phi.p[2];
+      pending.moment = two * (pending.moment + pp * pending.force);
+    }
     P = rotated;
     policy.to_parent(phi, z);
   }
@@ -189,16 +188,16 @@ KALMARM_INLINE void cross(const LoweredModel<S>& model, int k, Workspace& ws, Ar
 // zero terms cost 6 %. SIMD lanes share one version: there twice the code costs more than they do.
 template <bool noise, class T, class S, class Workspace, class Policy>
 KALMARM_INLINE void cross_hinge(const LoweredModel<S>& model, int k, Workspace& ws,
-                                Articulated<T>& P, Size<T>& size, typename Policy::Load& z,
+                                Articulated<T>& P, Pending<T>& pending, typename Policy::Load& z,
                                 const Policy& policy) {
   using Tilt = typename LoweredLink<S>::Tilt;
   if constexpr (Lanes<T>::count == 1) {
     if (model.link(k).tilt == Tilt::any) {
-      cross<false, noise, false>(model, k, ws, P, size, z, policy);
+      cross<false, noise, false>(model, k, ws, P, pending, z, policy);
       return;
     }
   }
-  cross<false, noise, true>(model, k, ws, P, size, z, policy);
+  cross<false, noise, true>(model, k, ws, P, pending, z, policy);
 }
 
 // State of the sweep between two links.
@@ -206,33 +205,30 @@ template <class T, class Load>
 struct Carried {
   bool on = false;  // P and z come from link k + 1
   Articulated<T> P;
-  Size<T> size;
+  Pending<T> pending;
   Load z;
 };
 
 // P-, z- of link k: its own body, plus child k + 1, plus the sum over other children.
 template <class T, class S, class Workspace, class Policy>
 KALMARM_INLINE void gather(const LoweredModel<S>& model, int k, bool carried, const Workspace& ws,
-                           Articulated<T>& P, Size<T>& size, typename Policy::Load& z,
+                           Articulated<T>& P, Pending<T>& pending, typename Policy::Load& z,
                            const Policy& policy) {
   const LoweredLink<S>& link = model.link(k);
   const LoweredBody<S>& body = model.body(k);
-  const S trace_I = body.Ixx + body.Iyy + body.Izz + body.r, trace_m = S(3) * body.m + body.r;
   if (!carried) {
     set_body(P, body);
-    size = {T(trace_I), T(trace_m)};
+    pending = {T(S(0)), T(S(0))};
     policy.begin(k, z);
   } else if (!link.massless) {
     add_body(P, body);
-    size.moment += trace_I;
-    size.force += trace_m;
     policy.add_body(k, z);
   }
   if (link.branch >= 0) {
     const auto& branch = ws.branches[link.branch];
     add(P, branch.P);
-    size.moment += branch.size.moment;
-    size.force += branch.size.force;
+    pending.moment += branch.pending.moment;
+    pending.force += branch.pending.force;
     policy.add_branch(link.branch, z);
   }
 }
@@ -240,18 +236,18 @@ KALMARM_INLINE void gather(const LoweredModel<S>& model, int k, bool carried, co
 // phi P+ phi' and phi z+ of a link whose parent is not k - 1, added to its parent's sum.
 template <class T, class S, class Workspace, class Policy>
 KALMARM_INLINE void leave(const LoweredModel<S>& model, int k, Workspace& ws,
-                          const Articulated<T>& P, const Size<T>& size,
+                          const Articulated<T>& P, const Pending<T>& pending,
                           const typename Policy::Load& z, const Policy& policy) {
   const int index = model.link(model.link(k).parent).branch;
   auto& branch = ws.branches[index];
   policy.keep(index, branch.begun, z);
   if (branch.begun) {
     add(branch.P, P);
-    branch.size.moment += size.moment;
-    branch.size.force += size.force;
+    branch.pending.moment += pending.moment;
+    branch.pending.force += pending.force;
   } else {
     branch.P = P;
-    branch.size = size;
+    branch.pending = pending;
     branch.begun = true;
   }
 }
@@ -263,7 +259,7 @@ KALMARM_NOINLINE KALMARM_SWEEP void filter_links(const LoweredModel<S>& model, c
                                                  Carried<T, typename Policy::Load>& from,
                                                  const Policy& policy) {
   Articulated<T> P = from.P;
-  Size<T> size = from.size;
+  Pending<T> pending = from.pending;
   typename Policy::Load z = from.z;
   bool carried = from.on;
   for (int k = run.last; k >= run.first; --k) {
@@ -272,22 +268,22 @@ KALMARM_NOINLINE KALMARM_SWEEP void filter_links(const LoweredModel<S>& model, c
       continue;
     }
     const LoweredLink<S>& link = model.link(k);
-    gather(model, k, carried, ws, P, size, z, policy);
+    gather(model, k, carried, ws, P, pending, z, policy);
     if (link.slides) {
       if (link.noise)
-        cross<true, true, false>(model, k, ws, P, size, z, policy);
+        cross<true, true, false>(model, k, ws, P, pending, z, policy);
       else
-        cross<true, false, false>(model, k, ws, P, size, z, policy);
+        cross<true, false, false>(model, k, ws, P, pending, z, policy);
     } else {
       if (link.noise)
-        cross_hinge<true>(model, k, ws, P, size, z, policy);
+        cross_hinge<true>(model, k, ws, P, pending, z, policy);
       else
-        cross_hinge<false>(model, k, ws, P, size, z, policy);
+        cross_hinge<false>(model, k, ws, P, pending, z, policy);
     }
     carried = link.hangs_on_previous;
-    if (link.parent >= 0 && !carried) leave(model, k, ws, P, size, z, policy);
+    if (link.parent >= 0 && !carried) leave(model, k, ws, P, pending, z, policy);
   }
-  from = {carried, P, size, z};
+  from = {carried, P, pending, z};
 }
 
 // A ball or free joint in one block step (three_axes.hpp).
@@ -296,11 +292,12 @@ KALMARM_NOINLINE KALMARM_SWEEP void filter_joint(const LoweredModel<S>& model, c
                                                  Workspace& ws,
                                                  Carried<T, typename Policy::Load>& from,
                                                  const Policy& policy) {
-  gather(model, run.last, from.on, ws, from.P, from.size, from.z, policy);
-  cross_at_once(model, run, ws, from.P, from.size, from.z, policy);
+  gather(model, run.last, from.on, ws, from.P, from.pending, from.z, policy);
+  cross_at_once(model, run, ws, from.P, from.pending, from.z, policy);
   const LoweredLink<S>& link = model.link(run.first);
   from.on = link.hangs_on_previous;
-  if (link.parent >= 0 && !from.on) leave(model, run.first, ws, from.P, from.size, from.z, policy);
+  if (link.parent >= 0 && !from.on)
+    leave(model, run.first, ws, from.P, from.pending, from.z, policy);
 }
 
 // g of every link, and ws.margin.

@@ -39,12 +39,12 @@ struct CovarianceWorkspace : Placements<T> {
     bool begun;
     Articulated<T> P;
     Sixfold<T> z, l;
-    Size<T> size;
+    Pending<T> pending;
   };
 
   std::vector<Link> links;
   std::vector<Branch> branches;
-  T margin;  // min over joints of D - threshold x size in the last call (filter.hpp)
+  T margin;  // of the last call (rounding_test.hpp)
   T check;   // zero where every acceleration was finite, else NaN
 
   template <class S>

@@ -16,8 +16,8 @@
 
 #include <algorithm>
 
+#include "algorithms/fast/covariance/rounding_test.hpp"
 #include "algorithms/fast/lowering/transforms.hpp"
-#include "algorithms/inverse_mass/singularity.hpp"
 #include "algorithms/spatial/inlining.hpp"
 
 namespace kalmarm {
@@ -26,8 +26,6 @@ namespace kalmarm {
 template <class T>
 struct Translational {
   T xx, xy, yy, xz, yz, zz;
-
-  T trace() const { return xx + yy + zz; }
 
   // Less g u', g = u / D.
   void subtract(const T& gx, const T& gy, const T& gz, const T& ux, const T& uy, const T& uz) {
@@ -71,98 +69,91 @@ Translational<T> rotate(const Rotation<T>& by, const Translational<T>& C) {
 
 // The slides of a free joint, whose last DoF is k: z- becomes z+ of its first DoF. 27 flops for P.
 template <class T, class S, class Workspace, class Load, class Policy>
-KALMARM_INLINE void cross_slides(int k, Workspace& ws, const Translational<T>& C, T& margin,
-                                 Size<T>& size, Load& z, const Policy& policy) {
-  using std::min;
-  const T zero = T(S(0)), one = T(S(1)), threshold = T(SingularityTest<S, 1>::threshold());
-  const auto measured = [&](int dof, const T& D, const T& inverse_D, const Sixfold<T>& g)
+KALMARM_INLINE void cross_slides(int k, Workspace& ws, const Translational<T>& C, Load& z,
+                                 const Policy& policy) {
+  const T zero = T(S(0)), one = T(S(1));
+  const auto measured = [&](int dof, const T& inverse_D, const Sixfold<T>& g)
                             KALMARM_INLINE_LAMBDA {
-                              margin = min(margin, T(D - threshold * size.force));
                               ws.links[dof].g = g;
                               policy.template measured<true, false>(dof, g, inverse_D, Zero{}, z);
                             };
 
   T inverse_D = one / C.zz;
   Sixfold<T> g = {zero, zero, zero, C.xz * inverse_D, C.yz * inverse_D, one};
-  measured(k, C.zz, inverse_D, g);
+  measured(k, inverse_D, g);
   const T xx = C.xx - g.u * C.xz, xy = C.xy - g.u * C.yz, yy = C.yy - g.v * C.yz;
-  size.force = C.trace();
 
   policy.cycle(z);
   inverse_D = one / yy;
   g = {zero, zero, zero, zero, xy * inverse_D, one};
-  measured(k - 1, yy, inverse_D, g);
+  measured(k - 1, inverse_D, g);
   const T left = xx - g.v * xy;
-  size.force = xx + yy;
 
   policy.cycle(z);
-  measured(k - 2, left, one / left, {zero, zero, zero, zero, zero, one});
-  size = {zero, left};
+  measured(k - 2, one / left, {zero, zero, zero, zero, zero, one});
 }
 
 // The axes of a ball joint, whose last DoF is k: C+ in the frame of its first, and z+ there.
 template <class T, class S, class Workspace, class Load, class Policy>
-KALMARM_INLINE Translational<T> cross_turns(int k, Workspace& ws, const Articulated<T>& P,
-                                            T& margin, Size<T>& size, Load& z,
+KALMARM_INLINE Translational<T> cross_turns(int k, Workspace& ws, const Articulated<T>& P, Load& z,
                                             const Policy& policy) {
-  using std::min;
-  const T zero = T(S(0)), one = T(S(1)), threshold = T(SingularityTest<S, 1>::threshold());
-  const auto measured = [&](int dof, const T& D, const T& inverse_D, const Sixfold<T>& g,
-                            const auto& P_plus) KALMARM_INLINE_LAMBDA {
-    margin = min(margin, T(D - threshold * size.moment));
-    ws.links[dof].g = g;
-    policy.template measured<false, false>(dof, g, inverse_D, P_plus, z);
-  };
+  const T zero = T(S(0)), one = T(S(1));
+  const auto measured = [&](int dof, const T& inverse_D, const Sixfold<T>& g, const auto& P_plus)
+                            KALMARM_INLINE_LAMBDA {
+                              ws.links[dof].g = g;
+                              policy.template measured<false, false>(dof, g, inverse_D, P_plus, z);
+                            };
 
   T inverse_D = one / P.Azz;
   Sixfold<T> g = {P.Axz * inverse_D, P.Ayz * inverse_D, one,
                   P.Bzx * inverse_D, P.Bzy * inverse_D, P.Bzz * inverse_D};
-  measured(k, P.Azz, inverse_D, g, Zero{});
+  measured(k, inverse_D, g, Zero{});
   const T Axx = P.Axx - g.x * P.Axz, Axy = P.Axy - g.x * P.Ayz, Ayy = P.Ayy - g.y * P.Ayz;
   T Bxx = P.Bxx - g.x * P.Bzx, Bxy = P.Bxy - g.x * P.Bzy, Bxz = P.Bxz - g.x * P.Bzz;
   const T Byx = P.Byx - g.y * P.Bzx, Byy = P.Byy - g.y * P.Bzy, Byz = P.Byz - g.y * P.Bzz;
   Translational<T> C = {P.Cxx, P.Cxy, P.Cyy, P.Cxz, P.Cyz, P.Czz};
   C.subtract(g.u, g.v, g.w, P.Bzx, P.Bzy, P.Bzz);
-  size.moment = P.Axx + P.Ayy + P.Azz;
 
   policy.cycle(z);  // the link's (z, x, y)
   inverse_D = one / Ayy;
   g = {zero, Axy * inverse_D, one, Byz * inverse_D, Byx * inverse_D, Byy * inverse_D};
-  measured(k - 1, Ayy, inverse_D, g, Zero{});
+  measured(k - 1, inverse_D, g, Zero{});
   const T left = Axx - g.y * Axy;
   Bxx -= g.y * Byx;
   Bxy -= g.y * Byy;
   Bxz -= g.y * Byz;
   C.subtract(g.v, g.w, g.u, Byx, Byy, Byz);
-  size = {Axx + Ayy, C.trace()};
 
   policy.cycle(z);  // the link's (y, z, x)
   inverse_D = one / left;
   g = {zero, zero, one, Bxy * inverse_D, Bxz * inverse_D, Bxx * inverse_D};
   C.subtract(g.w, g.u, g.v, Bxx, Bxy, Bxz);
   C = {C.yy, C.yz, C.zz, C.xy, C.xz, C.xx};
-  measured(k - 2, left, inverse_D, g, C);
-  size.moment = left;
+  measured(k - 2, inverse_D, g, C);
   return C;
 }
 
-// Across the joint of a run: g of every DoF is kept; P- becomes P+ in the parent's frame, z and
-// size likewise.
+// Across the joint of a run: g of every DoF is kept; P- becomes P+ in the parent's frame, z
+// likewise. Rounding leaves the zeros of P+ alone, so that the link's body absorbs the errors of
+// all steps or none (rounding_test.hpp).
 template <class T, class S, class Workspace, class Load, class Policy>
 void cross_at_once(const LoweredModel<S>& model, const LinkRun& run, Workspace& ws,
-                   Articulated<T>& P, Size<T>& size, Load& z, const Policy& policy) {
+                   Articulated<T>& P, Pending<T>& pending, Load& z, const Policy& policy) {
+  using std::min;
   const T zero = T(S(0));
   const int ball = run.last - 2;
-  T margin = ws.margin;
-  Translational<T> C = cross_turns<T, S>(run.last, ws, P, margin, size, z, policy);
+  const auto& weights = model.body(run.last).weights;
+  if (weights.tested)
+    ws.margin = min(ws.margin, T(T(S(1)) - absorbed<false>(weights, P, pending, zero)));
+  pending = {zero, zero};
+  Translational<T> C = cross_turns<T, S>(run.last, ws, P, z, policy);
   if (run.first < ball) {
     const auto& phi = ws.matrices[model.link(ball).varying];
     C = rotate(phi.R, C);
     policy.to_parent(phi, z);
-    cross_slides<T, S>(ball - 1, ws, C, margin, size, z, policy);
+    cross_slides<T, S>(ball - 1, ws, C, z, policy);
     C = {zero, zero, zero, zero, zero, zero};
   }
-  ws.margin = margin;
   const LoweredLink<S>& first = model.link(run.first);
   if (first.parent < 0) return;
   const auto& phi = ws.matrices[first.varying];
@@ -171,8 +162,6 @@ void cross_at_once(const LoweredModel<S>& model, const LinkRun& run, Workspace& 
   P = {zero, zero, zero, zero, zero, zero, zero, zero, zero, zero, zero,
        zero, zero, zero, zero, C.xx, C.xy, C.yy, C.xz, C.yz, C.zz};
   const auto& p = phi.p;
-  const T pp = p[0] * p[0] + p[1] * p[1] + p[2] * p[2];
-  size.moment = T(S(2)) * (size.moment + pp * size.force);
   translate_x(p[0], P);
   translate_y(p[1], P);
   translate_z(p[2], P);

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "algorithms/fast/derivatives/derivative_motion.hpp"
+#include "algorithms/inverse_mass/singularity.hpp"
 #include "algorithms/spatial/inlining.hpp"
 
 namespace kalmarm {

@@ -21,12 +21,12 @@ struct FastFactors : Placements<T> {
   struct Branch {
     bool begun;
     Articulated<T> P;
-    Size<T> size;
+    Pending<T> pending;
   };
 
   std::vector<Link> links;
   std::vector<Branch> branches;
-  T margin;  // min over joints of D - threshold x size (filter.hpp)
+  T margin;  // rounding_test.hpp
   Limbs<T> limbs;
 
   template <class S>

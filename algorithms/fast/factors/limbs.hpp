@@ -72,7 +72,6 @@ class LimbsInLanes {
     LoweredBody<Lane> body;
     Turn<Lane> alpha{Lane(S(1)), Lane(S(0))}, theta = alpha;
     Lane p[3], d = Lane(S(0));
-    Lane twice = Lane(S(0));  // 2, or 0 for a dummy body
     Lane cos = Lane(S(1)), sin = Lane(S(0));
   };
   struct Group {
@@ -116,6 +115,18 @@ class LimbsInLanes {
     set(x.Iyz, lane, value.Iyz);
     set(x.Izz, lane, value.Izz);
     set(x.reach, lane, value.reach);
+    const RoundingWeights<S>& w = value.weights;
+    RoundingWeights<Lane>& to = x.weights;
+    set(to.Axx, lane, w.Axx);
+    set(to.Ayy, lane, w.Ayy);
+    set(to.Azz, lane, w.Azz);
+    set(to.Cxx, lane, w.Cxx);
+    set(to.Cyy, lane, w.Cyy);
+    set(to.Czz, lane, w.Czz);
+    set(to.moment, lane, w.moment);
+    set(to.force, lane, w.force);
+    set(to.reach, lane, w.reach);
+    to.tested |= w.tested;
   }
 
   void take(const LoweredModel<S>& model, const std::vector<Limb>& limbs) {
@@ -144,7 +155,6 @@ class LimbsInLanes {
         if (link.turned) set(level.theta, lane, model.uncommon(link).theta);
         for (int j = 0; j < 3; ++j) set(level.p[j], lane, link.p[j]);
         set(level.d, lane, link.d);
-        set(level.twice, lane, S(2));
       }
     }
     groups_.push_back(std::move(group));
@@ -164,39 +174,37 @@ class LimbsInLanes {
     const Lane zero = Lane(S(0));
     Articulated<Lane> P = {zero, zero, zero, zero, zero, zero, zero, zero, zero, zero, zero,
                            zero, zero, zero, zero, zero, zero, zero, zero, zero, zero};
-    Size<Lane> size = {zero, zero};
+    Pending<Lane> pending = {zero, zero};
     Lane margin = Lane(factors.margin);
     for (const Level& level : group.levels) {
       if (level.noise)
-        cross<true>(model, level, limbs, P, size, margin, factors);
+        cross<true>(model, level, limbs, P, pending, margin, factors);
       else
-        cross<false>(model, level, limbs, P, size, margin, factors);
+        cross<false>(model, level, limbs, P, pending, margin, factors);
     }
     for (int lane = 0; lane < limbs; ++lane) {
       factors.margin = std::min(factors.margin, margin[lane]);
       const int parent = model.link(group.limbs[lane].first).parent;
-      if (parent >= 0) leave(P, size, lane, factors.branches[model.link(parent).branch]);
+      if (parent >= 0) leave(P, pending, lane, factors.branches[model.link(parent).branch]);
     }
   }
 
   // Across the joints of a level, as in filter.hpp.
   template <bool noise, class Factors>
   KALMARM_INLINE static void cross(const LoweredModel<S>& model, const Level& level, int limbs,
-                                   Articulated<Lane>& P, Size<Lane>& size, Lane& margin,
+                                   Articulated<Lane>& P, Pending<Lane>& pending, Lane& margin,
                                    Factors& factors) {
     const LoweredBody<Lane>& body = level.body;
     add_body(P, body);
-    size.moment += body.Ixx + body.Iyy + body.Izz + body.r;
-    size.force += Lane(S(3)) * body.m + body.r;
     Lane D;
     // A row of the factors a link: {d, 1/D, g} (factors.hpp).
     Lane rows[lanes];
     Sixfold<Lane> g;
     auto P_plus = measure_turn<noise>(P, body.r, D, rows[1], g);
-    margin = min(margin, Lane(D - Lane(SingularityTest<S, 1>::threshold()) * size.moment));
-    size.moment = level.twice * (P.Axx + P.Ayy + P.Azz);
-    size.force = P.Cxx + P.Cyy + P.Czz;
-    size.moment += body.reach * size.force;
+    if (body.weights.tested) {
+      detail::test_rounding<false>(body.weights, P, D, g, level.d, pending, margin);
+      pending.moment = Lane(S(2)) * pending.moment + body.reach * pending.force;
+    }
 
     translate_z(level.d, P_plus);
     rotate_z(Turn<Lane>(level.cos, level.sin), P_plus);
@@ -224,20 +232,21 @@ class LimbsInLanes {
     }
   }
 
-  // Adds one lane's P and size to the sum over a link's children.
+  // Adds one lane's P and what is pending to the sum over a link's children.
   template <class Branch>
-  static void leave(const Articulated<Lane>& P, const Size<Lane>& size, int lane, Branch& branch) {
+  static void leave(const Articulated<Lane>& P, const Pending<Lane>& pending, int lane,
+                    Branch& branch) {
     const Articulated<S> own = {
         P.Axx[lane], P.Axy[lane], P.Ayy[lane], P.Axz[lane], P.Ayz[lane], P.Azz[lane], P.Bxx[lane],
         P.Bxy[lane], P.Byx[lane], P.Byy[lane], P.Bxz[lane], P.Byz[lane], P.Bzx[lane], P.Bzy[lane],
         P.Bzz[lane], P.Cxx[lane], P.Cxy[lane], P.Cyy[lane], P.Cxz[lane], P.Cyz[lane], P.Czz[lane]};
     if (branch.begun) {
       kalmarm::add(branch.P, own);
-      branch.size.moment += size.moment[lane];
-      branch.size.force += size.force[lane];
+      branch.pending.moment += pending.moment[lane];
+      branch.pending.force += pending.force[lane];
     } else {
       branch.P = own;
-      branch.size = {size.moment[lane], size.force[lane]};
+      branch.pending = {pending.moment[lane], pending.force[lane]};
       branch.begun = true;
     }
   }

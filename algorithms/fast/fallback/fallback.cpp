@@ -16,15 +16,14 @@ namespace {
 template <class T, class V>
 class FallbackBy final : public Fallback<T> {
  public:
-  FallbackBy(const RobotModel& robot, bool at_rest, bool looks_closely)
+  FallbackBy(const RobotModel& robot, bool at_rest)
       : model_(model_of(robot).cast<T>()),
         at_rest_(at_rest),
         rm_(model_),
         ws_(model_),
         tau_(model_.nv()),
         a_(model_.nv()) {
-    if constexpr (requires { ws_.factors; })
-      if (looks_closely) ws_.factors.test.look_always();
+    if constexpr (requires { ws_.factors; }) ws_.factors.test.look_always();
   }
 
   Outcome acceleration(const T* q, const T* qd, const T* tau, T* a) override {
@@ -149,15 +148,13 @@ class FallbackBy final : public Fallback<T> {
 }  // namespace
 
 template <class T>
-std::unique_ptr<Fallback<T>> make_fallback(const RobotModel& robot, Form form, bool at_rest,
-                                           bool looks_closely) {
+std::unique_ptr<Fallback<T>> make_fallback(const RobotModel& robot, Form form, bool at_rest) {
   if (form == Form::square_root)
-    return std::make_unique<FallbackBy<T, WideRefined<FactoredBias<ArrayGivens>>>>(robot, at_rest,
-                                                                                   looks_closely);
-  return std::make_unique<FallbackBy<T, Sequential<Conventional>>>(robot, at_rest, looks_closely);
+    return std::make_unique<FallbackBy<T, WideRefined<FactoredBias<ArrayGivens>>>>(robot, at_rest);
+  return std::make_unique<FallbackBy<T, Sequential<Conventional>>>(robot, at_rest);
 }
 
-template std::unique_ptr<Fallback<float>> make_fallback(const RobotModel&, Form, bool, bool);
-template std::unique_ptr<Fallback<double>> make_fallback(const RobotModel&, Form, bool, bool);
+template std::unique_ptr<Fallback<float>> make_fallback(const RobotModel&, Form, bool);
+template std::unique_ptr<Fallback<double>> make_fallback(const RobotModel&, Form, bool);
 
 }  // namespace kalmarm

@@ -36,10 +36,9 @@ class Fallback {
   virtual T kept_log_det() const = 0;
 };
 
-// looks_closely: every D is compared with the sizes of what it is a difference of (S of
-// inverse_mass/singularity.hpp), not only those that look small.
+// Of Sequential<Conventional>, every D is compared with the sizes of what it is a difference of (S
+// of inverse_mass/singularity.hpp), not only those that look small.
 template <class T>
-std::unique_ptr<Fallback<T>> make_fallback(const RobotModel& robot, Form form, bool at_rest,
-                                           bool looks_closely);
+std::unique_ptr<Fallback<T>> make_fallback(const RobotModel& robot, Form form, bool at_rest);
 
 }  // namespace kalmarm

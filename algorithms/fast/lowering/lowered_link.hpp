@@ -38,6 +38,15 @@ struct HingeAngles {
   std::vector<IntegerOf<S>> quarters;  // padded, as sin_cos takes them
 };
 
+// For the test of a sweep (rounding_weights.hpp).
+template <class S>
+struct RoundingWeights {
+  S Axx = S(0), Ayy = S(0), Azz = S(0), Cxx = S(0), Cyy = S(0), Czz = S(0);  // of P's diagonal
+  S moment = S(0), force = S(0);                                             // of what is pending
+  S reach = S(0);       // sum over axes of the largest p^2 of a child
+  bool tested = false;  // else nothing is lost in any position, here and outboard
+};
+
 // What only the inward sweep needs.
 template <class S>
 struct LoweredBody {
@@ -45,6 +54,7 @@ struct LoweredBody {
   S h[3] = {S(0), S(0), S(0)};                                               // m c
   S Ixx = S(0), Ixy = S(0), Ixz = S(0), Iyy = S(0), Iyz = S(0), Izz = S(0);  // about the origin
   S reach = S(0);  // 2 |origin from the parent's|^2; of a slide 4 |p|^2, without its d
+  RoundingWeights<S> weights;
 };
 
 // What inverse dynamics needs, about the centre of mass.

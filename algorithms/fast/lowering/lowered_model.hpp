@@ -19,6 +19,7 @@
 // All constants are computed in a wider precision and rounded once.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <type_traits>
 #include <vector>
@@ -26,6 +27,7 @@
 #include "algorithms/fast/lowering/factored_body.hpp"
 #include "algorithms/fast/lowering/link_frame.hpp"
 #include "algorithms/fast/lowering/lowered_link.hpp"
+#include "algorithms/fast/lowering/rounding_weights.hpp"
 #include "algorithms/fast/lowering/zeros.hpp"
 #include "algorithms/model/model.hpp"
 #include "algorithms/spatial/sincos.hpp"
@@ -45,6 +47,11 @@ class LoweredModel {
   int branch_count() const { return branch_count_; }
   const HingeAngles<S>& hinges() const { return hinges_; }
   const std::vector<LinkRun>& runs() const { return runs_; }
+  // Whether rounding can matter to a D in some position (rounding_weights.hpp).
+  bool loses() const {
+    return std::any_of(bodies_.begin(), bodies_.end(),
+                       [](const LoweredBody<S>& body) { return body.weights.tested; });
+  }
   const LoweredLink<S>& link(int k) const { return links_[k]; }
   const LoweredBody<S>& body(int k) const { return bodies_[k]; }
   const FactoredBody<S>& factored(int k) const { return factored_[k]; }
@@ -167,6 +174,7 @@ void LoweredModel<S>::lower(const Model<W>& model) {
   }
   for (int k = 0; k < model.nv(); ++k) set_link(model, frames[k], k);
   set_runs();
+  detail::WeightsOfLinks<S>::set(links_, runs_, bodies_, factored_);
   for (int k = model.nv() - 1; k >= 0; --k) {
     if (links_[k].parent < 0) continue;
     FactoredBody<S>& parent = factored_[links_[k].parent];

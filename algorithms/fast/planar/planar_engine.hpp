@@ -138,7 +138,7 @@ class PlanarEngine final : public CommonEngine<T> {
                       T* a) override {
     this->set_derivatives(q, qd, tau, da_dq, da_dqd, da_dtau, a);
     const T check = this->terms().check;
-    if (!guard_.suspects_all() && check == T(0) && this->terms().margin > T(0)) return {};
+    if (!grows_ && check == T(0) && this->terms().margin > T(0)) return {};
     const Outcome out = guard_.fallback().factor(q);
     return out && check != T(0) ? Outcome{.status = Outcome::Status::not_finite} : out;
   }
@@ -164,7 +164,8 @@ class PlanarEngine final : public CommonEngine<T> {
         paths_(model_, options.wants(Want::inverse) ? model_.nv() : 0, lanes),
         all_(model_.nv(), 1),
         covariances_(model_.branch_count()),
-        guard_(robot, this->lowered(), RoundingGrowth<T>(this->model()).grows()) {
+        guard_(robot, this->lowered()),
+        grows_(RoundingGrowth<T>(this->model()).grows()) {
     assert(static_cast<int>(plane.home.size()) == this->lowered().nv());
     rows_.want = {Want::acceleration};
     if (options.wants(Want::inverse)) in_plane_.resize(model_.nv(), model_.nv());
@@ -175,8 +176,7 @@ class PlanarEngine final : public CommonEngine<T> {
 
  private:
   bool suspects(const T& check) const {
-    return guard_.suspects_all() || along_factors_.suspect() || check != T(0) ||
-           !(ws_.margin > T(0));
+    return grows_ || along_factors_.suspect() || check != T(0) || !(ws_.margin > T(0));
   }
 
   // M^-1 of the DoF in the plane, column-major. Zero, or NaN where a number is not finite.
@@ -215,6 +215,7 @@ class PlanarEngine final : public CommonEngine<T> {
   PlanarSelection<T> selection_;
   bool by_fallback_ = false;  // the factors that are kept
   Guard<T, CovarianceForm> guard_;
+  bool grows_;          // errors do along this robot, so that every state is a suspect
   EngineOptions rows_;  // of further workers, who answer rows alone
   std::vector<std::unique_ptr<PlanarEngine>> workers_;
 };

@@ -161,7 +161,7 @@ KALMARM_INLINE void keep(const LoweredModel<S>& model, int k, const T& tau,
   const T D = pivot.weight;
   const T size =
       slides ? T(size_m) : T(size_m * at.reach * at.reach + threshold * body.outboard_spin);
-  ws.margin = min(ws.margin, T(D - size - least));
+  if (body.tested) ws.margin = min(ws.margin, T(D - size - least));
 
   const T e = tau - (slides ? at.z.w : at.z.z), inverse_D = reciprocal(D);
   Sixfold<T>& g = link.g;

@@ -1,42 +1,12 @@
 // Errors that grow from joint to joint are found, and where they do not grow nothing is suspected.
 #include <gtest/gtest.h>
 
-#include <cmath>
-#include <vector>
-
 #include "algorithms/fast/instances.hpp"
+#include "algorithms/fast/test/mechanisms_that_lose.hpp"
 #include "algorithms/fast/test/support.hpp"
 
 namespace kalmarm::test {
 namespace {
-
-// Masses grow from the base to the tip.
-Model<double> growing(std::uint64_t seed, double heaviest) {
-  const Model<double> even = chain(seed);
-  const int n = even.nv();
-  std::vector<Joint<double>> joints;
-  for (int k = 0; k < n; ++k) {
-    joints.push_back(even.joint(k));
-    const double by = std::pow(heaviest, k / (n - 1.0));
-    joints[k].body.mass *= by;
-    joints[k].body.moments *= by;
-  }
-  return {std::move(joints), even.names(), even.nq(), Vector3<double>::Zero()};
-}
-
-// Point masses at a fraction c < 1/2 of the length of each link: stretched out, errors grow by
-// (1/c - 1)^2 a link.
-Model<double> com_inboard(int n) {
-  Builder builder;
-  for (int k = 0; k < n; ++k) {
-    Joint<double> joint;
-    joint.parent = k - 1;
-    if (k > 0) joint.translation = {1, 0, 0};
-    joint.body = point_mass(1, {0.3, 0, 0});
-    builder.add(joint);
-  }
-  return builder.build({0, 0, 0});
-}
 
 template <class T>
 bool errors_grow(const Model<double>& drawn) {

@@ -159,6 +159,18 @@ Energies energies(const Model<double>& model, const State<double>& state) {
           world.potential_energy().convert_to<double>()};
 }
 
+VectorX<double> innovation_covariances(const Model<double>& model, const VectorX<double>& q) {
+  const Model<Mp> exact = model.cast<Mp>();
+  MatrixX<Mp> M = World(exact, q.cast<Mp>(), VectorX<Mp>::Zero(model.nv())).mass_matrix();
+  VectorX<double> D(model.nv());
+  for (int k = model.nv() - 1; k >= 0; --k) {  // tips to base: what is left of M without k
+    D[k] = M(k, k).convert_to<double>();
+    const VectorX<Mp> column = M.col(k).head(k);
+    M.topLeftCorner(k, k) -= column * (column / M(k, k)).transpose();
+  }
+  return D;
+}
+
 DenseMechanics dense_mechanics(const Model<double>& model, const State<double>& state) {
   const Model<Mp> wide = model.cast<Mp>();
   const World world(wide, state.q.cast<Mp>(), state.qd.cast<Mp>());

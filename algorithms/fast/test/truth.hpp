@@ -97,6 +97,9 @@ struct Energies {
 };
 Energies energies(const Model<double>& model, const State<double>& state);
 
+// D of every joint, M = (I + K) D (I + K*), rounded to double.
+VectorX<double> innovation_covariances(const Model<double>& model, const VectorX<double>& q);
+
 // Of a mechanism: M and bias rounded to double.
 struct DenseMechanics {
   MatrixX<double> M;

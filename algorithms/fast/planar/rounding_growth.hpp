@@ -1,5 +1,5 @@
-// Do errors grow along this robot from joint to joint? The test of a sweep compares D(k) with what
-// the step before has put in (filter.hpp). Errors that grow over many joints, each of which looks
+// Do errors grow along this robot from joint to joint? The test of the planar sweep compares D(k)
+// with what the step before has put in (planar_filter.hpp). Errors that grow over many joints, each of which looks
 // well, show in S of singularity.hpp alone, which costs more than a sweep. But masses and lengths
 // decide whether they grow, more than the position does. So S is worked out once a robot, in
 // float64, at home and at eight random positions, tips to base, as far as one of

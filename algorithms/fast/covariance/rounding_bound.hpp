@@ -1,0 +1,258 @@
+// How far rounding can have moved D(k) of the conventional form: a second look at one state, for
+// what the margin of a sweep (filter.hpp) suspects.
+//
+// The sweep's P-(k) is the exact one of its link's body, of its children's P+, and of an error E(k)
+// that rounding makes there. To first order an error e of P- passes a joint and a link as
+//   e+ = psi e psi',  e(parent) = phi e+ phi',    psi = I - gH                          (1)
+// (P+ is the least of psi P- psi' + g r g' over all g, so that a change of g does not count.) Let
+// -c u N(k) <= E(k) <= c u N(k) in the order of positive semidefinite matrices (Loewner's). Then
+// -c u S <= e <= c u S for
+//   S-(k) = N(k) + sum over children of phi S+ phi',  S+ = psi S- psi'                  (2)
+//   |error of D(k)| / D(k) <= c u H S-(k) H' / D(k) = c u loss(k)                       (3)
+// (1) to (3) are exact inequalities but for a factor of 1 / (1 - c u loss(j)) for every joint j
+// outboard of k: the change of g that (1) leaves out is psi e H' H e psi' / (D + H e H'), and
+// e H' H e <= (c u)^2 (H S H') S where -c u S <= e <= c u S.
+//
+// N(k), with P^ = P+ as it is turned, factor by factor of phi: |P(i,j)|^2 <= P(i,i) P(j,j), so
+// every term that an entry (i,j) is summed from is below the root of N(i,i) N(j,j) if N(i,i) holds
+//   P(i,i)               the body's numbers, sums over children, the update g (P-H')'   (4)
+//   w P^(i,i), w = sin^2 in the plane of a rotation: Pxx - delta (congruence.hpp). w = 1 more where
+//     the angle is a sum that has been rounded, or the rotation is a matrix             (5)
+//   d^2 P^(j,j)          where a slide's own length is a rounded sum d + q              (6)
+// Translations need no term of their own: N before them, moved by phi, and N after them hold what
+// they sum. Six rows, each within a few roundings of sizes below N, make c = 40 or so in (3) a
+// bound that is proven. Roundings do not conspire: c = rounding_constant was never below the error
+// of any sweep against multi-precision (test_rounding_bound.cpp says how near it comes).
+//
+// P and S are the two lanes of one number, in double, so that one congruence moves both. The
+// measurement is that of any X at once, X+ = X - g b' - b g', b = X H' - g (H X H' + r) / 2, r in
+// P's lane alone. In units of c u, S is the same for float and double but for P's own rounding.
+// About 300 operations on pairs a hinge; no forces, so that what weights and velocities lose is
+// not seen.
+#pragma once
+
+#include <limits>
+#include <vector>
+
+#include "algorithms/fast/covariance/filter.hpp"
+#include "algorithms/spatial/inlining.hpp"
+
+namespace kalmarm {
+
+// Relative errors of D, of the joint where they are largest.
+struct RoundingLoss {
+  double bound = 0;
+  int joint = -1;
+  double D = 0, scale = 0;  // of that joint; scale = H S- H'
+};
+
+template <class S>
+class RoundingBound {
+ public:
+  explicit RoundingBound(const LoweredModel<S>& model)
+      : placed_(model), branches_(model.branch_count()) {}
+
+  // At q (nq).
+  KALMARM_NOINLINE KALMARM_SWEEP RoundingLoss look(const LoweredModel<S>& model, const S* q);
+
+ private:
+  using Both = Pack<double, 2>;  // P's number and S's
+
+  struct Placed : Placements<S> {
+    struct Link {
+      S d;
+    };
+    std::vector<Link> links;
+
+    explicit Placed(const LoweredModel<S>& model) : Placements<S>(model), links(model.nv()) {}
+  };
+  struct Branch {
+    bool begun;
+    Articulated<Both> X;
+  };
+
+  static Both both(double P, double of_S) { return Both::of(typename Both::Vector{P, of_S}); }
+  static Both in_P(double x) { return both(x, 0); }
+  static Both in_S(double x) { return both(0, x); }
+
+  static LoweredBody<Both> in_P(const LoweredBody<S>& body) {
+    return {in_P(body.r),
+            in_P(body.m),
+            {in_P(body.h[0]), in_P(body.h[1]), in_P(body.h[2])},
+            in_P(body.Ixx),
+            in_P(body.Ixy),
+            in_P(body.Ixz),
+            in_P(body.Iyy),
+            in_P(body.Iyz),
+            in_P(body.Izz),
+            Both(0),
+            {}};
+  }
+
+  // (4)
+  KALMARM_INLINE static void add_sizes(Articulated<Both>& X) {
+    for (Both* x : {&X.Axx, &X.Ayy, &X.Azz, &X.Cxx, &X.Cyy, &X.Czz}) *x += in_S(x->v[0]);
+  }
+
+  // (5) of a rotation of the axes whose numbers follow.
+  template <class... Numbers>
+  KALMARM_INLINE static void add_turned(double w, Numbers&... x) {
+    ((x += in_S(w * x.v[0])), ...);
+  }
+
+  // Rows and columns of moments and of forces change places: a slide is measured as a hinge is.
+  KALMARM_INLINE static Articulated<Both> exchanged(const Articulated<Both>& X) {
+    return {X.Cxx, X.Cxy, X.Cyy, X.Cxz, X.Cyz, X.Czz, X.Bxx, X.Byx, X.Bxy, X.Byy, X.Bzx,
+            X.Bzy, X.Bxz, X.Byz, X.Bzz, X.Axx, X.Axy, X.Ayy, X.Axz, X.Ayz, X.Azz};
+  }
+
+  KALMARM_INLINE static void measure(double r, Articulated<Both>& X, RoundingLoss& loss, int k);
+  KALMARM_INLINE void to_parent(const LoweredModel<S>& model, int k, const S* q,
+                                Articulated<Both>& X) const;
+
+  Placed placed_;
+  std::vector<Branch> branches_;
+};
+
+template <class S>
+void RoundingBound<S>::measure(double r, Articulated<Both>& X, RoundingLoss& loss, int k) {
+  const double unit = rounding_constant * static_cast<double>(unit_roundoff<S>());
+  const double D = X.Azz.v[0] + r, S_zz = X.Azz.v[1], inverse_D = 1 / D;
+  const double scale = S_zz + r;  // r is rounded too
+  if (!(unit * scale < loss.bound * D)) {
+    loss.bound = D > 0 ? unit * scale / D : std::numeric_limits<double>::infinity();
+    loss.joint = k;
+    loss.D = D;
+    loss.scale = scale;
+  }
+  const auto gain = [&](const Both& x) { return Both(x.v[0] * inverse_D); };
+  const Both gx = gain(X.Axz), gy = gain(X.Ayz), gu = gain(X.Bzx), gv = gain(X.Bzy),
+             gw = gain(X.Bzz), half = both(D / 2, S_zz / 2);
+  const Both bx = X.Axz - gx * half, by = X.Ayz - gy * half, bu = X.Bzx - gu * half,
+             bv = X.Bzy - gv * half, bw = X.Bzz - gw * half;
+  X.Axx -= gx * bx + bx * gx;
+  X.Axy -= gx * by + bx * gy;
+  X.Ayy -= gy * by + by * gy;
+  X.Bxx -= gx * bu + bx * gu;
+  X.Bxy -= gx * bv + bx * gv;
+  X.Bxz -= gx * bw + bx * gw;
+  X.Byx -= gy * bu + by * gu;
+  X.Byy -= gy * bv + by * gv;
+  X.Byz -= gy * bw + by * gw;
+  X.Cxx -= gu * bu + bu * gu;
+  X.Cxy -= gu * bv + bu * gv;
+  X.Cyy -= gv * bv + bv * gv;
+  X.Cxz -= gu * bw + bu * gw;
+  X.Cyz -= gv * bw + bv * gw;
+  X.Czz -= gw * bw + bw * gw;
+  // Row z: HP+ = r g', and psi's is r / D times that of I.
+  const Both left = Both(r * inverse_D), old = in_S(S_zz);
+  X.Axz = left * (X.Axz - gx * old);
+  X.Ayz = left * (X.Ayz - gy * old);
+  X.Bzx = left * (X.Bzx - gu * old);
+  X.Bzy = left * (X.Bzy - gv * old);
+  X.Bzz = left * (X.Bzz - gw * old);
+  X.Azz = X.Azz * left * both(1, r * inverse_D);
+}
+
+template <class S>
+void RoundingBound<S>::to_parent(const LoweredModel<S>& model, int k, const S* q,
+                                 Articulated<Both>& X) const {
+  using Kind = typename LoweredLink<S>::Kind;
+  const LoweredLink<S>& link = model.link(k);
+  const auto turned_z = [&](const Turn<S>& by, double w) {
+    if (by.ss == S(0) && w == 0) return;
+    add_turned(by.ss + w, X.Axx, X.Ayy, X.Cxx, X.Cyy);
+    rotate_z(by, X);
+  };
+  switch (link.kind) {
+    case Kind::cyclic:
+      X = cycle(X);
+      return;
+    case Kind::matrix: {
+      const auto& phi = placed_.matrices[link.varying];
+      Rotation<Both> R;
+      double reach = 0;  // (6)
+      for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) R.R[i][j] = phi.R.R[i][j];
+        reach += link.p[i] * link.p[i];
+        if (link.coordinate == Coordinate::position) reach += q[i] * q[i];
+      }
+      const Both moments = X.Axx + X.Ayy + X.Azz, forces = X.Cxx + X.Cyy + X.Czz;
+      for (Both* x : {&X.Axx, &X.Ayy, &X.Azz}) *x += in_S(moments.v[0] + reach * forces.v[0]);
+      for (Both* x : {&X.Cxx, &X.Cyy, &X.Czz}) *x += in_S(forces.v[0]);
+      rotate(R, X);
+      translate_x(phi.p[0], X);
+      translate_y(phi.p[1], X);
+      translate_z(phi.p[2], X);
+      return;
+    }
+    case Kind::screws:
+      break;
+  }
+  if (link.slides) {
+    const double d = placed_.links[k].d, own = link.d;
+    X.Axx += in_S(own * own * X.Cyy.v[0]);
+    X.Ayy += in_S(own * own * X.Cxx.v[0]);
+    translate_z(d, X);
+    turned_z(model.uncommon(link).turn, 0);
+  } else {
+    if (link.d != S(0)) translate_z(link.d, X);
+    const int at = link.varying;
+    turned_z(Turn<S>(placed_.cos[at], placed_.sin[at]), model.hinges().offset[at] != S(0));
+  }
+  if (link.alpha.s != S(0)) {
+    add_turned(link.alpha.ss, X.Ayy, X.Azz, X.Cyy, X.Czz);
+    X = rotate_x(link.alpha, X);
+  } else if (link.alpha.c < S(0)) {
+    X = rotate_x(link.alpha, X);
+  }
+  if (link.turned) turned_z(model.uncommon(link).theta, 0);
+  if (link.p[0] != S(0)) translate_x(link.p[0], X);
+  if (link.p[1] != S(0)) translate_y(link.p[1], X);
+  if (link.p[2] != S(0)) translate_z(link.p[2], X);
+}
+
+template <class S>
+RoundingLoss RoundingBound<S>::look(const LoweredModel<S>& model, const S* q) {
+  detail::set_placements(model, q, placed_);
+  for (Branch& branch : branches_) branch.begun = false;
+  RoundingLoss loss;
+  Articulated<Both> X;
+  bool carried = false;
+  for (int k = model.nv() - 1; k >= 0; --k) {
+    const LoweredLink<S>& link = model.link(k);
+    const LoweredBody<Both> body = in_P(model.body(k));
+    if (carried)
+      add_body(X, body);
+    else
+      set_body(X, body);
+    if (link.branch >= 0) {
+      add_sizes(X);
+      add(X, branches_[link.branch].X);
+    }
+    add_sizes(X);
+    if (link.slides) {
+      Articulated<Both> swapped = exchanged(X);
+      measure(model.body(k).r, swapped, loss, k);
+      X = exchanged(swapped);
+    } else {
+      measure(model.body(k).r, X, loss, k);
+    }
+    if (!(loss.bound < std::numeric_limits<double>::infinity())) break;
+    carried = link.hangs_on_previous;
+    if (link.parent < 0) continue;
+    to_parent(model, k, q + link.q_index, X);
+    if (carried) continue;
+    Branch& branch = branches_[model.link(link.parent).branch];
+    if (branch.begun) {
+      add(branch.X, X);
+      add_sizes(branch.X);
+    } else {
+      branch = {true, X};
+    }
+  }
+  return loss;
+}
+
+}  // namespace kalmarm

@@ -1,0 +1,74 @@
+// The test of every sweep: can rounding have moved a D(k) by more than 1 per cent?
+//
+// An error E of P-(k) is the exact P- of a mechanism whose body k is M(k) + E. So if every link
+// absorbs its errors, |E(k)| <= e M(k) with e < 1 in the order of positive semidefinite matrices,
+// then M of the mechanism, and every D, is right to a factor of 1 +- e, however many joints there
+// are: D is the least kinetic energy of unit acceleration. That is asked link by link with the
+// constant weights w of rounding_weights.hpp,
+//   e(k) = c u (sum over i of w(i) P(i,i) + trace(S M^-1)) < 0.01                         (1)
+// A link that does not absorb (massless, a point, or light beside what it carries) hands its
+// errors on to its parent as S, of which the traces of the moments and of the forces are known:
+//   S+ = psi S psi' <= 2 (S + h g g'),  h = H S H',  psi = I - gH                         (2)
+//   S(parent) += 2 (moment + |p|^2 force), force      phi S+ phi'
+// and D has to stand above them by itself,
+//   c u (h + N) < 0.01 D                                                                  (3)
+// A state that fails both (1) and (3) at some joint is a suspect: margin <= 0, and it gets the
+// second look of rounding_bound.hpp. Where (1) holds in all positions, w.tested is false, and
+// nothing is computed (rounding_weights.hpp): in float64 of most robots and of chains of 1000 links.
+#pragma once
+
+#include "algorithms/fast/covariance/articulated.hpp"
+#include "algorithms/fast/lowering/rounding_weights.hpp"
+#include "algorithms/spatial/inlining.hpp"
+#include "algorithms/spatial/pack.hpp"
+
+namespace kalmarm {
+
+// Traces of S in (2), in units of u c.
+template <class T>
+struct Pending {
+  T moment, force;
+};
+
+namespace detail {
+
+template <class T>
+T zero_where_less(const T& a, const T& b, const T& x) {
+  return a < b ? T(0) : x;
+}
+
+// (1): e, in units of 0.01. slides: of a joint that does, d.
+template <bool slides, class T, class S>
+KALMARM_INLINE T absorbed(const RoundingWeights<S>& w, const Articulated<T>& P,
+                          const Pending<T>& pending, const T& d) {
+  T e = (w.Axx * P.Axx + w.Ayy * P.Ayy + w.Azz * P.Azz) +
+        (w.Cxx * P.Cxx + w.Cyy * P.Cyy + w.Czz * P.Czz) +
+        (w.moment * pending.moment + w.force * pending.force);
+  if constexpr (slides) e += w.moment * (d * d * (P.Cxx + P.Cyy));
+  return e;
+}
+
+// Before P- of a joint on a screw becomes P+.
+template <bool slides, class T, class S>
+KALMARM_INLINE void test_rounding(const RoundingWeights<S>& w, const Articulated<T>& P, const T& D,
+                                  const Sixfold<T>& g, const T& d, Pending<T>& pending, T& margin) {
+  using std::min;
+  const T one = T(S(1)), two = T(S(2));
+  const T moment = P.Axx + P.Ayy + P.Azz, force = P.Cxx + P.Cyy + P.Czz;
+  const T e = absorbed<slides>(w, P, pending, d);
+  T h = slides ? T(pending.force + P.Czz) : T(pending.moment + P.Azz + w.reach * force);
+  h = zero_where_less(e, one, h);
+  margin = min(margin, T(D - T(rounding_unit<typename Lanes<S>::Scalar>()) * h));
+  T of_moments = g.x * g.x + g.y * g.y, of_forces = g.u * g.u + g.v * g.v;
+  if constexpr (slides)
+    of_moments += g.z * g.z;
+  else
+    of_forces += g.w * g.w;
+  const T left_moment = two * (pending.moment + moment + h * of_moments);
+  const T left_force = two * (pending.force + force + h * of_forces);
+  pending = {zero_where_less(e, one, left_moment), zero_where_less(e, one, left_force)};
+}
+
+}  // namespace detail
+
+}  // namespace kalmarm

@@ -1,0 +1,194 @@
+// What rounding does to P-(k), beside the link's own body: for the test of every sweep
+// (covariance/rounding_test.hpp).
+//
+// Errors of P of link k are below c u N in the order of positive semidefinite matrices, with a
+// diagonal N whose entries are sums of P's (rounding_bound.hpp). They are charged to link k's P-:
+//   P(i,i)                      the body's numbers, sums over children, the joint's update
+//   P(x,x) + P(y,y) for x, y    Rz of the link's own joint. It leaves the row of zeros alone, so its
+//                               errors are those of a P- that differs by no more; Tz(d) likewise
+//   a turn's other axis, and p(i)^2 P(j,j) for moments     Rx, Rz and T(p) of children's phi
+// The body M absorbs N where N <= e M, and trace(N M^-1) is such an e:
+//   c u N <= e M,  e = c u sum over i of w(i) P(i,i)                                      (1)
+// with weights w that depend on the robot alone. Where all joints from link k to the base have
+// parallel axes, moments about z and forces along x and y are a problem of their own, and the only
+// one on which a D depends: the weights of the others are 0.
+//
+// Square roots lose about 32 u^2 where P loses u (inverse_mass/singularity.hpp): (1) in that unit
+// says which of their D are worth a test.
+#pragma once
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <vector>
+
+#include "algorithms/fast/lowering/factored_body.hpp"
+#include "algorithms/fast/lowering/lowered_link.hpp"
+#include "algorithms/spatial/spatial.hpp"
+
+namespace kalmarm {
+
+// c, for roundings that do not conspire, and the relative error of D that is not answered.
+inline constexpr double rounding_constant = 8, largest_error_of_D = 0.01;
+
+// c u in units of the latter.
+template <class S>
+S rounding_unit() {
+  return S(rounding_constant / largest_error_of_D) * unit_roundoff<S>();
+}
+
+namespace detail {
+
+// Of a link that absorbs nothing.
+inline constexpr double no_body = 1e30;
+
+// The largest that P's moments and forces of a link can be, wherever the joints stand.
+struct Largest {
+  double moment = 0, force = 0;
+};
+
+template <class S>
+class WeightsOfLinks {
+ public:
+  // Links and bodies are written to; of runs at once, only the last DoF is tested.
+  static void set(const std::vector<LoweredLink<S>>& links, const std::vector<LinkRun>& runs,
+                  std::vector<LoweredBody<S>>& bodies, std::vector<FactoredBody<S>>& factored) {
+    const double root_unit = 32 * static_cast<double>(unit_roundoff<S>());
+    const int n = static_cast<int>(links.size());
+    WeightsOfLinks all(links);
+    std::vector<char> planar(n), between(n, 0);
+    for (const LinkRun& run : runs)
+      for (int k = run.first; run.at_once && k < run.last; ++k) between[k] = 1;
+    for (int k = 0; k < n; ++k) {
+      const LoweredLink<S>& link = links[k];
+      planar[k] = link.kind == LoweredLink<S>::Kind::screws && !link.slides &&
+                  (link.parent < 0 || (planar[link.parent] && link.alpha.s == S(0)));
+      all.weigh(k, links, planar[k], bodies[k]);
+    }
+    std::vector<Largest> largest(n);
+    std::vector<char> unbounded(n, 0), pending(n, 0);
+    for (int k = n - 1; k >= 0; --k) {
+      RoundingWeights<S>& w = bodies[k].weights;
+      all.add_body(bodies[k], largest[k]);
+      const bool bounded = !unbounded[k] && !links[k].slides && w.moment < S(no_body);
+      const double most = bounded ? all.most(w, largest[k]) : no_body;
+      w.tested = pending[k] || (!between[k] && !(most < 0.5));
+      factored[k].tested = between[k] ? factored[k + 1].tested : !(most * root_unit < 0.5);
+      const int parent = links[k].parent;
+      if (parent < 0) continue;
+      if (w.tested) pending[parent] = 1;
+      if (unbounded[k] || links[k].slides) unbounded[parent] = 1;
+      all.add_child(links[k], largest[k], largest[parent]);
+    }
+  }
+
+ private:
+  struct Children {
+    Eigen::Array3d squares = Eigen::Array3d::Zero();  // the largest of p(i)^2
+    bool tilted = false, turned = false;
+  };
+
+  explicit WeightsOfLinks(const std::vector<LoweredLink<S>>& links) : children_(links.size()) {
+    for (const LoweredLink<S>& link : links) {
+      if (link.parent < 0) continue;
+      Children& at = children_[link.parent];
+      for (int i = 0; i < 3; ++i)
+        at.squares[i] = std::max(at.squares[i], square(static_cast<double>(link.p[i])));
+      at.tilted |= link.alpha.s != S(0);
+      at.turned |= link.turned;
+    }
+  }
+
+  static double square(double x) { return x * x; }
+
+  // Diagonal of M^-1, of moments about z and forces along x and y alone in a plane. Zero where M
+  // is singular to ten digits.
+  static Eigen::Array<double, 6, 1> inverse(const LoweredBody<S>& body, bool planar) {
+    const double m(body.m), x(body.h[0]), y(body.h[1]), z(body.h[2]);
+    Eigen::Matrix<double, 6, 6> M;
+    M << double(body.Ixx), double(body.Ixy), double(body.Ixz), 0, -z, y,  //
+        double(body.Ixy), double(body.Iyy), double(body.Iyz), z, 0, -x,   //
+        double(body.Ixz), double(body.Iyz), double(body.Izz), -y, x, 0,   //
+        0, z, -y, m, 0, 0,                                                //
+        -z, 0, x, 0, m, 0,                                                //
+        y, -x, 0, 0, 0, m;
+    Eigen::Array<double, 6, 1> w = Eigen::Array<double, 6, 1>::Zero();
+    const auto put = [&](const auto& part, int first) {
+      const auto X = part.inverse().eval();
+      for (int i = 0; i < X.rows(); ++i)
+        if (!(X(i, i) > 0 && X(i, i) * part(i, i) < 1e10)) return;
+      w.segment(first, X.rows()) = X.diagonal().array();
+    };
+    if (planar)
+      put(Eigen::Matrix3d(M.block<3, 3>(2, 2)), 2);
+    else
+      put(M, 0);
+    return w;
+  }
+
+  void weigh(int k, const std::vector<LoweredLink<S>>& links, bool planar,
+             LoweredBody<S>& body) const {
+    const LoweredLink<S>& link = links[k];
+    const bool on_a_screw = link.kind == LoweredLink<S>::Kind::screws;
+    const Children& children = children_[k];
+    const Eigen::Array<double, 6, 1> own = inverse(body, planar);
+    Eigen::Array<double, 6, 1> w = own;
+    const auto turn = [&](int i, int j) {
+      for (const int block : {0, 3}) {
+        w[block + i] += own[block + j];
+        w[block + j] += own[block + i];
+      }
+    };
+    const auto move = [&](const Eigen::Array3d& squares) {
+      for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j)
+          if (i != j) w[3 + j] += squares[3 - i - j] * own[i];
+    };
+    turn(0, 1);
+    if (!on_a_screw) turn(1, 2), turn(0, 2);
+    if (on_a_screw && !link.slides) move({0, 0, square(static_cast<double>(link.d))});
+    if (children.tilted) turn(1, 2);
+    if (children.turned) turn(0, 1);
+    move(children.squares);
+
+    const bool absorbs = own.maxCoeff() > 0;
+    const auto weight = [&](double x) {
+      return S(absorbs ? std::min(x * static_cast<double>(rounding_unit<S>()), no_body) : no_body);
+    };
+    RoundingWeights<S>& out = body.weights;
+    out.Axx = weight(w[0]);
+    out.Ayy = weight(w[1]);
+    out.Azz = weight(w[2]);
+    out.Cxx = weight(w[3]);
+    out.Cyy = weight(w[4]);
+    out.Czz = weight(w[5]);
+    out.moment = weight(own.head<3>().sum());
+    out.force = weight(own.tail<3>().sum());
+    out.reach = S(children.squares.sum());
+  }
+
+  static void add_body(const LoweredBody<S>& body, Largest& to) {
+    to.moment += static_cast<double>(body.Ixx + body.Iyy + body.Izz) / 2;
+    to.force += static_cast<double>(body.m);
+  }
+
+  // Polar moments, of a child's side stretched out.
+  static void add_child(const LoweredLink<S>& link, const Largest& child, Largest& to) {
+    using std::sqrt;
+    const Vector3<double> p = link.p.template cast<double>();
+    const double away = p.norm() + std::abs(static_cast<double>(link.d));
+    to.moment += square(sqrt(child.moment) + away * sqrt(child.force));
+    to.force += child.force;
+  }
+
+  // Of e in (1), in units of what is not answered.
+  static double most(const RoundingWeights<S>& w, const Largest& P) {
+    return static_cast<double>(w.Axx + w.Ayy + w.Azz) * P.moment +
+           static_cast<double>(w.Cxx + w.Cyy + w.Czz) * P.force;
+  }
+
+  std::vector<Children> children_;
+};
+
+}  // namespace detail
+
+}  // namespace kalmarm
