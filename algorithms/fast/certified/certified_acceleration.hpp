@@ -3,8 +3,8 @@
 // form; where these do not either, by a variant of the study that widens its factors
 // (fallback.hpp). Every step is judged by the residual in twice the precision.
 //
-// A sweep that says that some D may be lost in rounding (its margin) is not refined by its own
-// factors: along a direction in which they are too stiff by orders of magnitude the residual shows
+// A sweep of which some D may be lost in rounding (its margin, and then the form's second look) is
+// not refined by its own factors: along a direction in which they are too stiff by orders of magnitude the residual shows
 // as little as they do. In float32 what comes after the sweep's own factors is float64, certified.
 #pragma once
 
@@ -43,9 +43,11 @@ class CertifiedSweep {
         columns_(models.lowered),
         residual_(models.twice),
         refiner_(models.lowered.nv()),
+        second_(models.lowered),
         all_(models.lowered.nv(), 1) {}
 
-  // a (nv) of the first `states` lanes. Where out[i] is not settled it is not to be used.
+  // a (nv) of the first `states` lanes. Where out[i] is not settled, or is not trusted, it is not to
+  // be used.
   void acceleration(const CertifiedModels<S>& models, const T* q, const T* qd, const T* tau,
                     int states, T* a, Verdict* out) {
     F::acceleration(models.lowered, q, qd, tau, sweep_, a);
@@ -60,8 +62,12 @@ class CertifiedSweep {
                                 [&](int k, const T& x) { d[k] = x; });
         },
         states, a, out);
-    for (int i = 0; i < states; ++i)
-      out[i].settled = out[i].settled && detail::number(sweep_.margin, i) > S(0);
+  }
+
+  // Whether no D of the last call is lost in rounding, in a lane whose position is q (nq).
+  bool trusted(const CertifiedModels<S>& models, const S* q, int lane = 0) {
+    return detail::number(sweep_.margin, lane) > S(0) ||
+           second_.clears(models.lowered, q, sweep_, lane);
   }
 
  private:
@@ -69,6 +75,7 @@ class CertifiedSweep {
   ColumnsWorkspace<T> columns_;
   TwiceResidual<T> residual_;
   Refiner<T> refiner_;
+  typename F::template Second<S> second_;
   std::vector<char> all_;
 };
 
@@ -95,14 +102,14 @@ template <>
 class CarefulAcceleration<double> {
  public:
   explicit CarefulAcceleration(const CertifiedModels<double>& models)
-      : sweep_(models),
-        last_(make_fallback<double>(models.robot, Form::square_root, false)) {}
+      : sweep_(models), last_(make_fallback<double>(models.robot, Form::square_root, false)) {}
 
   Outcome acceleration(const CertifiedModels<double>& models, const double* q, const double* qd,
                        const double* tau, double* a) {
     Verdict refined;
     sweep_.acceleration(models, q, qd, tau, 1, a, &refined);
-    return refined.settled ? outcome_of(refined, true) : last_->acceleration(q, qd, tau, a);
+    return refined.settled && sweep_.trusted(models, q) ? outcome_of(refined, true)
+                                                        : last_->acceleration(q, qd, tau, a);
   }
 
  private:
@@ -121,7 +128,8 @@ class CertifiedAcceleration {
                        S* a) {
     Verdict refined;
     sweep_.acceleration(models, q, qd, tau, 1, a, &refined);
-    return refined.settled ? outcome_of(refined) : careful(models, q, qd, tau, a);
+    return refined.settled && sweep_.trusted(models, q) ? outcome_of(refined)
+                                                        : careful(models, q, qd, tau, a);
   }
 
   // The same without the sweep.

@@ -52,9 +52,10 @@ class CertifiedEngine final : public CommonEngine<S> {
           store();
           for (int lane = 0; lane < states; ++lane) {
             const std::ptrdiff_t i = first + lane;
-            outcomes[i] = refined[lane].settled ? outcome_of(refined[lane])
-                                                : w.one.careful(models_, q + i * nq, qd + i * nv,
-                                                                tau + i * nv, a + i * nv);
+            outcomes[i] =
+                refined[lane].settled && w.sweep.trusted(models_, q + i * nq, lane)
+                    ? outcome_of(refined[lane])
+                    : w.one.careful(models_, q + i * nq, qd + i * nv, tau + i * nv, a + i * nv);
             failed += !outcomes[i];
           }
         });

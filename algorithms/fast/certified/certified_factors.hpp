@@ -18,6 +18,12 @@
 
 namespace kalmarm {
 
+// A second look at a D that may be lost in rounding.
+inline bool clears(RoundingBound<double>& bound, const LoweredModel<double>& model,
+                   const double* q) {
+  return bound.look(model, q).bound < largest_error_of_D;
+}
+
 // Of numbers in double.
 class CertifiedFactors {
  public:
@@ -27,6 +33,7 @@ class CertifiedFactors {
         rows_(models.lowered),
         solver_(models.lowered),
         probe_(models.lowered, models.twice),
+        bound_(models.lowered),
         refiner_(models.lowered.nv()),
         last_(make_fallback<double>(models.robot, Form::square_root, false)) {
     if (options.wants(Want::inverse)) inverse_.emplace(models.lowered);
@@ -111,7 +118,7 @@ class CertifiedFactors {
         rows_.factor(models_.lowered, q, factors_);
       else
         covariance_factor(models_.lowered, q, factors_);
-      if (!(factors_.margin > 0)) continue;
+      if (!(factors_.margin > 0) && (square_root || !clears(bound_, models_.lowered, q))) continue;
       const auto answer = work();
       probe_.set(models_.twice, factors_, q);
       const double error = probe_.error(models_.lowered, models_.twice, factors_, solver_, answer);
@@ -150,6 +157,7 @@ class CertifiedFactors {
   SquareRootForm::Factoring<double> rows_;
   FactorSolver<double> solver_;
   Probe<detail::Carrier<double>> probe_;
+  RoundingBound<double> bound_;
   Refiner<double> refiner_;
   std::unique_ptr<Fallback<double>> last_;
   std::optional<InverseColumns<double>> inverse_;

@@ -30,10 +30,13 @@ namespace kalmarm {
 // c, for roundings that do not conspire, and the relative error of D that is not answered.
 inline constexpr double rounding_constant = 8, largest_error_of_D = 0.01;
 
-// c u in units of the latter.
+// c of (1), whose trace is up to six times the largest eigenvalue, which is what counts.
+inline constexpr double rounding_constant_of_traces = rounding_constant / 3;
+
+// The latter, times u, in units of the error.
 template <class S>
 S rounding_unit() {
-  return S(rounding_constant / largest_error_of_D) * unit_roundoff<S>();
+  return S(rounding_constant_of_traces / largest_error_of_D) * unit_roundoff<S>();
 }
 
 namespace detail {
