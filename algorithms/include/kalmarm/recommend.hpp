@@ -4,7 +4,7 @@
 //   if (advice.precision == kalmarm::Precision::float32)
 //     kalmarm::Dynamics<float> robot(model, {.form = advice.form});
 //
-// Both forms in both precisions answer the question in every state and are compared with an answer
+// All forms in both precisions answer the question in every state and are compared with an answer
 // that is right to the last bits of double, or says that it is not; the rule and its equations stand
 // in algorithms/advisor/advisor.hpp.
 #pragma once
