@@ -1,11 +1,12 @@
 // Accelerations whose error is known: forward dynamics by the conventional form (4.2) to (4.11),
-// refined by its own factors (refine.hpp); where these do not help, by those of the square-root
-// form; where these do not either, by a variant of the study that widens its factors
-// (fallback.hpp). Every step is judged by the residual in twice the precision.
+// refined by its own factors (refine.hpp), judged by the residual in twice the precision; where
+// these do not help, by a variant of the study that widens its factors (fallback.hpp).
 //
 // A sweep of which some D may be lost in rounding (its margin, and then the form's second look) is
-// not refined by its own factors: along a direction in which they are too stiff by orders of magnitude the residual shows
-// as little as they do. In float32 what comes after the sweep's own factors is float64, certified.
+// not refined by its own factors: along a direction in which they are too stiff by orders of
+// magnitude the residual shows as little as they do. The square-root form's factors are not tried
+// in between: a search found mechanisms on which they are too stiff without a sign of it. In float32
+// what comes after the sweep's own factors is float64, certified.
 #pragma once
 
 #include <algorithm>
@@ -32,8 +33,8 @@ struct CertifiedModels {
         robot(plain(model.template cast<double>())) {}
 };
 
-// A sweep of the form F (forms.hpp) and its refinement, for one state or one in every lane.
-template <class T, class F>
+// A sweep of the conventional form and its refinement, for one state or one in every lane.
+template <class T>
 class CertifiedSweep {
  public:
   using S = typename Lanes<T>::Scalar;
@@ -50,7 +51,7 @@ class CertifiedSweep {
   // be used.
   void acceleration(const CertifiedModels<S>& models, const T* q, const T* qd, const T* tau,
                     int states, T* a, Verdict* out) {
-    F::acceleration(models.lowered, q, qd, tau, sweep_, a);
+    covariance_acceleration(models.lowered, q, qd, tau, sweep_, a);
     residual_.set_motion(models.twice, q, qd, tau);
     refiner_.refine(
         models.twice, residual_,
@@ -71,19 +72,18 @@ class CertifiedSweep {
   }
 
  private:
-  typename F::template Workspace<T> sweep_;
+  CovarianceWorkspace<T> sweep_;
   ColumnsWorkspace<T> columns_;
   TwiceResidual<T> residual_;
   Refiner<T> refiner_;
-  typename F::template Second<S> second_;
+  CovarianceForm::Second<S> second_;
   std::vector<char> all_;
 };
 
-inline Outcome outcome_of(const Verdict& refined, bool suspect = false) {
+inline Outcome outcome_of(const Verdict& refined) {
   Outcome out;
   out.error = refined.error;
   out.steps = refined.steps;
-  out.suspect = suspect;
   return out;
 }
 
@@ -102,18 +102,16 @@ template <>
 class CarefulAcceleration<double> {
  public:
   explicit CarefulAcceleration(const CertifiedModels<double>& models)
-      : sweep_(models), last_(make_fallback<double>(models.robot, Form::square_root, false)) {}
+      : last_(make_fallback<double>(models.robot, Form::square_root, false)) {}
 
-  Outcome acceleration(const CertifiedModels<double>& models, const double* q, const double* qd,
+  Outcome acceleration(const CertifiedModels<double>&, const double* q, const double* qd,
                        const double* tau, double* a) {
-    Verdict refined;
-    sweep_.acceleration(models, q, qd, tau, 1, a, &refined);
-    return refined.settled && sweep_.trusted(models, q) ? outcome_of(refined, true)
-                                                        : last_->acceleration(q, qd, tau, a);
+    Outcome out = last_->acceleration(q, qd, tau, a);
+    out.suspect = static_cast<bool>(out);
+    return out;
   }
 
  private:
-  CertifiedSweep<double, SquareRootForm> sweep_;
   std::unique_ptr<Fallback<double>> last_;
 };
 
@@ -141,7 +139,7 @@ class CertifiedAcceleration {
   }
 
  private:
-  CertifiedSweep<S, CovarianceForm> sweep_;
+  CertifiedSweep<S> sweep_;
   CarefulAcceleration<S> careful_;
 };
 

@@ -86,7 +86,7 @@ class CertifiedEngine final : public CommonEngine<S> {
       std::conditional_t<std::is_same_v<S, double>, CertifiedFactors, CertifiedNarrowFactors>;
 
   struct Worker {
-    CertifiedSweep<StateLanes<S>, CovarianceForm> sweep;
+    CertifiedSweep<StateLanes<S>> sweep;
     CertifiedAcceleration<S> one;  // of what its own factors do not settle
     RowBlock<S> rows;
 

@@ -1,7 +1,6 @@
 // Factors of M, M^-1 and parts of it whose error is known: by the conventional form, judged by a
-// probe (probe.hpp); where that is not enough by the square-root form, judged likewise; where that
-// is not enough either, or a sweep says that some D may be lost in rounding, by a variant of the
-// study that refines every column and widens its factors (fallback.hpp).
+// probe (probe.hpp); where that is not enough, or some D may be lost in rounding, by a variant of
+// the study that refines every column and widens its factors (fallback.hpp).
 //   enough, of what is not refined:  64 u;     of factors for solves, which are: 1e-3
 // Solves are refined with the residual in twice the precision (refine.hpp).
 #pragma once
@@ -30,7 +29,6 @@ class CertifiedFactors {
   CertifiedFactors(const CertifiedModels<double>& models, const EngineOptions& options)
       : models_(models),
         factors_(models.lowered),
-        rows_(models.lowered),
         solver_(models.lowered),
         probe_(models.lowered, models.twice),
         bound_(models.lowered),
@@ -113,20 +111,13 @@ class CertifiedFactors {
   template <class Work, class Last>
   Outcome by_best(const double* q, double enough, const Work& work, const Last& last) {
     if (!all_finite(models_.lowered.nq(), q)) return {.status = Outcome::Status::not_finite};
-    for (const bool square_root : {false, true}) {
-      if (square_root)
-        rows_.factor(models_.lowered, q, factors_);
-      else
-        covariance_factor(models_.lowered, q, factors_);
-      if (!(factors_.margin > 0) && (square_root || !clears(bound_, models_.lowered, q))) continue;
+    covariance_factor(models_.lowered, q, factors_);
+    if (factors_.margin > 0 || clears(bound_, models_.lowered, q)) {
       const auto answer = work();
       probe_.set(models_.twice, factors_, q);
-      const double error = probe_.error(models_.lowered, models_.twice, factors_, solver_, answer);
-      if (!(error <= enough)) continue;
       Outcome out;
-      out.error = error;
-      out.suspect = square_root;
-      return out;
+      out.error = probe_.error(models_.lowered, models_.twice, factors_, solver_, answer);
+      if (out.error <= enough) return out;
     }
     Outcome out = last();
     out.suspect = static_cast<bool>(out);
@@ -154,7 +145,6 @@ class CertifiedFactors {
 
   const CertifiedModels<double>& models_;
   FastFactors<double> factors_;
-  SquareRootForm::Factoring<double> rows_;
   FactorSolver<double> solver_;
   Probe<detail::Carrier<double>> probe_;
   RoundingBound<double> bound_;
