@@ -132,7 +132,7 @@ TYPED_TEST(Certified, PartsOfTheInverseAndSolvesAreRight) {
     VectorX<T> x = poisoned<T>(nv);
     ASSERT_TRUE(dynamics.factor(state.q));
     dynamics.solve(MatrixView<const T>(state.tau.data(), nv, 1), MatrixView<T>(x.data(), nv, 1));
-    EXPECT_LE(truth.solution(x), 20 * this->u);  // in the norm of M: x is right to u in Euclid's
+    EXPECT_LE(truth.solution(x), 400 * this->u);  // in the norm of M: x is right to u in Euclid's
     ASSERT_TRUE(dynamics.diagonal(state.q, x));
     EXPECT_LE(truth.diagonal(x), 400 * this->u);
     T log_det = std::numeric_limits<T>::quiet_NaN();
