@@ -17,12 +17,6 @@
 
 namespace kalmarm {
 
-// A second look at a D that may be lost in rounding.
-inline bool clears(RoundingBound<double>& bound, const LoweredModel<double>& model,
-                   const double* q) {
-  return bound.look(model, q).bound < largest_error_of_D;
-}
-
 // Of numbers in double.
 class CertifiedFactors {
  public:
@@ -31,7 +25,7 @@ class CertifiedFactors {
         factors_(models.lowered),
         solver_(models.lowered),
         probe_(models.lowered, models.twice),
-        bound_(models.lowered),
+        second_(models.lowered),
         refiner_(models.lowered.nv()),
         last_(make_fallback<double>(models.robot, Form::square_root, false)) {
     if (options.wants(Want::inverse)) inverse_.emplace(models.lowered);
@@ -112,7 +106,7 @@ class CertifiedFactors {
   Outcome by_best(const double* q, double enough, const Work& work, const Last& last) {
     if (!all_finite(models_.lowered.nq(), q)) return {.status = Outcome::Status::not_finite};
     covariance_factor(models_.lowered, q, factors_);
-    if (factors_.margin > 0 || clears(bound_, models_.lowered, q)) {
+    if (factors_.margin > 0 || second_.clears(models_.lowered, q, factors_, 0)) {
       const auto answer = work();
       probe_.set(models_.twice, factors_, q);
       Outcome out;
@@ -147,7 +141,7 @@ class CertifiedFactors {
   FastFactors<double> factors_;
   FactorSolver<double> solver_;
   Probe<detail::Carrier<double>> probe_;
-  RoundingBound<double> bound_;
+  CovarianceForm::Second<double> second_;
   Refiner<double> refiner_;
   std::unique_ptr<Fallback<double>> last_;
   std::optional<InverseColumns<double>> inverse_;

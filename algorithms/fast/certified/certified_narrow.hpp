@@ -16,7 +16,7 @@ class CertifiedNarrowInverse {
         probe_(models.twice, models.twice),
         narrow_(models.lowered),
         inverse_(models.lowered),
-        bound_(models.twice),
+        second_(models.twice),
         q_(models.lowered.nq()) {}
 
   // Not settled: X is not to be used.
@@ -25,7 +25,7 @@ class CertifiedNarrowInverse {
     std::copy_n(q, q_.size(), q_.data());
     covariance_factor(models.twice, q_.data(), factors_);
     Verdict out;
-    if (!(factors_.margin > 0) && !clears(bound_, models.twice, q_.data())) return out;
+    if (!(factors_.margin > 0) && !second_.clears(models.twice, q_.data(), factors_, 0)) return out;
     round_factors(nv);
     inverse_.fill(models.lowered, narrow_, X);
     probe_.set(models.twice, factors_, q_.data());
@@ -70,7 +70,7 @@ class CertifiedNarrowInverse {
   Probe<detail::SameCarrier> probe_;
   FastFactors<float> narrow_;
   InverseColumns<float> inverse_;
-  RoundingBound<double> bound_;
+  CovarianceForm::Second<double> second_;
   std::vector<double> q_;
 };
 

@@ -1,9 +1,10 @@
 // The filter of the fast path, tips to base: P of articulated.hpp, (3.6) and (3.10). It stores g(k)
 // of every link and
 //   margin = min over joints of what rounding_test.hpp says
-// D may be lost in rounding where it is not positive, and then rounding_bound.hpp decides. A policy says what is propagated
-// along with P, and what is done with D and g: forces with bias (forward_dynamics.hpp), forces
-// without (at_rest.hpp), nothing (factors.hpp). It has a type Load of z and
+// D may be lost in rounding where it is not positive, and then rounding_bound.hpp decides. A policy
+// says what is propagated along with P, and what is done with D and g: forces with bias
+// (forward_dynamics.hpp), forces without (at_rest.hpp), nothing (factors.hpp). It has a type Load
+// of z and
 //   begin_all(), has_done(k)                        links that the policy filters by itself, first
 //   begin(k, z), add_body(k, z)                     z- starts at link k, or comes from link k + 1
 //   add_branch(index, z), keep(index, begun, z)     sums over children other than k + 1; `index` is

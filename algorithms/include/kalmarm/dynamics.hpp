@@ -32,8 +32,8 @@ namespace kalmarm {
 enum class Form {
   conventional,  // covariances P of the filter
   square_root,   // their square roots: twice the time, for heavy loads on light links
-  certified,     // covariances, refined by residuals in twice the precision: Outcome::error says how
-                 // wrong an answer is, mostly its last bit; three to four times the time
+  certified,  // covariances, refined by residuals in twice the precision: Outcome::error says how
+              // wrong an answer is, mostly its last bit; 3 to 4 times the time in float64
 };
 
 KALMARM_EXPORT const char* to_string(Form form);
