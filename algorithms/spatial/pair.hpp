@@ -10,7 +10,9 @@
 //   (a + a') / (b + b') = q + (fma(-q, b, a) + (a' - q b')) / b,   q = fl(a / b)             (5)
 //   sqrt(a + a')        = s + (fma(-s, s, a) + a') / 2 s,          s = fl(sqrt a)            (6)
 // What is left out is of second order: after a computation whose hi is wrong by e relatively, hi +
-// lo is wrong by about e^2 + u^2. A step that loses digits by cancellation loses them of e, too.
+// lo is wrong by about e^2 + u^2. A step that loses digits by cancellation loses them of e, too: what
+// is left of a difference whose hi is 0 has the digits of T in every product. A kernel that sums
+// and then multiplies normalises in between.
 //
 // (1) and (2) hold as written alone: files that use pairs are compiled without contraction of
 // products and sums (-ffp-contract=off). fma of (2) is an instruction
@@ -137,6 +139,15 @@ struct Pair {
  private:
   static T sign(const Pair& a) { return a.hi + a.lo; }
 };
+
+// (1) of hi and lo.
+template <class T>
+KALMARM_INLINE void normalise(Pair<T>& a, Pair<T>& b, Pair<T>& c) {
+  for (Pair<T>* x : {&a, &b, &c}) {
+    const T s = x->hi + x->lo, t = s - x->hi;
+    *x = {s, (x->hi - (s - t)) + (x->lo - t)};
+  }
+}
 
 }  // namespace kalmarm
 

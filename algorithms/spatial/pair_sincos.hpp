@@ -97,27 +97,34 @@ inline Pair<double> atan2(const Pair<double>& y, const Pair<double>& x) {
 template <>
 inline constexpr std::size_t padding<Pair<double>> = padding<double>;
 
+// Of many numbers that have hi and lo in double.
+template <class Two, class Integer>
+void sin_cos_in_lanes(const std::vector<Two>& x, const std::vector<Integer>& quarters,
+                      std::vector<Two>& sin_x, std::vector<Two>& cos_x) {
+  using P = WidePack<double>;
+  constexpr int lanes = Lanes<P>::count;
+  for (std::size_t i = 0; i < x.size(); i += lanes) {
+    Pair<P> angle, s, c;
+    for (int lane = 0; lane < lanes; ++lane) {
+      angle.hi.set(lane, x[i + lane].hi);
+      angle.lo.set(lane, x[i + lane].lo);
+    }
+    typename P::Mask turns;
+    std::memcpy(&turns, &quarters[i], sizeof turns);
+    sin_cos(angle, turns, s, c);
+    for (int lane = 0; lane < lanes; ++lane) {
+      sin_x[i + lane] = Two(s.hi[lane], s.lo[lane]);
+      cos_x[i + lane] = Two(c.hi[lane], c.lo[lane]);
+    }
+  }
+}
+
 // Of many, as in sincos.hpp.
 template <class T, class Integer>
 void sin_cos(const std::vector<Pair<T>>& x, const std::vector<Integer>& quarters,
              std::vector<Pair<T>>& sin_x, std::vector<Pair<T>>& cos_x) {
   if constexpr (std::is_same_v<T, double>) {
-    using P = WidePack<double>;
-    constexpr int lanes = Lanes<P>::count;
-    for (std::size_t i = 0; i < x.size(); i += lanes) {
-      Pair<P> angle, s, c;
-      for (int lane = 0; lane < lanes; ++lane) {
-        angle.hi.set(lane, x[i + lane].hi);
-        angle.lo.set(lane, x[i + lane].lo);
-      }
-      typename P::Mask turns;
-      std::memcpy(&turns, &quarters[i], sizeof turns);
-      sin_cos(angle, turns, s, c);
-      for (int lane = 0; lane < lanes; ++lane) {
-        sin_x[i + lane] = {s.hi[lane], s.lo[lane]};
-        cos_x[i + lane] = {c.hi[lane], c.lo[lane]};
-      }
-    }
+    sin_cos_in_lanes(x, quarters, sin_x, cos_x);
   } else {
     for (std::size_t i = 0; i < x.size(); ++i)
       sin_cos(x[i], quarters[i] - typename T::Mask{}, sin_x[i], cos_x[i]);

@@ -61,6 +61,10 @@ T unit_roundoff() {
   return Eigen::NumTraits<T>::epsilon() / T(2);
 }
 
+// Of numbers that may be sums of two (pair.hpp): their high parts are to be what they round to.
+template <class... T>
+void normalise(T&...) {}
+
 // The next wider precision; 64 bits for double on x86. Any other T is wide enough.
 template <class T>
 using Wider = std::conditional_t<std::is_same_v<T, float>, double,

@@ -1,19 +1,22 @@
 // Accelerations whose error is known: forward dynamics by the conventional form (4.2) to (4.11),
 // refined by its own factors (refine.hpp), judged by the residual in twice the precision; where
-// these do not help, by a variant of the study that widens its factors (fallback.hpp).
+// these do not help, by a sweep in a wider precision.
 //
 // A sweep of which some D may be lost in rounding (its margin, and then the form's second look) is
 // not refined by its own factors: along a direction in which they are too stiff by orders of
 // magnitude the residual shows as little as they do. The square-root form's factors are not tried
 // in between: a search found mechanisms on which they are too stiff without a sign of it. In float32
-// what comes after the sweep's own factors is float64, certified.
+// what comes after the sweep's own factors is float64, certified; in float64 two numbers for one
+// (wide_acceleration.hpp). What these cannot tell from singular warns or is refused.
 #pragma once
 
 #include <algorithm>
 #include <memory>
 #include <vector>
 
+#include "algorithms/fast/certified/bounded_solve.hpp"
 #include "algorithms/fast/certified/refine.hpp"
+#include "algorithms/fast/certified/wide_acceleration.hpp"
 #include "algorithms/fast/fallback/fallback.hpp"
 #include "algorithms/fast/forms.hpp"
 #include "algorithms/model/plain.hpp"
@@ -41,11 +44,11 @@ class CertifiedSweep {
 
   explicit CertifiedSweep(const CertifiedModels<S>& models)
       : sweep_(models.lowered),
-        columns_(models.lowered),
+        solve_(models.lowered),
         residual_(models.twice),
-        refiner_(models.lowered.nv()),
-        second_(models.lowered),
-        all_(models.lowered.nv(), 1) {}
+        refiner_(models.lowered.nv(), std::hypot(models.robot.gravity[0], models.robot.gravity[1],
+                                                 models.robot.gravity[2])),
+        second_(models.lowered) {}
 
   // a (nv) of the first `states` lanes. Where out[i] is not settled, or is not trusted, it is not to
   // be used.
@@ -53,16 +56,7 @@ class CertifiedSweep {
                     int states, T* a, Verdict* out) {
     covariance_acceleration(models.lowered, q, qd, tau, sweep_, a);
     residual_.set_motion(models.twice, q, qd, tau);
-    refiner_.refine(
-        models.twice, residual_,
-        [&](const T* r, T* d) {
-          const int last = models.lowered.nv() - 1;
-          detail::sweep_inward(
-              models.lowered, sweep_, last, all_.data(), [&](int k) { return r[k]; }, columns_);
-          detail::sweep_outward(models.lowered, sweep_, last, columns_,
-                                [&](int k, const T& x) { d[k] = x; });
-        },
-        states, a, out);
+    refiner_.refine(models.twice, residual_, solve_.on(models.lowered, sweep_), states, a, out);
   }
 
   // Whether no D of the last call is lost in rounding, in a lane whose position is q (nq).
@@ -73,11 +67,10 @@ class CertifiedSweep {
 
  private:
   CovarianceWorkspace<T> sweep_;
-  ColumnsWorkspace<T> columns_;
+  BoundedSolve<T> solve_;
   TwiceResidual<T> residual_;
   Refiner<T> refiner_;
   CovarianceForm::Second<S> second_;
-  std::vector<char> all_;
 };
 
 inline Outcome outcome_of(const Verdict& refined) {
@@ -102,17 +95,32 @@ template <>
 class CarefulAcceleration<double> {
  public:
   explicit CarefulAcceleration(const CertifiedModels<double>& models)
-      : last_(make_fallback<double>(models.robot, Form::square_root, false)) {}
+      : wide_(models.robot),
+        last_(make_fallback<double>(models.robot, Form::square_root, false)),
+        other_(models.lowered.nv()) {}
 
+  // Where not even DoubleDouble tells D from rounding, the study's most careful variant says whether
+  // M is singular. Two answers by different factors, in different precisions, that agree are right.
   Outcome acceleration(const CertifiedModels<double>&, const double* q, const double* qd,
                        const double* tau, double* a) {
-    Outcome out = last_->acceleration(q, qd, tau, a);
-    out.suspect = static_cast<bool>(out);
+    constexpr double enough = 1e-7;
+    Outcome out = wide_.acceleration(q, qd, tau, a);
+    if (out.near_singular || !(out.error <= enough)) {
+      out = last_->acceleration(q, qd, tau, other_.data());
+      if (!out) return out;
+      const auto nv = static_cast<Eigen::Index>(other_.size());
+      Eigen::Map<VectorX<double>> by_wide(a, nv), by_last(other_.data(), nv);
+      out.near_singular = !((by_wide - by_last).norm() <= enough * by_last.norm());
+      by_wide = by_last;
+    }
+    out.suspect = true;
     return out;
   }
 
  private:
+  WideAcceleration wide_;
   std::unique_ptr<Fallback<double>> last_;
+  std::vector<double> other_;
 };
 
 template <class S>

@@ -26,8 +26,10 @@ class CertifiedFactors {
         solver_(models.lowered),
         probe_(models.lowered, models.twice),
         second_(models.lowered),
-        refiner_(models.lowered.nv()),
-        last_(make_fallback<double>(models.robot, Form::square_root, false)) {
+        refiner_(models.lowered.nv(), 0),
+        bounded_(models.lowered),
+        last_(make_fallback<double>(models.robot, Form::square_root, false)),
+        q_(models.lowered.nq()) {
     if (options.wants(Want::inverse)) inverse_.emplace(models.lowered);
     if (options.wants(Want::diagonal)) lambda_.emplace(models.lowered);
     if (options.selection.size() == 0) return;
@@ -68,6 +70,7 @@ class CertifiedFactors {
 
   // Factors that are kept, for solve.
   Outcome factor(const double* q) {
+    std::copy_n(q, q_.size(), q_.data());
     by_last_ = false;
     return by_factors(
         q, 1e-3,
@@ -81,15 +84,15 @@ class CertifiedFactors {
   void solve(int columns, const double* taus, double* X) {
     if (by_last_) return last_->solve(columns, taus, X);
     const int nv = models_.lowered.nv();
-    const auto by_kept = [&](const double* r, double* d) {
-      solver_.solve(models_.lowered, factors_, 1, r, d);
-    };
+    const auto by_kept = bounded_.on(models_.lowered, factors_);
     for (int j = 0; j < columns; ++j) {
       const std::ptrdiff_t start = std::ptrdiff_t(j) * nv;
-      by_kept(taus + start, X + start);
+      by_kept.solve(taus + start, X + start);
       probe_.residual().set_torque(taus + start);
       Verdict refined;
       refiner_.refine(models_.twice, probe_.residual(), by_kept, 1, X + start, &refined);
+      // The factors that are kept are right: what the most careful ones say of them is left.
+      if (!refined.settled && last_->factor(q_.data())) last_->solve(1, taus + start, X + start);
     }
   }
 
@@ -143,11 +146,13 @@ class CertifiedFactors {
   Probe<detail::Carrier<double>> probe_;
   CovarianceForm::Second<double> second_;
   Refiner<double> refiner_;
+  BoundedSolve<double> bounded_;
   std::unique_ptr<Fallback<double>> last_;
   std::optional<InverseColumns<double>> inverse_;
   std::optional<LambdaWorkspace<double>> lambda_;
   SelectedColumns<double> selected_;
-  bool by_last_ = false;  // the factors that are kept
+  std::vector<double> q_;  // of the factors that are kept
+  bool by_last_ = false;   // they are
 };
 
 }  // namespace kalmarm

@@ -9,6 +9,17 @@
 //   |a - x| / |x| = |low| / |x| + left                                                         (3)
 // of which the first term is known, not estimated.
 //
+// The caller says how wrong d(i) can be, |error of d(i)|^2 <= bound(i) (bounded_solve.hpp), so that
+//   |a - x(i+1)| <= sqrt(bound(i))                                                        (4)
+// but for what rounding does to r in twice the precision. That has to be below trust |x(i+1)|,
+// trust = 3e-3 in float and 1e-7 in double, else another step is taken, whose d is smaller.
+//   |d(0)| <= far |x(i+1)|                                                                (5)
+// since d(0) is what rounding did to x(0), and does to the high parts of the residual. In double
+// that leaves 2^-29 of it, far = 1. In pairs, what cancels within a link keeps no more digits than
+// double has (pair.hpp): far = 1e-9.
+// In equilibrium a is zero: beside a gravity g, u g takes the place of a smaller |x| in (4), and
+// 0.1 g in (5).
+//
 // M^ is wrong by about rho in the directions that count, x(0) by e(0): the same factors made both.
 // That rho(0) is at most 100 e(0) is a rule of experience, for factors whose every D is right to a
 // digit: with a D that is noise, (3) was seen to be a thousandth of the error. Where e(0) is below
@@ -38,12 +49,12 @@ class Refiner {
   using Model = typename TwiceResidual<T>::Model;
   static constexpr int lanes = Lanes<T>::count, most = 4;
 
-  explicit Refiner(int nv) : low_(nv), r_(nv), d_(nv) {}
+  Refiner(int nv, double gravity) : gravity_(gravity), low_(nv), r_(nv), d_(nv) {}
 
-  // x (nv) of the equation that `residual` has been set to; solve(r, d) writes d = M^^-1 r. Of the
-  // lanes, the first `states` count.
-  template <class Solve>
-  void refine(const Model& model, TwiceResidual<T>& residual, const Solve& solve, int states, T* x,
+  // x (nv) of the equation that `residual` has been set to; by.solve(r, d) writes d = M^^-1 r and
+  // returns a bound of (4), by.closer(r) a closer one. Of the lanes, the first `states` count.
+  template <class Kept>
+  void refine(const Model& model, TwiceResidual<T>& residual, Kept&& by, int states, T* x,
               Verdict* out);
 
  private:
@@ -60,32 +71,45 @@ class Refiner {
       return x[i];
   }
 
+  // (4) and (5), of squares.
+  bool trusted(double xx, double bound, double first) const {
+    constexpr bool narrow = std::is_same_v<S, float>;
+    constexpr double trust = narrow ? 3e-3 : 1e-7, far = narrow ? 1 : 1e-9;
+    const auto square = [](double x) { return x * x; };
+    return bound <= square(trust) * std::max(xx, square(unit_roundoff<S>() * gravity_)) &&
+           first <= square(far) * std::max(xx, square(0.1 * gravity_));
+  }
+
   // Whether the first step is enough in every lane: as it is in most.
-  static bool settles(const Norm& xx, const Norm& ratio, int states) {
+  bool settles(const Norm& xx, const Norm& dd, const Norm& ratio, const Norm& bound,
+               int states) const {
     const double limit = unit_roundoff<S>() / 400;
     bool out = true;
     for (int i = 0; i < states; ++i)
-      out = out && lane(ratio, i) <= limit && lane(xx, i) < range && lane(xx, i) > 1 / range;
+      out = out && lane(ratio, i) <= limit && lane(xx, i) < range && lane(xx, i) > 1 / range &&
+            trusted(lane(xx, i), lane(bound, i), lane(dd, i));
     return out;
   }
 
+  double gravity_;
   std::vector<T> low_, r_, d_;
 };
 
 template <class T>
-template <class Solve>
-void Refiner<T>::refine(const Model& model, TwiceResidual<T>& residual, const Solve& solve,
-                        int states, T* x, Verdict* out) {
+template <class Kept>
+void Refiner<T>::refine(const Model& model, TwiceResidual<T>& residual, Kept&& by, int states, T* x,
+                        Verdict* out) {
   const double u = unit_roundoff<S>(), enough = u / 4;
   const int nv = model.nv();
-  double before[lanes], left[lanes];  // squares, but for left: few of them need a root
+  double first[lanes], before[lanes],
+      left[lanes];  // squares, but for left: few of them need a root
   bool open[lanes];
   std::fill_n(open, states, true);
   std::fill_n(out, states, Verdict{});
   std::fill_n(low_.begin(), nv, T(S(0)));
   for (int step = 0, count = states; count > 0 && step < most; ++step) {
     residual.of(model, x, step == 0 ? nullptr : low_.data(), r_.data());
-    solve(r_.data(), d_.data());
+    Norm bound = by.solve(r_.data(), d_.data());
     Norm xx(0), dd(0);
     for (int k = 0; k < nv; ++k) {
       const T s = x[k] + d_[k], t = s - x[k];
@@ -96,13 +120,14 @@ void Refiner<T>::refine(const Model& model, TwiceResidual<T>& residual, const So
       x[k] = s;
     }
     const Norm ratio = dd / xx;
-    if (step == 0 && settles(xx, ratio, states)) {
+    if (step == 0 && settles(xx, dd, ratio, bound, states)) {
       for (int i = 0; i < states; ++i) {
         left[i] = 100 * lane(ratio, i);
         out[i] = {.settled = true, .steps = 1};
       }
       break;
     }
+    bound = by.closer(r_.data());
     for (int i = 0; i < states; ++i) {
       if (!open[i]) continue;
       const double size = lane(xx, i), change = lane(dd, i);
@@ -110,10 +135,12 @@ void Refiner<T>::refine(const Model& model, TwiceResidual<T>& residual, const So
       const bool comparable = (size < range && size > 1 / range) || (zero && size == 0);
       const double e = zero ? 0 : lane(ratio, i);
       const double rho = step == 0 ? 1e4 * e : zero ? 0 : change / before[i];
+      if (step == 0) first[i] = change;
       before[i] = change;
       left[i] = std::sqrt(e * rho);
       out[i].steps = step + 1;
-      out[i].settled = comparable && rho <= 0.09 && left[i] <= enough;
+      out[i].settled =
+          comparable && rho <= 0.09 && left[i] <= enough && trusted(size, lane(bound, i), first[i]);
       // 100 e is a guess: where it is too large the next step measures rho.
       open[i] = comparable && !out[i].settled && (step == 0 || rho <= 0.09);
       count -= !open[i];

@@ -7,7 +7,7 @@
 // q', tau and the parameters are exact as they stand, so r is that of the mechanism itself. x comes
 // as a sum of two numbers, high + low, which need not round to `high`.
 //
-// (1) takes 171 flops a hinge of double, of pairs about 1300 and 200 for its sine and cosine.
+// (1) takes 171 flops a hinge of double, of pairs about 1390 and 200 for its sine and cosine.
 #pragma once
 
 #include <vector>

@@ -126,10 +126,19 @@ KALMARM_INLINE T gain(const LoweredLink<S>& link, const Sixfold<G>& g, const T& 
 // Factors: Placements<U> with links of (d, g, inverse_D), as FastFactors<U> is and what a sweep of
 // forward dynamics has left in its CovarianceWorkspace<U>.
 
+// Sees z- of every link, and e before it is divided by D.
+struct Unobserved {
+  template <class T>
+  void gathered(int, const Sixfold<T>&) const {}
+  template <class T>
+  void measured(int, const T&) const {}
+};
+
 // e of the links up to `last`, of which those with visits[k] have a tau(k) outboard that is not 0.
-template <class T, class S, class Factors, class Tau>
+template <class T, class S, class Factors, class Tau, class Observer = Unobserved>
 void sweep_inward(const LoweredModel<S>& model, const Factors& factors, int last,
-                  const char* visits, const Tau& tau, ColumnsWorkspace<T>& ws) {
+                  const char* visits, const Tau& tau, ColumnsWorkspace<T>& ws,
+                  const Observer& observer = {}) {
   for (auto& branch : ws.branches) set_zero(branch.z);
   Sixfold<T> z;
   set_zero(z);
@@ -144,7 +153,10 @@ void sweep_inward(const LoweredModel<S>& model, const Factors& factors, int last
     const auto& at = factors.links[k];
     if (!carried) set_zero(z);
     if (link.branch >= 0) add(z, ws.branches[link.branch].z);
-    ws.e[k] = gain(link, at.g, T(tau(k)), z) * at.inverse_D;
+    observer.gathered(k, z);
+    const T e = gain(link, at.g, T(tau(k)), z);
+    observer.measured(k, e);
+    ws.e[k] = e * at.inverse_D;
     carried = link.hangs_on_previous;
     if (link.parent < 0) continue;
     force_to_parent(model, link, factors, at.d, z);

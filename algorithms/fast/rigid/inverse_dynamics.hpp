@@ -292,6 +292,8 @@ KALMARM_SWEEP void set_link_forces(const LoweredModel<S>& model, const T* qd, co
       a.w += qdd[k];
     else
       a.z += qdd[k];
+    if constexpr (turning) normalise(wx, wy, wz);
+    normalise(a.x, a.y, a.z);
     set_gradient(wx, wy, wz, a, G);
     if (link.kind == Kind::screws) {
       const T d = link.slides ? at.d : T(link.d);
@@ -299,6 +301,7 @@ KALMARM_SWEEP void set_link_forces(const LoweredModel<S>& model, const T* qd, co
       a.v += d * G.yz;
       a.w = a.w + d * G.zz;
     }
+    normalise(a.u, a.v, a.w);
     ws.own.keep(k, G, a);
     if (link.branch >= 0) {
       auto& branch = ws.branches[link.branch];
@@ -328,6 +331,8 @@ KALMARM_SWEEP void sum_forces(const LoweredModel<S>& model, const T* qdd,
     else
       assign(z, own);
     if (link.branch >= 0) add(z, ws.branches[link.branch].z);
+    normalise(z.x, z.y, z.z);
+    normalise(z.u, z.v, z.w);
     tau[k] = link.slides ? z.w : z.z;
     if (link.noise) tau[k] += model.body(k).r * qdd[k];
     carried = link.hangs_on_previous;

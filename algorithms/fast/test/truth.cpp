@@ -109,6 +109,10 @@ double Truth::torque_error(const VectorX<double>& tau) const {
   return ExactTorque(impl_->exact, impl_->state.tau).error(tau.cast<Mp>());
 }
 
+VectorX<double> Truth::solution() const {
+  return impl_->exact.ldlt.solve(impl_->state.tau).template cast<double>();
+}
+
 double Truth::solution_error(const VectorX<double>& x) const {
   const VectorX<Mp> exact = impl_->exact.ldlt.solve(impl_->state.tau), d = x.cast<Mp>() - exact;
   return Mp(sqrt(Mp(d.dot(impl_->exact.M * d) / exact.dot(impl_->state.tau)))).convert_to<double>();

@@ -39,6 +39,8 @@ class Truth {
     return torque_error(wide(tau));
   }
 
+  VectorX<double> solution() const;  // M^-1 tau, rounded
+
   // Of x = M^-1 tau, in the norm of M.
   template <class V>
   double solution(const V& x) const {

@@ -1,0 +1,74 @@
+// In a file of its own: sums and products of DoubleDouble must not be contracted.
+#include "algorithms/fast/certified/wide_acceleration.hpp"
+
+#include <cmath>
+#include <vector>
+
+#include "algorithms/fast/certified/bounded_solve.hpp"
+#include "algorithms/fast/covariance/forward_dynamics.hpp"
+#include "algorithms/fast/rigid/inverse_dynamics.hpp"
+#include "algorithms/model/plain.hpp"
+#include "algorithms/spatial/double_double.hpp"
+
+namespace kalmarm {
+
+struct WideAcceleration::Sweeps {
+  using T = DoubleDouble;
+
+  explicit Sweeps(const RobotModel& robot)
+      : model(kalmarm::model_of(robot).cast<T>()),
+        sweep(model),
+        inverse_dynamics(model),
+        solve(model),
+        q(model.nq()),
+        qd(model.nv()),
+        tau(qd),
+        a(qd),
+        r(qd),
+        d(qd),
+        nothing(unit_roundoff<double>() *
+                std::hypot(robot.gravity[0], robot.gravity[1], robot.gravity[2])) {}
+
+  LoweredModel<T> model;
+  CovarianceWorkspace<T> sweep;
+  InverseDynamicsWorkspace<T> inverse_dynamics;
+  BoundedSolve<T> solve;
+  std::vector<T> q, qd, tau, a, r, d;
+  double nothing;
+};
+
+WideAcceleration::WideAcceleration(const RobotModel& robot)
+    : sweeps_(std::make_unique<Sweeps>(robot)) {}
+
+WideAcceleration::WideAcceleration(WideAcceleration&&) noexcept = default;
+WideAcceleration::~WideAcceleration() = default;
+
+Outcome WideAcceleration::acceleration(const double* q, const double* qd, const double* tau,
+                                       double* a) {
+  Sweeps& w = *sweeps_;
+  const int nv = w.model.nv();
+  std::copy_n(q, w.q.size(), w.q.begin());
+  std::copy_n(qd, nv, w.qd.begin());
+  std::copy_n(tau, nv, w.tau.begin());
+  covariance_acceleration(w.model, w.q.data(), w.qd.data(), w.tau.data(), w.sweep, w.a.data());
+  fast_inverse_dynamics(w.model, w.q.data(), w.qd.data(), w.a.data(), w.inverse_dynamics,
+                        w.r.data());
+  for (int k = 0; k < nv; ++k) w.r[k] = w.tau[k] - w.r[k];
+  w.solve.solve(w.model, w.sweep, w.r.data(), w.d.data());
+  const double bound(w.solve.closer(w.model, w.sweep, w.r.data()));
+  double size = 0, change = 0, lost = 0;
+  for (int k = 0; k < nv; ++k) {
+    const DoubleDouble x = w.a[k] + w.d[k];
+    a[k] = x.hi;
+    size += x.hi * x.hi;
+    lost += x.lo * x.lo;
+    change += w.d[k].hi * w.d[k].hi;
+  }
+  Outcome out;
+  out.near_singular = !(w.sweep.margin > DoubleDouble(0));
+  const double error = std::sqrt(change) + std::sqrt(bound) + std::sqrt(lost);
+  out.error = error > 0 ? error / std::max(std::sqrt(size), w.nothing) : error;
+  return out;
+}
+
+}  // namespace kalmarm
