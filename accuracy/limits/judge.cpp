@@ -21,7 +21,8 @@ constexpr double fair_share = 0.1;  // of the largest part
 
 template <class T>
 constexpr const char* judge_of =
-    std::is_same_v<T, float> ? "FactoredBias<ArrayGivens>" : recommended_variant;
+    std::is_same_v<T, float> ? "FactoredBias<ArrayGivens>"
+                             : "WideRefined<FactoredBias<ArrayGivens>>";
 
 Answer answer(const Outcome& outcome, double error) {
   if (!outcome) return {.error = nan, .refused = true};

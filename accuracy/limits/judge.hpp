@@ -6,8 +6,8 @@
 //
 // Two kinds of truth. A search asks a Judge some thousand times, which compares with a variant that
 // is accurate enough to tell the error: float32 with FactoredBias<ArrayGivens> in float64, right to
-// 1e-13; float64 with the recommended variant, right to 4e-16. What a search has found is looked at
-// again by `verify`, against multi-precision (truth.hpp).
+// 1e-13; float64 with WideRefined<FactoredBias<ArrayGivens>>, right to 4e-16. What a search has
+// found is looked at again by `verify`, against multi-precision (truth.hpp).
 //
 // Where torque, gravity and velocity nearly cancel, digits of a are lost by subtraction whatever
 // the algorithm: a state in which |a| is less than a tenth of what one of them causes by itself is
@@ -24,12 +24,10 @@
 
 namespace kalmarm::limits {
 
-inline constexpr const char* recommended_variant = "WideRefined<FactoredBias<ArrayGivens>>";
-
-// Forms of the fast path, a Cholesky factorisation and the recommended variant.
+// Forms of the fast path, a Cholesky factorisation and the certified form of the fast path.
 inline constexpr std::array variants = {"Fast<Conventional>", "Fast<SquareRoot>",
-                                        "Batch<SparseLTDL>", recommended_variant};
-inline constexpr int searched_variants = 3;  // the first; the last is more accurate than its judge
+                                        "Batch<SparseLTDL>", "Fast<Certified>"};
+inline constexpr int searched_variants = 3;  // the first; the last is as accurate as its judge
 
 struct Answer {
   double error = 0;  // NaN where it was refused, 1e300 for what is larger or no number

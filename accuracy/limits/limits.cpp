@@ -28,14 +28,23 @@ struct Options {
   double effort = 1;
 };
 
+// As `evaluate --states` reads them.
+json worst_state(const Found& found, const Tally& tally) {
+  if (tally.worst_state < 0) return {};
+  const State& state = found.states[tally.worst_state];
+  const auto values = [](const VectorX<double>& x) { return std::vector(x.begin(), x.end()); };
+  return {{"qpos", values(state.q)}, {"qvel", values(state.qd)}, {"tau", values(state.tau)}};
+}
+
 json curve(const std::vector<Found>& found, std::size_t contender) {
   json out = {{"variant", variants[contender % variants.size()]},
               {"precision", precisions[contender / variants.size()]}};
-  for (const char* key : {"worst", "refused", "warnings", "silent", "states"})
+  for (const char* key : {"worst", "worst_state", "refused", "warnings", "silent", "states"})
     out[key] = json::array();
   for (const Found& at : found) {
     const Tally& tally = at.tallies[contender];
     out["worst"].push_back(tally.worst < 0 ? json() : json(tally.worst));
+    out["worst_state"].push_back(worst_state(at, tally));
     out["refused"].push_back(tally.refused);
     out["warnings"].push_back(tally.warned);
     out["silent"].push_back(tally.silent);
@@ -99,12 +108,12 @@ void print(const json& out) {
   for (std::size_t task = 0; task < tasks.size(); ++task) {
     std::printf("  ");
     for (std::size_t i = 0; i < precisions.size(); ++i)
-      for (const char* form : {"fast", "root", "chol", "refd"}) std::printf(" %5s", form);
+      for (const char* form : {"fast", "root", "chol", "cert"}) std::printf(" %5s", form);
   }
   std::printf("\n");
   for (const json& stress : out["stresses"]) print_stress(stress);
-  std::printf("\nfast, root: Fast<Conventional>, Fast<SquareRoot>; chol: %s; refd: %s\n",
-              variants[2], variants[3]);
+  std::printf("\nfast, root, chol, cert: %s, %s, %s, %s\n", variants[0], variants[1], variants[2],
+              variants[3]);
   std::printf("\n%s\n", out["sentence"].get<std::string>().c_str());
 }
 

@@ -99,7 +99,7 @@ class Search {
       found.tallies.push_back(worst.tally);
       if (worst.error >= 0) found.states.push_back(worst.state);
     }
-    found.tallies.emplace_back();  // the recommended variant
+    found.tallies.emplace_back();  // the certified form
     found.evaluations += states_;
   }
 
@@ -138,7 +138,10 @@ void verify_all(const Model<double>& model, Want task, Found& found) {
     for (std::size_t i = 0; i < answers->size(); ++i) {
       const Answer& answer = (*answers)[i];
       Tally& tally = found.tallies[i];
-      if (!answer.refused) tally.worst = std::max(tally.worst, answer.error);
+      if (!answer.refused && answer.error > tally.worst) {
+        tally.worst = answer.error;
+        tally.worst_state = static_cast<int>(verified.size()) - 1;
+      }
       if (i % variants.size() == searched_variants) count(answer, tally);
     }
   }

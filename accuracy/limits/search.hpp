@@ -12,8 +12,8 @@
 // searched is where a free body is and how it is turned: M knows nothing of it. Every variant of
 // the precision is judged in every state.
 //
-// What is found is the worst of all verified answers, those of the recommended variant in the same
-// states among them.
+// What is found is the worst of all verified answers, those of the certified form in the same states
+// among them.
 #pragma once
 
 #include <cstdint>
@@ -30,7 +30,8 @@ struct Effort {
 
 // Of one contender: a variant in a precision.
 struct Tally {
-  double worst = -1;  // error, verified; negative where it answered in none of the states
+  double worst = -1;     // error, verified; negative where it answered in none of the states
+  int worst_state = -1;  // of Found::states, where it has that error
   int refused = 0, warned = 0, silent = 0;  // states
   int states = 0;                           // in which it was asked
 };

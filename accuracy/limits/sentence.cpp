@@ -13,7 +13,7 @@ constexpr int fewest_digits = 3;
 // As in Found::tallies.
 constexpr int precision_step = static_cast<int>(variants.size());
 constexpr int fast_float32 = 0, root_float32 = 1, fast_float64 = precision_step,
-              root_float64 = precision_step + 1, refined_float64 = 2 * precision_step - 1;
+              root_float64 = precision_step + 1, certified_float64 = 2 * precision_step - 1;
 
 bool is_float32(int contender) { return contender < precision_step; }
 
@@ -26,8 +26,8 @@ std::string name(int contender, bool precise) {
       return "float32";
     case fast_float64:
       return "float64";
-    case refined_float64:
-      return std::string(variants.back()) + " in float64";
+    case certified_float64:
+      return "the certified form in float64";
     default:
       return std::string("the square-root form") + (!precise                ? ""
                                                     : is_float32(contender) ? " in float32"
@@ -65,7 +65,7 @@ std::string beyond(const std::vector<const Swept*>& all, const std::vector<const
                    const Promise& promise) {
   const bool narrow = is_float32(promise.contender);
   const int root = narrow ? root_float32 : root_float64;
-  const std::array choices = {root, fast_float64, root_float64, refined_float64};
+  const std::array choices = {root, fast_float64, root_float64, certified_float64};
   const auto better = std::ranges::find_if(choices, [&](int contender) {
     return contender > promise.contender && digits_everywhere(hard, contender) >= promise.digits;
   });

@@ -9,9 +9,9 @@
 //   2. A stress is a limit where the promise does not hold at all of its values. It holds up to the
 //      last value before the first at which it does not.
 //   3. Beyond the limits: the first of Fast<SquareRoot> in the same precision, then the two forms
-//      and the refined variant in float64, that is right to d digits on the robot as given and at
-//      all values of the stresses that are limits. What float64 keeps in all that was searched is
-//      said too, if that is d digits or more.
+//      and Fast<Certified> in float64, that is right to d digits on the robot as given and at all
+//      values of the stresses that are limits. What float64 keeps in all that was searched is said
+//      too, if that is d digits or more.
 #pragma once
 
 #include <string>

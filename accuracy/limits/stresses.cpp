@@ -140,21 +140,24 @@ Stress armature(const Scene& scene) {
           }};
 }
 
-const std::vector<double> down_to_nothing = {1, 1e-2, 1e-4, 1e-6, 1e-8};
+// Links lose their mass: the first of them carries the others. part: its name in the title.
+Stress light(const Scene& scene, const std::string& name, const std::string& part,
+             const std::vector<int>& links) {
+  const bool alone = links.size() == 1;
+  const std::string what = link_name(scene, links[0]) + (alone ? "" : " and all that it carries");
+  return {name,
+          "Light " + part + ", " + what,
+          "of the given mass",
+          "with " + what + " down to {} of " + (alone ? "its" : "their") + " mass",
+          {1, 1e-2, 1e-4, 1e-6, 1e-8},
+          true,
+          [model = scene.model, links](double value) { return scaled(model, links, value); }};
+}
 
+// chain: the longest limb.
 Stress light_wrist(const Scene& scene, const Limbs& limbs, const std::vector<int>& chain) {
   const int links = std::min<int>(wrist_links, static_cast<int>(chain.size()) - 1);
-  const int first = chain[links - 1];
-  const std::string name = link_name(scene, first);
-  return {"light_wrist",
-          "Light wrist, " + name + " and all that it carries",
-          "of the given mass",
-          "with " + name + " and all that it carries down to {} of their mass",
-          down_to_nothing,
-          true,
-          [model = scene.model, wrist = limbs.carried(first)](double value) {
-            return scaled(model, wrist, value);
-          }};
+  return light(scene, "light_wrist", "wrist", limbs.carried(chain[links - 1]));
 }
 
 Stress long_tool(const Scene& scene, int tip) {
@@ -171,17 +174,6 @@ Stress long_tool(const Scene& scene, int tip) {
               body = welded(body, tool(body, value));
             });
           }};
-}
-
-Stress light_base(const Scene& scene, int base) {
-  const std::string link = link_name(scene, base);
-  return {"light_base",
-          "Light first link, " + link,
-          "of the given mass",
-          "with " + link + " down to {} of its mass",
-          down_to_nothing,
-          true,
-          [model = scene.model, base](double value) { return scaled(model, {base}, value); }};
 }
 
 bool has_armature(const Model<double>& model) {
@@ -207,7 +199,7 @@ std::vector<Stress> stresses_of(const Scene& scene) {
       longest = chain;
   if (longest.size() > 1) out.push_back(light_wrist(scene, limbs, longest));
   out.push_back(long_tool(scene, longest.front()));
-  if (longest.size() > 1) out.push_back(light_base(scene, longest.back()));
+  if (longest.size() > 1) out.push_back(light(scene, "light_base", "first link", {longest.back()}));
   return out;
 }
 

@@ -1,5 +1,5 @@
 // The worst that searches have found, committed (found/README.md): today's variants err there as
-// they did or less, and the recommended one is right or says that it is not.
+// they did or less, and the certified form is right or says that it is not.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -7,13 +7,12 @@
 #include <sstream>
 
 #include "accuracy/adversary/record.hpp"
-#include "accuracy/limits/judge.hpp"
 #include "robots/state_file.hpp"
 
 namespace kalmarm::adversary {
 namespace {
 
-const std::string folder = KALMARM_FOUND_DIR;
+const std::string folder = KALMARM_FOUND_DIR, certified = "Fast<Certified>";
 
 struct Found {
   std::string variant, precision, file;
@@ -67,12 +66,11 @@ TEST(AdversaryFound, VariantsErrAsTheyDidOrAreRightOrSaySo) {
   }
 }
 
-// But for what was found for itself, which is above.
-TEST(AdversaryFound, TheRecommendedVariantIsRightOrWarnsWhereOthersAreWorst) {
+TEST(AdversaryFound, TheCertifiedFormIsRightOrWarnsWhereOthersAreWorst) {
   for (const Found& found : all_found()) {
-    if (found.variant == limits::recommended_variant) continue;
+    if (found.variant == certified) continue;
     SCOPED_TRACE(found.file);
-    const Verdict verdict = look(found, limits::recommended_variant);
+    const Verdict verdict = look(found, certified);
     if (!verdict.silent()) continue;
     ASSERT_TRUE(verdict.known);
     EXPECT_LE(verdict.error, right(found.precision));

@@ -5,8 +5,8 @@
 #include <stdexcept>
 
 #include "accuracy/adversary/judge.hpp"
-#include "accuracy/limits/judge.hpp"
 #include "accuracy/stress/families.hpp"
+#include "algorithms/solver.hpp"
 #include "robots/generate.hpp"
 #include "robots/input_error.hpp"
 
@@ -61,13 +61,13 @@ TEST(AdversaryJudge, AnAccelerationOfZeroIsNoFind) {
 
 TEST(AdversaryJudge, SeesWhatAMassRatioCosts) {
   const auto conventional = make_judge("Sequential<Conventional>", "float64"),
-             recommended = make_judge(limits::recommended_variant, "float64");
+             certified = make_judge("Fast<Certified>", "float64");
   for (const double ratio : {1e6, 1e9}) {
     const Verdict verdict = conventional->look(heavy_tip(ratio));
     ASSERT_TRUE(verdict.silent());
     EXPECT_GT(verdict.error, 1e-4 * 0x1p-53 * ratio);
     EXPECT_LT(verdict.error, 10 * 0x1p-53 * ratio);
-    EXPECT_LT(recommended->look(heavy_tip(ratio)).error, 1e-15);
+    EXPECT_LT(certified->look(heavy_tip(ratio)).error, 1e-15);
   }
 }
 

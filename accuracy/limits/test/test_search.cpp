@@ -55,6 +55,14 @@ TEST(LimitsSearch, FindsThePoseThatTheClosedFormSaysIsWorst) {
   }
 }
 
+TEST(LimitsSearch, TheCertifiedFormKeepsAllDigitsOfAnAcceleration) {
+  const Scene scene = point_on_two_links();
+  const Found found = search_worst(scene, loaded(scene, 1e5), Want::acceleration, little, 1, {});
+  const double u = 0x1p-53;
+  EXPECT_LT(found.tallies[7].worst, 4 * u);   // Fast<Certified> in float64
+  EXPECT_GT(found.tallies[4].worst, 20 * u);  // Fast<Conventional>
+}
+
 // Of Fast<Conventional> in float32.
 double worst_of_random(const Scene& scene, const Model<double>& model, Want task, int poses) {
   Judge<float> judge(model, task);

@@ -6,7 +6,7 @@
 namespace kalmarm::limits {
 namespace {
 
-// Errors of fast, square root, Cholesky, refined in float32, then in float64; negative: refused.
+// Errors of fast, square root, Cholesky, certified in float32, then in float64; negative: refused.
 using Errors = std::vector<double>;
 
 const Errors good = {2e-6, 2e-6, 1e-4, 1e-7, 1e-14, 1e-14, 1e-13, 1e-16};
@@ -78,6 +78,14 @@ TEST(Sentence, SquareRootIsTakenOnlyWhereItIsRightThere) {
                 .find("beyond that take the square-root form"),
             std::string::npos);
   EXPECT_NE(sentence_of({given(good), elsewhere}).find("take float64"), std::string::npos);
+}
+
+TEST(Sentence, TheCertifiedFormIsTakenWhereNoOtherIsRight) {
+  Errors extreme = heavy;
+  extreme[1] = extreme[4] = extreme[5] = 1e-3;
+  EXPECT_NE(sentence_of({given(good), swept(payload, {{1, good}, {10, extreme}})})
+                .find("; beyond that take the certified form in float64"),
+            std::string::npos);
 }
 
 TEST(Sentence, ThePromiseIsWhatTheGivenRobotKeeps) {
