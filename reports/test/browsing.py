@@ -6,6 +6,9 @@ from playwright.sync_api import expect
 
 PHONE = {"width": 390, "height": 844}
 
+TIME = "Error against run time"  # of sections and variants of the made-up run
+EIGEN = "Batch<EigenLLT>"
+
 
 def section(page, title):
     """Unfolded."""
@@ -65,3 +68,15 @@ def brightness(page, selector, name):
     colour = page.locator(selector).first.evaluate(f"(node) => getComputedStyle(node).{name}")
     red, green, blue = (int(part) / 255 for part in re.findall(r"\d+", colour)[:3])
     return 0.21 * red + 0.72 * green + 0.07 * blue
+
+
+def legend(page, title, entry):
+    return section(page, title).get_by_role("button", name=entry, exact=True)
+
+
+def show(page, title, task):
+    section(page, title).get_by_label("Show").select_option(task)
+
+
+def show_every(page, title):
+    section(page, title).get_by_role("button", name="All ", exact=False).click()

@@ -1,3 +1,4 @@
+import json
 import sys
 from pathlib import Path
 
@@ -68,3 +69,20 @@ def visit(browser):
     for context in contexts:
         context.close()
     assert complaints == []
+
+
+@pytest.fixture
+def page(visit, written):
+    """The page of the made-up run, open."""
+    return visit(written)
+
+
+@pytest.fixture
+def read(tmp_path):
+    """Reads a folder of the files that it was given so far."""
+
+    def read(name: str, text):
+        (tmp_path / name).write_text(text if isinstance(text, str) else json.dumps(text))
+        return load(tmp_path)
+
+    return read

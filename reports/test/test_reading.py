@@ -4,21 +4,15 @@ import csv
 import io
 import re
 
-import pytest
-from browsing import PHONE, drawn_section, figure, marks, section, unfold_all
+from browsing import PHONE, TIME, drawn_section, figure, marks, section, unfold_all
 from playwright.sync_api import expect
 
-ANSWER, TIME, SIZE = "What to take", "Error against run time", "Against N"
+ANSWER, SIZE = "What to take", "Against N"
 WATCH = """
 window.tasks = [];
 new PerformanceObserver((list) => tasks.push(...list.getEntries()))
   .observe({ type: "longtask", buffered: true });
 """
-
-
-@pytest.fixture
-def page(visit, written):
-    return visit(written)
 
 
 def height(page):
