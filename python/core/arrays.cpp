@@ -1,0 +1,160 @@
+#include "arrays.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <vector>
+
+namespace kalmarm::python {
+namespace {
+
+using std::string_literals::operator""s;
+
+std::string text(std::span<const npy_intp> shape, const std::string& first = "") {
+  std::string out = "(" + first;
+  for (std::size_t i = 0; i < shape.size(); ++i)
+    out += (out.size() == 1 ? "" : ", ") + std::to_string(shape[i]);
+  return out + (shape.size() + !first.empty() == 1 ? ",)" : ")");
+}
+
+std::span<const npy_intp> shape_of(PyArrayObject* array) {
+  return {PyArray_DIMS(array), static_cast<std::size_t>(PyArray_NDIM(array))};
+}
+
+std::string dtype_name(PyArrayObject* array) {
+  return nb::steal<nb::str>(PyObject_Str(reinterpret_cast<PyObject*>(PyArray_DESCR(array))))
+      .c_str();
+}
+
+bool is_float(int type) { return type == NPY_FLOAT || type == NPY_DOUBLE; }
+
+nb::object checked(PyObject* object) {
+  if (!object) throw nb::python_error();
+  return nb::steal(object);
+}
+
+bool is_sequence(nb::handle value) {
+  return PyList_Check(value.ptr()) || PyTuple_Check(value.ptr()) || PyFloat_Check(value.ptr()) ||
+         PyLong_Check(value.ptr());
+}
+
+// Without a copy where the object lends its memory.
+nb::object lent(nb::handle value) {
+  if (PyArray_Check(value.ptr())) return nb::borrow(value);
+  if (nb::hasattr(value, "__dlpack__"))
+    return nb::module_::import_("numpy").attr("from_dlpack")(value);
+  return checked(PyArray_FromAny(value.ptr(), nullptr, 0, 0, 0, nullptr));
+}
+
+}  // namespace
+
+Inputs::Inputs(const char* call, std::initializer_list<Argument> arguments) : call_(call) {
+  const auto where = [&](int i) { return call_ + ": "s + names_[i]; };
+  bool has_sequences = false;
+  for (const Argument& argument : arguments) {
+    const int i = given_++;
+    names_[i] = argument.name;
+    if (is_sequence(argument.value)) {
+      has_sequences = true;
+      continue;
+    }
+    arrays_[i] = lent(argument.value);
+    const int type = PyArray_TYPE(array(i));
+    if (!is_float(type))
+      throw nb::type_error(
+          (where(i) + " is " + dtype_name(array(i)) + ", float32 or float64 is needed").c_str());
+    if (type_ == NPY_NOTYPE) type_ = type;
+    if (type != type_)
+      throw nb::type_error((where(i) + " is " + (type == NPY_FLOAT ? "float32" : "float64") +
+                            ", arrays before it are " +
+                            (type_ == NPY_FLOAT ? "float32" : "float64") +
+                            ": one dtype for all is needed")
+                               .c_str());
+  }
+  if (type_ == NPY_NOTYPE) type_ = NPY_DOUBLE;
+  constexpr int side_by_side = NPY_ARRAY_C_CONTIGUOUS | NPY_ARRAY_ALIGNED | NPY_ARRAY_NOTSWAPPED;
+  for (int i = 0; has_sequences && i < given_; ++i)
+    if (!arrays_[i].is_valid())
+      arrays_[i] =
+          checked(PyArray_FromAny(arguments.begin()[i].value.ptr(), PyArray_DescrFromType(type_), 0,
+                                  0, side_by_side, nullptr));
+  for (int i = 0; i < given_; ++i)
+    if (!PyArray_ISCARRAY_RO(array(i)))
+      arrays_[i] = checked(PyArray_FromArray(array(i), PyArray_DescrFromType(type_), side_by_side));
+
+  for (int i = 0; i < given_; ++i) {
+    const std::span<const npy_intp> shape = shape_of(array(i));
+    const npy_intp width = arguments.begin()[i].width;
+    if (i == 0) {
+      if (shape.empty() || shape.back() != width) {
+        const std::span<const npy_intp> one(&width, 1);
+        throw nb::value_error((where(i) + " has shape " + text(shape) + ", " + text(one) + " or " +
+                               text(one, "...") + " is needed")
+                                  .c_str());
+      }
+      leading_ = shape.first(shape.size() - 1);
+      npy_intp count = 1;
+      for (const npy_intp n : leading_) count *= n;
+      if (count > std::numeric_limits<int>::max())
+        throw nb::value_error((call_ + ": more than 2^31 states"s).c_str());
+      count_ = static_cast<int>(count);
+    } else if (shape.size() != leading_.size() + 1 || shape.back() != width ||
+               !std::equal(leading_.begin(), leading_.end(), shape.begin())) {
+      std::vector<npy_intp> needed(leading_.begin(), leading_.end());
+      needed.push_back(width);
+      throw nb::value_error(
+          (where(i) + " has shape " + text(shape) + ", " + text(needed) + " is needed").c_str());
+    }
+  }
+}
+
+nb::object Inputs::result(nb::handle out, std::initializer_list<npy_intp> trailing,
+                          const char* name) const {
+  std::array<npy_intp, NPY_MAXDIMS> shape;
+  const auto end = std::copy(trailing.begin(), trailing.end(),
+                             std::copy(leading_.begin(), leading_.end(), shape.begin()));
+  const int ndim = static_cast<int>(end - shape.begin());
+  if (out.is_none()) return checked(PyArray_SimpleNew(ndim, shape.data(), type_));
+
+  const auto where = [&] { return call_ + ": "s + name; };
+  if (is_sequence(out)) throw nb::type_error((where() + " is no array").c_str());
+  nb::object lender = lent(out);
+  PyArrayObject* const array = array_of(lender);
+  if (PyArray_TYPE(array) != type_)
+    throw nb::type_error((where() + " is " + dtype_name(array) + ", " +
+                          (type_ == NPY_FLOAT ? "float32" : "float64") +
+                          " is needed, as the states are")
+                             .c_str());
+  const std::span<const npy_intp> needed(shape.data(), ndim);
+  if (!std::ranges::equal(shape_of(array), needed))
+    throw nb::value_error(
+        (where() + " has shape " + text(shape_of(array)) + ", " + text(needed) + " is needed")
+            .c_str());
+  if (!PyArray_ISCARRAY(array))
+    throw nb::value_error((where() + " has to be writeable and contiguous").c_str());
+  refuse_overlap(array, name);
+  return lender;
+}
+
+void Inputs::refuse_overlap(PyArrayObject* out, const char* name) const {
+  const char* const begin = PyArray_BYTES(out);
+  const char* const end = begin + PyArray_NBYTES(out);
+  for (int i = 0; i < given_; ++i) {
+    const char* const other = PyArray_BYTES(array(i));
+    if (begin < other + PyArray_NBYTES(array(i)) && other < end)
+      throw nb::value_error(
+          (call_ + ": "s + name + " lies in the same memory as " + names_[i]).c_str());
+  }
+}
+
+nb::object transposed(const nb::object& matrices) {
+  PyArrayObject* const array = array_of(matrices);
+  return checked(PyArray_SwapAxes(array, PyArray_NDIM(array) - 2, PyArray_NDIM(array) - 1));
+}
+
+nb::object untransposed(nb::handle view) {
+  if (!PyArray_Check(view.ptr()) || PyArray_NDIM(reinterpret_cast<PyArrayObject*>(view.ptr())) < 2)
+    return nb::borrow(view);
+  return transposed(nb::borrow(view));
+}
+
+}  // namespace kalmarm::python

@@ -1,0 +1,86 @@
+// Arrays of numbers, in and out of a call. NumPy's own C interface: a call of one state takes less
+// time than the import of a DLPack capsule.
+#pragma once
+
+#include <nanobind/nanobind.h>
+
+#define NPY_NO_DEPRECATED_API NPY_1_22_API_VERSION
+#define PY_ARRAY_UNIQUE_SYMBOL kalmarm_numpy
+#ifndef KALMARM_IMPORTS_NUMPY
+#define NO_IMPORT_ARRAY
+#endif
+#include <numpy/arrayobject.h>
+
+#include <array>
+#include <initializer_list>
+#include <span>
+#include <string>
+
+namespace kalmarm::python {
+
+namespace nb = nanobind;
+
+struct Argument {
+  const char* name;
+  nb::handle value;
+  int width;  // of its last dimension
+};
+
+// What a call is given: arrays of one dtype, float32 or float64, whose last dimension has a width
+// that the robot knows, and whose leading ones, which count the states, agree. An array that lies
+// otherwise than side by side is copied; lists take the dtype of the arrays, float64 where there
+// are none.
+class Inputs {
+ public:
+  static constexpr int most = 3;
+
+  // Throws TypeError and ValueError, with the call, the argument and both shapes.
+  Inputs(const char* call, std::initializer_list<Argument> arguments);
+
+  const char* call() const { return call_; }
+  int type() const { return type_; }                   // NPY_FLOAT or NPY_DOUBLE
+  bool is_single() const { return leading_.empty(); }  // one state, without a leading dimension
+  int count() const { return count_; }
+  std::span<const npy_intp> leading() const { return leading_; }
+
+  template <class T>
+  const T* data(int i) const {
+    return static_cast<const T*>(PyArray_DATA(array(i)));
+  }
+
+  // f(T()) of the scalar that the arrays hold.
+  template <class F>
+  auto with_scalar(const F& f) const {
+    return type_ == NPY_FLOAT ? f(float()) : f(double());
+  }
+
+  // An array of the shape leading + trailing: `out`, or a new one where that is None. Throws
+  // TypeError and ValueError where `out` cannot take the result in its place.
+  nb::object result(nb::handle out, std::initializer_list<npy_intp> trailing,
+                    const char* name = "out") const;
+
+ private:
+  PyArrayObject* array(int i) const { return reinterpret_cast<PyArrayObject*>(arrays_[i].ptr()); }
+  void refuse_overlap(PyArrayObject* out, const char* name) const;
+
+  const char* call_;
+  std::array<nb::object, most> arrays_;
+  std::array<const char*, most> names_ = {};
+  int given_ = 0, type_ = NPY_NOTYPE, count_ = 1;
+  std::span<const npy_intp> leading_;
+};
+
+inline PyArrayObject* array_of(const nb::object& array) {
+  return reinterpret_cast<PyArrayObject*>(array.ptr());
+}
+template <class T>
+T* data_of(const nb::object& array) {
+  return static_cast<T*>(PyArray_DATA(array_of(array)));
+}
+
+// A view of matrices whose columns were written one after another.
+nb::object transposed(const nb::object& matrices);
+// The matrices of which `view` is a transposed(); as it is where it is no array of them.
+nb::object untransposed(nb::handle view);
+
+}  // namespace kalmarm::python

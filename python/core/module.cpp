@@ -1,0 +1,343 @@
+// The module kalmarm._core: what the package's Python files build on.
+#define KALMARM_IMPORTS_NUMPY
+#include <nanobind/nanobind.h>
+#include <nanobind/stl/array.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/set.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/unique_ptr.h>
+#include <nanobind/stl/vector.h>
+
+#include <algorithm>
+#include <kalmarm/model_builder.hpp>
+#include <kalmarm/version.hpp>
+#include <map>
+#include <optional>
+
+#include "arrays.hpp"
+#include "outcomes.hpp"
+#include "robot.hpp"
+
+namespace kalmarm::python {
+namespace {
+
+using namespace nb::literals;
+
+// The value of a name, as the header of the library spells it.
+template <class E>
+E named(const char* what, const std::string& name, std::initializer_list<E> values) {
+  std::string known;
+  for (const E value : values) {
+    if (name == to_string(value)) return value;
+    known += (known.empty() ? "" : ", ") + std::string(to_string(value));
+  }
+  throw nb::value_error((std::string(what) + " '" + name + "' is unknown: " + known).c_str());
+}
+
+Form form_of(const std::string& name) {
+  return named("form", name, {Form::conventional, Form::square_root, Form::certified});
+}
+
+Want want_of(const std::string& name) {
+  return named("question: want", name,
+               {Want::acceleration, Want::inverse, Want::diagonal, Want::log_det, Want::mass,
+                Want::operational, Want::solve, Want::inverse_dynamics, Want::derivatives});
+}
+
+Rule rule_of(const std::string& name) {
+  for (const Rule rule : all_rules())
+    if (name == to_string(rule)) return rule;
+  throw nb::value_error(("rule '" + name + "' is unknown").c_str());
+}
+
+JointType joint_of(const std::string& name) {
+  const std::map<std::string, JointType> types = {{"fixed", JointType::fixed},
+                                                  {"hinge", JointType::hinge},
+                                                  {"slide", JointType::slide},
+                                                  {"ball", JointType::ball},
+                                                  {"free", JointType::free}};
+  if (const auto found = types.find(name); found != types.end()) return found->second;
+  throw nb::value_error(
+      ("joint '" + name + "' is unknown: fixed, hinge, slide, ball, free").c_str());
+}
+
+std::set<std::string> names_of(const std::set<Rule>& rules) {
+  std::set<std::string> out;
+  for (const Rule rule : rules) out.insert(to_string(rule));
+  return out;
+}
+
+void bind_model(nb::module_& m) {
+  nb::class_<Frame>(m, "Frame",
+                    "A frame on a link: its axes, a quaternion (w, x, y, z), and its origin [m] in "
+                    "the link's frame; link -1 is the fixed base.")
+      .def(
+          "__init__",
+          [](Frame* self, int link, std::array<double, 4> rotation,
+             std::array<double, 3> translation) {
+            new (self) Frame{link, rotation, translation};
+          },
+          "link"_a, "rotation"_a = std::array<double, 4>{1, 0, 0, 0},
+          "translation"_a = std::array<double, 3>{0, 0, 0})
+      .def_ro("link", &Frame::link)
+      .def_ro("rotation", &Frame::rotation)
+      .def_ro("translation", &Frame::translation)
+      .def("__repr__", [](const Frame& self) {
+        return nb::str("Frame(link={}, rotation={}, translation={})")
+            .format(self.link, self.rotation, self.translation);
+      });
+
+  nb::class_<RobotModel>(m, "Model", "A robot as numbers: what a Robot is made from.")
+      .def_ro("nq", &RobotModel::nq)
+      .def_prop_ro("nv", &RobotModel::nv)
+      .def_ro("dofs", &RobotModel::names, "Names of the DoF, in the order of qd.")
+      .def_ro("gravity", &RobotModel::gravity, "[m/s^2]")
+      .def_prop_ro(
+          "quaternions",
+          [](const RobotModel& self) {
+            std::vector<int> out;
+            for (const LinkParameters& link : self.links)
+              if (link.coordinate == Coordinate::quaternion) out.push_back(link.q_index);
+            return out;
+          },
+          "Where in q a quaternion (w, x, y, z) begins.");
+
+  nb::class_<ModelBuilder>(m, "ModelBuilder")
+      .def(nb::init<>())
+      .def(
+          "add_body",
+          [](ModelBuilder& self, const std::string& name, int parent, const std::string& joint,
+             std::array<double, 3> axis, std::array<double, 3> position,
+             std::array<double, 4> rotation, double reference, double armature, double mass,
+             std::array<double, 3> center_of_mass, std::array<double, 6> inertia) {
+            return self.add_body({.name = name,
+                                  .parent = parent,
+                                  .joint = joint_of(joint),
+                                  .axis = axis,
+                                  .position = position,
+                                  .rotation = rotation,
+                                  .reference = reference,
+                                  .armature = armature,
+                                  .mass = mass,
+                                  .center_of_mass = center_of_mass,
+                                  .inertia = inertia});
+          },
+          "name"_a, "parent"_a, "joint"_a, "axis"_a, "position"_a, "rotation"_a, "reference"_a,
+          "armature"_a, "mass"_a, "center_of_mass"_a, "inertia"_a)
+      .def("set_gravity", &ModelBuilder::set_gravity, "gravity"_a)
+      .def_prop_ro("nq", &ModelBuilder::nq)
+      .def_prop_ro("nv", &ModelBuilder::nv)
+      .def("first_dof", &ModelBuilder::first_dof, "body"_a)
+      .def("first_q", &ModelBuilder::first_q, "body"_a)
+      .def("frame", &ModelBuilder::frame, "body"_a)
+      .def(
+          "build",
+          [](const ModelBuilder& self, const std::optional<std::vector<std::string>>& dofs,
+             const std::optional<std::vector<double>>& armature) {
+            RobotModel model = self.build();
+            if ((dofs && dofs->size() != model.names.size()) ||
+                (armature && armature->size() != model.links.size()))
+              throw nb::value_error("names and armature are one for each DoF");
+            if (dofs) model.names = *dofs;
+            for (int k = 0; armature && k < model.nv(); ++k)
+              model.links[k].armature = (*armature)[k];
+            return model;
+          },
+          "dofs"_a = nb::none(), "armature"_a = nb::none(),
+          "dofs, armature: by DoF, in the place of what the bodies say.");
+}
+
+void bind_answers(nb::module_& m) {
+  nb::class_<Recommendation>(m, "Recommendation", "Which form and which precision are enough.")
+      .def_prop_ro("form", [](const Recommendation& self) { return to_string(self.form); })
+      .def_prop_ro(
+          "precision", [](const Recommendation& self) { return to_string(self.precision); },
+          "'float32' or 'float64': the dtype to give.")
+      .def_ro("worst", &Recommendation::worst,
+              "Largest error in these states; infinite where one has no answer or a warning.")
+      .def_ro("predicted", &Recommendation::predicted, "Error to expect in states like these.")
+      .def_ro("nanoseconds", &Recommendation::nanoseconds,
+              "A call on this machine, for all that is wanted.")
+      .def_ro("enough", &Recommendation::enough,
+              "Predicted within the tolerance; else the most accurate is given.")
+      .def_ro("reason", &Recommendation::reason)
+      .def("__repr__", [](const Recommendation& self) {
+        return nb::str("<{}, {}: {}>")
+            .format(to_string(self.form), to_string(self.precision), self.reason);
+      });
+
+  nb::class_<PlanSummary>(m, "Plan", "What the robot's question needs, and what is left out.")
+      .def_ro("asked", &PlanSummary::asked, "DoF of the results, in their order.")
+      .def_ro("singular", &PlanSummary::singular,
+              "DoF that are asked about and move no inertia: M has no inverse.")
+      .def_prop_ro(
+          "parts",
+          [](const PlanSummary& self) {
+            nb::list out;
+            for (const PlanSummary::Part& part : self.parts)
+              out.append(nb::make_tuple(part.kernel, part.dofs));
+            return out;
+          },
+          nb::sig("def parts(self) -> list[tuple[str, list[int]]]"),
+          "(kernel, DoF) of the parts that are solved apart.")
+      .def_prop_ro(
+          "rules",
+          [](const PlanSummary& self) {
+            nb::dict out;
+            for (const PlanSummary::Acted& acted : self.acted)
+              out[to_string(acted.rule)] = nb::cast(acted.dofs);
+            return out;
+          },
+          nb::sig("def rules(self) -> dict[str, list[int]]"),
+          "Rules that left something out, and the DoF that each is about.")
+      .def("__repr__", [](const PlanSummary& self) {
+        std::string rules;
+        for (const PlanSummary::Acted& acted : self.acted)
+          rules += (rules.empty() ? "" : ", ") + std::string(to_string(acted.rule));
+        return nb::str(
+                   "<Plan: {} DoF asked about in {} part(s); rules that left something out: {}>")
+            .format(self.asked.size(), self.parts.size(), rules.empty() ? "none" : rules);
+      });
+}
+
+#define KALMARM_ARRAY "numpy.typing.ArrayLike"
+#define KALMARM_OPTIONS "out: typing.Any = None, *, status: bool = False, threads: int = 1"
+#define KALMARM_RESULT " -> typing.Any"
+#define KALMARM_CALL_OF_Q(name) \
+  nb::sig("def " name "(self, q: " KALMARM_ARRAY ", " KALMARM_OPTIONS ")" KALMARM_RESULT)
+#define KALMARM_CALL_OF(name, second)                                           \
+  nb::sig("def " name "(self, q: " KALMARM_ARRAY ", " second ": " KALMARM_ARRAY \
+          ", " KALMARM_OPTIONS ")" KALMARM_RESULT)
+#define KALMARM_CALL_OF_STATE(name, third)                                         \
+  nb::sig("def " name "(self, q: " KALMARM_ARRAY ", qd: " KALMARM_ARRAY ", " third \
+          ": " KALMARM_ARRAY ", " KALMARM_OPTIONS ")" KALMARM_RESULT)
+
+void bind_robot(nb::module_& m) {
+  nb::class_<Factors>(m, "Factors",
+                      "Factors of M in one state, for any number of solves; one thread at a time "
+                      "solves, others wait.")
+      .def("solve", &Factors::solve, "tau"_a, "out"_a = nb::none(),
+           nb::sig("def solve(self, tau: " KALMARM_ARRAY
+                   ", out: typing.Any = None) -> numpy.ndarray"),
+           "x = M^-1 tau, of one vector (n,) or of one a row, (..., n).");
+
+  const nb::kw_only options;
+  nb::class_<Robot>(m, "Robot")
+      .def(
+          "__init__",
+          [](Robot* self, const RobotModel& model, const std::string& form,
+             const std::vector<std::string>& wants, std::vector<int> asked,
+             std::vector<Frame> frames, std::vector<int> locked, std::vector<double> q,
+             bool at_rest, const std::optional<std::vector<std::string>>& rules) {
+            DynamicsOptions options{.form = form_of(form)};
+            for (const std::string& want : wants) options.question.want.insert(want_of(want));
+            options.question.dofs = std::move(asked);
+            options.question.frames = std::move(frames);
+            options.question.locked = std::move(locked);
+            options.question.q = std::move(q);
+            options.question.at_rest = at_rest;
+            if (rules) {
+              options.rules.clear();
+              for (const std::string& rule : *rules) options.rules.insert(rule_of(rule));
+            }
+            new (self) Robot(model, std::move(options));
+          },
+          "model"_a, "form"_a, "wants"_a, "asked"_a, "frames"_a, "locked"_a, "q"_a, "at_rest"_a,
+          "rules"_a = nb::none())
+      .def_prop_ro(
+          "nq", [](const Robot& self) { return self.model().nq; }, "Entries of q.")
+      .def_prop_ro(
+          "nv", [](const Robot& self) { return self.model().nv(); }, "Degrees of freedom.")
+      .def_prop_ro("n", &Robot::asked, "DoF that results are about: nv, or as many as are asked.")
+      .def_prop_ro("form", [](const Robot& self) { return to_string(self.options().form); })
+      .def_prop_ro(
+          "rules", [](const Robot& self) { return names_of(self.options().rules); },
+          "By which work may be left out.")
+      .def("plan", &Robot::plan, "What is left out, and by which rule.")
+      .def("forward_dynamics", &Robot::forward_dynamics, "q"_a, "qd"_a, "tau"_a,
+           "out"_a = nb::none(), options, "status"_a = false, "threads"_a = 1,
+           KALMARM_CALL_OF_STATE("forward_dynamics", "tau"),
+           R"(a = M(q)^-1 (tau - bias(q, qd)), gravity and armature included.
+
+q (..., nq), qd and tau (..., nv) -> a (..., n). Hinges: rad, rad/s, Nm, rad/s^2; slides: m, m/s,
+N, m/s^2.)")
+      .def("inverse_dynamics", &Robot::inverse_dynamics, "q"_a, "qd"_a, "qdd"_a,
+           "out"_a = nb::none(), options, "status"_a = false, "threads"_a = 1,
+           KALMARM_CALL_OF_STATE("inverse_dynamics", "qdd"),
+           R"(tau = M(q) qdd + bias(q, qd), gravity and armature included.
+
+q (..., nq), qd and qdd (..., nv) -> tau (..., n) [Nm or N].)")
+      .def("bias", &Robot::bias, "q"_a, "qd"_a, "out"_a = nb::none(), options, "status"_a = false,
+           "threads"_a = 1, KALMARM_CALL_OF("bias", "qd"),
+           R"(Velocity terms and gravity: the torques of qdd = 0.
+
+q (..., nq), qd (..., nv) -> (..., n) [Nm or N].)")
+      .def("gravity", &Robot::gravity, "q"_a, "out"_a = nb::none(), options, "status"_a = false,
+           "threads"_a = 1, KALMARM_CALL_OF_Q("gravity"),
+           R"(The torques that hold the robot against gravity.
+
+q (..., nq) -> (..., n) [Nm or N].)")
+      .def("mass_matrix", &Robot::mass_matrix, "q"_a, "out"_a = nb::none(), options,
+           "status"_a = false, "threads"_a = 1, KALMARM_CALL_OF_Q("mass_matrix"),
+           R"(M, armature included, both triangles.
+
+q (..., nq) -> (..., n, n) [kg m^2, kg m or kg].)")
+      .def("inverse_mass_matrix", &Robot::inverse_mass_matrix, "q"_a, "out"_a = nb::none(), options,
+           "status"_a = false, "threads"_a = 1, KALMARM_CALL_OF_Q("inverse_mass_matrix"),
+           R"(M^-1, both triangles; M is not formed.
+
+q (..., nq) -> (..., n, n).)")
+      .def("diagonal", &Robot::diagonal, "q"_a, "out"_a = nb::none(), options, "status"_a = false,
+           "threads"_a = 1, KALMARM_CALL_OF_Q("diagonal"),
+           "The diagonal of M^-1.\n\nq (..., nq) -> (..., n).")
+      .def("log_det", &Robot::log_det, "q"_a, "out"_a = nb::none(), options, "status"_a = false,
+           "threads"_a = 1, KALMARM_CALL_OF_Q("log_det"),
+           "log det M of the joints that are free.\n\nq (..., nq) -> (...).")
+      .def("operational", &Robot::operational, "q"_a, "out"_a = nb::none(), options,
+           "status"_a = false, "threads"_a = 1, KALMARM_CALL_OF_Q("operational"),
+           R"(J M^-1 J' of the frames that are asked about: what forces there accelerate them by.
+
+q (..., nq) -> (..., 6 f, 6 f) of f frames, six rows each: angular, then linear, in its axes.)")
+      .def("solve", &Robot::solve, "q"_a, "tau"_a, "out"_a = nb::none(), options,
+           "status"_a = false, "threads"_a = 1, KALMARM_CALL_OF("solve", "tau"),
+           R"(x = M(q)^-1 tau, without bias.
+
+q (..., nq), tau (..., n) -> (..., n). For many tau in one state: factor(q).solve(tau).)")
+      .def("forward_dynamics_derivatives", &Robot::derivatives, "q"_a, "qd"_a, "tau"_a,
+           "out"_a = nb::none(), options, "status"_a = false, "threads"_a = 1,
+           KALMARM_CALL_OF_STATE("forward_dynamics_derivatives", "tau"),
+           R"(Derivatives of forward dynamics, analytically, and a itself.
+
+q (..., nq), qd and tau (..., nv) -> Derivatives(dq, dqd, dtau, a): three (..., n, n) and (..., n).
+Column j of dq is for a change of q along DoF j's velocity, so that joints with quaternions have as
+many columns as DoF. out: what an earlier call of the same shape returned.)")
+      .def("factor", &Robot::factor, nb::keep_alive<0, 1>(), "q"_a,
+           nb::sig("def factor(self, q: " KALMARM_ARRAY ") -> Factors"),
+           "Factors of M in one state q (nq,), for any number of solves.")
+      .def("_recommend", &Robot::recommend, "tolerance"_a, "q"_a, "qd"_a, "tau"_a,
+           nb::sig("def _recommend(self, tolerance: float, q: " KALMARM_ARRAY ", qd: " KALMARM_ARRAY
+                   ", tau: " KALMARM_ARRAY ") -> Recommendation"));
+}
+
+int import_numpy() {
+  import_array1(-1);
+  return 0;
+}
+
+NB_MODULE(_core, m) {
+  if (import_numpy() < 0) throw nb::python_error();
+  m.doc() = "The compiled part of kalmarm.";
+  m.attr("__version__") = KALMARM_VERSION;
+  m.def("instruction_set", &instruction_set,
+        "What the kernels in use were compiled for: x86-64-v2, -v3 or -v4, the best that the "
+        "processor has unless the environment variable KALMARM_INSTRUCTION_SET names a lower one; "
+        "'native' where they were compiled for this machine alone.");
+  bind_outcomes(m);
+  bind_derivatives(m);
+  bind_model(m);
+  bind_answers(m);
+  bind_robot(m);
+}
+
+}  // namespace
+}  // namespace kalmarm::python

@@ -1,0 +1,107 @@
+#include "outcomes.hpp"
+
+#include <cstdint>
+#include <cstdio>
+
+namespace kalmarm::python {
+namespace {
+
+// The layout of the dtype.
+struct Record {
+  std::int8_t status;
+  bool near_singular, suspect, widened;
+  std::int32_t joint, steps;
+  double D, scale, error;
+
+  Record() = default;
+  explicit Record(const Outcome& o)
+      : status(static_cast<std::int8_t>(o.status)),
+        near_singular(o.near_singular),
+        suspect(o.suspect),
+        widened(o.widened),
+        joint(o.joint),
+        steps(o.steps),
+        D(o.D),
+        scale(o.scale),
+        error(o.error) {}
+};
+
+nb::handle dtype, error;  // live as long as the module, which is never unloaded
+
+std::string at(const Outcome& outcome, const std::vector<std::string>& names) {
+  if (outcome.joint < 0 || outcome.joint >= static_cast<int>(names.size())) return "";
+  char numbers[96];
+  std::snprintf(numbers, sizeof numbers, "': D is %.3g beside %.3g", outcome.D, outcome.scale);
+  return " at '" + names[outcome.joint] + numbers;
+}
+
+nb::object records(int ndim, const npy_intp* shape) {
+  auto* const descr =
+      reinterpret_cast<PyArray_Descr*>(nb::object(nb::borrow(dtype)).release().ptr());
+  PyObject* const array = PyArray_NewFromDescr(&PyArray_Type, descr, ndim, shape, nullptr, nullptr,
+                                               0, nullptr);  // takes the reference
+  if (!array) throw nb::python_error();
+  return nb::steal(array);
+}
+
+}  // namespace
+
+void bind_outcomes(nb::module_& module) {
+  nb::dict layout;
+  nb::list names, formats, offsets;
+  const auto add = [&](const char* name, const char* format, std::size_t offset) {
+    names.append(name), formats.append(format), offsets.append(offset);
+  };
+  add("status", "i1", offsetof(Record, status));
+  add("near_singular", "?", offsetof(Record, near_singular));
+  add("suspect", "?", offsetof(Record, suspect));
+  add("widened", "?", offsetof(Record, widened));
+  add("joint", "i4", offsetof(Record, joint));
+  add("steps", "i4", offsetof(Record, steps));
+  add("D", "f8", offsetof(Record, D));
+  add("scale", "f8", offsetof(Record, scale));
+  add("error", "f8", offsetof(Record, error));
+  layout["names"] = names;
+  layout["formats"] = formats;
+  layout["offsets"] = offsets;
+  layout["itemsize"] = sizeof(Record);
+  dtype = nb::object(nb::module_::import_("numpy").attr("dtype")(layout)).release();
+  module.attr("outcome_dtype") = dtype;
+
+  error = PyErr_NewExceptionWithDoc(
+      "kalmarm.DynamicsError",
+      "A state for which there is no answer that could be used; `outcome` is its record.",
+      PyExc_ArithmeticError, nullptr);
+  module.attr("DynamicsError") = error;
+}
+
+nb::object record_of(const Inputs& inputs, const Outcome* outcomes) {
+  const std::span<const npy_intp> leading = inputs.leading();
+  nb::object array = records(static_cast<int>(leading.size()), leading.data());
+  auto* const to = data_of<Record>(array);
+  for (int i = 0; i < inputs.count(); ++i) to[i] = Record(outcomes[i]);
+  return inputs.is_single()
+             ? nb::steal(PyArray_Return(reinterpret_cast<PyArrayObject*>(array.release().ptr())))
+             : array;
+}
+
+void raise(const char* call, const Outcome& outcome, const std::vector<std::string>& names) {
+  const std::string message =
+      std::string(call) + ": " + to_string(outcome.status) + at(outcome, names);
+  const nb::object instance = error(message.c_str());
+  nb::object array = records(0, nullptr);
+  *data_of<Record>(array) = Record(outcome);
+  instance.attr("outcome") =
+      nb::steal(PyArray_Return(reinterpret_cast<PyArrayObject*>(array.release().ptr())));
+  PyErr_SetObject(error.ptr(), instance.ptr());
+  throw nb::python_error();
+}
+
+void warn(const char* call, const Outcome& outcome, const std::vector<std::string>& names) {
+  std::string message = std::string(call) + ": " +
+                        (outcome.near_singular ? "nearly singular" + at(outcome, names)
+                                               : "its own estimate of the error is above 1 %");
+  if (PyErr_WarnEx(PyExc_RuntimeWarning, message.c_str(), 1) < 0) throw nb::python_error();
+}
+
+}  // namespace kalmarm::python

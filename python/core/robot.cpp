@@ -1,0 +1,392 @@
+#include "robot.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <thread>
+
+#include "outcomes.hpp"
+
+namespace kalmarm::python {
+namespace {
+
+constexpr int large = 64;           // DoF from which a call of one state releases the lock
+constexpr int states_at_once = 16;  // of those that a thread takes in one go
+constexpr int derivatives_fields = 4;
+nb::handle derivatives_type;  // lives as long as the module
+
+int cores(const char* call, int threads, int states) {
+  if (threads < 0)
+    throw nb::value_error(
+        (std::string(call) + ": " + std::to_string(threads) + " threads").c_str());
+  if (threads == 0) threads = static_cast<int>(std::thread::hardware_concurrency());
+  return std::clamp(threads, 1, std::max(states, 1));
+}
+
+template <class T>
+bool is_finite(const T* x, npy_intp count) {
+  unsigned bad = 0;
+  for (npy_intp i = 0; i < count; ++i) bad |= x[i] - x[i] != 0;
+  return bad == 0;
+}
+
+// Of a result that comes without one.
+template <class T>
+Outcome outcome_of(const T* x, npy_intp count) {
+  Outcome out;
+  if (!is_finite(x, count)) out.status = Outcome::Status::not_finite;
+  return out;
+}
+
+template <class T>
+VectorView<const T> vector(const Inputs& in, int i, int row, int width) {
+  return {in.data<T>(i) + std::ptrdiff_t(row) * width, width};
+}
+
+class WithoutLock {
+ public:
+  explicit WithoutLock(bool released) {
+    if (released) released_.emplace();
+  }
+
+ private:
+  std::optional<nb::gil_scoped_release> released_;
+};
+
+}  // namespace
+
+Robot::Robot(RobotModel model, DynamicsOptions options)
+    : model_(std::move(model)),
+      options_(std::move(options)),
+      rows_(6 * static_cast<int>(options_.question.frames.size())) {
+  if (model_.nv() == 0) throw nb::value_error("the robot has no joint, so no degree of freedom");
+  asked_ = workers<double>().take()->dynamics.asked();
+}
+
+PlanSummary Robot::plan() { return summary_of(workers<double>().take()->dynamics.plan()); }
+
+void Robot::need(const char* call, Want want) const {
+  if (options_.question.wants(want)) return;
+  const bool frames = want == Want::operational && options_.question.frames.empty();
+  throw nb::value_error((std::string(call) + (frames ? ": no frames are asked about"
+                                                     : ": the robot's question does not want it"))
+                            .c_str());
+}
+
+nb::object Robot::answer(const Inputs& inputs, const nb::object& result, bool status,
+                         const Outcome* outcomes) const {
+  if (status) return nb::make_tuple(result, record_of(inputs, outcomes));
+  if (inputs.is_single()) {
+    if (!*outcomes) raise(inputs.call(), *outcomes, model_.names);
+    if (outcomes->warns()) warn(inputs.call(), *outcomes, model_.names);
+  }
+  return result;
+}
+
+template <class F>
+nb::object Robot::each(const Inputs& inputs, int threads, bool status, const nb::object& result,
+                       npy_intp width, const F& f) {
+  const int count = inputs.count();
+  threads = cores(inputs.call(), threads, (count + states_at_once - 1) / states_at_once);
+  return inputs.with_scalar([&]<class T>(T) {
+    constexpr T nan = std::numeric_limits<T>::quiet_NaN();
+    T* const to = data_of<T>(result);
+    if (inputs.is_single()) {
+      const auto worker = workers<T>().take();
+      Outcome outcome;
+      {
+        const WithoutLock released(model_.nv() >= large);
+        outcome = f(worker->dynamics, 0, to);
+        if (!outcome) std::fill_n(to, width, nan);
+      }
+      return answer(inputs, result, status, &outcome);
+    }
+    std::vector<typename Workers<T>::Loan> loans;
+    for (int i = 0; i < threads; ++i) loans.push_back(workers<T>().take());
+    std::vector<Outcome>& outcomes = loans[0]->outcomes;
+    outcomes.resize(count);
+    {
+      const WithoutLock released(true);
+      std::atomic<int> next = 0;
+      const auto work = [&](int worker) {
+        for (int first; (first = next.fetch_add(states_at_once)) < count;)
+          for (int i = first; i < std::min(first + states_at_once, count); ++i) {
+            outcomes[i] = f(loans[worker]->dynamics, i, to + i * width);
+            if (!outcomes[i]) std::fill_n(to + i * width, width, nan);
+          }
+      };
+      std::vector<std::jthread> others;
+      for (int i = 1; i < threads; ++i) others.emplace_back(work, i);
+      work(0);
+    }
+    return answer(inputs, result, status, outcomes.data());
+  });
+}
+
+nb::object Robot::forward_dynamics(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
+                                   bool status, int threads) {
+  constexpr const char* call = "forward_dynamics";
+  need(call, Want::acceleration);
+  const int nq = model_.nq, nv = model_.nv();
+  const Inputs in(call, {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}});
+  const nb::object result = in.result(out, {asked_});
+  const int count = in.count();
+  return in.with_scalar([&]<class T>(T) {
+    T* const a = data_of<T>(result);
+    constexpr T nan = std::numeric_limits<T>::quiet_NaN();
+    const auto worker = workers<T>().take();
+    if (in.is_single()) {
+      Outcome outcome;
+      {
+        const WithoutLock released(nv >= large);
+        outcome = worker->dynamics.forward_dynamics(
+            vector<T>(in, 0, 0, nq), vector<T>(in, 1, 0, nv), vector<T>(in, 2, 0, nv), {a, asked_});
+        if (!outcome) std::fill_n(a, asked_, nan);
+      }
+      return answer(in, result, status, &outcome);
+    }
+    const int used = cores(call, threads, count);
+    worker->outcomes.resize(count);
+    {
+      const WithoutLock released(true);
+      const int failed = worker->dynamics.forward_dynamics(
+          RowsView<const T>(in.data<T>(0), count, nq), RowsView<const T>(in.data<T>(1), count, nv),
+          RowsView<const T>(in.data<T>(2), count, nv), RowsView<T>(a, count, asked_),
+          worker->outcomes, used);
+      for (int i = 0; failed > 0 && i < count; ++i)
+        if (!worker->outcomes[i]) std::fill_n(a + std::ptrdiff_t(i) * asked_, asked_, nan);
+    }
+    return answer(in, result, status, worker->outcomes.data());
+  });
+}
+
+nb::object Robot::newton_euler(const Inputs& in, nb::handle out, bool status, int threads, int qd,
+                               int qdd) {
+  need(in.call(), Want::inverse_dynamics);
+  const int nq = model_.nq, nv = model_.nv(), count = in.count();
+  const nb::object result = in.result(out, {asked_});
+  return in.with_scalar([&]<class T>(T) {
+    T* const tau = data_of<T>(result);
+    const auto worker = workers<T>().take();
+    std::vector<T>& zeros = worker->zeros;
+    if (const std::size_t needed = std::size_t(count) * nv; qdd < 0 && zeros.size() < needed)
+      zeros.resize(needed, T(0));
+    const auto rows = [&](int i) {
+      return RowsView<const T>(i < 0 ? zeros.data() : in.data<T>(i), count, nv);
+    };
+    if (in.is_single()) {
+      Outcome outcome;
+      {
+        const WithoutLock released(nv >= large);
+        worker->dynamics.inverse_dynamics(vector<T>(in, 0, 0, nq),
+                                          VectorView<const T>(rows(qd).data(), nv),
+                                          VectorView<const T>(rows(qdd).data(), nv), {tau, asked_});
+        outcome = outcome_of(tau, asked_);
+        if (!outcome) std::fill_n(tau, asked_, std::numeric_limits<T>::quiet_NaN());
+      }
+      return answer(in, result, status, &outcome);
+    }
+    const int used = cores(in.call(), threads, count);
+    {
+      const WithoutLock released(true);
+      worker->dynamics.inverse_dynamics(RowsView<const T>(in.data<T>(0), count, nq), rows(qd),
+                                        rows(qdd), RowsView<T>(tau, count, asked_), used);
+      if (status || !is_finite(tau, npy_intp(count) * asked_)) {
+        worker->outcomes.resize(count);
+        for (int i = 0; i < count; ++i) {
+          T* const row = tau + std::ptrdiff_t(i) * asked_;
+          worker->outcomes[i] = outcome_of(row, asked_);
+          if (!worker->outcomes[i]) std::fill_n(row, asked_, std::numeric_limits<T>::quiet_NaN());
+        }
+      }
+    }
+    return answer(in, result, status, worker->outcomes.data());
+  });
+}
+
+nb::object Robot::inverse_dynamics(nb::handle q, nb::handle qd, nb::handle qdd, nb::handle out,
+                                   bool status, int threads) {
+  const int nv = model_.nv();
+  return newton_euler(
+      Inputs("inverse_dynamics", {{"q", q, model_.nq}, {"qd", qd, nv}, {"qdd", qdd, nv}}), out,
+      status, threads, 1, 2);
+}
+
+nb::object Robot::bias(nb::handle q, nb::handle qd, nb::handle out, bool status, int threads) {
+  return newton_euler(Inputs("bias", {{"q", q, model_.nq}, {"qd", qd, model_.nv()}}), out, status,
+                      threads, 1, -1);
+}
+
+nb::object Robot::gravity(nb::handle q, nb::handle out, bool status, int threads) {
+  return newton_euler(Inputs("gravity", {{"q", q, model_.nq}}), out, status, threads, -1, -1);
+}
+
+nb::object Robot::mass_matrix(nb::handle q, nb::handle out, bool status, int threads) {
+  need("mass_matrix", Want::mass);
+  const Inputs in("mass_matrix", {{"q", q, model_.nq}});
+  const npy_intp size = npy_intp(asked_) * asked_;
+  return each(in, threads, status, in.result(out, {asked_, asked_}), size,
+              [&]<class T>(Dynamics<T>& dynamics, int i, T* M) {
+                dynamics.mass(vector<T>(in, 0, i, model_.nq), {M, asked_, asked_});
+                return outcome_of(M, size);
+              });
+}
+
+nb::object Robot::inverse_mass_matrix(nb::handle q, nb::handle out, bool status, int threads) {
+  need("inverse_mass_matrix", Want::inverse);
+  const Inputs in("inverse_mass_matrix", {{"q", q, model_.nq}});
+  return each(in, threads, status, in.result(out, {asked_, asked_}), npy_intp(asked_) * asked_,
+              [&]<class T>(Dynamics<T>& dynamics, int i, T* X) {
+                return dynamics.inverse_mass(vector<T>(in, 0, i, model_.nq), {X, asked_, asked_});
+              });
+}
+
+nb::object Robot::diagonal(nb::handle q, nb::handle out, bool status, int threads) {
+  need("diagonal", Want::diagonal);
+  const Inputs in("diagonal", {{"q", q, model_.nq}});
+  return each(in, threads, status, in.result(out, {asked_}), asked_,
+              [&]<class T>(Dynamics<T>& dynamics, int i, T* x) {
+                return dynamics.diagonal(vector<T>(in, 0, i, model_.nq), {x, asked_});
+              });
+}
+
+nb::object Robot::log_det(nb::handle q, nb::handle out, bool status, int threads) {
+  need("log_det", Want::log_det);
+  const Inputs in("log_det", {{"q", q, model_.nq}});
+  return each(in, threads, status, in.result(out, {}), 1,
+              [&]<class T>(Dynamics<T>& dynamics, int i, T* x) {
+                return dynamics.log_det(vector<T>(in, 0, i, model_.nq), *x);
+              });
+}
+
+nb::object Robot::operational(nb::handle q, nb::handle out, bool status, int threads) {
+  need("operational", Want::operational);
+  const Inputs in("operational", {{"q", q, model_.nq}});
+  return each(in, threads, status, in.result(out, {rows_, rows_}), npy_intp(rows_) * rows_,
+              [&]<class T>(Dynamics<T>& dynamics, int i, T* X) {
+                return dynamics.operational(vector<T>(in, 0, i, model_.nq), {X, rows_, rows_});
+              });
+}
+
+nb::object Robot::solve(nb::handle q, nb::handle tau, nb::handle out, bool status, int threads) {
+  need("solve", Want::solve);
+  const Inputs in("solve", {{"q", q, model_.nq}, {"tau", tau, asked_}});
+  return each(in, threads, status, in.result(out, {asked_}), asked_,
+              [&]<class T>(Dynamics<T>& dynamics, int i, T* x) {
+                const Outcome outcome = dynamics.factor(vector<T>(in, 0, i, model_.nq));
+                if (outcome)
+                  dynamics.solve(
+                      MatrixView<const T>(in.data<T>(1) + std::ptrdiff_t(i) * asked_, asked_, 1),
+                      MatrixView<T>(x, asked_, 1));
+                return outcome;
+              });
+}
+
+nb::object Robot::derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
+                              bool status, int threads) {
+  constexpr const char* call = "forward_dynamics_derivatives";
+  need(call, Want::derivatives);
+  const int nq = model_.nq, nv = model_.nv();
+  const Inputs in(call, {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}});
+  const bool given = !out.is_none();
+  if (given && (!PyTuple_Check(out.ptr()) || nb::len(out) != derivatives_fields))
+    throw nb::type_error("forward_dynamics_derivatives: out is not what an earlier call returned");
+  nb::object fields[derivatives_fields];
+  const auto matrices = [&](int i, const char* name) {
+    fields[i] = in.result(given ? untransposed(out[i]) : nb::none(), {asked_, asked_}, name);
+  };
+  matrices(0, "out.dq");
+  matrices(1, "out.dqd");
+  matrices(2, "out.dtau");
+  fields[3] = in.result(given ? nb::object(out[3]) : nb::none(), {asked_}, "out.a");
+
+  const npy_intp size = npy_intp(asked_) * asked_;
+  const nb::object outcome = each(
+      in, threads, status, fields[3], asked_, [&]<class T>(Dynamics<T>& dynamics, int i, T* a) {
+        T* const X[] = {data_of<T>(fields[0]) + i * size, data_of<T>(fields[1]) + i * size,
+                        data_of<T>(fields[2]) + i * size};
+        const Outcome one = dynamics.derivatives(vector<T>(in, 0, i, nq), vector<T>(in, 1, i, nv),
+                                                 vector<T>(in, 2, i, nv),
+                                                 {.dq = {X[0], asked_, asked_},
+                                                  .dqd = {X[1], asked_, asked_},
+                                                  .dtau = {X[2], asked_, asked_}},
+                                                 {a, asked_});
+        if (!one)
+          for (T* x : X) std::fill_n(x, size, std::numeric_limits<T>::quiet_NaN());
+        return one;
+      });
+  for (int i = 0; i < 3; ++i) fields[i] = transposed(fields[i]);
+
+  const nb::object result =
+      nb::steal(PyStructSequence_New(reinterpret_cast<PyTypeObject*>(derivatives_type.ptr())));
+  if (!result.is_valid()) throw nb::python_error();
+  for (int i = 0; i < derivatives_fields; ++i)
+    PyStructSequence_SetItem(result.ptr(), i, fields[i].release().ptr());
+  return status ? nb::make_tuple(result, outcome[1]) : result;
+}
+
+std::unique_ptr<Factors> Robot::factor(nb::handle q) {
+  need("factor", Want::solve);
+  const Inputs in("factor", {{"q", q, model_.nq}});
+  if (!in.is_single()) throw nb::value_error("factor: of one state; solve(q, tau) takes many");
+  return in.with_scalar([&]<class T>(T) {
+    auto worker = workers<T>().take();
+    Outcome outcome;
+    {
+      const WithoutLock released(model_.nv() >= large);
+      outcome = worker->dynamics.factor(vector<T>(in, 0, 0, model_.nq));
+    }
+    if (!outcome) raise("factor", outcome, model_.names);
+    if (outcome.warns()) warn("factor", outcome, model_.names);
+    return std::make_unique<Factors>(std::move(worker), asked_);
+  });
+}
+
+nb::object Factors::solve(nb::handle tau, nb::handle out) {
+  const Inputs in("solve", {{"tau", tau, asked_}});
+  const nb::object result = in.result(out, {asked_});
+  in.with_scalar([&]<class T>(T) {
+    auto* const worker = std::get_if<typename Workers<T>::Loan>(&worker_);
+    if (!worker)
+      throw nb::type_error(std::is_same_v<T, float>
+                               ? "solve: tau is float32, the factors are float64"
+                               : "solve: tau is float64, the factors are float32");
+    std::unique_lock lock(mutex_, std::try_to_lock);
+    const WithoutLock released(!lock || in.count() > 1 || asked_ >= large);
+    if (!lock) lock.lock();
+    (*worker)->dynamics.solve(MatrixView<const T>(in.data<T>(0), asked_, in.count()),
+                              MatrixView<T>(data_of<T>(result), asked_, in.count()));
+  });
+  return result;
+}
+
+Recommendation Robot::recommend(double tolerance, nb::handle q, nb::handle qd,
+                                nb::handle tau) const {
+  const int nq = model_.nq, nv = model_.nv();
+  const Inputs in("recommend", {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}});
+  if (in.type() != NPY_DOUBLE) throw nb::type_error("recommend: states are needed in float64");
+  RecommendOptions options{.tolerance = tolerance};
+  const std::set<Want> want = options.question.want;
+  options.question = options_.question;
+  if (options.question.want.empty()) options.question.want = want;
+  const RowsView<const double> q_rows(in.data<double>(0), in.count(), nq),
+      qd_rows(in.data<double>(1), in.count(), nv), tau_rows(in.data<double>(2), in.count(), nv);
+  const nb::gil_scoped_release released;
+  return kalmarm::recommend(model_, q_rows, qd_rows, tau_rows, options);
+}
+
+void bind_derivatives(nb::module_& module) {
+  static PyStructSequence_Field fields[] = {
+      {"dq", "derivatives of a by q, (..., n, n); column j: along DoF j's velocity"},
+      {"dqd", "by qd, (..., n, n)"},
+      {"dtau", "by tau, (..., n, n): the inverse of M"},
+      {"a", "the acceleration itself, (..., n)"},
+      {nullptr, nullptr}};
+  static PyStructSequence_Desc description = {
+      "kalmarm.Derivatives", "Derivatives of forward dynamics, and a.", fields, derivatives_fields};
+  derivatives_type = reinterpret_cast<PyObject*>(PyStructSequence_NewType(&description));
+  module.attr("Derivatives") = derivatives_type;
+}
+
+}  // namespace kalmarm::python

@@ -1,0 +1,99 @@
+// A robot's dynamics on NumPy arrays: the calls of kalmarm::Dynamics, each of one state or of as
+// many as leading dimensions say.
+//
+// One state: an outcome that is not ok is raised, one that warns is a RuntimeWarning. Many: failed
+// rows are NaN. With `status` nothing is raised, and the outcomes are returned beside the result.
+//
+// Python's global lock is released for many states and for large robots. One state of a small one
+// keeps it: its call takes a few microseconds at most, and whoever gives up the lock may wait for
+// it 5 ms while another thread computes in Python.
+#pragma once
+
+#include <atomic>
+#include <kalmarm/dynamics.hpp>
+#include <kalmarm/plan_summary.hpp>
+#include <kalmarm/recommend.hpp>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <variant>
+
+#include "arrays.hpp"
+#include "workers.hpp"
+
+namespace kalmarm::python {
+
+class Factors;
+
+class Robot {
+ public:
+  Robot(RobotModel model, DynamicsOptions options);
+
+  const RobotModel& model() const { return model_; }
+  const DynamicsOptions& options() const { return options_; }
+  int asked() const { return asked_; }
+  PlanSummary plan();
+
+  nb::object forward_dynamics(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
+                              bool status, int threads);
+  nb::object inverse_dynamics(nb::handle q, nb::handle qd, nb::handle qdd, nb::handle out,
+                              bool status, int threads);
+  nb::object bias(nb::handle q, nb::handle qd, nb::handle out, bool status, int threads);
+  nb::object gravity(nb::handle q, nb::handle out, bool status, int threads);
+  nb::object mass_matrix(nb::handle q, nb::handle out, bool status, int threads);
+  nb::object inverse_mass_matrix(nb::handle q, nb::handle out, bool status, int threads);
+  nb::object diagonal(nb::handle q, nb::handle out, bool status, int threads);
+  nb::object log_det(nb::handle q, nb::handle out, bool status, int threads);
+  nb::object operational(nb::handle q, nb::handle out, bool status, int threads);
+  nb::object solve(nb::handle q, nb::handle tau, nb::handle out, bool status, int threads);
+  nb::object derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out, bool status,
+                         int threads);
+  std::unique_ptr<Factors> factor(nb::handle q);
+  Recommendation recommend(double tolerance, nb::handle q, nb::handle qd, nb::handle tau) const;
+
+ private:
+  friend class Factors;
+
+  template <class T>
+  Workers<T>& workers() {
+    if constexpr (std::is_same_v<T, float>)
+      return float_workers_;
+    else
+      return double_workers_;
+  }
+  void need(const char* call, Want want) const;
+  // f(dynamics, i) -> Outcome of every state, which fills row i of result, `width` numbers wide.
+  template <class F>
+  nb::object each(const Inputs& inputs, int threads, bool status, const nb::object& result,
+                  npy_intp width, const F& f);
+  // tau of rows or of one state; qd, qdd: inputs, -1: zero.
+  nb::object newton_euler(const Inputs& inputs, nb::handle out, bool status, int threads, int qd,
+                          int qdd);
+  nb::object answer(const Inputs& inputs, const nb::object& result, bool status,
+                    const Outcome* outcomes) const;
+
+  RobotModel model_;
+  DynamicsOptions options_;
+  Workers<float> float_workers_{model_, options_};
+  Workers<double> double_workers_{model_, options_};
+  int asked_ = 0, rows_ = 0;
+};
+
+// Factors of M in one state. They keep a worker of their robot's, and one thread at a time solves.
+class Factors {
+ public:
+  Factors(Workers<float>::Loan worker, int asked) : worker_(std::move(worker)), asked_(asked) {}
+  Factors(Workers<double>::Loan worker, int asked) : worker_(std::move(worker)), asked_(asked) {}
+
+  nb::object solve(nb::handle tau, nb::handle out);
+
+ private:
+  std::variant<Workers<float>::Loan, Workers<double>::Loan> worker_;
+  int asked_;
+  std::mutex mutex_;
+};
+
+// (dq, dqd, dtau, a), as the named tuple that derivatives() returns.
+void bind_derivatives(nb::module_& module);
+
+}  // namespace kalmarm::python

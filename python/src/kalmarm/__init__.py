@@ -1,0 +1,44 @@
+"""Robot dynamics by the filters of estimation theory: arrays in, arrays out, float32 or float64.
+
+    robot = kalmarm.load("g1.xml")              # or from_mujoco, from_pinocchio, Builder
+    q, qd, tau = robot.random_state(0, 4096)
+    a = robot.forward_dynamics(q, qd, tau)      # (4096, nv)
+"""
+
+from ._core import (
+    Derivatives,
+    DynamicsError,
+    Factors,
+    Frame,
+    Plan,
+    Recommendation,
+    __version__,
+    instruction_set,
+    outcome_dtype,
+)
+from .builder import Builder
+from .files import LoadError, load
+from .mujoco import from_mujoco
+from .pinocchio import PinocchioStates, from_pinocchio
+from .robot import Robot, State, Status
+
+__all__ = [
+    "Builder",
+    "Derivatives",
+    "DynamicsError",
+    "Factors",
+    "Frame",
+    "LoadError",
+    "PinocchioStates",
+    "Plan",
+    "Recommendation",
+    "Robot",
+    "State",
+    "Status",
+    "__version__",
+    "from_mujoco",
+    "from_pinocchio",
+    "instruction_set",
+    "load",
+    "outcome_dtype",
+]

@@ -1,0 +1,218 @@
+"""A robot and what is asked of it."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+from . import _core
+from ._names import dofs_of, unknown
+
+if TYPE_CHECKING:
+    from ._core import Frame, Model, Recommendation
+
+
+class Status(enum.IntEnum):
+    """The field `status` of an outcome."""
+
+    OK = 0
+    SINGULAR = 1  # D of a joint cannot be told from zero in the working precision
+    INDEFINITE = 2  # D of a joint is negative or not a number
+    NOT_FINITE = 3  # the result overflowed, or the state held a NaN
+
+
+class State(NamedTuple):
+    """Position, velocity and torques: (..., nq), (..., nv), (..., nv)."""
+
+    q: NDArray[Any]
+    qd: NDArray[Any]
+    tau: NDArray[Any]
+
+
+@dataclass(frozen=True)
+class Description:
+    """A robot as it is before anything is asked of it."""
+
+    name: str
+    model: Model
+    q0: NDArray[np.float64]  # (nq,): where it starts
+    q_range: NDArray[np.float64]  # (nq, 2): of random states
+    frames: Mapping[str, Frame] = field(default_factory=dict)  # by the names of sites and bodies
+    notes: tuple[str, ...] = ()  # what was ignored, each a line
+
+
+class Robot(_core.Robot):
+    """The dynamics of a robot, by a filter that factors the inverse of its mass matrix.
+
+    Made by `load`, `from_mujoco`, `from_pinocchio` or a `Builder`. Every call takes one state, q of
+    shape (nq,), or states in leading dimensions, (..., nq), and returns as many results:
+
+        a = robot.forward_dynamics(q, qd, tau)              # (nv,)
+        a = robot.forward_dynamics(q, qd, tau, threads=2)   # (4096, nv) of q (4096, nq), ...
+
+    - dtype: float32 or float64, one for all arrays of a call; the result has it too. Lists are
+      taken for float64 where no array says otherwise. Anything that lends its memory is an array:
+      NumPy, the buffer protocol, DLPack (PyTorch tensors on the CPU).
+    - out: an array that the result is written to, contiguous and apart from the inputs.
+    - threads: cores for many states, 0 for all; bits of the result do not depend on it.
+    - Failure: of one state DynamicsError is raised, and a RuntimeWarning where the answer is not to
+      be relied upon; of many the rows that failed are NaN. With status=True nothing is raised, and
+      (result, outcomes) is returned: records of `outcome_dtype`, whose status is a `Status`.
+    - Any number of Python threads may call one robot at once: each call takes memory of its own.
+      Python's global lock is released for many states, and for robots of 64 DoF or more.
+
+    q and qd are in the order of `dofs`, and as MuJoCo has them: hinges in rad, slides in m, ball
+    joints a quaternion (w, x, y, z) and the angular velocity in the body's axes; a free joint is a
+    position and a quaternion, 7 entries of q, and the linear velocity in the axes of the world, then
+    the angular one in the body's: 6 of qd.
+    """
+
+    def __init__(
+        self,
+        description: Description,
+        *,
+        form: str = "conventional",
+        wants: Iterable[str] = (),
+        asked: Iterable[str | int] = (),
+        frames: Iterable[str | Frame] = (),
+        locked: Iterable[str | int] = (),
+        q: Any = None,
+        at_rest: bool = False,
+        rules: Iterable[str] | None = None,
+    ) -> None:
+        """What is asked of the robot that the description describes.
+
+        form: "conventional"; "square_root", twice the time, for heavy loads on light links; or
+            "certified", whose outcomes say how wrong an answer is, for 3 to 4 times the time.
+        wants: "acceleration", "inverse", "diagonal", "log_det", "mass", "operational", "solve",
+            "inverse_dynamics", "derivatives"; all unless told.
+        asked: the joints that results are about; all that are free unless told.
+        frames: of `operational`, by the name of a site or body.
+        locked: joints that stand still, at the positions that q (nq,) has for them, or q0.
+        at_rest: qd is zero, and is not looked at.
+        rules: by which work may be left out, of docs/questions.md; all but "planes" unless told.
+        """
+        options = {key: value for key, value in locals().items() if key in _OPTIONS}
+        names = description.model.dofs
+        locked_dofs = dofs_of(names, locked)
+        position = description.q0 if q is None and locked_dofs else () if q is None else q
+        super().__init__(
+            description.model,
+            form,
+            list(wants),
+            dofs_of(names, asked),
+            [_frame(description, frame) for frame in frames],
+            locked_dofs,
+            [float(x) for x in position],
+            at_rest,
+            None if rules is None else list(rules),
+        )
+        self._description = description
+        self._options = options
+
+    def replace(self, **options: Any) -> Robot:
+        """The same robot with other options of `Robot`: form, asked, locked, at_rest, ..."""
+        unknown_options = options.keys() - _OPTIONS
+        if unknown_options:
+            raise TypeError(f"replace: no option is called '{unknown_options.pop()}'")
+        return Robot(self._description, **(self._options | options))
+
+    @property
+    def name(self) -> str:
+        return self._description.name
+
+    @property
+    def dofs(self) -> list[str]:
+        """Names of the degrees of freedom, in the order of qd; of a joint "ball" that has several
+        "ball:x", ...; of a free joint "base:x" to "base:z", which slide, and "base:r:x" to
+        "base:r:z"."""
+        return self._description.model.dofs
+
+    @property
+    def q0(self) -> NDArray[np.float64]:
+        """Where the robot starts, (nq,)."""
+        return self._description.q0.copy()
+
+    @property
+    def frames(self) -> Mapping[str, Frame]:
+        """Frames by the names of the robot's sites and bodies."""
+        return self._description.frames
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What of the robot's file is no part of these dynamics, each a line."""
+        return self._description.notes
+
+    def dof(self, joint: str) -> int:
+        """The first DoF of a joint."""
+        return dofs_of(self.dofs, [joint])[0]
+
+    def random_state(
+        self,
+        rng: np.random.Generator | int | None = None,
+        count: int | None = None,
+        *,
+        dtype: DTypeLike = np.float64,
+    ) -> State:
+        """q, qd and tau, of one state or of `count`.
+
+        Positions are uniform within their ranges (a joint's limits; else hinges within +-pi, slides
+        within +-0.5 m and free positions within +-1 m), orientations uniform, qd and tau standard
+        normal.
+        """
+        rng = np.random.default_rng(rng)
+        leading = () if count is None else (count,)
+        low, high = self._description.q_range.T
+        q = rng.uniform(low, high, (*leading, self.nq))
+        for i in self._description.model.quaternions:
+            quaternion = rng.standard_normal((*leading, 4))
+            q[..., i : i + 4] = quaternion / np.linalg.norm(quaternion, axis=-1, keepdims=True)
+        qd, tau = (rng.standard_normal((*leading, self.nv)) for _ in range(2))
+        return State(q.astype(dtype), qd.astype(dtype), tau.astype(dtype))
+
+    def recommend(
+        self,
+        tolerance: float = 1e-6,
+        q: Any = None,
+        qd: Any = None,
+        tau: Any = None,
+        *,
+        count: int = 100,
+        rng: np.random.Generator | int | None = 0,
+    ) -> Recommendation:
+        """Which form and which dtype are enough, measured in the states q, qd, tau (..., in
+        float64), or in `count` random ones.
+
+        tolerance: on |da| / |a|, and on M^-1 scaled by its diagonal. The robot's question counts,
+        and where it wants everything, acceleration and inverse.
+        """
+        if (q is None) != (qd is None) or (q is None) != (tau is None):
+            raise ValueError("recommend: q, qd and tau are given together or not at all")
+        states = self.random_state(rng, count) if q is None else (q, qd, tau)
+        return self._recommend(tolerance, *states)
+
+    def __repr__(self) -> str:
+        some = "" if self.n == self.nv else f", {self.n} asked about"
+        return (
+            f"<kalmarm.Robot {self.name}: {self.nv} DoF{some}, {self.nq} in q, {self.form} form, "
+            f"float32 or float64 as its arrays, {_core.instruction_set()}>"
+        )
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        raise TypeError("a Robot is not pickled: load it anew in the other process")
+
+
+_OPTIONS = {"form", "wants", "asked", "frames", "locked", "q", "at_rest", "rules"}
+
+
+def _frame(description: Description, frame: str | Frame) -> Frame:
+    if not isinstance(frame, str):
+        return frame
+    if frame not in description.frames:
+        raise unknown("frame", frame, description.frames)
+    return description.frames[frame]

@@ -1,0 +1,238 @@
+"""Robots: how they are made, what is asked of them, and what they say."""
+
+import pickle
+import sys
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+import pytest
+from conftest import ROBOTS, file_of, load
+
+import kalmarm
+
+
+def rods(count: int) -> kalmarm.Robot:
+    builder = kalmarm.Builder("rods")
+    for k in range(count):
+        builder.add_body(
+            f"rod{k}",
+            parent=f"rod{k - 1}" if k else -1,
+            joint="hinge",
+            axis=(0, 1, 0),
+            position=(0, 0, -1 if k else 0),
+            mass=1,
+            center_of_mass=(0, 0, -0.5),
+            inertia=(1 / 12, 1 / 12, 0),
+        )
+    return builder.build()
+
+
+def test_a_pendulum_built_by_hand_swings_by_its_closed_form():
+    robot = rods(1)
+    q = np.linspace(-2, 2, 5)[:, None]
+    zero = np.zeros_like(q)
+    np.testing.assert_allclose(
+        robot.forward_dynamics(q, zero, zero), -1.5 * 9.81 * np.sin(q), rtol=1e-14, atol=1e-14
+    )
+    np.testing.assert_allclose(robot.mass_matrix(q)[:, 0, 0], 1 / 3, rtol=1e-15)
+
+
+def test_builder_refuses_with_one_sentence():
+    builder = kalmarm.Builder()
+    builder.add_body("arm", joint="hinge", mass=1, inertia=(1, 1, 1))
+    with pytest.raises(ValueError, match="body 'am' is unknown; nearest: arm"):
+        builder.add_body("hand", parent="am")
+    with pytest.raises(ValueError, match="mass is -1"):
+        builder.add_body("hand", parent="arm", mass=-1)
+    with pytest.raises(ValueError, match="joint 'hing' is unknown: fixed, hinge"):
+        builder.add_body("hand", parent="arm", joint="hing")
+    with pytest.raises(ValueError, match=r"inertia has shape \(2,\)"):
+        builder.add_body("hand", inertia=(1, 2))
+    with pytest.raises(ValueError, match="no joint, so no degree of freedom"):
+        kalmarm.Builder().build()
+
+
+def test_locked_joints_leave_the_robot_of_the_others():
+    robot = load("iiwa14")
+    q, qd, tau = robot.random_state(1)
+    locked = ["joint2", "joint5"]
+    reduced = robot.replace(locked=locked, q=q)
+    free = [k for k in range(7) if robot.dofs[k] not in locked]
+    assert reduced.n == 5
+    assert reduced.plan().asked == free
+    np.testing.assert_allclose(
+        reduced.mass_matrix(q), robot.mass_matrix(q)[np.ix_(free, free)], rtol=1e-12
+    )
+    assert "locked_joints" in reduced.plan().rules
+
+
+def test_asked_joints_are_a_part_of_the_answer():
+    robot = load("g1")
+    q, qd, tau = robot.random_state(2, 5)
+    some = robot.replace(asked=["left_*"])
+    columns = [k for k, name in enumerate(robot.dofs) if name.startswith("left_")]
+    np.testing.assert_allclose(
+        some.forward_dynamics(q, qd, tau),
+        robot.forward_dynamics(q, qd, tau)[:, columns],
+        rtol=1e-9,
+    )
+
+
+def test_at_rest_velocities_are_not_looked_at():
+    robot = load("ur10e", at_rest=True)
+    q, qd, tau = robot.random_state(3, 5)
+    np.testing.assert_allclose(
+        robot.forward_dynamics(q, qd, tau),
+        load("ur10e").forward_dynamics(q, 0 * qd, tau),
+        rtol=1e-10,
+    )
+
+
+def test_forms_agree_and_are_named():
+    robot = load("panda")
+    q, qd, tau = robot.random_state(4, 5)
+    a = robot.forward_dynamics(q, qd, tau)
+    for form in ("square_root", "certified"):
+        other = robot.replace(form=form)
+        assert other.form == form
+        np.testing.assert_allclose(other.forward_dynamics(q, qd, tau), a, rtol=1e-9)
+    with pytest.raises(ValueError, match="form 'best' is unknown: conventional, square_root"):
+        robot.replace(form="best")
+    with pytest.raises(TypeError, match="no option is called 'shape'"):
+        robot.replace(shape="best")
+
+
+def test_unknown_names_are_refused_with_the_nearest():
+    robot = load("iiwa14")
+    with pytest.raises(ValueError, match="joint 'jiont3' is unknown; nearest: joint3"):
+        robot.replace(locked=["jiont3"])
+    with pytest.raises(ValueError, match="frame 'link_9' is unknown"):
+        robot.replace(frames=["link_9"])
+    with pytest.raises(ValueError, match="no frames are asked about"):
+        robot.operational(robot.q0)
+    with pytest.raises(ValueError, match="question does not want it"):
+        robot.replace(wants=["mass"]).inverse_mass_matrix(robot.q0)
+
+
+def test_repr_tells_size_form_precision_and_instruction_set():
+    text = repr(load("g1", form="square_root"))
+    for part in ("g1", "35 DoF", "36 in q", "square_root", "float32", kalmarm.instruction_set()):
+        assert part in text
+
+
+def test_random_states_are_within_limits_and_of_unit_quaternions():
+    model = mujoco.MjModel.from_xml_path(str(file_of("g1")))
+    q, qd, tau = load("g1").random_state(5, 200)
+    np.testing.assert_allclose(np.linalg.norm(q[:, 3:7], axis=1), 1, rtol=1e-14)
+    low, high = model.jnt_range[1:].T
+    assert np.all((q[:, 7:] >= low) & (q[:, 7:] <= high))
+    assert qd.shape == tau.shape == (200, 35)
+    again = load("g1").random_state(5, 200)
+    np.testing.assert_array_equal(again.q, q)
+
+
+def test_recommend_takes_float32_for_a_coarse_tolerance_only():
+    robot = load("iiwa14")
+    coarse, fine = robot.recommend(1e-2, count=20), robot.recommend(1e-12, count=20)
+    assert coarse.enough and coarse.precision == "float32"
+    assert fine.precision == "float64"
+    assert fine.reason
+    with pytest.raises(ValueError, match="together or not at all"):
+        robot.recommend(q=robot.q0)
+
+
+def test_a_robot_is_not_pickled():
+    with pytest.raises(TypeError, match="load it anew"):
+        pickle.dumps(load("two_link"))
+
+
+CLOSED = """<mujoco><worldbody>
+ <body name="a"><joint name="j" damping="1"/><geom size=".1"/></body>
+ <body name="b"><joint name="k" frictionloss="1"/><geom size=".1"/></body></worldbody>
+ <equality><connect body1="a" body2="b" anchor="0 0 1"/></equality>
+ <actuator><motor joint="j"/><motor joint="k"/></actuator></mujoco>"""
+
+
+def test_what_is_ignored_is_warned_of(tmp_path):
+    file = tmp_path / "closed.xml"
+    file.write_text(CLOSED)
+    ignored = "ignored: 1 connect constraint, 2 actuators, damping of 1 joint, friction of 1 joint"
+    with pytest.warns(UserWarning, match=ignored):
+        robot = kalmarm.load(file)
+    assert robot.notes == (ignored,)
+
+
+def test_a_file_whose_meshes_are_missing_loads_if_no_inertia_needs_them(tmp_path):
+    file = tmp_path / "robot.xml"
+    text = """<mujoco><asset><mesh name="m" file="none.stl"/></asset><worldbody><body name="a">
+      <joint name="j"/><geom type="mesh" mesh="m"/>{}</body></worldbody></mujoco>"""
+    file.write_text(text.format('<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>'))
+    assert kalmarm.load(file).nv == 1
+    file.write_text(text.format(""))
+    with pytest.raises(kalmarm.LoadError, match="robot.xml: .*none.stl"):
+        kalmarm.load(file)
+
+
+URDF = """<robot name="r"><link name="base"><inertial><mass value="2"/>
+ <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+ <link name="arm"><inertial><origin xyz="0 0 .5"/><mass value="1"/>
+ <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+ <joint name="j" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 1 0"/>
+ <limit lower="-1" upper="2" effort="1" velocity="1"/></joint></robot>"""
+
+
+def test_the_base_of_a_urdf_is_welded_or_floats(tmp_path):
+    file = tmp_path / "robot.urdf"
+    file.write_text(URDF)
+    assert kalmarm.load(file).dofs == ["j"]
+    floating = kalmarm.load(file, floating=True)
+    assert floating.nv == 7
+    assert floating.dofs[0] == "floating_base:x"
+    with pytest.raises(kalmarm.LoadError, match="no link 'leg' is welded to the world"):
+        kalmarm.load(file, floating="leg")
+
+
+def test_a_keyframe_is_where_the_robot_starts(tmp_path):
+    file = tmp_path / "robot.xml"
+    file.write_text("""<mujoco><worldbody><body><joint name="j"/><geom size=".1"/></body></worldbody>
+      <keyframe><key name="up" qpos="0.7"/></keyframe></mujoco>""")
+    assert kalmarm.load(file, key="up").q0.tolist() == [0.7]
+    with pytest.raises(kalmarm.LoadError, match=r"'down' \(known: up\)"):
+        kalmarm.load(file, key="down")
+
+
+def test_files_that_are_no_robots_are_refused_in_one_line(tmp_path):
+    with pytest.raises(FileNotFoundError, match="no such file"):
+        kalmarm.load(tmp_path / "none.xml")
+    file = tmp_path / "bad.xml"
+    file.write_text("<mujoco><worldbody><body></mujoco>")
+    with pytest.raises(kalmarm.LoadError) as error:
+        kalmarm.load(file)
+    assert "\n" not in str(error.value)
+    assert str(error.value).startswith(f"{file}: ")
+    file.write_text("<mujoco><worldbody><geom size='1'/></worldbody></mujoco>")
+    with pytest.raises(kalmarm.LoadError, match="no joint, so no degree of freedom"):
+        kalmarm.load(file)
+
+
+def test_without_mujoco_load_says_so(monkeypatch):
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    with pytest.raises(ImportError, match="pip install mujoco"):
+        kalmarm.load(ROBOTS / "g1" / "g1.xml")
+
+
+def test_joints_of_pinocchio_that_are_not_supported_are_refused():
+    model = pin.Model()
+    model.addJoint(0, pin.JointModelPlanar(), pin.SE3.Identity(), "rolls")
+    with pytest.raises(ValueError, match="joint 'rolls' is a JointModelPlanar: not supported"):
+        kalmarm.from_pinocchio(model)
+    with pytest.raises(ValueError, match="no joint, so no degree of freedom"):
+        kalmarm.from_pinocchio(pin.Model())
+
+
+def test_friction_of_a_pinocchio_model_is_warned_of():
+    model = pin.buildModelFromMJCF(str(file_of("panda")))
+    model.damping[:] = 1
+    with pytest.warns(UserWarning, match="damping of 9 DoF"):
+        kalmarm.from_pinocchio(model)
