@@ -54,8 +54,12 @@ struct Advice {
 
 class Advisor {
  public:
+  using Clock = std::function<double()>;  // [ns], since any moment
+  static double steady_clock();
+
   // The question of `model`, with every want named; no derivatives. Throws std::invalid_argument.
-  Advisor(const RobotModel& model, const Question& question, TrialStates states);
+  Advisor(const RobotModel& model, const Question& question, TrialStates states,
+          Clock clock = steady_clock);
   ~Advisor();
 
   // In the order in which they are preferred.
