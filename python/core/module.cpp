@@ -316,7 +316,14 @@ many columns as DoF. out: what an earlier call of the same shape returned.)")
            "Factors of M in one state q (nq,), for any number of solves.")
       .def("_recommend", &Robot::recommend, "tolerance"_a, "q"_a, "qd"_a, "tau"_a,
            nb::sig("def _recommend(self, tolerance: float, q: " KALMARM_ARRAY ", qd: " KALMARM_ARRAY
-                   ", tau: " KALMARM_ARRAY ") -> Recommendation"));
+                   ", tau: " KALMARM_ARRAY ") -> Recommendation"))
+      .def("_time_forward_dynamics", &Robot::time_forward_dynamics, "q"_a, "qd"_a, "tau"_a, "out"_a,
+           "calls"_a, options, "singly"_a = false, "threads"_a = 1,
+           nb::sig("def _time_forward_dynamics(self, q: " KALMARM_ARRAY ", qd: " KALMARM_ARRAY
+                   ", tau: " KALMARM_ARRAY
+                   ", out: typing.Any, calls: int, *, singly: bool = False, threads: int = 1) -> "
+                   "float"),
+           "Seconds of C++ calls, of all rows or of one after another: for python/benchmarks.");
 }
 
 int import_numpy() {

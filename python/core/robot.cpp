@@ -1,6 +1,7 @@
 #include "robot.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -374,6 +375,33 @@ Recommendation Robot::recommend(double tolerance, nb::handle q, nb::handle qd,
       qd_rows(in.data<double>(1), in.count(), nv), tau_rows(in.data<double>(2), in.count(), nv);
   const nb::gil_scoped_release released;
   return kalmarm::recommend(model_, q_rows, qd_rows, tau_rows, options);
+}
+
+double Robot::time_forward_dynamics(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
+                                    int calls, bool singly, int threads) {
+  const int nq = model_.nq, nv = model_.nv();
+  const Inputs in("_time_forward_dynamics", {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}});
+  const nb::object result = in.result(out, {asked_});
+  const int count = in.count();
+  return in.with_scalar([&]<class T>(T) {
+    const auto worker = workers<T>().take();
+    worker->outcomes.resize(count);
+    const nb::gil_scoped_release released;
+    const auto start = std::chrono::steady_clock::now();
+    for (int call = 0; call < calls; ++call)
+      if (singly)
+        for (int i = 0; i < count; ++i)
+          worker->outcomes[i] = worker->dynamics.forward_dynamics(
+              vector<T>(in, 0, i, nq), vector<T>(in, 1, i, nv), vector<T>(in, 2, i, nv),
+              {data_of<T>(result) + std::ptrdiff_t(i) * asked_, asked_});
+      else
+        worker->dynamics.forward_dynamics(RowsView<const T>(in.data<T>(0), count, nq),
+                                          RowsView<const T>(in.data<T>(1), count, nv),
+                                          RowsView<const T>(in.data<T>(2), count, nv),
+                                          RowsView<T>(data_of<T>(result), count, asked_),
+                                          worker->outcomes, threads);
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  });
 }
 
 void bind_derivatives(nb::module_& module) {

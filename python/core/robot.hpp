@@ -51,6 +51,11 @@ class Robot {
   std::unique_ptr<Factors> factor(nb::handle q);
   Recommendation recommend(double tolerance, nb::handle q, nb::handle qd, nb::handle tau) const;
 
+  // Seconds of `calls` calls of forward_dynamics in C++, of all rows or, `singly`, of one row after
+  // another: what python/benchmarks compares calls from Python with.
+  double time_forward_dynamics(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
+                               int calls, bool singly, int threads);
+
  private:
   friend class Factors;
 
