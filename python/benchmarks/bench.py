@@ -5,8 +5,8 @@ write.
     python python/benchmarks/bench.py --output times.json
 
 Every contender's answer is checked. In each round all contenders run in turn, so that what slows
-the machine slows all. Ratios and differences are taken within a round; of them, as of times, medians
-and quartiles over the rounds are given.
+the machine slows all. Ratios and differences are taken within a round; of them, as of times,
+medians and quartiles over the rounds are given.
 
 C++ times come from a loop within the module (`Robot._time_forward_dynamics`): the same code at the
 same addresses, on the same arrays. A program of its own would lay out code and memory otherwise,

@@ -165,6 +165,36 @@ class PinocchioStates:
             out[..., i : i + 3] -= np.cross(v[..., i + 3 : i + 6], v[..., i : i + 3])
         return out
 
+    def derivatives(
+        self, q: Any, v: Any, tau: Any, a: Any, a_q: Any, a_v: Any, a_tau: Any
+    ) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+        """Our dq, dqd and dtau of Pinocchio's state, its a, and its derivatives of a, (..., nv, nv):
+        ddq_dq, ddq_dv and both triangles of Minv, of `computeABADerivatives`.
+
+        Theirs by q keep v and tau in the body's axes, ours in the world's. Where the body turns by
+        dphi, with x = vd + w x v the linear acceleration in its axes:
+
+            dv = v x dphi,   dtau = tau x dphi,   d(R x) = R (dx - x x dphi)
+        """
+        v, tau = np.asarray(v), np.asarray(tau)
+        n = v.shape[-1]
+        eye = np.broadcast_to(np.eye(n, dtype=v.dtype), (*v.shape, n))
+        back = self._turn(np.asarray(q)[..., None, :], eye)  # R' of the linear parts
+        turn = np.swapaxes(back, -1, -2)
+        by_v, v_turns, tau_turns, x_turns = (np.zeros((*v.shape, n), v.dtype) for _ in range(4))
+        for _, i in self._free:
+            linear, angular = slice(i, i + 3), slice(i + 3, i + 6)
+            w = v[..., angular]
+            x = np.asarray(a)[..., linear] + np.cross(w, v[..., linear])
+            by_v[..., linear, linear] = _cross_matrix(w)
+            by_v[..., linear, angular] = -_cross_matrix(v[..., linear])
+            v_turns[..., linear, angular] = _cross_matrix(v[..., linear])
+            tau_turns[..., linear, angular] = _cross_matrix(tau[..., linear])
+            x_turns[..., linear, angular] = -_cross_matrix(x)
+        a_v = a_v + by_v
+        a_q = a_q + a_v @ v_turns + a_tau @ tau_turns + x_turns
+        return turn @ a_q @ back, turn @ a_v @ back, turn @ a_tau @ back
+
     def _turn(self, q: Any, x: Any, back: bool = False) -> NDArray[Any]:
         """Linear parts of free joints, from the body's axes to the world's, or back."""
         q, out = np.asarray(q), np.array(x)
@@ -174,3 +204,8 @@ class PinocchioStates:
             part = out[..., free.v : free.v + 3]
             out[..., free.v : free.v + 3] = part + 2 * np.cross(u, np.cross(u, part) + w * part)
         return out
+
+
+def _cross_matrix(x: NDArray[Any]) -> NDArray[Any]:
+    """[x], so that [x] y = x x y; (..., 3, 3)."""
+    return np.swapaxes(np.cross(x[..., None, :], np.eye(3, dtype=x.dtype)), -1, -2)
