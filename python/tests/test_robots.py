@@ -195,7 +195,8 @@ def test_the_base_of_a_urdf_is_welded_or_floats(tmp_path):
 
 def test_a_keyframe_is_where_the_robot_starts(tmp_path):
     file = tmp_path / "robot.xml"
-    file.write_text("""<mujoco><worldbody><body><joint name="j"/><geom size=".1"/></body></worldbody>
+    file.write_text("""<mujoco>
+      <worldbody><body><joint name="j"/><geom size=".1"/></body></worldbody>
       <keyframe><key name="up" qpos="0.7"/></keyframe></mujoco>""")
     assert kalmarm.load(file, key="up").q0.tolist() == [0.7]
     with pytest.raises(kalmarm.LoadError, match=r"'down' \(known: up\)"):

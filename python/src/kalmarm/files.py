@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
 import os
 import warnings
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from . import _inertia, _urdf
 from . import mujoco as lowering
+from ._names import unknown
 from .robot import Robot
 
 
@@ -20,16 +24,30 @@ def load(
     *,
     floating: bool | str = False,
     key: str | None = None,
+    armature: Mapping[str, float] | None = None,
+    inertia: str = "given",
+    urdf_inertia: str | None = None,
+    package_path: Iterable[str | os.PathLike[str]] = (),
     **options: Any,
 ) -> Robot:
     """The robot of an MJCF or URDF file, read by MuJoCo (`pip install mujoco`).
 
     q is MuJoCo's qpos, qd its qvel. Meshes need not be there unless an inertia comes from them.
-    What else moves the robot is ignored, and named in one UserWarning, as by `from_mujoco`.
+    What else moves the robot is ignored, and named in one UserWarning, as by `from_mujoco`; so are
+    inertias that are not as the file has them.
 
     floating: gives the root link that a URDF welds to the world a free joint, "floating_base":
         True, or the name of the link where several are welded.
     key: the keyframe whose position is q0.
+    armature: what rotors and gears add to M, by joint: rotor inertia times gear ratio squared
+        [kg m^2, of a slide kg], for each of its DoF, in the place of what the file says.
+    inertia: of principal moments that no solid body has, A <= B < C - A: "given" refuses them,
+        "balanced" takes those of the nearest solid body, whose second moments are at least 1e-4 of
+        the largest.
+    urdf_inertia: of a URDF's link without <inertial>: "geometry", that of its collision geometry at
+        1000 kg/m^3; "none", massless; None: the former where its meshes are found.
+    package_path: folders that hold the ROS packages, or are one, of package:// meshes. Then
+        ROS_PACKAGE_PATH, share of AMENT_PREFIX_PATH, and the folders above the file.
     Options are those of `Robot`.
     """
     try:
@@ -42,15 +60,15 @@ def load(
         raise FileNotFoundError(f"{path}: no such file")
     try:
         spec = mujoco.MjSpec.from_file(os.fspath(path))
-        if floating:
-            _free_root(spec, "" if floating is True else floating)
+        notes = _read_as_told(
+            mujoco, spec, Path(path), floating, armature, inertia, urdf_inertia, package_path
+        )
         _strip_files(mujoco, spec)
+        massless = _inertia.prepare(mujoco, spec)
         model = spec.compile()
+        _inertia.make_massless(massless, model)
         q0 = None if key is None else _keyframe(mujoco, model, key)
-    except ValueError as error:
-        raise _load_error(path, error) from None
-    notes = lowering.ignored(model)
-    try:
+        notes += lowering.ignored(model)
         robot = lowering.lower(model, Path(path).stem, notes, options, q0)
     except ValueError as error:
         raise _load_error(path, error) from None
@@ -62,6 +80,52 @@ def load(
 def _load_error(path: str | os.PathLike[str], error: ValueError) -> LoadError:
     reason = " ".join(str(error).split())
     return LoadError(reason if reason.startswith(f"{path}: ") else f"{path}: {reason}")
+
+
+def _read_as_told(
+    mujoco: Any,
+    spec: Any,
+    file: Path,
+    floating: bool | str,
+    armature: Mapping[str, float] | None,
+    inertia: str,
+    urdf_inertia: str | None,
+    package_path: Iterable[str | os.PathLike[str]],
+) -> list[str]:
+    """Changes the specification as the options of `load` say; what an engineer should know."""
+    if inertia not in ("given", "balanced"):
+        raise ValueError(f"inertia '{inertia}' is unknown: given, balanced")
+    if urdf_inertia not in (None, "geometry", "none"):
+        raise ValueError(f"urdf_inertia '{urdf_inertia}' is unknown: geometry, none")
+    notes: list[str] = []
+    tree = _urdf.tree_of(file)
+    if tree is not None:
+        _urdf.refuse_several_roots(tree)
+    if floating:
+        _free_root(spec, "" if floating is True else floating)
+    _urdf.find_packages(spec, file, package_path)
+    if tree is not None:
+        notes += _urdf.weigh_links(mujoco, spec, file, urdf_inertia)
+        notes += _urdf.ignored_transmissions(tree)
+    if inertia == "balanced":
+        notes += _inertia.balance(mujoco, spec)
+    if armature:
+        _set_armature(mujoco, spec, armature)
+    return notes
+
+
+def _set_armature(mujoco: Any, spec: Any, armature: Mapping[str, float]) -> None:
+    joints = {joint.name: joint for joint in spec.joints}
+    for name, value in armature.items():
+        if name not in joints:
+            raise unknown("armature: joint", name, joints)
+        if not (value >= 0 and math.isfinite(value)):
+            raise ValueError(f"armature of joint '{name}': {value} must not be negative")
+        joints[name].armature = value
+    for actuator in spec.actuators:
+        drives = actuator.trntype == mujoco.mjtTrn.mjTRN_JOINT
+        if drives and actuator.target in armature:
+            actuator.armature = 0
 
 
 def _free_root(spec: Any, link: str) -> None:
@@ -99,21 +163,18 @@ def _keyframe(mujoco: Any, model: Any, name: str) -> Any:
 def _strip_files(mujoco: Any, spec: Any) -> None:
     """Takes out what only drawing and contacts need files for, so that a robot whose meshes are
     missing still loads; where an inertia has to come from a mesh, the mesh stays."""
-    geoms_weigh = spec.compiler.inertiafromgeom
-    kinds = mujoco.mjtInertiaFromGeom
     needed = set()
     for kind in (spec.sensors, spec.pairs, spec.excludes, spec.skins, spec.tuples):
         for one in kind:
             spec.delete(one)
-    from_files = {mujoco.mjtGeom.mjGEOM_MESH, mujoco.mjtGeom.mjGEOM_SDF, mujoco.mjtGeom.mjGEOM_HFIELD}
+    kinds = mujoco.mjtGeom
+    from_files = {kinds.mjGEOM_MESH, kinds.mjGEOM_SDF, kinds.mjGEOM_HFIELD}
     for geom in spec.geoms:
         body = geom.parent
-        weighs = geoms_weigh == kinds.mjINERTIAFROMGEOM_TRUE or (
-            geoms_weigh == kinds.mjINERTIAFROMGEOM_AUTO and not body.explicitinertial
-        )
+        weighs = _inertia.from_geoms(mujoco, spec, body)
         # A geom of another type may be one that is fitted to a mesh.
         is_from_file = geom.type in from_files or bool(geom.meshname)
-        if is_from_file and not (weighs and _moves(body)):
+        if is_from_file and not (weighs and _inertia.moves(body)):
             spec.delete(geom)
             continue
         geom.material = ""
@@ -128,11 +189,3 @@ def _strip_files(mujoco: Any, spec: Any) -> None:
     for kind in (spec.materials, spec.textures, spec.hfields):
         for one in kind:
             spec.delete(one)
-
-
-def _moves(body: Any) -> bool:
-    while body is not None:
-        if body.joints:
-            return True
-        body = body.parent
-    return False

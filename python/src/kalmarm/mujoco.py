@@ -44,7 +44,9 @@ def _name(model: Any, address: int) -> str:
     return model.names[address : model.names.index(b"\0", address)].decode()
 
 
-def lower(model: Any, name: str, notes: list[str], options: dict[str, Any], q0: Any = None) -> Robot:
+def lower(
+    model: Any, name: str, notes: list[str], options: dict[str, Any], q0: Any = None
+) -> Robot:
     if model.nv == 0:
         raise ValueError(f"{name}: no joint, so no degree of freedom")
     if np.any(model.tendon_armature != 0):

@@ -168,8 +168,8 @@ class PinocchioStates:
     def derivatives(
         self, q: Any, v: Any, tau: Any, a: Any, a_q: Any, a_v: Any, a_tau: Any
     ) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
-        """Our dq, dqd and dtau of Pinocchio's state, its a, and its derivatives of a, (..., nv, nv):
-        ddq_dq, ddq_dv and both triangles of Minv, of `computeABADerivatives`.
+        """Our dq, dqd and dtau of Pinocchio's state, its a and its derivatives of a: ddq_dq,
+        ddq_dv and both triangles of Minv, of `computeABADerivatives`, (..., nv, nv).
 
         Theirs by q keep v and tau in the body's axes, ours in the world's. Where the body turns by
         dphi, with x = vd + w x v the linear acceleration in its axes:

@@ -68,8 +68,8 @@ class Robot(_core.Robot):
 
     q and qd are in the order of `dofs`, and as MuJoCo has them: hinges in rad, slides in m, ball
     joints a quaternion (w, x, y, z) and the angular velocity in the body's axes; a free joint is a
-    position and a quaternion, 7 entries of q, and the linear velocity in the axes of the world, then
-    the angular one in the body's: 6 of qd.
+    position and a quaternion, 7 entries of q, and the linear velocity in the world's axes, then the
+    angular one in the body's: 6 of qd.
     """
 
     def __init__(
