@@ -106,8 +106,6 @@ def test_eight_python_threads_may_share_factors(g1):
 
 
 def test_out_takes_the_result(g1, call):
-    if call == "log_det":
-        pytest.skip("of many states only")
     for count in (None, 9):
         given = arguments(g1, call, count)
         fresh = getattr(g1, call)(*given)
