@@ -151,19 +151,29 @@ Model<double> heavy_tip(double ratio) {
   return {std::move(joints), chain.names(), chain.nq(), Vector3<double>(0, 0, -9.81)};
 }
 
-TEST(Recommend, Float32IsEnoughForARobotLikeChain) {
+// recommend() takes the machine's times, which a test cannot know: what follows from the errors
+// alone is asked here, and which is the fastest of those that are enough by the clock above.
+TEST(Recommend, ReasonNamesWhatIsRecommended) {
   const Recommendation some = advice_for(test::chain(1, 7), 1e-3);
-  EXPECT_EQ(some.form, Form::conventional);
-  EXPECT_EQ(some.precision, Precision::float32);
   EXPECT_TRUE(some.enough);
+  EXPECT_LE(some.worst, some.predicted);
   EXPECT_LE(some.predicted, 1e-3);
-  EXPECT_NE(some.reason.find("the conventional form in float32"), std::string::npos) << some.reason;
-  EXPECT_EQ(advice_for(test::chain(1, 7), 1e-11).precision, Precision::float64);
+  const std::string form = some.form == Form::conventional  ? "conventional"
+                           : some.form == Form::square_root ? "square-root"
+                                                            : "certified";
+  const std::string name = "the " + form + " form in " + to_string(some.precision);
+  EXPECT_TRUE(some.reason.starts_with(name)) << some.reason;
 }
 
-TEST(Recommend, HeavyTipTakesTheSquareRoot) {
+TEST(Recommend, ToleranceBelowTheRoundoffOfFloat32TakesFloat64) {
+  const Recommendation some = advice_for(test::chain(1, 7), 1e-11);
+  EXPECT_EQ(some.precision, Precision::float64) << some.reason;
+  EXPECT_TRUE(some.enough) << some.reason;
+}
+
+TEST(Recommend, ConventionalFormIsNotEnoughForAHeavyTip) {
   const Recommendation some = advice_for(heavy_tip(1e10), 1e-9);
-  EXPECT_EQ(some.form, Form::square_root) << some.reason;
+  EXPECT_NE(some.form, Form::conventional) << some.reason;
   EXPECT_EQ(some.precision, Precision::float64);
   EXPECT_TRUE(some.enough) << some.reason;
 }
