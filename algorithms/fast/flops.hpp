@@ -6,6 +6,7 @@
 
 #include "algorithms/fast/factors/lambda.hpp"
 #include "algorithms/fast/forms.hpp"
+#include "algorithms/fast/rigid/inverse_dynamics.hpp"
 #include "algorithms/spatial/count.hpp"
 
 namespace kalmarm {

@@ -1,11 +1,16 @@
 // The forms of the fast path as types: which sweeps give accelerations and factors, and what takes a
-// second look at a state before the fallback does (fallback/guard.hpp).
+// second look at a state before the fallback does (fallback/guard.hpp). What calls a kernel that is
+// compiled once includes instances.hpp too; what counts flops (flops.hpp) must not: it is no part of
+// the kernels, which a program for every instruction set keeps to themselves.
 #pragma once
 
 #include <cmath>
 #include <vector>
 
-#include "algorithms/fast/instances.hpp"
+#include "algorithms/fast/covariance/at_rest.hpp"
+#include "algorithms/fast/covariance/forward_dynamics.hpp"
+#include "algorithms/fast/covariance/rounding_bound.hpp"
+#include "algorithms/fast/square_root/square_root.hpp"
 #include "kalmarm/dynamics.hpp"
 
 namespace kalmarm {

@@ -19,6 +19,7 @@
 #include "algorithms/fast/certified/wide_acceleration.hpp"
 #include "algorithms/fast/fallback/fallback.hpp"
 #include "algorithms/fast/forms.hpp"
+#include "algorithms/fast/instances.hpp"
 #include "algorithms/model/plain.hpp"
 
 namespace kalmarm {

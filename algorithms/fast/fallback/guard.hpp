@@ -9,6 +9,7 @@
 
 #include "algorithms/fast/fallback/fallback.hpp"
 #include "algorithms/fast/forms.hpp"
+#include "algorithms/fast/instances.hpp"
 
 namespace kalmarm {
 

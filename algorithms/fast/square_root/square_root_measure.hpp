@@ -6,6 +6,7 @@
 
 #include "algorithms/fast/covariance/forward_dynamics.hpp"
 #include "algorithms/fast/square_root/square_root_rows.hpp"
+#include "algorithms/inverse_mass/singularity.hpp"
 #include "algorithms/spatial/inlining.hpp"
 
 namespace kalmarm {
