@@ -89,15 +89,22 @@ class World {
   MatrixX<Mp> mass_matrix() const {
     const int nv = model_.nv();
     MatrixX<Mp> M = MatrixX<Mp>::Zero(nv, nv);
+    std::vector<int> movers;  // DoF that move the body: the other columns are zero
     for (int k = 0; k < nv; ++k) {
       M(k, k) += model_.joint(k).r;
       if (model_.joint(k).body.massless()) continue;
-      const Eigen::Matrix<Mp, 3, Eigen::Dynamic> momentum =
-          model_.joint(k).body.mass * bodies_[k].Jc;
-      const Eigen::Matrix<Mp, 3, Eigen::Dynamic> spin = bodies_[k].I * links_[k].Jw;
-      M += bodies_[k].Jc.transpose() * momentum + links_[k].Jw.transpose() * spin;
+      const auto &Jc = bodies_[k].Jc, &Jw = links_[k].Jw;
+      movers.clear();
+      for (int j = 0; j < nv; ++j)
+        if ((Jc.col(j).array() != 0).any() || (Jw.col(j).array() != 0).any()) movers.push_back(j);
+      for (const int j : movers) {
+        const Vector3<Mp> momentum = model_.joint(k).body.mass * Jc.col(j);
+        const Vector3<Mp> spin = bodies_[k].I * Jw.col(j);
+        for (const int i : movers)
+          if (i >= j) M(i, j) += Jc.col(i).dot(momentum) + Jw.col(i).dot(spin);
+      }
     }
-    return M;
+    return M.selfadjointView<Eigen::Lower>();
   }
 
   VectorX<Mp> bias() const {
