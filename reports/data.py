@@ -130,6 +130,16 @@ class Sample(NamedTuple):
     threads: int
 
 
+class FoundBody(NamedTuple):
+    """A body of a mechanism that was found, with the joint that holds it."""
+
+    parent: int  # its number from 1; 0: the ground
+    joint: str
+    mass: float  # kg
+    length: float  # from the parent's joint, m
+    armature: float  # kg m^2 or kg
+
+
 class Find(NamedTuple):
     """The worst silent error that so many mechanisms have shown; None: none of them had any."""
 
@@ -141,6 +151,7 @@ class Find(NamedTuple):
     error: float | None
     kS: float | None  # noqa: N815, the structured condition number; of the last alone
     nv: int | None  # of the last alone
+    bodies: tuple[FoundBody, ...] = ()  # of the last alone
 
 
 @dataclass

@@ -8,13 +8,13 @@ from pathlib import Path
 import advice
 import benchmark_readers as benchmarks
 import paper_readers
+import search_readers
 import stress_readers
 from checks import checked_scene, read_json, refuse_repeats, refuse_unlisted, refusing
 from data import (
     Data,
     DataError,
     Error,
-    Find,
     Question,
     Sample,
 )
@@ -24,8 +24,6 @@ from stress import U, Family, Integration, Variant
 COLUMNS = ["scene", "n", "variant", "precision", "task", "state", "measure", "value", "outcome"]
 SAMPLE_COLUMNS = "scene,n,quantity,method,samples,replica,error,seconds,threads".split(",")
 INTEGRATION_COLUMNS = list(Integration._fields)
-FIND_COLUMNS = "variant,precision,seed,method,evaluations,error,kS,nv,file".split(",")
-METHODS = ("search", "random")  # of finding mechanisms
 BOOLEANS = {"1": True, "0": False, "true": True, "false": False}
 HOWS = ("whole", "pruned", "alone")  # ways to answer a question
 
@@ -139,23 +137,6 @@ def _integration(row: dict) -> Integration:
     )
 
 
-def _find(row: dict) -> Find:
-    if row["precision"] not in U or row["method"] not in METHODS:
-        raise ValueError(f"no search by {row['method']} in {row['precision']}")
-    error = float(row["error"]) if row["error"] else None
-    if error is not None and not error > 0:
-        raise ValueError(f"error is {row['error']}")
-    return Find(
-        row["variant"],
-        row["precision"],
-        int(row["seed"]),
-        row["method"],
-        int(row["evaluations"]),
-        error,
-        float(row["kS"]) if row["kS"] else None,
-        int(row["nv"]) if row["nv"] else None,
-    )
-
 
 def read_times(path: Path, data: Data) -> None:
     times, context = _benchmarks(path, benchmarks.times)
@@ -248,7 +229,7 @@ READERS = {
     "limits": read_limits,
     "stress": read_stress,
     "families": read_families,
-    "adversary": _csv_reader("finds", FIND_COLUMNS, _find),
+    "adversary": _csv_reader("finds", search_readers.COLUMNS, search_readers.find),
     "integration": _csv_reader("integrations", INTEGRATION_COLUMNS, _integration),
 }
 

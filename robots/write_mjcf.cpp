@@ -20,21 +20,10 @@ std::string text_of(const Eigen::Quaternion<double>& q) {
   return text_of(q.w()) + ' ' + text_of(Vector3<double>(q.vec()));
 }
 
-// A joint as the file has it.
-struct Kind {
-  const char* name;
-  int dofs;
-};
-Kind kind_of(const Joint<double>& joint) {
-  if (joint.coordinate == Coordinate::position) return {"free", 6};
-  if (joint.coordinate == Coordinate::quaternion) return {"ball", 3};
-  return {joint.slides ? "slide" : "hinge", 1};
-}
-
 // The body outboard of the joint whose first DoF is k, without the bodies on it and its end.
 std::string opened(const Model<double>& model, int k, const std::string& indent) {
   const Joint<double>& joint = model.joint(k);
-  const auto [type, dofs] = kind_of(joint);
+  const auto [type, dofs] = file_joint(joint);
   const RigidBody<double>& body = model.joint(k + dofs - 1).body;
   const std::string name = model.name(k).substr(0, model.name(k).find(':'));
   std::string out = indent + "<body name=\"" + name + "\" pos=\"" + text_of(joint.translation) +
@@ -56,16 +45,22 @@ std::string bodies(const Model<double>& model) {
     open.pop_back();
     out += indent() + "</body>\n";
   };
-  for (int k = 0; k < model.nv(); k += kind_of(model.joint(k)).dofs) {
+  for (int k = 0; k < model.nv(); k += file_joint(model.joint(k)).dofs) {
     while (!open.empty() && open.back() != model.parent(k)) close();
     out += opened(model, k, indent());
-    open.push_back(k + kind_of(model.joint(k)).dofs - 1);
+    open.push_back(k + file_joint(model.joint(k)).dofs - 1);
   }
   while (!open.empty()) close();
   return out;
 }
 
 }  // namespace
+
+FileJoint file_joint(const Joint<double>& joint) {
+  if (joint.coordinate == Coordinate::position) return {"free", 6};
+  if (joint.coordinate == Coordinate::quaternion) return {"ball", 3};
+  return {joint.slides ? "slide" : "hinge", 1};
+}
 
 std::string to_mjcf(const Model<double>& model, const std::string& name) {
   return "<mujoco model=\"" + name + "\">\n  <compiler angle=\"radian\"/>\n  <option gravity=\"" +

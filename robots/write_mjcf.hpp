@@ -7,6 +7,15 @@
 
 namespace kalmarm {
 
+// A joint as a file has it: "hinge", "slide", "ball" or "free", of one or several links of the model.
+struct FileJoint {
+  const char* type;
+  int dofs;
+};
+
+// joint: the one of the first DoF.
+FileJoint file_joint(const Joint<double>& joint);
+
 // Read again by load_scene, the text gives the same model to the last bit where the model is as
 // the loader makes one (mujoco_model.hpp): DoF numbered depth first, all but the last link of a
 // ball or free joint without inertia, a free joint on the world at its origin, quaternions of unit

@@ -55,7 +55,7 @@ std::string run_case(const Asked& asked, const Options& options, Progress& progr
   if (best.value <= told) {
     std::printf("%-42s %s %s: no silent error in %d evaluations\n", asked.variant.c_str(),
                 asked.precision.c_str(), asked.method(), evaluations_of(rounds));
-    return csv_rows(asked, rounds, {}, 0, "");
+    return csv_rows(asked, rounds, {}, {}, "");
   }
   const Mechanism mechanism = decode(best.best);
   const Verdict verdict = judge->look(mechanism);
@@ -65,8 +65,7 @@ std::string run_case(const Asked& asked, const Options& options, Progress& progr
   std::printf("%-42s %s %s: %.2g wrong, kS %.2g, nv %d, after %d evaluations\n",
               asked.variant.c_str(), asked.precision.c_str(), asked.method(), verdict.error,
               verdict.kS, mechanism.model.nv(), evaluations_of(rounds));
-  return csv_rows(asked, rounds, verdict, mechanism.model.nv(),
-                  options.out.empty() ? "" : asked.slug());
+  return csv_rows(asked, rounds, verdict, mechanism.model, options.out.empty() ? "" : asked.slug());
 }
 
 int run(Options options) {

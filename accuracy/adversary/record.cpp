@@ -1,6 +1,8 @@
 #include "accuracy/adversary/record.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -81,7 +83,7 @@ std::vector<Round> read_rounds(const std::string& path, const Asked& asked) {
 }
 
 std::string csv_rows(const Asked& asked, const std::vector<Round>& rounds, const Verdict& verdict,
-                     int nv, const std::string& file) {
+                     const Model<double>& model, const std::string& file) {
   const std::string begin = field(asked.variant) + ',' + asked.precision + ',' +
                             std::to_string(asked.seed) + ',' + asked.method() + ',';
   std::string out;
@@ -92,16 +94,33 @@ std::string csv_rows(const Asked& asked, const std::vector<Round>& rounds, const
       if (value > best + least_progress) {
         best = value;
         out += begin + std::to_string(before + evaluations) + ',' + number(std::pow(10, value)) +
-               ",,,\n";
+               ",,,,\n";
       }
     before += round.evaluations;
   }
   out += begin + std::to_string(before) + ',';
   best = best_of(rounds).value;
-  if (best <= told) return out + ",,,\n";
+  if (best <= told) return out + ",,,,\n";
   return out + number(std::pow(10, best)) + ',' +
-         (std::isnan(verdict.kS) ? "" : number(verdict.kS)) + ',' + std::to_string(nv) + ',' +
-         field(file) + '\n';
+         (std::isnan(verdict.kS) ? "" : number(verdict.kS)) + ',' + std::to_string(model.nv()) +
+         ',' + field(file) + ',' + outline(model) + '\n';
+}
+
+std::string outline(const Model<double>& model) {
+  std::string out;
+  std::vector<int> body_of(model.nv());  // of a link, counted from 1
+  for (int k = 0, body = 1, dofs = 0; k < model.nv(); k += dofs, ++body) {
+    const Joint<double>& joint = model.joint(k);
+    const FileJoint in_file = file_joint(joint);
+    dofs = in_file.dofs;
+    std::fill_n(body_of.begin() + k, dofs, body);
+    char text[120];
+    std::snprintf(text, sizeof text, "%s%d %s %.3g %.3g %.3g", k == 0 ? "" : ";",
+                  joint.parent < 0 ? 0 : body_of[joint.parent], in_file.type,
+                  model.joint(k + dofs - 1).body.mass, joint.translation.norm(), joint.r);
+    out += text;
+  }
+  return out;
 }
 
 std::string difference(const Model<double>& a, const Model<double>& b) {

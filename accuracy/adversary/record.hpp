@@ -29,12 +29,17 @@ std::string to_json(const Asked& asked, const std::vector<Round>& rounds);
 std::vector<Round> read_rounds(const std::string& path, const Asked& asked);
 
 inline constexpr const char* csv_header =
-    "variant,precision,seed,method,evaluations,error,kS,nv,file\n";
+    "variant,precision,seed,method,evaluations,error,kS,nv,file,bodies\n";
 
-// A row wherever the best so far became better by 5 per cent, with the silent error; and one at the end that says
-// of which mechanism it is. Without a find error is empty. file: without its ending.
+// A row wherever the best so far became better by 5 per cent, with the silent error; and one at the
+// end that says of which mechanism it is. Without a find error is empty. file: without its ending.
 std::string csv_rows(const Asked& asked, const std::vector<Round>& rounds, const Verdict& verdict,
-                     int nv, const std::string& file);
+                     const Model<double>& model, const std::string& file);
+
+// The mechanism in a line, for the page to draw: of each body "parent type mass length armature",
+// bodies apart by ';'. Parents are counted from 1, 0 is the ground; length is the distance from the
+// parent's joint, in m, three digits each.
+std::string outline(const Model<double>& model);
 
 // Writes BASE.xml and BASE.json. Throws InputError where the file, read again, is not the same
 // mechanism to the last bit.

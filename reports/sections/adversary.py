@@ -9,6 +9,7 @@ from section import Choice, Figure, Section, Table
 from text import error_text
 
 SEARCH, RANDOM = "search", "random"
+GAP = 1.5  # lanes from one mechanism to the next
 
 
 def section(data: Data) -> Section | None:
@@ -34,16 +35,50 @@ def section(data: Data) -> Section | None:
         ],
         choices=choices,
         variants=style.variants,
-        figures=[
-            Figure(
-                "worst silent error so far",
-                search_figures.worst_so_far(rows, style, {VIEW: choice.first}),
-                search_figures.TOOLTIPS,
-            )
-            for choice in choices
-        ],
+        figures=_figures(rows, _drawn(found), style, choices),
         tables=[_table(found)],
     )
+
+
+def _figures(rows: list[dict], bodies: list[dict], style: Style, choices: list[Choice]) -> list:
+    figures = []
+    if rows:
+        chart = search_figures.worst_so_far(rows, style, _first(choices))
+        figures.append(Figure("worst silent error so far", chart, search_figures.TOOLTIPS))
+    if bodies:
+        chart = search_figures.mechanisms(bodies, style, _first(choices))
+        note = (
+            "A body's size says its mass, on a logarithmic scale; lines are not to scale. Positions, "
+            "axes and inertias are in the MJCF that the command below the figure writes."
+        )
+        figures.append(
+            Figure("worst mechanisms", chart, search_figures.BODY_TOOLTIPS, notes=[note])
+        )
+    return figures
+
+
+def _first(choices: list[Choice]) -> dict[str, str]:
+    return {choice.signal: choice.first for choice in choices}
+
+
+def _drawn(found: dict[tuple, list[Find]]) -> list[dict]:
+    """Rows of the bodies of each variant's worst mechanism, precision by precision."""
+    last = [own[-1] for (*_, method), own in found.items() if method == SEARCH]
+    rows, tops = [], {}
+    for find in sorted((find for find in last if find.bodies), key=lambda find: -find.error):
+        mechanism = {
+            "variant": find.variant,
+            "precision": find.precision,
+            VIEW: find.precision,
+            "scene": find.method,
+        }
+        if any(row["variant"] == find.variant for row in rows if row[VIEW] == find.precision):
+            continue  # of another seed, and less wrong
+        top = tops.get(find.precision, 0)
+        bodies = search_figures.body_rows(mechanism, find.bodies, top)
+        tops[find.precision] = max(row["y"] for row in bodies) + GAP
+        rows += bodies
+    return rows
 
 
 def _cases(finds: list[Find]) -> dict[tuple, list[Find]]:

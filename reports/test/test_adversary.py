@@ -4,17 +4,18 @@ import alt_scene
 import pytest
 from data import Data, DataError
 from readers import load
+from search_figures import places
 from sections import adversary
 
-HEADER = "variant,precision,seed,method,evaluations,error,kS,nv,file\n"
+HEADER = "variant,precision,seed,method,evaluations,error,kS,nv,file,bodies\n"
 FOUND = """\
-Fast<A>,float32,1,search,10,1e-6,,,
-Fast<A>,float32,1,search,400,0.02,,,
-Fast<A>,float32,1,search,1000,0.02,3.25,4,Fast-A
-Fast<A>,float32,1,random,3,1e-7,,,
-Fast<A>,float32,1,random,1000,1e-7,1,2,Fast-A-random
-Fast<A>,float64,1,search,1000,1e-12,,,
-Fast<B>,float32,1,search,1000,,,,
+Fast<A>,float32,1,search,10,1e-6,,,,
+Fast<A>,float32,1,search,400,0.02,,,,
+Fast<A>,float32,1,search,1000,0.02,3.25,4,Fast-A,0 hinge 2 0 0.1;1 ball 1e-8 3 0;2 hinge 1 1 0;1 slide 5e9 2 0
+Fast<A>,float32,1,random,3,1e-7,,,,
+Fast<A>,float32,1,random,1000,1e-7,1,2,Fast-A-random,0 hinge 1 1 0
+Fast<A>,float64,1,search,1000,1e-12,,,,
+Fast<B>,float32,1,search,1000,,,,,
 """
 
 
@@ -49,8 +50,29 @@ def test_the_staircases_end_where_the_search_did(read):
     assert "worst silent error: 1.0e-12" in only[-1]["description"]
 
 
+def test_a_first_child_goes_on_in_its_parents_lane():
+    assert places([0, 1, 2, 1, 4, 2]) == [(1, 0), (2, 0), (3, 0), (2, 1), (3, 1), (3, 2)]
+    assert places([0, 0]) == [(1, 0), (1, 1)]
+
+
+def test_the_worst_mechanism_is_drawn_body_by_body(read):
+    better = "Fast<A>,float32,2,search,1000,0.01,1,1,Fast-A,0 slide 1 1 0\n"
+    found = adversary.section(read(FOUND + better))
+    chart = found.figures[1].chart
+    rows = chart.data.values
+    assert [(row["on"], row["joint"], row["label"]) for row in rows] == [
+        ("the ground", "hinge", ""),
+        ("body 1", "ball", "3 m"),
+        ("body 2", "hinge", "1 m"),
+        ("body 1", "slide", "2 m"),
+    ]
+    assert [row["mass_text"] for row in rows] == ["2 kg", "1e-8 kg", "1 kg", "5e9 kg"]
+    assert rows[3]["size"] == 400 and rows[1]["size"] == 20  # no larger than the scale
+    assert [row.get("title") for row in rows] == ["Fast<A>", None, None, None]
+
+
 def test_without_a_find_there_is_a_table_and_no_figure(read):
-    found = adversary.section(read("Fast<B>,float32,1,search,1000,,,,\n"))
+    found = adversary.section(read("Fast<B>,float32,1,search,1000,,,,,\n"))
     assert not found.figures and len(found.tables[0].rows) == 1
 
 
@@ -61,10 +83,14 @@ def test_without_a_search_there_is_no_section(read):
 @pytest.mark.parametrize(
     "row",
     [
-        "Fast<A>,float16,1,search,10,1e-6,,,",
-        "Fast<A>,float32,1,guessed,10,1e-6,,,",
-        "Fast<A>,float32,1,search,10,-1,,,",
-        "Fast<A>,float32,1,search,many,1,,,",
+        "Fast<A>,float16,1,search,10,1e-6,,,,",
+        "Fast<A>,float32,1,guessed,10,1e-6,,,,",
+        "Fast<A>,float32,1,search,10,-1,,,,",
+        "Fast<A>,float32,1,search,many,1,,,,",
+        "Fast<A>,float32,1,search,10,1,1,1,x,1 hinge 1 1 0",
+        "Fast<A>,float32,1,search,10,1,1,1,x,0 hinge 1 1",
+        "Fast<A>,float32,1,search,10,1,1,1,x,0 gear 1 1 0",
+        "Fast<A>,float32,1,search,10,1,1,1,x,0 hinge -1 1 0",
     ],
 )
 def test_what_is_no_such_record_is_refused_by_name(read, row):

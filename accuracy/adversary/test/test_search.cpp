@@ -7,6 +7,7 @@
 #include "accuracy/adversary/record.hpp"
 #include "accuracy/adversary/search.hpp"
 #include "robots/input_error.hpp"
+#include "robots/scene.hpp"
 #include "robots/test/temporary_file.hpp"
 
 namespace kalmarm::adversary {
@@ -26,6 +27,20 @@ std::vector<Round> rounds(const Objective& objective, const Effort& effort, std:
   while (static_cast<int>(done.size()) < count)
     done.push_back(next_round(objective, effort, seed, done));
   return done;
+}
+
+// On a slide a wrist with a finger, and a load beside it.
+Scene hand() {
+  const TemporaryFile file(R"(<mujoco><worldbody><body>
+    <joint type="slide" armature="0.25"/><inertial pos="0 0 0" mass="2" diaginertia="1 1 1"/>
+    <body pos="0 3 4"><joint type="ball"/>
+      <inertial pos="0 0 0" mass="1.2345e-8" diaginertia="1 1 1"/>
+      <body pos="1 0 0"><joint/><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/></body>
+    </body>
+    <body pos="0 0 2"><joint/><inertial pos="0 0 0" mass="7000" diaginertia="1 1 1"/></body>
+  </body></worldbody></mujoco>)",
+                           ".xml");
+  return load_scene(file.path());
 }
 
 void expect_equal(const std::vector<Round>& a, const std::vector<Round>& b) {
@@ -100,12 +115,19 @@ TEST(AdversaryRecord, RowsAreTheBestSoFarAndTheMechanism) {
   first.value = -3, second.value = -1.99;
   Verdict verdict;
   verdict.kS = 1.5;
-  EXPECT_EQ(csv_rows(asked, {first, second}, verdict, 4, "x"),
-            "Sequential<UD>,float32,3,search,5,9.9999999999999995e-08,,,\n"
-            "Sequential<UD>,float32,3,search,80,0.001,,,\n"
-            "Sequential<UD>,float32,3,search,109,0.01,,,\n"
-            "Sequential<UD>,float32,3,search,200,0.010232929922807542,1.5,4,x\n");
+  EXPECT_EQ(csv_rows(asked, {first, second}, verdict, hand().model, "x"),
+            "Sequential<UD>,float32,3,search,5,9.9999999999999995e-08,,,,\n"
+            "Sequential<UD>,float32,3,search,80,0.001,,,,\n"
+            "Sequential<UD>,float32,3,search,109,0.01,,,,\n"
+            "Sequential<UD>,float32,3,search,200,0.010232929922807542,1.5,6,x," +
+                outline(hand().model) + '\n');
   EXPECT_EQ(asked.slug(), "Sequential-UD-float32-search-3");
+}
+
+TEST(AdversaryRecord, OutlineHasEachBodyOnce) {
+  EXPECT_EQ(outline(hand().model),
+            "0 slide 2 0 0.25;1 ball 1.23e-08 5 0;2 hinge 1 1 0;1 hinge 7e+03 2 0");
+  EXPECT_EQ(outline({}), "");
 }
 
 }  // namespace

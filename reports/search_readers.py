@@ -1,0 +1,40 @@
+"""What a search for the worst mechanisms has written."""
+
+from data import Find, FoundBody
+from stress import U
+
+COLUMNS = "variant,precision,seed,method,evaluations,error,kS,nv,file,bodies".split(",")
+METHODS = ("search", "random")
+JOINTS = ("hinge", "slide", "ball", "free")
+
+
+def find(row: dict) -> Find:
+    if row["precision"] not in U or row["method"] not in METHODS:
+        raise ValueError(f"no search by {row['method']} in {row['precision']}")
+    error = float(row["error"]) if row["error"] else None
+    if error is not None and not error > 0:
+        raise ValueError(f"error is {row['error']}")
+    return Find(
+        row["variant"],
+        row["precision"],
+        int(row["seed"]),
+        row["method"],
+        int(row["evaluations"]),
+        error,
+        float(row["kS"]) if row["kS"] else None,
+        int(row["nv"]) if row["nv"] else None,
+        _bodies(row["bodies"]),
+    )
+
+
+def _bodies(text: str) -> tuple[FoundBody, ...]:
+    bodies = []
+    for words in map(str.split, text.split(";") if text else ()):
+        if len(words) != len(FoundBody._fields):
+            raise ValueError(f"no body is '{' '.join(words)}'")
+        parent, joint, *numbers = words
+        body = FoundBody(int(parent), joint, *map(float, numbers))
+        if joint not in JOINTS or not 0 <= body.parent <= len(bodies) or not min(body[2:]) >= 0:
+            raise ValueError(f"no body is '{' '.join(words)}'")
+        bodies.append(body)
+    return tuple(bodies)
