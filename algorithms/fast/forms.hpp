@@ -1,5 +1,5 @@
 // The forms of the fast path as types: which sweeps give accelerations and factors, and what takes a
-// second look at a state before the fallback does (fallback/guard.hpp). What calls a kernel that is
+// second look at a suspect (fallback/guard.hpp). What calls a kernel that is
 // compiled once includes instances.hpp too; what counts flops (flops.hpp) must not: it is no part of
 // the kernels, which a program for every instruction set keeps to themselves.
 #pragma once
@@ -30,7 +30,7 @@ S number(const Pack<S, n>& x, int lane) {
 
 struct CovarianceForm {
   static constexpr Form form = Form::conventional;
-  static constexpr bool at_rest = false;
+  static constexpr bool at_rest = false, tests_forces = true;
   template <class T>
   using Workspace = CovarianceWorkspace<T>;
 
@@ -57,16 +57,18 @@ struct CovarianceForm {
 
     explicit Second(const LoweredModel<S>& model) : bound(model) {}
 
+    // How wrong a D can be, relatively.
     template <class Swept>
-    bool clears(const LoweredModel<S>& model, const S* q, const Swept&, int) {
-      return bound.look(model, q).bound < largest_error_of_D;
+    double error_of_D(const LoweredModel<S>& model, const S* q, const Swept&, int) {
+      return bound.look(model, q).bound;
     }
   };
 };
 
 struct SquareRootForm {
   static constexpr Form form = Form::square_root;
-  static constexpr bool at_rest = false;
+  // Its rows form no force that is large because a mass is large.
+  static constexpr bool at_rest = false, tests_forces = false;
   template <class T>
   using Workspace = SquareRootWorkspace<T>;
 
@@ -98,16 +100,18 @@ struct SquareRootForm {
 
     explicit Second(const LoweredModel<S>& model) : factors(model), bound(model) {}
 
-    // swept: where the rows have left 1 / D.
+    // How wrong a D can be, relatively. swept: where the rows have left 1 / D.
     template <class Swept>
-    bool clears(const LoweredModel<S>& model, const S* q, const Swept& swept, int lane) {
+    double error_of_D(const LoweredModel<S>& model, const S* q, const Swept& swept, int lane) {
       covariance_factor(model, q, factors);
-      bool agree = factors.margin > S(0) || bound.look(model, q).bound < largest_error_of_D;
-      for (int k = 0; k < model.nv() && agree; ++k)
-        agree =
-            std::abs(detail::number(swept.links[k].inverse_D, lane) / factors.links[k].inverse_D -
-                     S(1)) < S(0.01);
-      return agree;
+      double error = factors.margin > S(0) ? 0 : bound.look(model, q).bound;
+      for (int k = 0; k < model.nv(); ++k) {
+        const S by_rows = detail::number(swept.links[k].inverse_D, lane);
+        const double apart =
+            std::abs(static_cast<double>(by_rows / factors.links[k].inverse_D) - 1);
+        if (!(apart <= error)) error = apart;
+      }
+      return error;
     }
   };
 };

@@ -39,8 +39,9 @@ class SpatialEngine final : public CommonEngine<S> {
 
   Outcome forward_dynamics(const S* q, const S* qd, const S* tau, S* a) override {
     F::acceleration(lowered(), q, qd, tau, *one_, a);
-    if (!guard_.suspects(lowered(), q, *one_, one_->check)) return {};
-    return guard_.fallback().acceleration(q, qd, tau, a);
+    const S of_forces = guard_.margin_of_forces(one_->noise, one_->squares);
+    if (!guard_.doubts(lowered(), q, qd, tau, *one_, of_forces)) return {};
+    return guard_.certified().acceleration(q, qd, tau, a);
   }
 
   void reserve_workers(int count) override {
@@ -59,12 +60,14 @@ class SpatialEngine final : public CommonEngine<S> {
       F::acceleration(lowered(), w.rows.q.data(), w.rows.qd.data(), w.rows.third.data(),
                       w.workspace, w.rows.out.data());
       store();
+      const auto of_forces = w.guard.margin_of_forces(w.workspace.noise, w.workspace.squares);
       for (int lane = 0; lane < states; ++lane) {
         const std::ptrdiff_t i = first + lane;
-        if (!w.guard.suspects(lowered(), q + i * nq, w.workspace, w.workspace.check, lane))
+        if (!w.guard.doubts(lowered(), q + i * nq, qd + i * nv, tau + i * nv, w.workspace,
+                            of_forces, lane))
           continue;
         outcomes[i] =
-            w.guard.fallback().acceleration(q + i * nq, qd + i * nv, tau + i * nv, a + i * nv);
+            w.guard.certified().acceleration(q + i * nq, qd + i * nv, tau + i * nv, a + i * nv);
         failed += !outcomes[i];
       }
     });

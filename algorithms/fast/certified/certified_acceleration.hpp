@@ -63,7 +63,7 @@ class CertifiedSweep {
   // Whether no D of the last call is lost in rounding, in a lane whose position is q (nq).
   bool trusted(const CertifiedModels<S>& models, const S* q, int lane = 0) {
     return detail::number(sweep_.margin, lane) > S(0) ||
-           second_.clears(models.lowered, q, sweep_, lane);
+           second_.error_of_D(models.lowered, q, sweep_, lane) < largest_error_of_D;
   }
 
  private:
@@ -97,7 +97,7 @@ class CarefulAcceleration<double> {
  public:
   explicit CarefulAcceleration(const CertifiedModels<double>& models)
       : wide_(models.robot),
-        last_(make_fallback<double>(models.robot, Form::square_root, false)),
+        last_(make_fallback<double>(models.robot, Form::square_root)),
         other_(models.lowered.nv()) {}
 
   // Where not even DoubleDouble tells D from rounding, the study's most careful variant says whether

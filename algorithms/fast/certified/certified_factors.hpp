@@ -28,7 +28,7 @@ class CertifiedFactors {
         second_(models.lowered),
         refiner_(models.lowered.nv(), 0),
         bounded_(models.lowered),
-        last_(make_fallback<double>(models.robot, Form::square_root, false)),
+        last_(make_fallback<double>(models.robot, Form::square_root)),
         q_(models.lowered.nq()) {
     if (options.wants(Want::inverse)) inverse_.emplace(models.lowered);
     if (options.wants(Want::diagonal)) lambda_.emplace(models.lowered);
@@ -109,7 +109,8 @@ class CertifiedFactors {
   Outcome by_best(const double* q, double enough, const Work& work, const Last& last) {
     if (!all_finite(models_.lowered.nq(), q)) return {.status = Outcome::Status::not_finite};
     covariance_factor(models_.lowered, q, factors_);
-    if (factors_.margin > 0 || second_.clears(models_.lowered, q, factors_, 0)) {
+    if (factors_.margin > 0 ||
+        second_.error_of_D(models_.lowered, q, factors_, 0) < largest_error_of_D) {
       const auto answer = work();
       probe_.set(models_.twice, factors_, q);
       Outcome out;

@@ -25,7 +25,9 @@ class CertifiedNarrowInverse {
     std::copy_n(q, q_.size(), q_.data());
     covariance_factor(models.twice, q_.data(), factors_);
     Verdict out;
-    if (!(factors_.margin > 0) && !second_.clears(models.twice, q_.data(), factors_, 0)) return out;
+    if (!(factors_.margin > 0) &&
+        !(second_.error_of_D(models.twice, q_.data(), factors_, 0) < largest_error_of_D))
+      return out;
     round_factors(nv);
     inverse_.fill(models.lowered, narrow_, X);
     probe_.set(models.twice, factors_, q_.data());

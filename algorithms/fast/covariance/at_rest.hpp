@@ -24,6 +24,7 @@ struct RestingForces : BiasedForces<T, S> {
   template <bool slides, bool noise, class P_plus>
   KALMARM_INLINE void measured(int k, const Sixfold<T>& g, const T& inverse_D, const P_plus&,
                                Load& z) const {
+    this->watch(k, z);
     auto& at = this->ws.links[k];
     at.inverse_D = inverse_D;
     at.e = gain<slides, noise>(g, this->tau[k], z) * inverse_D;
@@ -32,13 +33,13 @@ struct RestingForces : BiasedForces<T, S> {
 
 }  // namespace detail
 
-// a (nv) from q (nq) and tau (nv), all numbers in T; ws.margin and ws.check say whether it can be
-// believed.
+// a (nv) from q (nq) and tau (nv), all numbers in T; ws.margin, ws.noise and ws.squares say
+// whether it can be believed (fallback/guard.hpp).
 template <class T, class S>
 void resting_acceleration(const LoweredModel<S>& model, const T* q, const T* tau,
                           CovarianceWorkspace<T>& ws, T* a) {
   detail::set_placements(model, q, ws);
-  detail::filter<T>(model, ws, detail::RestingForces<T, S>{{model, tau, ws}});
+  detail::filter<detail::RestingForces<T, S>>(model, tau, ws);
   detail::smooth<true>(model, ws, a);
 }
 

@@ -13,13 +13,15 @@
 //   z-(parent) += phi z+                                                   (4.4)
 // base to tips:
 //   l+ = phi' l-(parent) + c,  a = e+ - g' l+,  l- = l+ + H' a             (4.10), (4.9), (4.11)
-// Where r = 0, H l- = e+ - sum over j != h of g_j l+_j. About 435 flops an aligned hinge
-// (lowered_model.hpp) without zero terms, and its sine and cosine.
+// Where r = 0, H l- = e+ - sum over j != h of g_j l+_j. About 455 flops an aligned hinge
+// (lowered_model.hpp) without zero terms, and its sine and cosine: with |a|^2 and N of
+// force_noise.hpp, which say how far rounding of z can have moved a.
 #pragma once
 
 #include <vector>
 
 #include "algorithms/fast/covariance/filter.hpp"
+#include "algorithms/fast/covariance/force_noise.hpp"
 #include "algorithms/spatial/inlining.hpp"
 
 namespace kalmarm {
@@ -44,12 +46,18 @@ struct CovarianceWorkspace : Placements<T> {
 
   std::vector<Link> links;
   std::vector<Branch> branches;
-  T margin;  // of the last call (rounding_test.hpp)
-  T check;   // zero where every acceleration was finite, else NaN
+  std::vector<Sixfold<T>> z;  // z-, of one state; in lanes N is summed at once
+  // Of the last call:
+  T margin;   // of D (rounding_test.hpp)
+  T noise;    // N of force_noise.hpp
+  T squares;  // |a|^2; not finite where an acceleration is not
 
   template <class S>
   explicit CovarianceWorkspace(const LoweredModel<S>& model)
-      : Placements<T>(model), links(model.nv()), branches(model.branch_count()) {}
+      : Placements<T>(model),
+        links(model.nv()),
+        branches(model.branch_count()),
+        z(Lanes<T>::count == 1 ? model.nv() : 0) {}
 };
 
 namespace detail {
@@ -215,9 +223,18 @@ struct BiasedForces {
       sum = z;
   }
 
+  // Sums of one state are made afterwards, several links at once.
+  KALMARM_INLINE void watch(int k, const Load& z) const {
+    if constexpr (Lanes<T>::count == 1)
+      ws.z[k] = z;
+    else if (model.body(k).weights.counts)
+      ws.noise += absorbed(model.body(k).weights, z);
+  }
+
   template <bool slides, bool noise, class P_plus>
   KALMARM_INLINE void measured(int k, const Sixfold<T>& g, const T& inverse_D, const P_plus& P,
                                Load& z) const {
+    watch(k, z);
     auto& at = ws.links[k];
     at.inverse_D = inverse_D;
     at.e = gain<slides, noise>(g, tau[k], z) * inverse_D;
@@ -237,10 +254,12 @@ struct BiasedForces {
   KALMARM_INLINE void cycle(Load& z) const { z = kalmarm::cycle(z); }
 };
 
-// D, g, e+ of every link.
-template <class T, class S>
+// D, g, e+ of every link, and N, by the policy of forces.
+template <class Forces, class T, class S>
 void filter(const LoweredModel<S>& model, const T* tau, CovarianceWorkspace<T>& ws) {
-  filter<T>(model, ws, BiasedForces<T, S>{model, tau, ws});
+  ws.noise = T(S(0));
+  filter<T>(model, ws, Forces{model, tau, ws});
+  if constexpr (Lanes<T>::count == 1) ws.noise = force_noise(model, ws.z);
 }
 
 // l- of the parent, where that is not the link before.
@@ -264,7 +283,7 @@ template <bool at_rest, class T, class S>
 KALMARM_NOINLINE void smooth_joint(const LoweredModel<S>& model, const LinkRun& run,
                                    CovarianceWorkspace<T>& ws, Sixfold<T>& from, T* a) {
   Sixfold<T> l = from;
-  T check = ws.check;
+  T squares = ws.squares;
   begin_motion(model, model.link(run.first), ws, l);
   for (int first = run.first; first <= run.last; first += 3) {
     const LoweredLink<S>& link = model.link(first);
@@ -276,11 +295,11 @@ KALMARM_NOINLINE void smooth_joint(const LoweredModel<S>& model, const LinkRun& 
         cycle_back(l.u, l.v, l.w);
       }
       a[k] = smooth(link, ws.links[k].g, ws.links[k].e, l);
-      check += a[k] * T(S(0));
+      squares += a[k] * a[k];
     }
   }
   if (const int index = model.link(run.last).branch; index >= 0) ws.branches[index].l = l;
-  ws.check = check;
+  ws.squares = squares;
   from = l;
 }
 
@@ -288,9 +307,8 @@ KALMARM_NOINLINE void smooth_joint(const LoweredModel<S>& model, const LinkRun& 
 template <bool at_rest, class T, class S>
 KALMARM_NOINLINE void smooth_links(const LoweredModel<S>& model, const LinkRun& run,
                                    CovarianceWorkspace<T>& ws, Sixfold<T>& from, T* a) {
-  const T zero = T(S(0));
   Sixfold<T> l = from;
-  T check = ws.check;
+  T squares = ws.squares;
   for (int k = run.first; k <= run.last; ++k) {
     const LoweredLink<S>& link = model.link(k);
     const auto& at = ws.links[k];
@@ -307,18 +325,18 @@ KALMARM_NOINLINE void smooth_links(const LoweredModel<S>& model, const LinkRun& 
       }
     }
     a[k] = smooth(link, at.g, at.e, l);
-    check += a[k] * zero;
+    squares += a[k] * a[k];
     if (link.branch >= 0) ws.branches[link.branch].l = l;
   }
-  ws.check = check;
+  ws.squares = squares;
   from = l;
 }
 
-// l and a of every link.
+// l, a and |a|^2 of every link.
 template <bool at_rest = false, class T, class S>
 void smooth(const LoweredModel<S>& model, CovarianceWorkspace<T>& ws, T* a) {
   Sixfold<T> l;
-  ws.check = T(S(0));
+  ws.squares = T(S(0));
   for (const LinkRun& run : model.runs()) {
     if (run.at_once)
       smooth_joint<at_rest>(model, run, ws, l, a);
@@ -329,14 +347,14 @@ void smooth(const LoweredModel<S>& model, CovarianceWorkspace<T>& ws, T* a) {
 
 }  // namespace detail
 
-// a (nv) from q (nq), qd (nv) and tau (nv), all numbers in T; ws.margin and ws.check say whether it
-// can be believed.
+// a (nv) from q (nq), qd (nv) and tau (nv), all numbers in T; ws.margin, ws.noise and ws.squares
+// say whether it can be believed (fallback/guard.hpp).
 template <class T, class S>
 void covariance_acceleration(const LoweredModel<S>& model, const T* q, const T* qd, const T* tau,
                              CovarianceWorkspace<T>& ws, T* a) {
   detail::set_placements(model, q, ws);
   detail::set_velocity(model, qd, ws);
-  detail::filter(model, tau, ws);
+  detail::filter<detail::BiasedForces<T, S>>(model, tau, ws);
   detail::smooth(model, ws, a);
 }
 

@@ -16,9 +16,8 @@ namespace {
 template <class T, class V>
 class FallbackBy final : public Fallback<T> {
  public:
-  FallbackBy(const RobotModel& robot, bool at_rest)
+  explicit FallbackBy(const RobotModel& robot)
       : model_(model_of(robot).cast<T>()),
-        at_rest_(at_rest),
         rm_(model_),
         ws_(model_),
         tau_(model_.nv()),
@@ -28,7 +27,7 @@ class FallbackBy final : public Fallback<T> {
 
   Outcome acceleration(const T* q, const T* qd, const T* tau, T* a) override {
     set_position(model_, q, rm_);
-    if (!at_rest_) set_velocity(model_, qd, rm_);  // V may factor the bias with M
+    set_velocity(model_, qd, rm_);  // V may factor the bias with M
     Outcome out = factor();
     if (!out) return out;
     std::copy_n(tau, model_.nv(), tau_.data());
@@ -136,7 +135,6 @@ class FallbackBy final : public Fallback<T> {
   }
 
   Model<T> model_;
-  bool at_rest_;
   RandomModel<T> rm_;
   typename V::template Workspace<T> ws_;
   VectorX<T> tau_, a_;
@@ -148,13 +146,13 @@ class FallbackBy final : public Fallback<T> {
 }  // namespace
 
 template <class T>
-std::unique_ptr<Fallback<T>> make_fallback(const RobotModel& robot, Form form, bool at_rest) {
+std::unique_ptr<Fallback<T>> make_fallback(const RobotModel& robot, Form form) {
   if (form == Form::square_root)
-    return std::make_unique<FallbackBy<T, WideRefined<FactoredBias<ArrayGivens>>>>(robot, at_rest);
-  return std::make_unique<FallbackBy<T, Sequential<Conventional>>>(robot, at_rest);
+    return std::make_unique<FallbackBy<T, WideRefined<FactoredBias<ArrayGivens>>>>(robot);
+  return std::make_unique<FallbackBy<T, Sequential<Conventional>>>(robot);
 }
 
-template std::unique_ptr<Fallback<float>> make_fallback(const RobotModel&, Form, bool);
-template std::unique_ptr<Fallback<double>> make_fallback(const RobotModel&, Form, bool);
+template std::unique_ptr<Fallback<float>> make_fallback(const RobotModel&, Form);
+template std::unique_ptr<Fallback<double>> make_fallback(const RobotModel&, Form);
 
 }  // namespace kalmarm

@@ -1,7 +1,8 @@
-// What answers in the place of a kernel where the sweep's own numbers do not say that its answer
+// What answers in the place of a kernel where the sweep's own numbers do not say that its factors
 // can be used: a variant of the study on the same model, the plain one for the conventional form,
 // Sequential<Conventional>, the most careful one for the square-root form,
-// WideRefined<FactoredBias<ArrayGivens>>.
+// WideRefined<FactoredBias<ArrayGivens>>, which is the last resort for accelerations too
+// (certified/certified_acceleration.hpp).
 //
 // Plain numbers cross this boundary, so that kernels for any instruction set share one fallback.
 #pragma once
@@ -19,7 +20,6 @@ class Fallback {
  public:
   virtual ~Fallback() = default;
 
-  // qd is not looked at where the fallback was made for robots at rest.
   virtual Outcome acceleration(const T* q, const T* qd, const T* tau, T* a) = 0;
   virtual Outcome factor(const T* q) = 0;
   virtual Outcome inverse(const T* q, T* X) = 0;
@@ -39,6 +39,6 @@ class Fallback {
 // Of Sequential<Conventional>, every D is compared with the sizes of what it is a difference of (S
 // of inverse_mass/singularity.hpp), not only those that look small.
 template <class T>
-std::unique_ptr<Fallback<T>> make_fallback(const RobotModel& robot, Form form, bool at_rest);
+std::unique_ptr<Fallback<T>> make_fallback(const RobotModel& robot, Form form);
 
 }  // namespace kalmarm

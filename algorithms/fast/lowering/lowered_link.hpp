@@ -45,6 +45,13 @@ struct RoundingWeights {
   S moment = S(0), force = S(0);                                             // of what is pending
   S reach = S(0);       // sum over axes of the largest p^2 of a child
   bool tested = false;  // else nothing is lost in any position, here and outboard
+  bool counts = true;   // what is rounded here is not counted by another link
+
+  // Between the DoF of a joint in one block step nothing is rounded that its last does not count.
+  void leave_to_the_last() {
+    Axx = Ayy = Azz = Cxx = Cyy = Czz = S(0);
+    counts = false;
+  }
 };
 
 // What only the inward sweep needs.

@@ -54,6 +54,8 @@ class LoweredModel {
   }
   const LoweredLink<S>& link(int k) const { return links_[k]; }
   const LoweredBody<S>& body(int k) const { return bodies_[k]; }
+  // Axx to Czz of the links' weights, link after link.
+  const std::vector<S>& weights() const { return weights_; }
   const FactoredBody<S>& factored(int k) const { return factored_[k]; }
   const CentralBody<S>& central(int k) const { return central_[k]; }
   const UncommonPlacement<S>& uncommon(const LoweredLink<S>& link) const {
@@ -132,6 +134,7 @@ class LoweredModel {
   HingeAngles<S> hinges_;
   std::vector<LoweredLink<S>> links_;
   std::vector<LoweredBody<S>> bodies_;
+  std::vector<S> weights_;
   std::vector<FactoredBody<S>> factored_;  // the same bodies, for the square-root form
   std::vector<CentralBody<S>> central_;    // and for inverse dynamics
   std::vector<UncommonPlacement<S>> uncommon_;
@@ -175,6 +178,10 @@ void LoweredModel<S>::lower(const Model<W>& model) {
   for (int k = 0; k < model.nv(); ++k) set_link(model, frames[k], k);
   set_runs();
   detail::WeightsOfLinks<S>::set(links_, runs_, bodies_, factored_);
+  for (const LoweredBody<S>& body : bodies_) {
+    const RoundingWeights<S>& w = body.weights;
+    weights_.insert(weights_.end(), {w.Axx, w.Ayy, w.Azz, w.Cxx, w.Cyy, w.Czz});
+  }
   for (int k = model.nv() - 1; k >= 0; --k) {
     if (links_[k].parent < 0) continue;
     FactoredBody<S>& parent = factored_[links_[k].parent];

@@ -19,6 +19,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <type_traits>
 #include <vector>
 
 #include "algorithms/fast/lowering/factored_body.hpp"
@@ -30,13 +31,17 @@ namespace kalmarm {
 // c, for roundings that do not conspire, and the relative error of D that is not answered.
 inline constexpr double rounding_constant = 8, largest_error_of_D = 0.01;
 
+// The relative error of D that a sweep suspects: double keeps more digits of a than two.
+template <class S>
+inline constexpr double suspected_error_of_D = std::is_same_v<S, float> ? largest_error_of_D : 1e-4;
+
 // c of (1), whose trace is up to six times the largest eigenvalue, which is what counts.
 inline constexpr double rounding_constant_of_traces = rounding_constant / 3;
 
 // The latter, times u, in units of the error.
 template <class S>
 S rounding_unit() {
-  return S(rounding_constant_of_traces / largest_error_of_D) * unit_roundoff<S>();
+  return S(rounding_constant_of_traces / suspected_error_of_D<S>) * unit_roundoff<S>();
 }
 
 namespace detail {
@@ -55,7 +60,8 @@ class WeightsOfLinks {
   // Links and bodies are written to; of runs at once, only the last DoF is tested.
   static void set(const std::vector<LoweredLink<S>>& links, const std::vector<LinkRun>& runs,
                   std::vector<LoweredBody<S>>& bodies, std::vector<FactoredBody<S>>& factored) {
-    const double root_unit = 32 * static_cast<double>(unit_roundoff<S>());
+    const double root_unit =
+        32 * static_cast<double>(unit_roundoff<S>()) * suspected_error_of_D<S> / largest_error_of_D;
     const int n = static_cast<int>(links.size());
     WeightsOfLinks all(links);
     std::vector<char> planar(n), between(n, 0);
@@ -66,6 +72,7 @@ class WeightsOfLinks {
       planar[k] = link.kind == LoweredLink<S>::Kind::screws && !link.slides &&
                   (link.parent < 0 || (planar[link.parent] && link.alpha.s == S(0)));
       all.weigh(k, links, planar[k], bodies[k]);
+      if (between[k]) bodies[k].weights.leave_to_the_last();
     }
     std::vector<Largest> largest(n);
     std::vector<char> unbounded(n, 0), pending(n, 0);

@@ -1,10 +1,11 @@
 // Planar mechanisms (plane.hpp) behind the interface of every solver: what moves in the plane by
 // planar_filter.hpp, what slides along its normal by translational.hpp.
 //
-// A suspect, of which some D is small beside what it is summed from, gets a second look and its
-// answer by Sequential<Conventional> on the same model (fast/fallback/fallback.hpp).
+// A suspect, of which some D is small beside what it is summed from, gets its accelerations from the
+// certified form, all else by Sequential<Conventional> on the same model (fallback/guard.hpp).
 #pragma once
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <vector>
@@ -25,14 +26,19 @@ class PlanarEngine final : public CommonEngine<T> {
 
   Outcome forward_dynamics(const T* q, const T* qd, const T* tau, T* a) override {
     planar_acceleration(model_, q, qd, tau, ws_, a);
-    T check = ws_.check;
+    T squares = ws_.squares;
     along_factors_.solve([&](int i) { return tau[along_.dofs[i]]; },
                          [&](int i, const T& x) {
                            a[along_.dofs[i]] = x + along_factors_.by_weight()[i];
-                           check += x * T(0);
+                           squares += a[along_.dofs[i]] * a[along_.dofs[i]];
                          });
-    if (!suspects(check)) return {};
-    return guard_.fallback().acceleration(q, qd, tau, a);
+    const T of_forces = guard_.margin_of_forces(noise(), squares);
+    if (!suspects(of_forces * T(0))) {
+      if (of_forces > T(0) || guard_.clears(this->lowered(), q, qd, tau, 0)) return {};
+    } else if (const Outcome out = guard_.fallback().factor(q); !out) {
+      return out;  // the last bits of the axes, which are off the plane, do not make it regular
+    }
+    return guard_.certified().acceleration(q, qd, tau, a);
   }
 
   void reserve_workers(int count) override {
@@ -167,6 +173,11 @@ class PlanarEngine final : public CommonEngine<T> {
         guard_(robot, this->lowered()),
         grows_(RoundingGrowth<T>(this->model()).grows()) {
     assert(static_cast<int>(plane.home.size()) == this->lowered().nv());
+    for (int k = 0; k < model_.nv(); ++k) {
+      const RoundingWeights<T>& w = this->lowered().body(model_.link(k).dof).weights;
+      const T force = std::max(w.Cxx, w.Cyy);
+      weights_.push_back({w.Azz, force, force});
+    }
     rows_.want = {Want::acceleration};
     if (options.wants(Want::inverse)) in_plane_.resize(model_.nv(), model_.nv());
     if (options.selection.size() == 0) return;
@@ -175,6 +186,16 @@ class PlanarEngine final : public CommonEngine<T> {
   }
 
  private:
+  // N of covariance/force_noise.hpp.
+  T noise() const {
+    T sum = T(0);
+    for (int k = 0; k < model_.nv(); ++k) {
+      const Planar<T>&w = weights_[k], &z = ws_.z[k];
+      sum += w.n * (z.n * z.n) + (w.x * (z.x * z.x) + w.y * (z.y * z.y));
+    }
+    return sum;
+  }
+
   bool suspects(const T& check) const {
     return grows_ || along_factors_.suspect() || check != T(0) || !(ws_.margin > T(0));
   }
@@ -209,7 +230,8 @@ class PlanarEngine final : public CommonEngine<T> {
   PlanarColumns<T> one_;
   PlanarColumns<Many> many_;
   ColumnPaths paths_;
-  std::vector<char> all_;  // links: a path for any tau
+  std::vector<char> all_;           // links: a path for any tau
+  std::vector<Planar<T>> weights_;  // of z
   std::vector<detail::PlanarCovariance<T>> covariances_;
   MatrixX<T> in_plane_;
   PlanarSelection<T> selection_;

@@ -47,6 +47,7 @@ KALMARM_INLINE void cross(const PlanarLink<T>& link, const PlanarStep<T>& step,
   }
   margin = min(margin, T(at.D - threshold * (slides ? size_m : size_J)));
   if constexpr (forces) {
+    assign(ws.z[k], z);
     if constexpr (slides)
       at.e = gain_slide<noise>(ux, uy, at.g, tau, z) * at.inverse_D;
     else
@@ -143,7 +144,7 @@ KALMARM_INLINE T smooth(const PlanarWorkspace<G>& ws, const PlanarLink<G>& link,
 template <class T>
 void smooth(const PlanarModel<T>& model, PlanarWorkspace<T>& ws, T* a) {
   Planar<T> l;
-  T check = T(0);
+  T squares = T(0);
   for (int k = 0; k < model.nv(); ++k) {
     const PlanarLink<T>& link = model.link(k);
     const auto& at = ws.links[k];
@@ -160,10 +161,10 @@ void smooth(const PlanarModel<T>& model, PlanarWorkspace<T>& ws, T* a) {
     }
     const T acceleration = smooth(ws, link, step, at.g, at.e, l);
     a[link.dof] = acceleration;
-    check += acceleration * T(0);
+    squares += acceleration * acceleration;
     if (link.branch >= 0) assign(ws.branches[link.branch].l, l);
   }
-  ws.check = check;
+  ws.squares = squares;
 }
 
 }  // namespace detail

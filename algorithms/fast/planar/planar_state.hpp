@@ -111,14 +111,16 @@ struct PlanarWorkspace {
   std::vector<Link> links;
   std::vector<Apart> apart;
   std::vector<Branch> branches;
-  T margin;  // min over joints of D - threshold x size
-  T check;   // zero where every acceleration was finite, else NaN
+  std::vector<Planar<T>> z;  // z-
+  T margin;                  // min over joints of D - threshold x size
+  T squares;                 // |a|^2; not finite where an acceleration is not
 
   explicit PlanarWorkspace(const PlanarModel<T>& model)
       : table(model.nv()),
         links(model.nv()),
         apart(model.apart().size()),
-        branches(model.branch_count()) {}
+        branches(model.branch_count()),
+        z(model.nv()) {}
 
   // The rows of link k: row r is at [r * four<T>].
   const T* at(unsigned k) const {

@@ -97,7 +97,7 @@ class TranslationalEngine final : public CommonEngine<T> {
         factors_(slides_, wide.gravity(), W(SingularityTest<T, 1>::threshold())) {
     if (factors_.suspect()) {
       const VectorX<T> q = VectorX<T>::Zero(wide.nq());
-      outcome_ = make_fallback<T>(robot, Form::conventional, false)->factor(q.data());
+      outcome_ = make_fallback<T>(robot, Form::conventional)->factor(q.data());
     }
     select(options.selection);
   }

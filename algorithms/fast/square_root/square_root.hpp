@@ -216,8 +216,8 @@ KALMARM_SWEEP void filter(const LoweredModel<S>& model, const T* tau, SquareRoot
 
 }  // namespace detail
 
-// a (nv) from q (nq), qd (nv) and tau (nv), all numbers in T; ws.margin and ws.check say whether it
-// can be believed.
+// a (nv) from q (nq), qd (nv) and tau (nv), all numbers in T; ws.margin and ws.squares say whether
+// it can be believed.
 template <class T, class S>
 void square_root_acceleration(const LoweredModel<S>& model, const T* q, const T* qd, const T* tau,
                               SquareRootWorkspace<T>& ws, T* a) {

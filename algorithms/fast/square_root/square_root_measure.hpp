@@ -29,7 +29,9 @@ struct SquareRootWorkspace : CovarianceWorkspace<T> {
 
   template <class S>
   explicit SquareRootWorkspace(const LoweredModel<S>& model)
-      : CovarianceWorkspace<T>(model), sums(model.branch_count()) {}
+      : CovarianceWorkspace<T>(model), sums(model.branch_count()) {
+    this->noise = T(S(0));  // rows form no force that is large because a mass is large
+  }
 };
 
 namespace detail {

@@ -281,7 +281,7 @@ TYPED_TEST(Translations, SingularMechanismsAreRefused) {
   expect_refused<T>(Kernel::translational, leaf, {4});
 }
 
-// Hardly any mass outboard of a hinge: D is below the threshold, and the fallback answers.
+// Hardly any mass outboard of a hinge: D is below the threshold, and others answer.
 TYPED_TEST(Planes, SuspectsAreAnsweredToo) {
   using T = TypeParam;
   Model<double> drawn = planar_everything(3);

@@ -67,7 +67,7 @@ TYPED_TEST(Doors, MassTimesItsInverseIsOne) {
     }
 }
 
-// Whatever is asked between: rows, other positions, suspects of which the fallback answers.
+// Whatever is asked between: rows, other positions, suspects that others answer.
 TYPED_TEST(Doors, FactorsAreKeptWhateverElseIsAsked) {
   using T = TypeParam;
   std::vector<Model<double>> models;

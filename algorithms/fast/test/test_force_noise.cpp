@@ -1,0 +1,142 @@
+// Forces that cancel: what rounding of them does to accelerations is told, and on robots as they are
+// made nothing is suspected. Truth is multi-precision.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "algorithms/fast/instances.hpp"
+#include "algorithms/fast/test/mechanisms_that_lose.hpp"
+#include "algorithms/fast/test/support.hpp"
+
+namespace kalmarm::test {
+namespace {
+
+template <class T>
+class ForceNoiseOf : public testing::Test {
+ protected:
+  // An acceleration by a sweep that suspects no D: its error is below the root of the left side of
+  // (8), but for what rounding does to motions; ten times below it by (2) and (6) in the place of (3)
+  // and (4).
+  void expect_bound(const Model<double>& drawn, int seed) {
+    const State<T> state = random_state(drawn, seed).template cast<T>();
+    const LoweredModel<T> model(drawn.cast<T>());
+    CovarianceWorkspace<T> ws(model);
+    VectorX<T> a = poisoned<T>(model.nv());
+    covariance_acceleration(model, state.q.data(), state.qd.data(), state.tau.data(), ws, a.data());
+    if (!(ws.margin > T(0))) return;
+    const double u = unit_roundoff<T>(), size = a.template cast<double>().norm();
+    double squares = size * size, E = 0;
+    for (int k = 0; k < model.nv(); ++k) {
+      const double e = ws.links[k].e;
+      squares += e * e;
+      E += e * e / ws.links[k].inverse_D + drawn.gravity().squaredNorm() * drawn.joint(k).body.mass;
+    }
+    const double of_D = RoundingBound<T>(model).look(model, state.q.data()).bound;
+    const double of_motions = 8 * u * std::sqrt(squares);
+    const double error =
+        Truth(rounded<T>(drawn), state.template cast<double>()).relative(a) * size - of_motions;
+    ForceNoise<T> noise(model);
+    const double all = noise.constant_trace(), here = noise.trace(model, ws);
+    const double unit = u * u / rounding_unit<T>();
+    double closer = 0;
+    noise.begin();
+    for (int k = model.nv() - 1; k >= 0; --k)
+      closer += noise.charge(model, ws, k, ws.z[k], T(1e-6 * size * size / (here * unit)));
+    EXPECT_FALSE(10 * error > std::sqrt(all * (unit * ws.noise + of_D * of_D * E)));
+    EXPECT_FALSE(error > std::sqrt(here * (unit * closer + of_D * of_D * E)));
+    ++looked_at_;
+  }
+
+  // Through the door: what is answered without a word is right to largest_error_of_a of |a|, or of a
+  // hundredth of gravity.
+  void expect_no_silent_error(const Model<double>& drawn, const State<double>& given) {
+    const State<T> state = given.template cast<T>();
+    Dynamics<T> robot = dynamics_of<T>(drawn, spatial({Want::acceleration}));
+    VectorX<T> a = poisoned<T>(drawn.nv());
+    const Outcome out = robot.forward_dynamics(state.q, state.qd, state.tau, a);
+    told_ += !out || out.warns();
+    again_ += out && out.suspect;
+    ++looked_at_;
+    if (!out || out.warns()) return;
+    const double error =
+        Truth(rounded<T>(drawn), state.template cast<double>()).relative(a) * a.norm();
+    EXPECT_LE(error,
+              largest_error_of_a<T> * std::max<double>(a.norm(), 0.01 * drawn.gravity().norm()));
+  }
+
+  int looked_at_ = 0, told_ = 0, again_ = 0;
+};
+
+using Precisions = testing::Types<float, double>;
+TYPED_TEST_SUITE(ForceNoiseOf, Precisions, PrecisionName);
+
+TYPED_TEST(ForceNoiseOf, ErrorsOfAllFamiliesAreBelowIt) {
+  for (const Family& family : all_families())
+    for (int seed = 0; seed < 5; ++seed) {
+      SCOPED_TRACE(std::string(family.name) + " seed " + std::to_string(seed));
+      this->expect_bound(family.make(seed), seed);
+    }
+  EXPECT_GE(this->looked_at_, 90);
+}
+
+TYPED_TEST(ForceNoiseOf, ErrorsOfWildMechanismsAreBelowIt) {
+  for (int seed = 0; seed < 400; ++seed) {
+    SCOPED_TRACE(seed);
+    this->expect_bound(wild(seed), seed);
+  }
+  EXPECT_GE(this->looked_at_, 50);
+}
+
+TYPED_TEST(ForceNoiseOf, NothingIsAnsweredWrongInSilence) {
+  for (int seed = 0; seed < 400; ++seed) {
+    SCOPED_TRACE(seed);
+    this->expect_no_silent_error(wild(seed), random_state(wild(seed), seed));
+  }
+  EXPECT_LE(this->told_, 2) << "of " << this->looked_at_;
+}
+
+// Every D is right, and forces cancel beside a ball that weighs nothing, between a heavy base and a
+// load that is far off: without the tests (7) and (8), float64 loses every digit in silence.
+TYPED_TEST(ForceNoiseOf, ForcesThatPassThroughALightBallAreNeverAnsweredWrongInSilence) {
+  for (int seed = 0; seed < 40; ++seed) {
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    const auto joint = [&](int parent, const RigidBody<double>& body) {
+      Joint<double> made = random_joint(random, parent);
+      made.body = body;
+      made.r = 0;
+      return made;
+    };
+    Builder builder;
+    const int base = builder.add(joint(-1, point_mass(1e5, {0.001, 0, 0})));
+    RigidBody<double> light = point_mass(1e-8, {0, 0, 0});
+    light.moments = {1e-16, 1e-16, 1e-16};
+    Joint<double> load =
+        joint(builder.add_ball(joint(base, light)), point_mass(1500, {0, 0, -700}));
+    load.rotation = {1, 0, 0, 0};
+    load.translation = {0, 0, 0.35};
+    load.r = 8;
+    builder.add(load);
+    const Model<double> drawn = builder.build();
+    State<double> state = random_state(drawn, seed);
+    state.tau.setZero();
+    this->expect_no_silent_error(drawn, state);
+  }
+}
+
+TYPED_TEST(ForceNoiseOf, OrdinaryRobotsAreNotSuspected) {
+  for (const Family& family : all_families()) {
+    if (std::string(family.name).find("massless") != std::string::npos) continue;
+    for (int seed = 0; seed < 5; ++seed) {
+      const Model<double> drawn = family.make(seed);
+      this->expect_no_silent_error(drawn, random_state(drawn, seed));
+    }
+  }
+  EXPECT_EQ(this->told_, 0);
+  EXPECT_LE(this->again_, this->looked_at_ / 10);
+}
+
+}  // namespace
+}  // namespace kalmarm::test
