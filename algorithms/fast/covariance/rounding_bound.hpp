@@ -16,8 +16,12 @@
 // N(k), with P^ = P+ as it is turned, factor by factor of phi: |P(i,j)|^2 <= P(i,i) P(j,j), so
 // every term that an entry (i,j) is summed from is below the root of N(i,i) N(j,j) if N(i,i) holds
 //   P(i,i)               the body's numbers, sums over children, the update g (P-H')'   (4)
-//   w P^(i,i), w = sin^2 in the plane of a rotation: Pxx - delta (congruence.hpp). w = 1 more where
-//     the angle is a sum that has been rounded, or the rotation is a matrix             (5)
+//   w P^(i,i), w = sin^2, of the axes x and y of a rotation, on these axes after it: xx - delta and
+//     yy + delta (congruence.hpp) keep the errors of xx and yy where these two cancel, so that a
+//     turn by a quarter leaves the small number with the error of the large one; the traces of
+//     moments and forces where the rotation is a matrix                                 (5)
+//   t / c (P^(x,x) + P^(y,y)) where the angle is a sum, wrong by u t, t = |offset| + |angle|: with
+//     a quarter turn J, u t (J P^ + P^ J') <= u t (P^ + J P^ J')                        (5')
 //   d^2 P^(j,j)          where a slide's own length is a rounded sum d + q              (6)
 // Translations need no term of their own: N before them, moved by phi, and N after them hold what
 // they sum. Six rows, each within a few roundings of sizes below N, make c = 40 or so in (3) a
@@ -31,6 +35,7 @@
 // not seen.
 #pragma once
 
+#include <cmath>
 #include <limits>
 #include <vector>
 
@@ -94,10 +99,28 @@ class RoundingBound {
     for (Both* x : {&X.Axx, &X.Ayy, &X.Azz, &X.Cxx, &X.Cyy, &X.Czz}) *x += in_S(x->v[0]);
   }
 
-  // (5) of a rotation of the axes whose numbers follow.
-  template <class... Numbers>
-  KALMARM_INLINE static void add_turned(double w, Numbers&... x) {
-    ((x += in_S(w * x.v[0])), ...);
+  // P^(i,i) of the two axes of a rotation, moments and forces, for (5).
+  struct Turned {
+    Both &Ax, &Ay, &Cx, &Cy;
+    double ax = Ax.v[0], ay = Ay.v[0], cx = Cx.v[0], cy = Cy.v[0];
+
+    KALMARM_INLINE void add(double w) const {
+      Ax += in_S(w * ax);
+      Ay += in_S(w * ay);
+      Cx += in_S(w * cx);
+      Cy += in_S(w * cy);
+    }
+  };
+
+  // (5') about z.
+  KALMARM_INLINE static void add_of_angle(double t, Articulated<Both>& X) {
+    const double w = t / rounding_constant;
+    const Both moments = in_S(w * (X.Axx.v[0] + X.Ayy.v[0]));
+    const Both forces = in_S(w * (X.Cxx.v[0] + X.Cyy.v[0]));
+    X.Axx += moments;
+    X.Ayy += moments;
+    X.Cxx += forces;
+    X.Cyy += forces;
   }
 
   // Rows and columns of moments and of forces change places: a slide is measured as a hinge is.
@@ -160,10 +183,10 @@ void RoundingBound<S>::to_parent(const LoweredModel<S>& model, int k, const S* q
                                  Articulated<Both>& X) const {
   using Kind = typename LoweredLink<S>::Kind;
   const LoweredLink<S>& link = model.link(k);
-  const auto turned_z = [&](const Turn<S>& by, double w) {
-    if (by.ss == S(0) && w == 0) return;
-    add_turned(by.ss + w, X.Axx, X.Ayy, X.Cxx, X.Cyy);
+  const auto turned_z = [&](const Turn<S>& by) {
+    const Turned before{X.Axx, X.Ayy, X.Cxx, X.Cyy};
     rotate_z(by, X);
+    before.add(by.ss);
   };
   switch (link.kind) {
     case Kind::cyclic:
@@ -195,19 +218,22 @@ void RoundingBound<S>::to_parent(const LoweredModel<S>& model, int k, const S* q
     X.Axx += in_S(own * own * X.Cyy.v[0]);
     X.Ayy += in_S(own * own * X.Cxx.v[0]);
     translate_z(d, X);
-    turned_z(model.uncommon(link).turn, 0);
+    turned_z(model.uncommon(link).turn);
   } else {
     if (link.d != S(0)) translate_z(link.d, X);
     const int at = link.varying;
-    turned_z(Turn<S>(placed_.cos[at], placed_.sin[at]), model.hinges().offset[at] != S(0));
+    if (const double offset = model.hinges().offset[at]; offset != 0)
+      add_of_angle(std::abs(offset) + std::abs(static_cast<double>(placed_.angle[at])), X);
+    turned_z(Turn<S>(placed_.cos[at], placed_.sin[at]));
   }
   if (link.alpha.s != S(0)) {
-    add_turned(link.alpha.ss, X.Ayy, X.Azz, X.Cyy, X.Czz);
+    const Turned before{X.Ayy, X.Azz, X.Cyy, X.Czz};
     X = rotate_x(link.alpha, X);
+    before.add(link.alpha.ss);
   } else if (link.alpha.c < S(0)) {
     X = rotate_x(link.alpha, X);
   }
-  if (link.turned) turned_z(model.uncommon(link).theta, 0);
+  if (link.turned) turned_z(model.uncommon(link).theta);
   if (link.p[0] != S(0)) translate_x(link.p[0], X);
   if (link.p[1] != S(0)) translate_y(link.p[1], X);
   if (link.p[2] != S(0)) translate_z(link.p[2], X);

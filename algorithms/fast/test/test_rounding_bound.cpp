@@ -98,6 +98,34 @@ TYPED_TEST(RoundingBoundOf, ErrorsOfWildMechanismsAreBelowIt) {
   EXPECT_LE(this->median_above(), 30);
 }
 
+// A turn of a quarter puts the small moment of a heavy rod where the large one was: it carries the
+// error of the large one, and what is light inboard has no other inertia.
+TYPED_TEST(RoundingBoundOf, ErrorsOfTurnsByAQuarterAreBelowIt) {
+  for (int seed = 0; seed < 100; ++seed) {
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    const auto light = [&] {
+      return point_mass(std::pow(10, random.uniform(-8, -4)), random.vector3());
+    };
+    Builder builder;
+    Joint<double> joint;
+    for (int k = 0; k < 3; ++k) {
+      joint = random_joint(random, k - 1);
+      joint.r = 0;
+      joint.body = light();
+      if (k == 1) joint.translation.setZero();
+      if (k == 2) joint.translation = {0, 0, random.uniform(-4, 4)};
+      if (k == 2) joint.body = point_mass(random.uniform(1, 100), {random.uniform(0.5, 2), 0, 0});
+      if (k == 2) joint.rotation = {1, random.uniform(-2, 2), 0, 0};
+      builder.add(joint);
+    }
+    VectorX<double> q = VectorX<double>::Zero(3);
+    q[0] = random.uniform(-3, 3);
+    q[2] = 2 * std::atan(1.0) * (1 + 2 * random.below(2)) + random.uniform(-1e-3, 1e-3);
+    this->expect_bound(builder.build(), q);
+  }
+}
+
 // Long chains in which nothing is lost: D is known to all digits, and it says so.
 TYPED_TEST(RoundingBoundOf, IsAFewRoundingsOnLongChains) {
   const double u = static_cast<double>(unit_roundoff<TypeParam>());
