@@ -30,7 +30,7 @@ S number(const Pack<S, n>& x, int lane) {
 
 struct CovarianceForm {
   static constexpr Form form = Form::conventional;
-  static constexpr bool at_rest = false, tests_forces = true;
+  static constexpr bool at_rest = false;
   template <class T>
   using Workspace = CovarianceWorkspace<T>;
 
@@ -38,6 +38,12 @@ struct CovarianceForm {
   static void acceleration(const LoweredModel<S>& model, const T* q, const T* qd, const T* tau,
                            Workspace<T>& ws, T* a) {
     covariance_acceleration(model, q, qd, tau, ws, a);
+  }
+
+  // Whether a D whose margin is positive may yet count in the error of an acceleration.
+  template <class S>
+  static bool loses(const LoweredModel<S>& model) {
+    return model.loses();
   }
 
   // D and g at q alone.
@@ -67,8 +73,7 @@ struct CovarianceForm {
 
 struct SquareRootForm {
   static constexpr Form form = Form::square_root;
-  // Its rows form no force that is large because a mass is large.
-  static constexpr bool at_rest = false, tests_forces = false;
+  static constexpr bool at_rest = false;
   template <class T>
   using Workspace = SquareRootWorkspace<T>;
 
@@ -76,6 +81,12 @@ struct SquareRootForm {
   static void acceleration(const LoweredModel<S>& model, const T* q, const T* qd, const T* tau,
                            Workspace<T>& ws, T* a) {
     square_root_acceleration(model, q, qd, tau, ws, a);
+  }
+
+  // Rows lose about u^2 where P loses u.
+  template <class S>
+  static bool loses(const LoweredModel<S>&) {
+    return false;
   }
 
   template <class S>

@@ -39,8 +39,9 @@ class SpatialEngine final : public CommonEngine<S> {
 
   Outcome forward_dynamics(const S* q, const S* qd, const S* tau, S* a) override {
     F::acceleration(lowered(), q, qd, tau, *one_, a);
-    const S of_forces = guard_.margin_of_forces(one_->noise, one_->squares);
-    if (!guard_.doubts(lowered(), q, qd, tau, *one_, of_forces)) return {};
+    const auto by = guard_.believed(one_->noise, one_->energy, one_->squares, one_->size);
+    const double error = guard_.error(lowered(), q, qd, tau, a, *one_, by);
+    if (error >= 0) return {.error = error};
     return guard_.certified().acceleration(q, qd, tau, a);
   }
 
@@ -60,14 +61,16 @@ class SpatialEngine final : public CommonEngine<S> {
       F::acceleration(lowered(), w.rows.q.data(), w.rows.qd.data(), w.rows.third.data(),
                       w.workspace, w.rows.out.data());
       store();
-      const auto of_forces = w.guard.margin_of_forces(w.workspace.noise, w.workspace.squares);
+      const auto& swept = w.workspace;
+      const auto by = w.guard.believed(swept.noise, swept.energy, swept.squares, swept.size);
       for (int lane = 0; lane < states; ++lane) {
         const std::ptrdiff_t i = first + lane;
-        if (!w.guard.doubts(lowered(), q + i * nq, qd + i * nv, tau + i * nv, w.workspace,
-                            of_forces, lane))
-          continue;
-        outcomes[i] =
-            w.guard.certified().acceleration(q + i * nq, qd + i * nv, tau + i * nv, a + i * nv);
+        const S *const q_i = q + i * nq, *const qd_i = qd + i * nv, *const tau_i = tau + i * nv;
+        const double error =
+            w.guard.error(lowered(), q_i, qd_i, tau_i, a + i * nv, swept, by, lane);
+        outcomes[i].error = error;
+        if (error >= 0) continue;
+        outcomes[i] = w.guard.certified().acceleration(q_i, qd_i, tau_i, a + i * nv);
         failed += !outcomes[i];
       }
     });

@@ -3,10 +3,11 @@
 // number, for vectors that are wider than its registers.
 #pragma once
 
-#ifdef __AVX512F__
+#ifdef __AVX__
 #include <immintrin.h>
 #endif
 
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <limits>
@@ -192,6 +193,30 @@ KALMARM_INLINE Pack<float, 16> reciprocal(const Pack<float, 16>& d) {
   return Pack<float, 16>::of(_mm512_fmadd_ps(x, _mm512_fnmadd_ps(d.v, x, _mm512_set1_ps(1)), x));
 }
 #endif
+
+// Square roots, number by number.
+template <class S, int n>
+KALMARM_INLINE Pack<S, n> sqrt(const Pack<S, n>& x) {
+  if constexpr (WiderThanRegister<S, n>) {
+    return {sqrt(x.low), sqrt(x.high)};
+#ifdef __AVX512F__
+  } else if constexpr (std::is_same_v<Pack<S, n>, Pack<double, 8>>) {
+    return Pack<S, n>::of(_mm512_sqrt_pd(x.v));
+  } else if constexpr (std::is_same_v<Pack<S, n>, Pack<float, 16>>) {
+    return Pack<S, n>::of(_mm512_sqrt_ps(x.v));
+#endif
+#ifdef __AVX__
+  } else if constexpr (std::is_same_v<Pack<S, n>, Pack<double, 4>>) {
+    return Pack<S, n>::of(_mm256_sqrt_pd(x.v));
+  } else if constexpr (std::is_same_v<Pack<S, n>, Pack<float, 8>>) {
+    return Pack<S, n>::of(_mm256_sqrt_ps(x.v));
+#endif
+  } else {
+    S lanes[n];
+    for (int i = 0; i < n; ++i) lanes[i] = std::sqrt(x[i]);
+    return Pack<S, n>::load(lanes);
+  }
+}
 
 namespace detail {
 

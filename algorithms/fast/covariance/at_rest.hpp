@@ -2,7 +2,7 @@
 // w, c and b vanish, and what is left of (4.2) to (4.11) is
 //   e = tau - H z-,  z+ = z- + g e,  z-(parent) += phi z+          tips to base, z- = 0 at the tips
 //   a = e / D - g' l+,  l+ = phi' l-(parent)                       base to tips, from -gravity
-// with the filter's g and D. About 290 flops a hinge that is an aligned child, and its sine and
+// with the filter's g and D. About 310 flops a hinge that is an aligned child, and its sine and
 // cosine.
 #pragma once
 
@@ -24,7 +24,7 @@ struct RestingForces : BiasedForces<T, S> {
   template <bool slides, bool noise, class P_plus>
   KALMARM_INLINE void measured(int k, const Sixfold<T>& g, const T& inverse_D, const P_plus&,
                                Load& z) const {
-    this->watch(k, z);
+    watch(this->model, k, z, this->ws);
     auto& at = this->ws.links[k];
     at.inverse_D = inverse_D;
     at.e = gain<slides, noise>(g, this->tau[k], z) * inverse_D;
@@ -33,8 +33,8 @@ struct RestingForces : BiasedForces<T, S> {
 
 }  // namespace detail
 
-// a (nv) from q (nq) and tau (nv), all numbers in T; ws.margin, ws.noise and ws.squares say
-// whether it can be believed (fallback/guard.hpp).
+// a (nv) from q (nq) and tau (nv), all numbers in T; ws.margin, ws.noise, ws.energy, ws.squares
+// and ws.size say how far it can be believed (fallback/guard.hpp).
 template <class T, class S>
 void resting_acceleration(const LoweredModel<S>& model, const T* q, const T* tau,
                           CovarianceWorkspace<T>& ws, T* a) {

@@ -1,6 +1,7 @@
-// How far rounding of the forces of a sweep, tips to base, moves accelerations. An error w of the
-// force on link k acts on the robot as a force on that link. With |x|_M^2 = x' M x, its response has
-// the energy
+// How far rounding in the two sweeps of forward dynamics moves accelerations.
+//
+// Forces, tips to base: an error w of the force on link k acts on the robot as a force on that
+// link. With |x|_M^2 = x' M x, its response has the energy
 //   |da|_M^2 = w' Omega(k) w <= w' M(k)^-1 w,    Omega(k) = J(k) M^-1 J(k)'               (1)
 // since the other links only add inertia: the body absorbs the error. Where a sweep makes |w(i)| <=
 // c u |z(i)| of a number z(i) of z-(k), and the like for the turns and the translation to the
@@ -14,22 +15,38 @@
 //   Omega(k) <= 2 (phi' Omega(parent) phi + H' H v(k)),  Omega(k) <= M(k)^-1,  v(k) <= 1/r(k)  (4)
 // of whose blocks of turning and of moving the traces are carried, outward. So
 //   |da|^2 <= T (c u)^2 N                                                                (5)
-// Most states are content with one T for all states of a robot. The DoF x of a joint are what the
-// accelerations of its two bodies differ by, so that
-//   sum over a joint of v(k) <= 2 trace (M(k)^-1 + phi' M(parent)^-1 phi),  v(k) <= 1/r(k)  (6)
+// Most states are content with one T for all states of a robot, by least_inertia.hpp:
+//   T <= sum over k of 1 / mu(k),  v(k) <= 1 / mu(k)                                      (6)
 // Weights, and so N, are in units of rounding_unit. (2) takes 18 flops a link.
 //
+// Motions, base to tips: an error x(k) of a(k) = e+ - g' l+ is one of e+(k), so that
+// (I + K*) da = x, and from M = (I + K) D (I + K*),
+//   |da|_M^2 = sum over k of D(k) x(k)^2 <= (c u)^2 E,
+//   E = sum over k of D(k) (e+(k)^2 + sum over i of g(i)^2 l+(i)^2)                       (7)
+// which counts where a gain is huge, of a joint that hardly turns itself. It takes 18 flops a link.
+//
+// The rows of a square root (square_root.hpp) form no force but of torques: z of (2) is of those
+// alone. A row of weight w is a residual of weighted least squares, whose error x moves a by
+// |da|_M^2 <= w x^2, and every row becomes the pivot, of weight D and entries g, of some joint: (7)
+// has its entries. E has its bias zeta too,
+//   E += sum over rows of P-(k) of w zeta^2                                               (7')
+//
 // A sweep of forward dynamics is believed where
-//   T (c u)^2 N < e^2 max(|a|, 0.01 |gravity|)^2                                          (7)
-// by (2) and (6), with e = largest_error_of_a and c = 1: roundings do not conspire. Beside gravity a
-// smaller a is nothing. What this suspects gets a second look, by (3) and (4). What the test of D
-// suspects (rounding_test.hpp) has the error eps of D too, by rounding_bound.hpp:
-//   T ((c u)^2 N + eps^2 E) < e^2 max(|a|, 0.01 |gravity|)^2                              (8)
-//   E = sum of e(k)^2 / D(k) + |gravity|^2 sum of m(k)
-// of which E bounds |a|_M^2 but for a factor of 2. What is suspected still, the certified form
-// answers. Rounding of the motions, base to tips, is not counted: it is of the size of u (|e+| + |a|)
-// but where a gain is huge, of a joint that hardly turns itself: then |g(k)'| |lambda| counts, and a
-// search finds it (docs/laboratory.md).
+//   T (c u)^2 (N + E) < e^2 max(|a|, 0.01 |gravity|)^2                                    (8)
+// by (2), (6) and (7), with e = largest_error_of_a and c = rounding_constant_of_a: roundings do not
+// conspire. Beside gravity a smaller a is nothing. What this suspects gets a second look, by (3) and
+// (4). What the test of D suspects (rounding_test.hpp) has the error eps of D too, by
+// rounding_bound.hpp:
+//   T ((c u)^2 (N + E) + eps^2 (E + |gravity|^2 sum of m(k))) < e^2 max(|a|, 0.01 |gravity|)^2
+//                                                                                         (9)
+// since E and the weight bound |a|_M^2 but for a factor of 2. What is suspected still, the certified
+// form answers.
+//
+// The same sums say how wrong an answer is. In each joint's own scale |a|_s^2 = sum of mu(k) a(k)^2
+// is about |a|_M^2 and mostly below it, so that of |da|_M / |a|_M
+//   error^2 = (b u)^2 (N + E) / max(|a|_s, 0.01 |gravity| mean of sqrt(mu))^2             (10)
+// is an estimate, b = rounding_constant_of_error. Where that is coarse, N is by (3), mu by 1 / v of
+// (4), and eps^2 (E + weight) is added as in (9).
 #pragma once
 
 #include <Eigen/Dense>
@@ -46,11 +63,33 @@ namespace kalmarm {
 template <class S>
 inline constexpr double largest_error_of_a = std::is_same_v<S, float> ? 1e-2 : 1e-6;
 
+// c of (8): a number of z or of a is rounded about ten times, whose signs differ.
+inline constexpr double rounding_constant_of_a = 4;
+
+// b of (10): the least with which the estimate is nowhere below half the error on robots and families
+// (test_error_estimate.cpp).
+inline constexpr double rounding_constant_of_error = 2;
+
+// The error in units of u beyond which (10) gets its second look: ordinary robots are below.
+inline constexpr double coarse_error = 2048;
+
 // The share of a link in N by (2), from z-.
 template <class T, class S>
 KALMARM_INLINE T absorbed(const RoundingWeights<S>& w, const Sixfold<T>& z) {
   return (w.Axx * (z.x * z.x) + w.Ayy * (z.y * z.y) + w.Azz * (z.z * z.z)) +
          (w.Cxx * (z.u * z.u) + w.Cyy * (z.v * z.v) + w.Czz * (z.w * z.w));
+}
+
+// The share of a link in E by (7), from l+. e_plus: with what the rows of a square root know of it.
+template <class T, class S>
+KALMARM_INLINE T motion_noise(const LoweredLink<S>& link, const Sixfold<T>& g, const T& inverse_D,
+                              const T& e_plus, const Sixfold<T>& l) {
+  const auto square = [](const T& x) KALMARM_INLINE_LAMBDA { return x * x; };
+  const T turned = square(g.x * l.x) + square(g.y * l.y);
+  const T moved = square(g.u * l.u) + square(g.v * l.v);
+  const T own = link.slides ? T(square(g.z * l.z) + square(link.noise ? T(g.w * l.w) : l.w))
+                            : T(square(g.w * l.w) + square(link.noise ? T(g.z * l.z) : l.z));
+  return (square(e_plus) + (turned + moved + own)) / inverse_D;
 }
 
 // N by (2), from z- of all links.
@@ -78,7 +117,12 @@ class ForceNoise {
   using S = typename Lanes<T>::Scalar;
 
   explicit ForceNoise(const LoweredModel<S>& model)
-      : pending_(model.nv()), responses_(model.nv()), constant_trace_(constant_trace(model)) {}
+      : pending_(model.nv()), responses_(model.nv()), variances_(model.nv()) {
+    double sum = 0;
+    for (const S& mu : model.least_inertias())
+      sum += mu > S(0) ? 1 / static_cast<double>(mu) : detail::no_body;
+    constant_trace_ = S(sum);
+  }
 
   // T of (6).
   S constant_trace() const { return constant_trace_; }
@@ -95,6 +139,9 @@ class ForceNoise {
   // T of (4).
   template <class Factors>
   T trace(const LoweredModel<S>& model, const Factors& factors);
+
+  // v(k) of (4), of the last trace.
+  const T& variance(int k) const { return variances_[k]; }
 
  private:
   struct Traces {
@@ -123,42 +170,11 @@ class ForceNoise {
     return T(model.body(k).reach) + T(S(4)) * T(factors.links[k].d * factors.links[k].d);
   }
 
-  static double constant_trace(const LoweredModel<S>& model);
-
   std::vector<Traces> pending_;    // S of (3)
   std::vector<Traces> responses_;  // Omega of (4)
+  std::vector<T> variances_;       // v of (4)
   S constant_trace_;
 };
-
-// T of (6).
-template <class T>
-double ForceNoise<T>::constant_trace(const LoweredModel<S>& model) {
-  const auto own = [&](int k) {
-    if (k < 0) return std::pair{0.0, 0.0};
-    const RoundingWeights<S>& w = model.body(k).weights;
-    const auto unit = static_cast<double>(rounding_unit<S>());
-    return std::pair{static_cast<double>(w.moment) / unit, static_cast<double>(w.force) / unit};
-  };
-  double sum = 0;
-  for (const LinkRun& run : model.runs())
-    for (int k = run.at_once ? run.last : run.first; k <= run.last; ++k) {
-      const int first = run.at_once ? run.first : k;
-      const LoweredLink<S>& link = model.link(first);
-      const auto [turning, moving] = own(k);
-      const auto [parents_turning, parents_moving] = own(link.parent);
-      const double reach = static_cast<double>(model.body(first).reach);
-      const double of_turns = turning + parents_turning;
-      const double of_moves = moving + 2 * parents_moving + reach * parents_turning;
-      if (!run.at_once)
-        sum += std::min(2 * (link.slides ? of_moves : of_turns),
-                        1 / static_cast<double>(model.body(k).r));
-      else if (run.last - first < 5)
-        sum += 2 * of_turns;
-      else  // it is where its position says
-        sum += link.parent < 0 ? 2 * (of_turns + of_moves) : detail::no_body;
-    }
-  return sum;
-}
 
 template <class T>
 template <class Factors>
@@ -204,7 +220,8 @@ T ForceNoise<T>::trace(const LoweredModel<S>& model, const Factors& factors) {
     }
     const Traces g = sizes(link, at.g);
     T v = T(at.inverse_D) + two * (g.turning * Omega.turning + g.moving * Omega.moving);
-    if (body.r > S(0)) v = min(v, T(S(1) / body.r));
+    if (const S mu = model.least_inertias()[k]; mu > S(0)) v = min(v, T(S(1) / mu));
+    variances_[k] = v;
     sum += v;
     Omega.turning = two * Omega.turning;
     Omega.moving = two * Omega.moving;

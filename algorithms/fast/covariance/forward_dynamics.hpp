@@ -13,9 +13,9 @@
 //   z-(parent) += phi z+                                                   (4.4)
 // base to tips:
 //   l+ = phi' l-(parent) + c,  a = e+ - g' l+,  l- = l+ + H' a             (4.10), (4.9), (4.11)
-// Where r = 0, H l- = e+ - sum over j != h of g_j l+_j. About 455 flops an aligned hinge
-// (lowered_model.hpp) without zero terms, and its sine and cosine: with |a|^2 and N of
-// force_noise.hpp, which say how far rounding of z can have moved a.
+// Where r = 0, H l- = e+ - sum over j != h of g_j l+_j. About 463 flops an aligned hinge
+// (lowered_model.hpp) without zero terms, and its sine and cosine: with |a|^2, N and E of
+// force_noise.hpp, which say how far rounding can have moved a.
 #pragma once
 
 #include <vector>
@@ -50,7 +50,9 @@ struct CovarianceWorkspace : Placements<T> {
   // Of the last call:
   T margin;   // of D (rounding_test.hpp)
   T noise;    // N of force_noise.hpp
+  T energy;   // E of force_noise.hpp
   T squares;  // |a|^2; not finite where an acceleration is not
+  T size;     // |a|_s^2, in each joint's own scale (least_inertia.hpp)
 
   template <class S>
   explicit CovarianceWorkspace(const LoweredModel<S>& model)
@@ -176,22 +178,35 @@ void set_velocity(const LoweredModel<S>& model, const T* qd, CovarianceWorkspace
   }
 }
 
-// b of a link alone is added to z, or written where z is new. 45 flops.
+// b of a link alone is added to z, or written where z is new. 48 flops.
 template <bool add, class T, class S>
 KALMARM_INLINE void bias(const LoweredBody<S>& body, const T& wx, const T& wy, const T& wz,
                          Sixfold<T>& z) {
   const T Lx = body.Ixx * wx + body.Ixy * wy + body.Ixz * wz;
   const T Ly = body.Ixy * wx + body.Iyy * wy + body.Iyz * wz;
   const T Lz = body.Ixz * wx + body.Iyz * wy + body.Izz * wz;
-  const T wh = body.h[0] * wx + body.h[1] * wy + body.h[2] * wz;
-  const T ww = wx * wx + wy * wy + wz * wz;
-  const Sixfold<T> b = {wy * Lz - wz * Ly,        wz * Lx - wx * Lz,
-                        wx * Ly - wy * Lx,        wx * wh - body.h[0] * ww,
-                        wy * wh - body.h[1] * ww, wz * wh - body.h[2] * ww};
+  const T hx = body.h[0] * wx, hy = body.h[1] * wy, hz = body.h[2] * wz;
+  const T xx = wx * wx, yy = wy * wy, zz = wz * wz;
+  const Sixfold<T> b = {wy * Lz - wz * Ly,  // no squares that cancel in W h
+                        wz * Lx - wx * Lz,
+                        wx * Ly - wy * Lx,
+                        wx * (hy + hz) - body.h[0] * (yy + zz),
+                        wy * (hx + hz) - body.h[1] * (xx + zz),
+                        wz * (hx + hy) - body.h[2] * (xx + yy)};
   if constexpr (add)
     kalmarm::add(z, b);
   else
     z = b;
+}
+
+// The share of link k in N. Sums of one state are made afterwards, several links at once.
+template <class T, class S>
+KALMARM_INLINE void watch(const LoweredModel<S>& model, int k, const Sixfold<T>& z,
+                          CovarianceWorkspace<T>& ws) {
+  if constexpr (Lanes<T>::count == 1)
+    ws.z[k] = z;
+  else if (model.body(k).weights.counts)
+    ws.noise += absorbed(model.body(k).weights, z);
 }
 
 // The forces that the filter carries along: e+ of every link is kept.
@@ -223,18 +238,10 @@ struct BiasedForces {
       sum = z;
   }
 
-  // Sums of one state are made afterwards, several links at once.
-  KALMARM_INLINE void watch(int k, const Load& z) const {
-    if constexpr (Lanes<T>::count == 1)
-      ws.z[k] = z;
-    else if (model.body(k).weights.counts)
-      ws.noise += absorbed(model.body(k).weights, z);
-  }
-
   template <bool slides, bool noise, class P_plus>
   KALMARM_INLINE void measured(int k, const Sixfold<T>& g, const T& inverse_D, const P_plus& P,
                                Load& z) const {
-    watch(k, z);
+    watch(model, k, z, ws);
     auto& at = ws.links[k];
     at.inverse_D = inverse_D;
     at.e = gain<slides, noise>(g, tau[k], z) * inverse_D;
@@ -254,10 +261,10 @@ struct BiasedForces {
   KALMARM_INLINE void cycle(Load& z) const { z = kalmarm::cycle(z); }
 };
 
-// D, g, e+ of every link, and N, by the policy of forces.
+// D, g, e+ of every link, and N, by the policy of forces; E is begun.
 template <class Forces, class T, class S>
 void filter(const LoweredModel<S>& model, const T* tau, CovarianceWorkspace<T>& ws) {
-  ws.noise = T(S(0));
+  ws.noise = ws.energy = T(S(0));
   filter<T>(model, ws, Forces{model, tau, ws});
   if constexpr (Lanes<T>::count == 1) ws.noise = force_noise(model, ws.z);
 }
@@ -283,7 +290,7 @@ template <bool at_rest, class T, class S>
 KALMARM_NOINLINE void smooth_joint(const LoweredModel<S>& model, const LinkRun& run,
                                    CovarianceWorkspace<T>& ws, Sixfold<T>& from, T* a) {
   Sixfold<T> l = from;
-  T squares = ws.squares;
+  T squares = ws.squares, size = ws.size, energy = ws.energy;
   begin_motion(model, model.link(run.first), ws, l);
   for (int first = run.first; first <= run.last; first += 3) {
     const LoweredLink<S>& link = model.link(first);
@@ -294,12 +301,17 @@ KALMARM_NOINLINE void smooth_joint(const LoweredModel<S>& model, const LinkRun& 
         cycle_back(l.x, l.y, l.z);
         cycle_back(l.u, l.v, l.w);
       }
-      a[k] = smooth(link, ws.links[k].g, ws.links[k].e, l);
+      const auto& at = ws.links[k];
+      energy += motion_noise(link, at.g, at.inverse_D, at.e, l);
+      a[k] = smooth(link, at.g, at.e, l);
       squares += a[k] * a[k];
+      size += model.least_inertias()[k] * (a[k] * a[k]);
     }
   }
   if (const int index = model.link(run.last).branch; index >= 0) ws.branches[index].l = l;
   ws.squares = squares;
+  ws.size = size;
+  ws.energy = energy;
   from = l;
 }
 
@@ -308,7 +320,7 @@ template <bool at_rest, class T, class S>
 KALMARM_NOINLINE void smooth_links(const LoweredModel<S>& model, const LinkRun& run,
                                    CovarianceWorkspace<T>& ws, Sixfold<T>& from, T* a) {
   Sixfold<T> l = from;
-  T squares = ws.squares;
+  T squares = ws.squares, size = ws.size, energy = ws.energy;
   for (int k = run.first; k <= run.last; ++k) {
     const LoweredLink<S>& link = model.link(k);
     const auto& at = ws.links[k];
@@ -324,19 +336,23 @@ KALMARM_NOINLINE void smooth_links(const LoweredModel<S>& model, const LinkRun& 
         l.y += c.y;
       }
     }
+    energy += motion_noise(link, at.g, at.inverse_D, at.e, l);
     a[k] = smooth(link, at.g, at.e, l);
     squares += a[k] * a[k];
+    size += model.least_inertias()[k] * (a[k] * a[k]);
     if (link.branch >= 0) ws.branches[link.branch].l = l;
   }
   ws.squares = squares;
+  ws.size = size;
+  ws.energy = energy;
   from = l;
 }
 
-// l, a and |a|^2 of every link.
+// l and a of every link, |a|^2, |a|_s^2, and what motions add to E.
 template <bool at_rest = false, class T, class S>
 void smooth(const LoweredModel<S>& model, CovarianceWorkspace<T>& ws, T* a) {
   Sixfold<T> l;
-  ws.squares = T(S(0));
+  ws.squares = ws.size = T(S(0));
   for (const LinkRun& run : model.runs()) {
     if (run.at_once)
       smooth_joint<at_rest>(model, run, ws, l, a);
@@ -347,8 +363,8 @@ void smooth(const LoweredModel<S>& model, CovarianceWorkspace<T>& ws, T* a) {
 
 }  // namespace detail
 
-// a (nv) from q (nq), qd (nv) and tau (nv), all numbers in T; ws.margin, ws.noise and ws.squares
-// say whether it can be believed (fallback/guard.hpp).
+// a (nv) from q (nq), qd (nv) and tau (nv), all numbers in T; ws.margin, ws.noise, ws.energy,
+// ws.squares and ws.size say how far it can be believed (fallback/guard.hpp).
 template <class T, class S>
 void covariance_acceleration(const LoweredModel<S>& model, const T* q, const T* qd, const T* tau,
                              CovarianceWorkspace<T>& ws, T* a) {

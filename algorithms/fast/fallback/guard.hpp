@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -19,6 +20,13 @@
 
 namespace kalmarm {
 
+// What the sums of a sweep say of its accelerations, of one state or one in every lane.
+template <class T>
+struct Believed {
+  T margin;  // (8) of force_noise.hpp: positive where rounding cannot have moved a far
+  T error;   // (10)
+};
+
 template <class S, class F>
 class Guard {
  public:
@@ -26,9 +34,11 @@ class Guard {
       : second_(lowered),
         forces_(lowered),
         allowed_(S(largest_error_of_a<S> * largest_error_of_a<S>) * rounding_unit<S>() /
-                 (unit_roundoff<S>() * unit_roundoff<S>())),
+                 square(S(rounding_constant_of_a) * unit_roundoff<S>())),
         least_(S(0.01 * 0.01) * squares_of(robot.gravity)),
+        least_size_(least_ * square(mean_root(lowered.least_inertias()))),
         weight_(weight(robot)),
+        loses_(F::loses(lowered)),
         own_(lowered),
         a_(lowered.nv()),
         fallback_(make_fallback<S>(robot, F::form)),
@@ -37,37 +47,39 @@ class Guard {
   Fallback<S>& fallback() { return *fallback_; }
   CertifiedAnswer<S>& certified() { return certified_; }
 
-  // (7) of force_noise.hpp, by what a sweep has left: positive where rounding of forces cannot have
-  // moved a far; NaN where a is not finite. Of one state, or one in every lane.
+  // From what a sweep has left: N, E, |a|^2 and |a|_s^2. NaN where a is not finite.
   template <class T>
-  T margin_of_forces(const T& noise, const T& squares) const {
-    using std::min;
-    const T larger = -min(T(-squares), T(-least_));
-    return T(allowed_ / forces_.constant_trace()) * larger - noise + squares * T(S(0));
+  Believed<T> believed(const T& noise, const T& energy, const T& squares, const T& size) const {
+    using std::sqrt;
+    const T nothing = squares * T(S(0));
+    const T sum = noise + T(rounding_unit<S>()) * energy;
+    return {T(allowed_ / forces_.constant_trace()) * larger(squares, T(least_)) - sum + nothing,
+            sqrt(T(unit_of_error()) * sum / larger(size, T(least_size_))) + nothing};
   }
 
-  // Whether an acceleration is to be answered anew, from what the sweep has left in a lane of `swept`.
+  // The estimated error of a lane of `swept`, accelerations that `by` is said of; NaN where they are
+  // to be answered anew.
   template <class Swept, class T>
-  bool doubts(const LoweredModel<S>& lowered, const S* q, const S* qd, const S* tau,
-              const Swept& swept, const T& of_forces, int lane = 0) {
-    const S D = detail::number(swept.margin, lane), forces = detail::number(of_forces, lane);
-    if (D > S(0) && forces > S(0)) return false;
-    if (std::isnan(forces)) return true;
-    const double error_of_D = D > S(0) ? 0 : second_.error_of_D(lowered, q, swept, lane);
-    if (!(error_of_D < largest_error_of_D)) return true;
-    if constexpr (!F::tests_forces)
-      return false;
-    else if constexpr (std::is_same_v<Swept, typename F::template Workspace<S>>)
-      return !clears(lowered, swept, error_of_D);
+  double error(const LoweredModel<S>& lowered, const S* q, const S* qd, const S* tau, const S* a,
+               const Swept& swept, const Believed<T>& by, int lane = 0) {
+    const S D = detail::number(swept.margin, lane), of_a = detail::number(by.margin, lane);
+    const S error = detail::number(by.error, lane);
+    if (D > S(0) && of_a > S(0) && error <= S(coarse_error) * unit_roundoff<S>()) return error;
+    if (std::isnan(of_a)) return answer_anew;
+    const bool every_D = D > S(0) && !loses_;
+    const double of_D = every_D ? 0 : second_.error_of_D(lowered, q, swept, lane);
+    if (!(of_D < largest_error_of_D)) return answer_anew;
+    if constexpr (std::is_same_v<Swept, typename F::template Workspace<S>>)
+      return closer(lowered, swept, a, of_D);
     else
-      return !clears(lowered, q, qd, tau, error_of_D);
+      return closer(lowered, q, qd, tau, of_D);
   }
 
-  // (8) of force_noise.hpp, by a sweep of its own.
-  bool clears(const LoweredModel<S>& lowered, const S* q, const S* qd, const S* tau,
-              double error_of_D) {
+  // The same by a sweep of its own, with the relative error of D.
+  double closer(const LoweredModel<S>& lowered, const S* q, const S* qd, const S* tau,
+                double error_of_D) {
     F::acceleration(lowered, q, qd, tau, own_, a_.data());
-    return clears(lowered, own_, error_of_D);
+    return closer(lowered, own_, a_.data(), error_of_D);
   }
 
   // Of factors, from what the sweeps have left of a state q.
@@ -84,20 +96,48 @@ class Guard {
     return S(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
   }
 
+  // (9), and then the second look of (10).
   template <class Swept>
-  bool clears(const LoweredModel<S>& lowered, const Swept& swept, double error_of_D) {
-    const S most = allowed_ * std::max(swept.squares, least_) / forces_.trace(lowered, swept);
+  double closer(const LoweredModel<S>& lowered, const Swept& swept, const S* a, double error_of_D) {
+    const S trace = forces_.trace(lowered, swept);
+    const S most = allowed_ * std::max(swept.squares, least_) / trace;
     const S little = S(0.01) * most;
-    S N = S(0), E = weight_;
+    S N = rounding_unit<S>() * swept.energy, size = S(0);
     forces_.begin();
     for (int k = lowered.nv() - 1; k >= 0; --k) {
-      const auto& at = swept.links[k];
       N += forces_.charge(lowered, swept, k, swept.z[k], little);
-      E += at.e * at.e / at.inverse_D;
+      size += a[k] * a[k] / forces_.variance(k);
     }
-    const double of_D = error_of_D / static_cast<double>(unit_roundoff<S>());
-    return static_cast<double>(N) + of_D * of_D * static_cast<double>(rounding_unit<S>() * E) <
-           static_cast<double>(most);
+    const double E = static_cast<double>(rounding_unit<S>() * (swept.energy + weight_));
+    const auto of_D = [&](double c) {
+      return square(error_of_D / (c * static_cast<double>(unit_roundoff<S>())));
+    };
+    if (!(static_cast<double>(N) + of_D(rounding_constant_of_a) * E < static_cast<double>(most)))
+      return answer_anew;
+    return std::sqrt(static_cast<double>(unit_of_error()) *
+                     (static_cast<double>(N) + of_D(rounding_constant_of_error) * E) /
+                     static_cast<double>(std::max(size, least_size_)));
+  }
+
+  template <class T>
+  static T square(const T& x) {
+    return x * x;
+  }
+  template <class T>
+  static T larger(const T& a, const T& b) {
+    using std::min;
+    return -min(T(-a), T(-b));
+  }
+
+  // (b u)^2, of N in units of its weights.
+  static S unit_of_error() {
+    return square(S(rounding_constant_of_error) * unit_roundoff<S>()) / rounding_unit<S>();
+  }
+
+  static S mean_root(const std::vector<S>& x) {
+    S sum = S(0);
+    for (const S& one : x) sum += std::sqrt(one);
+    return x.empty() ? S(0) : sum / S(x.size());
   }
 
   // |gravity|^2 sum of m(k)
@@ -109,7 +149,11 @@ class Guard {
 
   typename F::template Second<S> second_;
   ForceNoise<S> forces_;
-  S allowed_, least_, weight_;  // e^2 / (c u)^2, the least |a|^2, what E has of gravity
+  static constexpr double answer_anew = std::numeric_limits<double>::quiet_NaN();
+
+  S allowed_, least_, least_size_;  // e^2 / (c u)^2, the least |a|^2 and |a|_s^2
+  S weight_;                        // |gravity|^2 sum of m(k)
+  bool loses_;                      // F::loses
   typename F::template Workspace<S> own_;
   std::vector<S> a_;
   std::unique_ptr<Fallback<S>> fallback_;

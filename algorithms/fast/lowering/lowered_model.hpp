@@ -56,6 +56,8 @@ class LoweredModel {
   const LoweredBody<S>& body(int k) const { return bodies_[k]; }
   // Axx to Czz of the links' weights, link after link.
   const std::vector<S>& weights() const { return weights_; }
+  // mu(k) of least_inertia.hpp, nv of them [kg m^2, of a slide kg].
+  const std::vector<S>& least_inertias() const { return least_inertias_; }
   const FactoredBody<S>& factored(int k) const { return factored_[k]; }
   const CentralBody<S>& central(int k) const { return central_[k]; }
   const UncommonPlacement<S>& uncommon(const LoweredLink<S>& link) const {
@@ -134,7 +136,7 @@ class LoweredModel {
   HingeAngles<S> hinges_;
   std::vector<LoweredLink<S>> links_;
   std::vector<LoweredBody<S>> bodies_;
-  std::vector<S> weights_;
+  std::vector<S> weights_, least_inertias_;
   std::vector<FactoredBody<S>> factored_;  // the same bodies, for the square-root form
   std::vector<CentralBody<S>> central_;    // and for inverse dynamics
   std::vector<UncommonPlacement<S>> uncommon_;
@@ -177,7 +179,9 @@ void LoweredModel<S>::lower(const Model<W>& model) {
   }
   for (int k = 0; k < model.nv(); ++k) set_link(model, frames[k], k);
   set_runs();
-  detail::WeightsOfLinks<S>::set(links_, runs_, bodies_, factored_);
+  const auto covariances = detail::free_covariances(links_, bodies_);
+  detail::WeightsOfLinks<S>::set(links_, runs_, covariances, bodies_, factored_);
+  least_inertias_ = detail::least_inertias(links_, bodies_, runs_, uncommon_, covariances);
   for (const LoweredBody<S>& body : bodies_) {
     const RoundingWeights<S>& w = body.weights;
     weights_.insert(weights_.end(), {w.Axx, w.Ayy, w.Azz, w.Cxx, w.Cyy, w.Czz});

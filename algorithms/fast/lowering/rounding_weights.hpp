@@ -23,7 +23,7 @@
 #include <vector>
 
 #include "algorithms/fast/lowering/factored_body.hpp"
-#include "algorithms/fast/lowering/lowered_link.hpp"
+#include "algorithms/fast/lowering/least_inertia.hpp"
 #include "algorithms/spatial/spatial.hpp"
 
 namespace kalmarm {
@@ -33,7 +33,7 @@ inline constexpr double rounding_constant = 8, largest_error_of_D = 0.01;
 
 // The relative error of D that a sweep suspects: double keeps more digits of a than two.
 template <class S>
-inline constexpr double suspected_error_of_D = std::is_same_v<S, float> ? largest_error_of_D : 1e-4;
+inline constexpr double suspected_error_of_D = std::is_same_v<S, float> ? largest_error_of_D : 1e-6;
 
 // c of (1), whose trace is up to six times the largest eigenvalue, which is what counts.
 inline constexpr double rounding_constant_of_traces = rounding_constant / 3;
@@ -57,21 +57,19 @@ struct Largest {
 template <class S>
 class WeightsOfLinks {
  public:
-  // Links and bodies are written to; of runs at once, only the last DoF is tested.
+  // Bodies are written to; covariances: free_covariances. Of runs at once, only the last DoF is tested.
   static void set(const std::vector<LoweredLink<S>>& links, const std::vector<LinkRun>& runs,
+                  const std::vector<Eigen::Matrix<double, 6, 6>>& covariances,
                   std::vector<LoweredBody<S>>& bodies, std::vector<FactoredBody<S>>& factored) {
     const double root_unit =
         32 * static_cast<double>(unit_roundoff<S>()) * suspected_error_of_D<S> / largest_error_of_D;
     const int n = static_cast<int>(links.size());
     WeightsOfLinks all(links);
-    std::vector<char> planar(n), between(n, 0);
+    std::vector<char> between(n, 0);
     for (const LinkRun& run : runs)
       for (int k = run.first; run.at_once && k < run.last; ++k) between[k] = 1;
     for (int k = 0; k < n; ++k) {
-      const LoweredLink<S>& link = links[k];
-      planar[k] = link.kind == LoweredLink<S>::Kind::screws && !link.slides &&
-                  (link.parent < 0 || (planar[link.parent] && link.alpha.s == S(0)));
-      all.weigh(k, links, planar[k], bodies[k]);
+      all.weigh(k, links, covariances[k], bodies[k]);
       if (between[k]) bodies[k].weights.leave_to_the_last();
     }
     std::vector<Largest> largest(n);
@@ -110,37 +108,13 @@ class WeightsOfLinks {
 
   static double square(double x) { return x * x; }
 
-  // Diagonal of M^-1, of moments about z and forces along x and y alone in a plane. Zero where M
-  // is singular to ten digits.
-  static Eigen::Array<double, 6, 1> inverse(const LoweredBody<S>& body, bool planar) {
-    const double m(body.m), x(body.h[0]), y(body.h[1]), z(body.h[2]);
-    Eigen::Matrix<double, 6, 6> M;
-    M << double(body.Ixx), double(body.Ixy), double(body.Ixz), 0, -z, y,  //
-        double(body.Ixy), double(body.Iyy), double(body.Iyz), z, 0, -x,   //
-        double(body.Ixz), double(body.Iyz), double(body.Izz), -y, x, 0,   //
-        0, z, -y, m, 0, 0,                                                //
-        -z, 0, x, 0, m, 0,                                                //
-        y, -x, 0, 0, 0, m;
-    Eigen::Array<double, 6, 1> w = Eigen::Array<double, 6, 1>::Zero();
-    const auto put = [&](const auto& part, int first) {
-      const auto X = part.inverse().eval();
-      for (int i = 0; i < X.rows(); ++i)
-        if (!(X(i, i) > 0 && X(i, i) * part(i, i) < 1e10)) return;
-      w.segment(first, X.rows()) = X.diagonal().array();
-    };
-    if (planar)
-      put(Eigen::Matrix3d(M.block<3, 3>(2, 2)), 2);
-    else
-      put(M, 0);
-    return w;
-  }
-
-  void weigh(int k, const std::vector<LoweredLink<S>>& links, bool planar,
-             LoweredBody<S>& body) const {
+  void weigh(int k, const std::vector<LoweredLink<S>>& links,
+             const Eigen::Matrix<double, 6, 6>& covariance, LoweredBody<S>& body) const {
     const LoweredLink<S>& link = links[k];
     const bool on_a_screw = link.kind == LoweredLink<S>::Kind::screws;
     const Children& children = children_[k];
-    const Eigen::Array<double, 6, 1> own = inverse(body, planar);
+    Eigen::Array<double, 6, 1> own = covariance.diagonal();
+    if (!own.allFinite()) own.setZero();
     Eigen::Array<double, 6, 1> w = own;
     const auto turn = [&](int i, int j) {
       for (const int block : {0, 3}) {

@@ -244,11 +244,10 @@ KALMARM_INLINE void cross_outward(const LoweredModel<S>& model, const LoweredLin
 template <class T>
 KALMARM_NOINLINE void cross_outward(const MatrixPlacement<T>& phi, T& wx, T& wy, T& wz,
                                     Sixfold<T>& c) {
-  const T wp = wx * phi.p[0] + wy * phi.p[1] + wz * phi.p[2];
-  const T ww = wx * wx + wy * wy + wz * wz;
-  c.u = wx * wp - phi.p[0] * ww;
-  c.v = wy * wp - phi.p[1] * ww;
-  c.w = wz * wp - phi.p[2] * ww;
+  const T x = phi.p[0], y = phi.p[1], z = phi.p[2], xx = wx * wx, yy = wy * wy, zz = wz * wz;
+  c.u = wx * (wy * y + wz * z) - (yy + zz) * x;  // no squares that cancel
+  c.v = wy * (wx * x + wz * z) - (xx + zz) * y;
+  c.w = wz * (wx * x + wy * y) - (xx + yy) * z;
   turn_back(phi.R, c.u, c.v, c.w);
   turn_back(phi.R, wx, wy, wz);
 }

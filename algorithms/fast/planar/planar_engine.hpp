@@ -32,9 +32,12 @@ class PlanarEngine final : public CommonEngine<T> {
                            a[along_.dofs[i]] = x + along_factors_.by_weight()[i];
                            squares += a[along_.dofs[i]] * a[along_.dofs[i]];
                          });
-    const T of_forces = guard_.margin_of_forces(noise(), squares);
-    if (!suspects(of_forces * T(0))) {
-      if (of_forces > T(0) || guard_.clears(this->lowered(), q, qd, tau, 0)) return {};
+    const auto by = guard_.believed(noise(), ws_.energy, squares, size(a));
+    if (!suspects(by.margin * T(0))) {
+      if (by.margin > T(0) && by.error <= T(coarse_error) * unit_roundoff<T>())
+        return {.error = by.error};
+      const double error = guard_.closer(this->lowered(), q, qd, tau, 0);
+      if (error >= 0) return {.error = error};
     } else if (const Outcome out = guard_.fallback().factor(q); !out) {
       return out;  // the last bits of the axes, which are off the plane, do not make it regular
     }
@@ -193,6 +196,14 @@ class PlanarEngine final : public CommonEngine<T> {
       const Planar<T>&w = weights_[k], &z = ws_.z[k];
       sum += w.n * (z.n * z.n) + (w.x * (z.x * z.x) + w.y * (z.y * z.y));
     }
+    return sum;
+  }
+
+  // |a|_s^2 of lowering/least_inertia.hpp.
+  T size(const T* a) const {
+    T sum = T(0);
+    for (int k = 0; k < this->lowered().nv(); ++k)
+      sum += this->lowered().least_inertias()[k] * (a[k] * a[k]);
     return sum;
   }
 

@@ -9,7 +9,7 @@
 //   l+ = l-(parent) + c, the linear part + t alpha                             (4.10)
 //   a = e / D - g'l+,  l- = l+ + H'a                                           (4.9), (4.11)
 // At a hinge with r = 0, alpha = e / D - g'l+ of the linear part alone, and a is what it differs by
-// from the parent's. About 107 flops a hinge, and its sine and cosine.
+// from the parent's. About 122 flops a hinge, and its sine and cosine.
 #pragma once
 
 #include <vector>
@@ -140,11 +140,25 @@ KALMARM_INLINE T smooth(const PlanarWorkspace<G>& ws, const PlanarLink<G>& link,
   return smooth_slide(link, apart.ux, apart.uy, g, step, e_plus, l);
 }
 
-// l and a of every link.
+// Of the terms of g'l+, that of its own direction too.
+template <class T>
+KALMARM_INLINE T squares_of_terms(const PlanarWorkspace<T>& ws, const PlanarLink<T>& link,
+                                  const PlanarStep<T>& step, const Planar<T>& g,
+                                  const Planar<T>& l) {
+  const auto square = [](const T& x) KALMARM_INLINE_LAMBDA { return x * x; };
+  const T x = l.x + step.tx * l.n, y = l.y + step.ty * l.n;
+  if (!link.slides)
+    return square(link.noise ? T(g.n * l.n) : l.n) + (square(g.x * x) + square(g.y * y));
+  const auto& apart = ws.apart[link.apart];
+  const T along = apart.ux * x + apart.uy * y, aside = apart.ux * y - apart.uy * x;
+  return square(g.n * l.n) + (square(link.noise ? T(g.x * along) : along) + square(g.y * aside));
+}
+
+// l and a of every link, |a|^2 and E.
 template <class T>
 void smooth(const PlanarModel<T>& model, PlanarWorkspace<T>& ws, T* a) {
   Planar<T> l;
-  T squares = T(0);
+  T squares = T(0), energy = T(0);
   for (int k = 0; k < model.nv(); ++k) {
     const PlanarLink<T>& link = model.link(k);
     const auto& at = ws.links[k];
@@ -159,12 +173,14 @@ void smooth(const PlanarModel<T>& model, PlanarWorkspace<T>& ws, T* a) {
       l.x += step.cx;
       l.y += step.cy;
     }
+    energy += at.D * (at.e * at.e + squares_of_terms(ws, link, step, at.g, l));
     const T acceleration = smooth(ws, link, step, at.g, at.e, l);
     a[link.dof] = acceleration;
     squares += acceleration * acceleration;
     if (link.branch >= 0) assign(ws.branches[link.branch].l, l);
   }
   ws.squares = squares;
+  ws.energy = energy;
 }
 
 }  // namespace detail

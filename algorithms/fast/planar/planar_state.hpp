@@ -113,6 +113,7 @@ struct PlanarWorkspace {
   std::vector<Branch> branches;
   std::vector<Planar<T>> z;  // z-
   T margin;                  // min over joints of D - threshold x size
+  T energy;                  // E of covariance/force_noise.hpp
   T squares;                 // |a|^2; not finite where an acceleration is not
 
   explicit PlanarWorkspace(const PlanarModel<T>& model)

@@ -32,7 +32,7 @@
 // body counts as a body of least weight (factored_body.hpp), with two exceptions: the rows of a
 // follower (lowered_model.hpp) are permuted and become its parent's, and a ball or free joint with
 // nothing between its axes is one block step.
-// About 790 flops an aligned hinge (lowered_model.hpp).
+// About 837 flops an aligned hinge (lowered_model.hpp).
 #pragma once
 
 #include "algorithms/fast/factors/factors.hpp"
@@ -124,6 +124,7 @@ KALMARM_NOINLINE KALMARM_SWEEP void cross_at_once(const LoweredModel<S>& model, 
                                                   SquareRoot<T>& at) {
   const int k = run.last, ball = k - 2;
   const None none;
+  ws.energy += bias_energy(at.P.l1, at.P.l2, at.P.l3, at.P.rz, at.P.rx, as_row(at.P.ry));
   const auto z = eliminate<Column::z, true>(at.P.rz, at.P.l3, at.P.l2, at.P.l1);
   const auto spins = eliminate<Column::y, true>(as_row(at.P.ry), at.P.rx);
   const auto y = eliminate<Column::y, true>(spins.pivot, z.a, z.b, z.c);
@@ -165,6 +166,7 @@ KALMARM_NOINLINE KALMARM_SWEEP void cross_at_once(const LoweredModel<S>& model, 
 template <class T, class S>
 KALMARM_SWEEP void filter(const LoweredModel<S>& model, const T* tau, SquareRootWorkspace<T>& ws) {
   ws.margin = T(S(1));
+  ws.noise = ws.energy = T(S(0));
   for (auto& sum : ws.sums) sum.begun = false;
   SquareRoot<T> at;
   bool carried = false;  // `at` comes from link k + 1
@@ -212,12 +214,13 @@ KALMARM_SWEEP void filter(const LoweredModel<S>& model, const T* tau, SquareRoot
       leave(k);
     }
   }
+  if constexpr (Lanes<T>::count == 1) ws.noise = force_noise(model, ws.z);
 }
 
 }  // namespace detail
 
-// a (nv) from q (nq), qd (nv) and tau (nv), all numbers in T; ws.margin and ws.squares say whether
-// it can be believed.
+// a (nv) from q (nq), qd (nv) and tau (nv), all numbers in T; ws.margin, ws.noise, ws.energy,
+// ws.squares and ws.size say how far it can be believed (fallback/guard.hpp).
 template <class T, class S>
 void square_root_acceleration(const LoweredModel<S>& model, const T* q, const T* qd, const T* tau,
                               SquareRootWorkspace<T>& ws, T* a) {

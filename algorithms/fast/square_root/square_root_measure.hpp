@@ -29,9 +29,7 @@ struct SquareRootWorkspace : CovarianceWorkspace<T> {
 
   template <class S>
   explicit SquareRootWorkspace(const LoweredModel<S>& model)
-      : CovarianceWorkspace<T>(model), sums(model.branch_count()) {
-    this->noise = T(S(0));  // rows form no force that is large because a mass is large
-  }
+      : CovarianceWorkspace<T>(model), sums(model.branch_count()) {}
 };
 
 namespace detail {
@@ -42,7 +40,7 @@ KALMARM_INLINE T larger(const T& a, const T& b) {
   return -min(T(-a), T(-b));
 }
 
-// Rows of the body alone. 51 flops.
+// Rows of the body alone. 53 flops.
 template <class T, class S>
 KALMARM_INLINE auto body_rows(const FactoredBody<S>& body, const T& wx, const T& wy, const T& wz) {
   const T m = T(body.m), cx = T(body.c[0]), cy = T(body.c[1]), cz = T(body.c[2]);
@@ -52,12 +50,14 @@ KALMARM_INLINE auto body_rows(const FactoredBody<S>& body, const T& wx, const T&
     const auto Z = body.Z.row(i);
     return T(Z[0] * xz_squares + Z[1] * yz_squares + Z[2] * xy + Z[3] * xz + Z[4] * yz);
   };
-  const T wc = cx * wx + cy * wy + cz * wz, ww = xx + yy + zz;
   const Zero zero;
   const One one;
-  const auto l1 = make_row(zero, cz, T(-cy), one, zero, zero, T(wx * wc - cx * ww), m);
-  const auto l2 = make_row(T(-cz), zero, cx, zero, one, zero, T(wy * wc - cy * ww), m);
-  const auto l3 = make_row(cy, T(-cx), zero, zero, zero, one, T(wz * wc - cz * ww), m);
+  const auto l1 =
+      make_row(zero, cz, T(-cy), one, zero, zero, T(xy * cy + xz * cz - (yy + zz) * cx), m);
+  const auto l2 =
+      make_row(T(-cz), zero, cx, zero, one, zero, T(xy * cx + yz * cz - (xx + zz) * cy), m);
+  const auto l3 =
+      make_row(cy, T(-cx), zero, zero, zero, one, T(xz * cx + yz * cy - (xx + yy) * cz), m);
   const auto rz = make_row(T(body.Lzx), T(body.Lzy), one, zero, zero, zero, zeta(0), T(body.Dz));
   const auto rx = make_row(one, T(body.Lxy), zero, zero, zero, zero, zeta(1), T(body.Dx));
   const T Dy = T(body.Dy);
@@ -143,6 +143,20 @@ KALMARM_INLINE auto measure_slide(const FullTriangle<T>& P, const T& r) {
   }
 }
 
+// The share of a link in E by (7) of force_noise.hpp: sum of w zeta^2 of all rows of P-, which no
+// rotation of rows changes.
+template <class R>
+KALMARM_INLINE auto bias_energy(const R& row) {
+  if constexpr (std::is_same_v<R, None>)
+    return Zero{};
+  else
+    return row.zeta * row.zeta * row.weight;
+}
+template <class R, class... Rows>
+KALMARM_INLINE auto bias_energy(const R& row, const Rows&... rows) {
+  return bias_energy(row) + bias_energy(rows...);
+}
+
 // (3).
 template <class T, class R>
 KALMARM_INLINE void add_acceleration(const Sixfold<T>& c, bool slides, R& row) {
@@ -166,6 +180,7 @@ KALMARM_INLINE void keep(const LoweredModel<S>& model, int k, const T& tau,
       slides ? T(size_m) : T(size_m * at.reach * at.reach + threshold * body.outboard_spin);
   if (body.tested) ws.margin = min(ws.margin, T(D - size - least));
 
+  watch(model, k, at.z, ws);
   const T e = tau - (slides ? at.z.w : at.z.z), inverse_D = reciprocal(D);
   Sixfold<T>& g = link.g;
   g = {number_as<T>(pivot.x), number_as<T>(pivot.y), number_as<T>(pivot.z),
@@ -188,6 +203,7 @@ template <bool noise, bool slides, class T, class S, class Rows>
 KALMARM_INLINE void measure(const LoweredModel<S>& model, int k, const T& tau,
                             SquareRootWorkspace<T>& ws, SquareRoot<T>& at, Rows& rows) {
   keep<noise, slides>(model, k, tau, ws, at, rows.pivot);
+  ws.energy += bias_energy(rows.pivot, rows.l1, rows.l2, rows.l3, rows.rz, rows.rx, rows.ry);
   const Sixfold<T>& c = ws.links[k].c;
   add_acceleration(c, slides, rows.l1);
   add_acceleration(c, slides, rows.l2);

@@ -17,8 +17,7 @@ template <class T>
 class ForceNoiseOf : public testing::Test {
  protected:
   // An acceleration by a sweep that suspects no D: its error is below the root of the left side of
-  // (8), but for what rounding does to motions; ten times below it by (2) and (6) in the place of (3)
-  // and (4).
+  // (9); ten times below it by (2) and (6) in the place of (3) and (4).
   void expect_bound(const Model<double>& drawn, int seed) {
     const State<T> state = random_state(drawn, seed).template cast<T>();
     const LoweredModel<T> model(drawn.cast<T>());
@@ -27,16 +26,12 @@ class ForceNoiseOf : public testing::Test {
     covariance_acceleration(model, state.q.data(), state.qd.data(), state.tau.data(), ws, a.data());
     if (!(ws.margin > T(0))) return;
     const double u = unit_roundoff<T>(), size = a.template cast<double>().norm();
-    double squares = size * size, E = 0;
-    for (int k = 0; k < model.nv(); ++k) {
-      const double e = ws.links[k].e;
-      squares += e * e;
-      E += e * e / ws.links[k].inverse_D + drawn.gravity().squaredNorm() * drawn.joint(k).body.mass;
-    }
+    double weight = 0;
+    for (int k = 0; k < model.nv(); ++k)
+      weight += drawn.gravity().squaredNorm() * drawn.joint(k).body.mass;
     const double of_D = RoundingBound<T>(model).look(model, state.q.data()).bound;
-    const double of_motions = 8 * u * std::sqrt(squares);
-    const double error =
-        Truth(rounded<T>(drawn), state.template cast<double>()).relative(a) * size - of_motions;
+    const double of_energy = u * u * ws.energy + of_D * of_D * (ws.energy + weight);
+    const double error = Truth(rounded<T>(drawn), state.template cast<double>()).relative(a) * size;
     ForceNoise<T> noise(model);
     const double all = noise.constant_trace(), here = noise.trace(model, ws);
     const double unit = u * u / rounding_unit<T>();
@@ -44,8 +39,8 @@ class ForceNoiseOf : public testing::Test {
     noise.begin();
     for (int k = model.nv() - 1; k >= 0; --k)
       closer += noise.charge(model, ws, k, ws.z[k], T(1e-6 * size * size / (here * unit)));
-    EXPECT_FALSE(10 * error > std::sqrt(all * (unit * ws.noise + of_D * of_D * E)));
-    EXPECT_FALSE(error > std::sqrt(here * (unit * closer + of_D * of_D * E)));
+    EXPECT_FALSE(10 * error > std::sqrt(all * (unit * ws.noise + of_energy)));
+    EXPECT_FALSE(error > std::sqrt(here * (unit * closer + of_energy)));
     ++looked_at_;
   }
 
@@ -98,7 +93,7 @@ TYPED_TEST(ForceNoiseOf, NothingIsAnsweredWrongInSilence) {
 }
 
 // Every D is right, and forces cancel beside a ball that weighs nothing, between a heavy base and a
-// load that is far off: without the tests (7) and (8), float64 loses every digit in silence.
+// load that is far off: without the tests (8) and (9), float64 loses every digit in silence.
 TYPED_TEST(ForceNoiseOf, ForcesThatPassThroughALightBallAreNeverAnsweredWrongInSilence) {
   for (int seed = 0; seed < 40; ++seed) {
     SCOPED_TRACE(seed);

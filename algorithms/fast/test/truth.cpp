@@ -105,6 +105,14 @@ double Truth::relative_error(const VectorX<double>& a) const {
   return std::isfinite(rounded) ? rounded : std::numeric_limits<double>::infinity();
 }
 
+double Truth::energy_error(const VectorX<double>& a) const {
+  const Exact& exact = impl_->exact;
+  const VectorX<Mp> d = a.cast<Mp>() - exact.a;
+  const Mp squares = d.dot(exact.M * d) / exact.a.dot(exact.M * exact.a);
+  const double rounded = Mp(sqrt(squares)).convert_to<double>();
+  return std::isfinite(rounded) ? rounded : std::numeric_limits<double>::infinity();
+}
+
 double Truth::torque_error(const VectorX<double>& tau) const {
   return ExactTorque(impl_->exact, impl_->state.tau).error(tau.cast<Mp>());
 }

@@ -22,7 +22,7 @@ class Truth {
  public:
   Truth(const Model<double>& model, const State<double>& state);
 
-  // Of a = M^-1 (tau - bias): |d|_M / (|M^-1 tau|_M + |M^-1 bias|_M), and |d| / |a|.
+  // Of a = M^-1 (tau - bias): |d|_M / (|M^-1 tau|_M + |M^-1 bias|_M), |d| / |a|, |d|_M / |a|_M.
   template <class V>
   double acceleration(const V& a) const {
     return acceleration_error(wide(a));
@@ -30,6 +30,10 @@ class Truth {
   template <class V>
   double relative(const V& a) const {
     return relative_error(wide(a));
+  }
+  template <class V>
+  double energy(const V& a) const {
+    return energy_error(wide(a));
   }
 
   // Of tau = M qdd + bias, qdd = tau of the state: of tau(k) relative to
@@ -83,6 +87,7 @@ class Truth {
 
   double acceleration_error(const VectorX<double>& a) const;
   double relative_error(const VectorX<double>& a) const;
+  double energy_error(const VectorX<double>& a) const;
   double torque_error(const VectorX<double>& tau) const;
   double solution_error(const VectorX<double>& x) const;
   double mass_error(const MatrixX<double>& M) const;

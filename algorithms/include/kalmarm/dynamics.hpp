@@ -81,7 +81,8 @@ class KALMARM_EXPORT Dynamics {
   Form form() const { return form_; }
   const Plan& plan() const;
 
-  // a (asked) = M^-1 (tau - bias(q, qd)), gravity and armature included. 435 n.
+  // a (asked) = M^-1 (tau - bias(q, qd)), gravity and armature included; Outcome::error says how
+  // wrong it is. 465 n.
   Outcome forward_dynamics(VectorView<const T> q, VectorView<const T> qd, VectorView<const T> tau,
                            VectorView<T> a) {
     check("forward_dynamics", q, qd, "tau", tau, a.size(), asked_);

@@ -1,0 +1,120 @@
+// What an acceleration says of its own error, against multi-precision: in the energy norm, one
+// state and rows, on robots as they are made and on those that lose digits.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "algorithms/fast/test/mechanisms_that_lose.hpp"
+#include "algorithms/fast/test/support.hpp"
+
+namespace kalmarm::test {
+namespace {
+
+template <class T>
+class ErrorEstimateOf : public testing::Test {
+ protected:
+  // One state of a robot: keeps Outcome::error over the true error, which is counted as one roundoff
+  // where it is less.
+  void look(const Model<double>& drawn, const State<double>& given,
+            Form form = Form::conventional) {
+    const State<T> state = given.template cast<T>();
+    Dynamics<T> robot = dynamics_of<T>(drawn, spatial({Want::acceleration}, form));
+    VectorX<T> a = poisoned<T>(drawn.nv());
+    const Outcome out = robot.forward_dynamics(state.q, state.qd, state.tau, a);
+    if (!out || out.suspect) return;
+    const Truth truth(rounded<T>(drawn), state.template cast<double>());
+    const double u = static_cast<double>(unit_roundoff<T>());
+    EXPECT_GT(out.error, 0);
+    ratios_.push_back(out.error / std::max(truth.energy(a), u));
+  }
+
+  double least() const { return *std::min_element(ratios_.begin(), ratios_.end()); }
+  double median() {
+    std::nth_element(ratios_.begin(), ratios_.begin() + ratios_.size() / 2, ratios_.end());
+    return ratios_[ratios_.size() / 2];
+  }
+
+  std::vector<double> ratios_;
+};
+
+using Precisions = testing::Types<float, double>;
+TYPED_TEST_SUITE(ErrorEstimateOf, Precisions, PrecisionName);
+
+TYPED_TEST(ErrorEstimateOf, IsAtLeastHalfTheErrorOnAllFamilies) {
+  for (const Family& family : all_families()) {
+    SCOPED_TRACE(family.name);
+    this->ratios_.clear();
+    for (int seed = 0; seed < 10; ++seed) {
+      const Model<double> model = family.make(seed);
+      this->look(model, random_state(model, seed));
+    }
+    EXPECT_GE(this->least(), 0.5);
+    EXPECT_LE(this->median(), 100);
+  }
+}
+
+TYPED_TEST(ErrorEstimateOf, IsAtLeastAQuarterOfTheErrorWhereMassesGrow) {
+  for (const double heaviest : {1e3, 1e6, 1e9})
+    for (int seed = 0; seed < 30; ++seed) {
+      const Model<double> model = growing(seed, heaviest);
+      this->look(model, random_state(model, seed));
+    }
+  EXPECT_GE(this->least(), 0.25);
+}
+
+TYPED_TEST(ErrorEstimateOf, IsAtLeastAQuarterOfTheErrorOnWildMechanisms) {
+  for (int seed = 0; seed < 300; ++seed) this->look(wild(seed), random_state(wild(seed), seed));
+  EXPECT_GE(this->ratios_.size(), 50);
+  EXPECT_GE(this->least(), 0.25);
+}
+
+TYPED_TEST(ErrorEstimateOf, OfSquareRootsIsAtLeastHalfTheErrorOnAllFamilies) {
+  for (const Family& family : all_families())
+    for (int seed = 0; seed < 5; ++seed) {
+      const Model<double> model = family.make(seed);
+      this->look(model, random_state(model, seed), Form::square_root);
+    }
+  EXPECT_GE(this->least(), 0.5);
+  EXPECT_LE(this->median(), 100);
+}
+
+// Where torques cancel gravity all but a thousandth, a loses as many digits, and says so.
+TYPED_TEST(ErrorEstimateOf, GrowsWhereTorquesCancelGravity) {
+  const Model<double> model = chain(3, 6);
+  const State<TypeParam> rest = [&] {
+    State<TypeParam> state = random_state(model, 3).template cast<TypeParam>();
+    state.qd.setZero();
+    return state;
+  }();
+  Dynamics<TypeParam> robot =
+      dynamics_of<TypeParam>(model, spatial({Want::acceleration, Want::inverse_dynamics}));
+  const auto error_at = [&](TypeParam fraction) {
+    VectorX<TypeParam> tau(6), a(6);
+    robot.gravity(rest.q, tau);
+    tau *= fraction;
+    return robot.forward_dynamics(rest.q, rest.qd, tau, a).error;
+  };
+  const double falling = error_at(TypeParam(0)), nearly_held = error_at(TypeParam(0.999));
+  EXPECT_GT(nearly_held, 10 * falling);
+  EXPECT_LT(nearly_held, 0.01);
+}
+
+TYPED_TEST(ErrorEstimateOf, IsThatOfOneStateInRowsToo) {
+  const Model<double> model = creature(1);
+  constexpr int count = 19;
+  Rows<TypeParam> rows(model, count);
+  Dynamics<TypeParam> robot = dynamics_of<TypeParam>(model, spatial({Want::acceleration}));
+  EXPECT_EQ(rows.forward_dynamics(robot), 0);
+  for (int i = 0; i < count; ++i) {
+    const State<TypeParam> state = random_state(model, i).template cast<TypeParam>();
+    VectorX<TypeParam> a(model.nv());
+    const Outcome one = robot.forward_dynamics(state.q, state.qd, state.tau, a);
+    EXPECT_NEAR(rows.outcomes[i].error, one.error, 1e-3 * one.error) << i;
+  }
+}
+
+}  // namespace
+}  // namespace kalmarm::test
