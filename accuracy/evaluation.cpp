@@ -28,7 +28,9 @@ json to_json(const MatrixX<T>& X) {
   return rows;
 }
 
+// Empty where the outcome is of no joint: two answers by different factors may disagree.
 std::string at_joint(const Outcome& outcome, const Scene& scene) {
+  if (outcome.joint < 0) return "";
   char text[96];
   std::snprintf(text, sizeof text, ", D = %.3g against a scale of %.3g", outcome.D, outcome.scale);
   return " at joint '" + scene.model.name(outcome.joint) + "'" + text;
@@ -47,13 +49,13 @@ std::string describe(const Outcome& outcome, const Scene& scene) {
 }
 
 void add_outcome(const Outcome& outcome, const Scene& scene, json& entry) {
-  if (outcome.near_singular)
-    entry["warning"] = {{"kind", "near_singular"},
-                        {"joint", scene.model.name(outcome.joint)},
-                        {"D", outcome.D},
-                        {"scale", outcome.scale}};
-  else if (outcome.warns())
-    entry["warning"] = {{"kind", "inaccurate"}};
+  if (outcome.warns()) {
+    json& warning = entry["warning"];
+    warning["kind"] = outcome.near_singular ? "near_singular" : "inaccurate";
+    if (outcome.near_singular && outcome.joint >= 0)
+      warning.update(
+          {{"joint", scene.model.name(outcome.joint)}, {"D", outcome.D}, {"scale", outcome.scale}});
+  }
   if (std::isnan(outcome.error)) return;
   entry["error_estimate"] = outcome.error;
   entry["refinement_steps"] = outcome.steps;

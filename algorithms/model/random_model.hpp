@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "algorithms/model/model.hpp"
+#include "algorithms/spatial/sincos.hpp"
 
 namespace kalmarm {
 
@@ -39,8 +40,6 @@ struct RandomModel {
 // 20 flops a hinge.
 template <class T, class Q>
 void set_position(const Model<T>& model, const Q& q, RandomModel<T>& rm) {
-  using std::cos;
-  using std::sin;
   const auto turned = [](const Matrix3<T>& R) {  // R C
     Matrix3<T> out;
     out << R.col(1), R.col(2), R.col(0);
@@ -55,8 +54,8 @@ void set_position(const Model<T>& model, const Q& q, RandomModel<T>& rm) {
     phi.p = joint.translation;
     switch (joint.coordinate) {
       case Coordinate::angle: {
-        const T angle = q[joint.q_index] - joint.ref;
-        const T c = cos(angle), s = sin(angle);
+        T s, c;
+        sin_cos(T(q[joint.q_index]), T(-joint.ref), s, c);
         phi.R.col(0) = c * E.col(0) + s * E.col(1);
         phi.R.col(1) = c * E.col(1) - s * E.col(0);
         break;

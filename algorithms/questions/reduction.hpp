@@ -14,6 +14,7 @@
 
 #include "algorithms/model/model.hpp"
 #include "algorithms/spatial/principal_axes.hpp"
+#include "algorithms/spatial/sincos.hpp"
 
 namespace kalmarm {
 
@@ -51,8 +52,9 @@ inline Standing across(const Joint<long double>& joint, const VectorX<long doubl
   const Standing at = parent.then(joint.rotation, joint.translation);
   switch (joint.coordinate) {
     case Coordinate::angle: {
-      const long double half = (q[i] - joint.ref) / 2;
-      return at.then({std::cos(half), 0, 0, std::sin(half)}, Translation::Zero());
+      long double s, c;  // of half the angle
+      sin_cos(q[i] / 2, -joint.ref / 2, s, c);
+      return at.then({c, 0, 0, s}, Translation::Zero());
     }
     case Coordinate::distance:
       return at.then(Quaternion::Identity(), {0, 0, q[i] - joint.ref});

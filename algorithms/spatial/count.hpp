@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <compare>
 
 namespace kalmarm {
 
@@ -21,6 +22,8 @@ struct Count {
   friend Count operator-(Count a) { return -a.value; }
   friend Count& operator+=(Count& a, Count b) { return a = a + b; }
   friend Count& operator-=(Count& a, Count b) { return a = a - b; }
+  friend bool operator==(Count a, Count b) { return a.value == b.value; }
+  friend auto operator<=>(Count a, Count b) { return a.value <=> b.value; }
   friend Count min(Count a, Count b) { return std::min(a.value, b.value); }
   friend Count zero_where_less(Count a, Count b, Count x) {
     return a.value < b.value ? 0 : x.value;

@@ -96,11 +96,8 @@ struct DoubleDouble {
 template <>
 inline constexpr std::size_t padding<DoubleDouble> = padding<double>;
 
-template <class Integer>
-void sin_cos(const std::vector<DoubleDouble>& x, const std::vector<Integer>& quarters,
-             std::vector<DoubleDouble>& sin_x, std::vector<DoubleDouble>& cos_x) {
-  sin_cos_in_lanes(x, quarters, sin_x, cos_x);
-}
+template <>
+struct detail::AngleBlocks<DoubleDouble> : detail::AnglesOfTwo<DoubleDouble> {};
 
 }  // namespace kalmarm
 

@@ -3,7 +3,7 @@
 // number, for vectors that are wider than its registers.
 #pragma once
 
-#ifdef __AVX__
+#ifdef __SSE2__
 #include <immintrin.h>
 #endif
 
@@ -74,6 +74,7 @@ struct Pack {
   friend Pack& operator-=(Pack& a, Pack b) { return a = a - b; }
 
   friend Pack min(Pack a, Pack b) { return of(a.v < b.v ? a.v : b.v); }
+  friend Pack max(Pack a, Pack b) { return of(a.v < b.v ? b.v : a.v); }
   // x, but 0 where a < b.
   friend Pack zero_where_less(Pack a, Pack b, Pack x) { return of(a.v < b.v ? Vector{} : x.v); }
 };
@@ -123,6 +124,29 @@ struct Pack<S, n> {
     return {zero_where_less(a.low, b.low, x.low), zero_where_less(a.high, b.high, x.high)};
   }
 };
+
+// Whether a lane of x is above `limit`.
+template <class S, int n>
+KALMARM_INLINE bool any_above(const Pack<S, n>& x, S limit) {
+  if constexpr (WiderThanRegister<S, n>) {
+    return any_above(x.low, limit) || any_above(x.high, limit);
+  } else {
+    const typename Pack<S, n>::Mask above = x.v > limit;  // in all bits of a lane, or in none
+#ifdef __AVX512F__
+    if constexpr (sizeof above == 64)
+      return _mm512_test_epi32_mask((__m512i)above, (__m512i)above) != 0;
+#endif
+#ifdef __AVX__
+    if constexpr (sizeof above == 32) return _mm256_movemask_ps((__m256)above) != 0;
+#endif
+#ifdef __SSE2__
+    if constexpr (sizeof above == 16) return _mm_movemask_ps((__m128)above) != 0;
+#endif
+    for (int i = 0; i < n; ++i)
+      if (above[i]) return true;
+    return false;
+  }
+}
 
 template <class T>
 struct Lanes {

@@ -85,8 +85,8 @@ struct Pair {
   T hi, lo;
 
   Pair() = default;
-  KALMARM_INLINE Pair(const T& x) : hi(x), lo(T(0)) {}
-  KALMARM_INLINE Pair(const T& high, const T& low) : hi(high), lo(low) {}
+  KALMARM_INLINE constexpr Pair(const T& x) : hi(x), lo(T(0)) {}
+  KALMARM_INLINE constexpr Pair(const T& high, const T& low) : hi(high), lo(low) {}
   // A number, or a pair of numbers, in every lane.
   template <class U>
   requires(std::is_arithmetic_v<U> && !std::is_same_v<U, T>) KALMARM_INLINE Pair(U x)

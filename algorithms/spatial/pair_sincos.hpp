@@ -5,7 +5,8 @@
 //   sin r = r - r^3/3! + r^5/5! - ...,  cos r = 1 - r^2/2! + r^4/4! - ...       Taylor, up to r^29
 // Horner's rule takes pairs for the first terms, and numbers of T alone for those from r^19 and r^20
 // on, which are below 2^-63 of the result. n mod 4 says which of the two is the sine of x, and the
-// signs, as in sincos.hpp. Absolute error below 2^-102 for |x| <= 1e6. NaN and infinity give NaN.
+// signs, as in sincos.hpp. Absolute error below 2^-102; angles beyond 1.6e6 are seen and reduced as
+// there. NaN and infinity give NaN.
 #pragma once
 
 #include <vector>
@@ -97,38 +98,50 @@ inline Pair<double> atan2(const Pair<double>& y, const Pair<double>& x) {
 template <>
 inline constexpr std::size_t padding<Pair<double>> = padding<double>;
 
-// Of many numbers that have hi and lo in double.
-template <class Two, class Integer>
-void sin_cos_in_lanes(const std::vector<Two>& x, const std::vector<Integer>& quarters,
-                      std::vector<Two>& sin_x, std::vector<Two>& cos_x) {
-  using P = WidePack<double>;
-  constexpr int lanes = Lanes<P>::count;
-  for (std::size_t i = 0; i < x.size(); i += lanes) {
-    Pair<P> angle, s, c;
-    for (int lane = 0; lane < lanes; ++lane) {
-      angle.hi.set(lane, x[i + lane].hi);
-      angle.lo.set(lane, x[i + lane].lo);
-    }
-    typename P::Mask turns;
-    std::memcpy(&turns, &quarters[i], sizeof turns);
-    sin_cos(angle, turns, s, c);
-    for (int lane = 0; lane < lanes; ++lane) {
-      sin_x[i + lane] = Two(s.hi[lane], s.lo[lane]);
-      cos_x[i + lane] = Two(c.hi[lane], c.lo[lane]);
-    }
-  }
-}
+namespace detail {
 
-// Of many, as in sincos.hpp.
-template <class T, class Integer>
-void sin_cos(const std::vector<Pair<T>>& x, const std::vector<Integer>& quarters,
-             std::vector<Pair<T>>& sin_x, std::vector<Pair<T>>& cos_x) {
-  if constexpr (std::is_same_v<T, double>) {
-    sin_cos_in_lanes(x, quarters, sin_x, cos_x);
-  } else {
-    for (std::size_t i = 0; i < x.size(); ++i)
-      sin_cos(x[i], quarters[i] - typename T::Mask{}, sin_x[i], cos_x[i]);
+template <class P>
+struct AngleBlock<Pair<P>> {
+  using Block = Pair<P>;
+  using Turns = typename P::Mask;
+
+  KALMARM_INLINE static const P& first_digits(const Block& angle) { return angle.hi; }
+  static int set_reduced(const Block& x, const Block& offset, int lane, Block& angle) {
+    const ReducedAngle at = reduced({x.hi[lane], x.lo[lane], offset.hi[lane], offset.lo[lane]});
+    angle.hi.set(lane, at.r.hi);
+    angle.lo.set(lane, at.r.lo);
+    return at.quarters;
   }
-}
+};
+
+template <class P>
+struct AngleBlocks<Pair<P>> : AnglesInLanes<Pair<P>, Pair<double>> {};
+
+// Of numbers that have hi and lo in double.
+template <class Two>
+struct AnglesOfTwo : AngleBlock<Pair<WidePack<double>>> {
+  static constexpr int lanes = padding<double>;
+
+  KALMARM_INLINE static Block load(const std::vector<Two>& from, std::size_t i) {
+    Block out;
+    for (int lane = 0; lane < lanes; ++lane) {
+      out.hi.set(lane, from[i + lane].hi);
+      out.lo.set(lane, from[i + lane].lo);
+    }
+    return out;
+  }
+  template <class Integer>
+  KALMARM_INLINE static Turns turns(const std::vector<Integer>& quarters, std::size_t i) {
+    return AngleBlocks<double>::turns(quarters, i);
+  }
+  KALMARM_INLINE static void store(const Block& x, std::vector<Two>& to, std::size_t i) {
+    for (int lane = 0; lane < lanes; ++lane) to[i + lane] = Two(x.hi[lane], x.lo[lane]);
+  }
+};
+
+template <>
+struct AngleBlocks<Pair<double>> : AnglesOfTwo<Pair<double>> {};
+
+}  // namespace detail
 
 }  // namespace kalmarm

@@ -42,6 +42,10 @@ inline Matrix3<Mp> rotate_basis(const Eigen::Quaternion<Mp>& q) {
   return R;
 }
 
+inline Matrix3<Mp> about_z(const Mp& angle) {
+  return Eigen::AngleAxis<Mp>(angle, Vector3<Mp>::UnitZ()).toRotationMatrix();
+}
+
 class World {
  public:
   World(const Model<Mp>& model, const VectorX<Mp>& q, const VectorX<Mp>& qd)
@@ -59,8 +63,7 @@ class World {
       switch (joint.coordinate) {
         case Coordinate::angle:
           links_.push_back(carried(parent, d));
-          links_.back().R =
-              E * Eigen::AngleAxis<Mp>(q[i] - joint.ref, Vector3<Mp>::UnitZ()).toRotationMatrix();
+          links_.back().R = E * about_z(q[i]) * about_z(-joint.ref);  // their sum may lose ref
           turn(parent.w, E.col(2), k);
           break;
         case Coordinate::distance:

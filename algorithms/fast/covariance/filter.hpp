@@ -30,14 +30,14 @@ namespace kalmarm {
 // The part of phi that depends on q. d of slides is stored with the link.
 template <class T>
 struct Placements {
-  std::vector<T> angle, sin, cos;
+  std::vector<T> q, sin, cos;  // of the hinges
   std::vector<MatrixPlacement<T>> matrices;
 
   template <class S>
   explicit Placements(const LoweredModel<S>& model)
-      : angle((model.angles() + padding<T> - 1) / padding<T> * padding<T>, T(S(0))),
-        sin(angle),
-        cos(angle),
+      : q((model.angles() + padding<T> - 1) / padding<T> * padding<T>, T(S(0))),
+        sin(q),
+        cos(q),
         matrices(model.matrices()) {}
 
   template <class S>
@@ -52,9 +52,8 @@ namespace detail {
 template <class T, class S, class Placed>
 void set_angles(const LoweredModel<S>& model, const T* q, Placed& placed) {
   const HingeAngles<S>& hinges = model.hinges();
-  for (int i = 0; i < model.angles(); ++i)
-    placed.angle[i] = q[hinges.q_index[i]] + T(hinges.offset[i]);
-  sin_cos(placed.angle, hinges.quarters, placed.sin, placed.cos);
+  for (int i = 0; i < model.angles(); ++i) placed.q[i] = q[hinges.q_index[i]];
+  sin_cos(placed.q, hinges.offset, hinges.quarters, placed.sin, placed.cos);
 }
 
 // Where the links are.

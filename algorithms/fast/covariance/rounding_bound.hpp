@@ -20,7 +20,8 @@
 //     yy + delta (congruence.hpp) keep the errors of xx and yy where these two cancel, so that a
 //     turn by a quarter leaves the small number with the error of the large one; the traces of
 //     moments and forces where the rotation is a matrix                                 (5)
-//   t / c (P^(x,x) + P^(y,y)) where the angle is a sum, wrong by u t, t = |offset| + |angle|: with
+//   t / c (P^(x,x) + P^(y,y)) where the angle is a sum, wrong by u t, t = |offset| + |angle|, of an
+//     angle that is reduced exactly (sincos.hpp) |offset|: with
 //     a quarter turn J, u t (J P^ + P^ J') <= u t (P^ + J P^ J')                        (5')
 //   d^2 P^(j,j)          where a slide's own length is a rounded sum d + q              (6)
 // Translations need no term of their own: N before them, moved by phi, and N after them hold what
@@ -222,8 +223,10 @@ void RoundingBound<S>::to_parent(const LoweredModel<S>& model, int k, const S* q
   } else {
     if (link.d != S(0)) translate_z(link.d, X);
     const int at = link.varying;
-    if (const double offset = model.hinges().offset[at]; offset != 0)
-      add_of_angle(std::abs(offset) + std::abs(static_cast<double>(placed_.angle[at])), X);
+    if (const double offset = model.hinges().offset[at]; offset != 0) {
+      const double angle = std::abs(static_cast<double>(placed_.q[at]) + offset);
+      add_of_angle(std::abs(offset) + (angle <= SinCosConstants<S>::farthest ? angle : 0), X);
+    }
     turned_z(Turn<S>(placed_.cos[at], placed_.sin[at]));
   }
   if (link.alpha.s != S(0)) {

@@ -90,7 +90,7 @@ struct DerivativeTerms {
   JointTable<T, constants> constant;
   std::vector<DerivativeJoint<T>> joints;
   std::vector<bool> travels;  // no hinge inboard, nor is it one
-  std::vector<T> angle, sin, cos;
+  std::vector<T> q, sin, cos;  // of the hinges
   std::vector<MatrixPlacement<T>> matrices;
   std::vector<Branch> branches;
   T margin;  // min over joints of D - threshold x size in the last call (filter.hpp)
@@ -102,9 +102,9 @@ struct DerivativeTerms {
         constant(model.nv()),
         joints(model.nv()),
         travels(model.nv()),
-        angle((model.angles() + padding<T> - 1) / padding<T> * padding<T>, T(0)),
-        sin(angle),
-        cos(angle),
+        q((model.angles() + padding<T> - 1) / padding<T> * padding<T>, T(0)),
+        sin(q),
+        cos(q),
         matrices(model.matrices()),
         branches(model.branch_count()) {
     bool ball = false;

@@ -34,8 +34,8 @@ struct UncommonPlacement {
 template <class S>
 struct HingeAngles {
   std::vector<int> q_index;
-  std::vector<S> offset;
-  std::vector<IntegerOf<S>> quarters;  // padded, as sin_cos takes them
+  std::vector<S> offset;  // these two padded, as sin_cos takes them
+  std::vector<IntegerOf<S>> quarters;
 };
 
 // For the test of a sweep (rounding_weights.hpp).

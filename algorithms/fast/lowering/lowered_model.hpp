@@ -88,8 +88,11 @@ class LoweredModel {
     const Direction<W> rest = detail::sum(angle, {W(cos[quarters]), W(-cos[(quarters + 3) % 4])});
     const auto i = hinges_.q_index.size();
     hinges_.q_index.push_back(q_index);
-    hinges_.offset.push_back(S(atan2(rest.s, rest.c) - ref));
-    if (i % padding<S> == 0) hinges_.quarters.resize(i + padding<S>);
+    if (i % padding<S> == 0) {
+      hinges_.offset.resize(i + padding<S>, S(0));
+      hinges_.quarters.resize(i + padding<S>);
+    }
+    hinges_.offset[i] = S(atan2(rest.s, rest.c) - ref);
     hinges_.quarters[i] = quarters;
   }
 

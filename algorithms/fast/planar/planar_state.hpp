@@ -6,8 +6,8 @@
 //   c = -w^2 p, w of the parent; of a slide + 2 w q' v                  v across its axis u
 //   f = -w^2 h                                                          bias of the link alone
 // Accelerations are those of material points at the links' origins, so that no other velocity term
-// is left. An angle is known to half a unit in the last place of theta: an arm that is wound up ten
-// times loses a digit.
+// is left. Where |theta| is above 64, its joints' angles lose their whole turns before they are
+// added: an arm that is wound up would lose digits of theta, and none of them is needed.
 #pragma once
 
 #include <vector>
@@ -154,6 +154,21 @@ struct PlanarWorkspace {
 
 namespace detail {
 
+// x + offset less whole turns: by the products of sincos.hpp, which are exact, or from afar.
+[[gnu::cold]] KALMARM_NOINLINE inline double without_turns(double x, double offset) {
+  using K = SinCosConstants<double>;
+  const double angle = x + offset, t = angle - x;
+  if (std::abs(angle) <= K::farthest) {
+    const double rounding = (x - (angle - t)) + (offset - t);
+    const double turns = (angle * 0.15915494309189533577 + K::round) - K::round;
+    const double n = 4 * turns;
+    return (((angle - n * K::P1) - n * K::P2) - n * K::P3) + rounding;
+  }
+  const ReducedAngle at = reduced({x, offset});
+  const int quarters = ((at.quarters + 1) & 3) - 1;  // -1 to 2
+  return at.r.hi + (at.r.lo + quarters * half_pi.hi);
+}
+
 template <class T>
 KALMARM_INLINE void sin_cos_of(const Four<T>& x, Four<T>& s, Four<T>& c) {
   using std::cos;
@@ -171,7 +186,7 @@ template <class T>
 struct SumAlongChain {
   Four<T> last = T(0);
 
-  // The next block of `count`.
+  // The next block.
   KALMARM_INLINE Four<T> next(const Four<T>& x) {
     if constexpr (four < T >> 1) {
       const Four<T> sum = last + running_sum(x);
@@ -182,6 +197,35 @@ struct SumAlongChain {
     }
   }
 };
+
+// The largest |theta| that is a sum of angles as they stand. It costs five bits; without whole turns
+// four links add up to 4 pi.
+template <class T>
+inline constexpr T most_theta = T(64);
+
+// theta of the next block, whose joints turn by sign (q - ref).
+template <class T>
+[[gnu::cold]] KALMARM_NOINLINE Four<T> unwound(const Four<T>& sign, const Four<T>& q,
+                                               const Four<T>& ref, SumAlongChain<T>& thetas) {
+  Four<T> x;
+  for (int lane = 0; lane < four<T>; ++lane)
+    x.set(lane, sign[lane] * T(without_turns(double(q[lane]), -double(ref[lane]))));
+  thetas.last = T(without_turns(double(thetas.last[0]), 0));
+  return thetas.next(x);
+}
+template <class T>
+KALMARM_INLINE Four<T> next_theta(const Four<T>& sign, const Four<T>& q, const Four<T>& ref,
+                                  SumAlongChain<T>& thetas) {
+  const SumAlongChain<T> before = thetas;
+  const Four<T> theta = thetas.next(sign * (q - ref));
+  if constexpr (four < T >> 1) {
+    if (any_above(theta * theta, most_theta<T> * most_theta<T>)) {
+      thetas = before;
+      return unwound(sign, q, ref, thetas);
+    }
+  }
+  return theta;
+}
 
 // theta, and w where there is a velocity, of a tree.
 template <bool moving, class T>
@@ -195,7 +239,12 @@ void set_sums(const PlanarModel<T>& model, const T* q, const T* qd, PlanarWorksp
       if constexpr (moving) w = link.parent < 0 ? T(0) : ws.table.at(Ws::w, link.parent);
     }
     if (!link.slides) {
+      const T before = theta;
       theta += link.sign * (q[link.q_index] - link.ref);
+      if constexpr (four < T >> 1)
+        if (std::abs(theta) > most_theta<T>)
+          theta = T(without_turns(before, 0)) +
+                  link.sign * T(without_turns(q[link.q_index], -double(link.ref)));
       if constexpr (moving) w += link.sign * qd[link.dof];
     }
     ws.table.at(Ws::theta, k) = theta;
@@ -243,7 +292,7 @@ void set_state(const PlanarModel<T>& model, const T* q, const T* qd, PlanarWorks
     for (int i = 0; i < ws.table.blocks(); ++i) {
       const int first = i * lanes, count = model.nv() - first;
       const Four<T> sign = model.home().load(At::sign, i), ref = model.home().load(At::ref, i);
-      const Four<T> theta = thetas.next(sign * (load_first<Four<T>>(q + first, count) - ref));
+      const Four<T> theta = next_theta<T>(sign, load_first<Four<T>>(q + first, count), ref, thetas);
       Four<T> w = T(0);
       if constexpr (moving) {
         w = ws_of_links.next(sign * load_first<Four<T>>(qd + first, count));

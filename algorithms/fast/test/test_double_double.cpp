@@ -72,13 +72,13 @@ TEST_F(DoubleDoubleTest, IsNormalised) {
 
 TEST_F(DoubleDoubleTest, SinesAndCosinesAreRight) {
   std::uniform_real_distribution<double> angle(-50, 50);
-  std::vector<DoubleDouble> x(16), s(16), c(16);
+  std::vector<DoubleDouble> x(16), none(16, DoubleDouble(0)), s(16), c(16);
   std::vector<std::int64_t> quarters(16);
   for (std::size_t i = 0; i < x.size(); ++i) {
     x[i] = {angle(random_), angle(random_) * 0x1p-60};
     quarters[i] = static_cast<std::int64_t>(i % 4);
   }
-  sin_cos(x, quarters, s, c);
+  sin_cos(x, none, quarters, s, c);
   const Mp quarter = acos(Mp(0));
   for (std::size_t i = 0; i < x.size(); ++i) {
     const Mp turned = exact(x[i]) + Mp(quarters[i]) * quarter;
