@@ -20,9 +20,9 @@
 //     yy + delta (congruence.hpp) keep the errors of xx and yy where these two cancel, so that a
 //     turn by a quarter leaves the small number with the error of the large one; the traces of
 //     moments and forces where the rotation is a matrix                                 (5)
-//   t / c (P^(x,x) + P^(y,y)) where the angle is a sum, wrong by u t, t = |offset| + |angle|, of an
-//     angle that is reduced exactly (sincos.hpp) |offset|: with
-//     a quarter turn J, u t (J P^ + P^ J') <= u t (P^ + J P^ J')                        (5')
+//   t / c (P^(x,x) + P^(y,y)) where the angle is a sum, wrong by u t, t = |offset| + |angle|, or
+//     |offset| where sincos.hpp reduces it exactly: with a quarter turn J,
+//     u t (J P^ + P^ J') <= u t (P^ + J P^ J')                                         (5')
 //   d^2 P^(j,j)          where a slide's own length is a rounded sum d + q              (6)
 // Translations need no term of their own: N before them, moved by phi, and N after them hold what
 // they sum. Six rows, each within a few roundings of sizes below N, make c = 40 or so in (3) a
@@ -225,7 +225,7 @@ void RoundingBound<S>::to_parent(const LoweredModel<S>& model, int k, const S* q
     const int at = link.varying;
     if (const double offset = model.hinges().offset[at]; offset != 0) {
       const double angle = std::abs(static_cast<double>(placed_.q[at]) + offset);
-      add_of_angle(std::abs(offset) + (angle <= SinCosConstants<S>::farthest ? angle : 0), X);
+      add_of_angle(std::abs(offset) + (angle <= detail::SinCosConstants<S>::farthest ? angle : 0), X);
     }
     turned_z(Turn<S>(placed_.cos[at], placed_.sin[at]));
   }
