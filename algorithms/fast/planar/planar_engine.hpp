@@ -14,6 +14,7 @@
 #include "algorithms/fast/fallback/guard.hpp"
 #include "algorithms/fast/planar/planar_columns.hpp"
 #include "algorithms/fast/planar/planar_selection.hpp"
+#include "algorithms/spatial/flush_subnormals.hpp"
 
 namespace kalmarm {
 
@@ -211,8 +212,10 @@ class PlanarEngine final : public CommonEngine<T> {
     return grows_ || along_factors_.suspect() || check != T(0) || !(ws_.margin > T(0));
   }
 
-  // M^-1 of the DoF in the plane, column-major. Zero, or NaN where a number is not finite.
+  // M^-1 of the DoF in the plane, column-major, without subnormal entries (factors/inverse.hpp).
+  // Zero, or NaN where a number is not finite.
   T columns(T* X) {
+    const FlushSubnormals flush;
     const int nv = model_.nv();
     Many check = T(0);
     int i = 0;

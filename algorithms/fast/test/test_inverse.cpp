@@ -115,6 +115,47 @@ void expect_accurate(int seeds) {
 TEST(InverseMass, Float64AgreesWithTruthAsWellAsConventional) { expect_accurate<double>(40); }
 TEST(InverseMass, Float32AgreesWithTruthAsWellAsConventional) { expect_accurate<float>(40); }
 
+// A chain of 600 hinges with parallel axes or any, and one link more on its base.
+Model<double> long_branches(bool parallel) {
+  Random random(1);
+  Builder builder;
+  for (int k = 0; k < 600; ++k) {
+    Joint<double> joint = random_joint(random, k - 1);
+    if (parallel) joint.rotation.setIdentity();
+    builder.add(joint);
+  }
+  builder.add(random_joint(random, parallel ? -1 : 0));
+  return builder.build();
+}
+
+// In float32 M^-1 decays along a chain to numbers that are below the smallest normal one. They are
+// zero in the result, the others are right, and the caller's arithmetic is as it was.
+TEST(InverseMass, EntriesAreNeverSubnormal) {
+  constexpr float smallest = std::numeric_limits<float>::min();
+  for (const bool parallel : {false, true}) {
+    SCOPED_TRACE(parallel ? "planar kernel" : "spatial kernel");
+    const Model<double> model = rounded<float>(long_branches(parallel));
+    const DynamicsOptions options{.question = {.want = {Want::inverse}}, .rules = all_rules()};
+    const VectorX<float> q = random_state(model, 2).q.cast<float>();
+    Dynamics<float> robot = dynamics_of<float>(model, options);
+    Dynamics<double> wide = dynamics_of<double>(model, options);
+    const MatrixX<float> X = fast_inverse(robot, q);
+    const MatrixX<double> truth = fast_inverse(wide, VectorX<double>(q.cast<double>()));
+    int below = 0;
+    for (int j = 0; j < model.nv(); ++j)
+      for (int i = 0; i < model.nv(); ++i) {
+        const double size = std::sqrt(truth(i, i) * truth(j, j)), x = truth(i, j);
+        below += x != 0 && std::abs(x) < smallest;
+        ASSERT_NE(std::fpclassify(X(i, j)), FP_SUBNORMAL) << i << ", " << j;
+        ASSERT_NEAR(X(i, j), x, 1e-5 * size) << i << ", " << j;
+      }
+    EXPECT_GT(below, 1000);
+    volatile float half = smallest;
+    half = half / 2;
+    EXPECT_GT(half, 0.0F);
+  }
+}
+
 template <class T>
 class Inverses : public testing::Test {};
 
