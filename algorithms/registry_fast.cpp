@@ -22,7 +22,7 @@ class FastSolver final : public Solver<T> {
   }
   Outcome factor(const VectorX<T>& q) override { return dynamics_.factor(q); }
   void solve(const VectorX<T>& tau, VectorX<T>& x) override {
-    dynamics_.solve(VectorView<const T>(tau), VectorView<T>(x));
+    (void)dynamics_.solve(VectorView<const T>(tau), VectorView<T>(x));
   }
   Outcome inverse(const VectorX<T>& q, MatrixX<T>& X) override {
     return dynamics_.inverse_mass(q, X);

@@ -108,8 +108,8 @@ class TrialBy final : public Trial {
         return {};
       case Want::solve: {
         const Outcome outcome = robot_.factor(q);
-        if (outcome) robot_.solve(MatrixView<const T>(tau.data(), n, 1), MatrixView<T>(out, n, 1));
-        return outcome;
+        if (!outcome) return outcome;
+        return robot_.solve(MatrixView<const T>(tau.data(), n, 1), MatrixView<T>(out, n, 1));
       }
       case Want::derivatives:
         break;

@@ -6,6 +6,7 @@
 // was made may be called.
 #pragma once
 
+#include <cmath>
 #include <memory>
 #include <set>
 
@@ -36,13 +37,26 @@ class Engine {
   virtual void mass(const T* q, T* M) = 0;
   virtual Outcome inverse(const T* q, T* X) = 0;
   virtual Outcome factor(const T* q) = 0;
-  virtual void solve(int columns, const T* taus, T* X) = 0;  // after factor
+  // By the factors of the last `factor`, which was ok: its outcome, or not_finite.
+  virtual Outcome solve(int columns, const T* taus, T* X) = 0;
   virtual Outcome diagonal(const T* q, T* x) = 0;
   virtual Outcome log_det(const T* q, T& x) = 0;
   virtual Outcome selected(const T* q, T* X) = 0;  // of EngineOptions::selection
   virtual Outcome derivatives(const T* q, const T* qd, const T* tau, T* da_dq, T* da_dqd,
                               T* da_dtau, T* a) = 0;
 };
+
+// Of two answers that are one result: a failure, else the first warning, else what took a second
+// look; with the largest estimate of an error.
+inline Outcome worse(const Outcome& a, const Outcome& b) {
+  if (!a) return a;
+  if (!b) return b;
+  const auto rank = [](const Outcome& one) { return one.warns() ? 2 : one.suspect ? 1 : 0; };
+  Outcome out = rank(b) > rank(a) ? b : a;
+  out.error = std::fmax(a.error, b.error);  // NaN: there is none
+  out.suspect = a.suspect || b.suspect;
+  return out;
+}
 
 // By which kernels: those of 6-D vectors, the same without velocity terms, of mechanisms that stay
 // in a plane, of slides alone.

@@ -88,12 +88,19 @@ class SpatialEngine final : public CommonEngine<S> {
     S check = S(0);
     for (const auto& at : factors_->links) check += at.inverse_D * S(0);
     by_fallback_ = suspects(q, check);
-    return by_fallback_ ? guard_.fallback().factor(q) : Outcome{};
+    return kept_ = by_fallback_ ? guard_.fallback().factor(q) : Outcome{};
   }
 
-  void solve(int columns, const S* taus, S* X) override {
-    if (by_fallback_) return guard_.fallback().solve(columns, taus, X);
-    solver_->solve(lowered(), *factors_, columns, taus, X);
+  Outcome solve(int columns, const S* taus, S* X) override {
+    S check = S(0);
+    if (by_fallback_) {
+      guard_.fallback().solve(columns, taus, X);
+      for (std::ptrdiff_t i = 0; i < std::ptrdiff_t(columns) * lowered().nv(); ++i)
+        check += X[i] * S(0);
+    } else {
+      check = solver_->solve(lowered(), *factors_, columns, taus, X);
+    }
+    return check == S(0) ? kept_ : Outcome{.status = Outcome::Status::not_finite};
   }
 
   Outcome diagonal(const S* q, S* x) override {
@@ -165,7 +172,8 @@ class SpatialEngine final : public CommonEngine<S> {
   std::optional<LambdaWorkspace<S>> lambda_;
   std::optional<RoundingBound<S>> bound_;  // for derivatives
   SelectedColumns<S> selected_;
-  bool by_fallback_ = false;  // the factors that are kept
+  Outcome kept_;              // of the factors that are kept
+  bool by_fallback_ = false;  // they are
 };
 
 }  // namespace kalmarm

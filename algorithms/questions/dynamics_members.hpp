@@ -91,8 +91,8 @@ Outcome Dynamics<T>::factor(const T* q) {
   return execution_->factor(q);
 }
 template <class T>
-void Dynamics<T>::solve(int columns, const T* taus, T* X) {
-  execution_->solve(columns, taus, X);
+Outcome Dynamics<T>::solve(int columns, const T* taus, T* X) {
+  return execution_->solve(columns, taus, X);
 }
 template <class T>
 Outcome Dynamics<T>::derivatives(const T* q, const T* qd, const T* tau, const Derivatives<T>& out,

@@ -3,7 +3,7 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -73,7 +73,7 @@ class Execution {
         for (int state = 0; state < states; ++state) {
           p.asked(rows.out.data() + state * p.nv, a + (i + state) * asked_);
           Outcome& out = outcomes[first + state];
-          if (out) out = both(out, p.of_whole(rows.outcomes[state]));
+          if (out) out = worse(out, p.of_whole(rows.outcomes[state]));
         }
       }
       for (int state = 0; state < states; ++state) failed_[worker] += !outcomes[first + state];
@@ -148,23 +148,30 @@ class Execution {
   Outcome factor(const T* q) {
     need(Want::solve);
     std::copy_n(q, nq_, factored_q_.data());
-    return factor_again();
+    factor_again();
+    return kept_;
   }
 
-  // Torques of joints that are not asked about are zero.
-  void solve(int columns, const T* taus, T* X) {
+  // Torques of joints that are not asked about are zero. NaN after a factorisation that failed.
+  Outcome solve(int columns, const T* taus, T* X) {
     need(Want::solve);
     if (factors_ == Kept::none) throw std::logic_error("solve: nothing has been factored");
-    if (factors_ == Kept::overwritten) (void)factor_again();
+    if (factors_ == Kept::overwritten) factor_again();
+    if (!kept_) {
+      std::fill_n(X, std::ptrdiff_t(columns) * asked_, std::numeric_limits<T>::quiet_NaN());
+      return kept_;
+    }
     if (whole_) return whole_->solve(columns, taus, X);
+    Outcome out = kept_;
     for (PartState<T>& p : parts_)
       for (int j = 0; j < columns; ++j) {
         const std::ptrdiff_t start = std::ptrdiff_t(j) * asked_;
         p.third.setZero();
         p.asked.back(taus + start, p.third.data());
-        p.engine->solve(1, p.third.data(), p.a.data());
+        out = worse(out, p.of_whole(p.engine->solve(1, p.third.data(), p.a.data())));
         p.asked(p.a.data(), X + start);
       }
+    return out;
   }
 
   Outcome diagonal(const T* q, T* x) {
@@ -254,24 +261,12 @@ class Execution {
     if (factors && factors_ == Kept::there) factors_ = Kept::overwritten;
   }
 
-  Outcome factor_again() {
+  void factor_again() {
     factors_ = Kept::there;
-    if (whole_) return whole_->factor(factored_q_.data());
-    return each([&](PartState<T>& p) {
+    kept_ = whole_ ? whole_->factor(factored_q_.data()) : each([&](PartState<T>& p) {
       p.gather_q(factored_q_.data());
       return p.engine->factor(p.q.data());
     });
-  }
-
-  // Of two parts: a failure, else the first warning, else what took a second look; with the largest
-  // estimate of an error.
-  static Outcome both(const Outcome& a, const Outcome& b) {
-    if (!b) return b;
-    const auto rank = [](const Outcome& one) { return one.warns() ? 2 : one.suspect ? 1 : 0; };
-    Outcome out = rank(b) > rank(a) ? b : a;
-    out.error = std::fmax(a.error, b.error);  // NaN: there is none
-    out.suspect = a.suspect || b.suspect;
-    return out;
   }
 
   // f(part) of all, until one fails.
@@ -281,7 +276,7 @@ class Execution {
     for (PartState<T>& p : parts_) {
       const Outcome outcome = p.of_whole(f(p));
       if (!outcome) return outcome;
-      out = both(out, outcome);
+      out = worse(out, outcome);
     }
     return out;
   }
@@ -324,6 +319,7 @@ class Execution {
   std::vector<T> zero_;  // velocities of a robot at rest
   std::vector<T> factored_q_;
   enum class Kept { none, there, overwritten } factors_ = Kept::none;
+  Outcome kept_;  // of them
   MatrixX<T> spare_[3];
   std::vector<PartState<T>> parts_;
   Engine<T>* whole_ = nullptr;  // where nothing is left out but by the engine itself

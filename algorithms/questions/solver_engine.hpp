@@ -86,16 +86,19 @@ class SolverEngine final : public Engine<T> {
 
   Outcome factor(const T* q) override {
     std::copy_n(q, q_.size(), q_.data());
-    return solver_->factor(q_);
+    return kept_ = solver_->factor(q_);
   }
 
-  void solve(int columns, const T* taus, T* X) override {
+  Outcome solve(int columns, const T* taus, T* X) override {
     const std::ptrdiff_t nv = model_.nv();
+    bool finite = true;
     for (int j = 0; j < columns; ++j) {
       std::copy_n(taus + j * nv, nv, tau_.data());
       solver_->solve(tau_, a_);
+      finite = finite && a_.allFinite();
       std::copy_n(a_.data(), nv, X + j * nv);
     }
+    return finite ? kept_ : Outcome{.status = Outcome::Status::not_finite};
   }
 
   Outcome diagonal(const T*, T*) override { none("the diagonal alone"); }
@@ -123,6 +126,7 @@ class SolverEngine final : public Engine<T> {
   InverseDynamics<T> newton_euler_;
   VectorX<T> q_, qd_, tau_, a_;
   MatrixX<T> X_;
+  Outcome kept_;
 };
 
 // make(model) is a solver of every part, in precision T.

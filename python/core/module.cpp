@@ -219,7 +219,8 @@ void bind_robot(nb::module_& m) {
       .def("solve", &Factors::solve, "tau"_a, "out"_a = nb::none(),
            nb::sig("def solve(self, tau: " KALMARM_ARRAY
                    ", out: typing.Any = None) -> numpy.ndarray"),
-           "x = M^-1 tau, of one vector (n,) or of one a row, (..., n).");
+           "x = M^-1 tau, of one vector (n,) or of one a row, (..., n). One that is not finite is "
+           "raised, of several its row is NaN.");
 
   const nb::kw_only options;
   nb::class_<Robot>(m, "Robot")

@@ -276,11 +276,10 @@ nb::object Robot::solve(nb::handle q, nb::handle tau, nb::handle out, bool statu
   return each(in, threads, status, in.result(out, {asked_}), asked_,
               [&]<class T>(Dynamics<T>& dynamics, int i, T* x) {
                 const Outcome outcome = dynamics.factor(vector<T>(in, 0, i, model_.nq));
-                if (outcome)
-                  dynamics.solve(
-                      MatrixView<const T>(in.data<T>(1) + std::ptrdiff_t(i) * asked_, asked_, 1),
-                      MatrixView<T>(x, asked_, 1));
-                return outcome;
+                if (!outcome) return outcome;
+                return dynamics.solve(
+                    MatrixView<const T>(in.data<T>(1) + std::ptrdiff_t(i) * asked_, asked_, 1),
+                    MatrixView<T>(x, asked_, 1));
               });
 }
 
@@ -340,7 +339,7 @@ std::unique_ptr<Factors> Robot::factor(nb::handle q) {
     }
     if (!outcome) raise("factor", outcome, model_.names);
     if (outcome.warns()) warn("factor", outcome, model_.names);
-    return std::make_unique<Factors>(std::move(worker), asked_);
+    return std::make_unique<Factors>(std::move(worker), asked_, model_.names);
   });
 }
 
@@ -353,11 +352,21 @@ nb::object Factors::solve(nb::handle tau, nb::handle out) {
       throw nb::type_error(std::is_same_v<T, float>
                                ? "solve: tau is float32, the factors are float64"
                                : "solve: tau is float64, the factors are float32");
-    std::unique_lock lock(mutex_, std::try_to_lock);
-    const WithoutLock released(!lock || in.count() > 1 || asked_ >= large);
-    if (!lock) lock.lock();
-    (*worker)->dynamics.solve(MatrixView<const T>(in.data<T>(0), asked_, in.count()),
-                              MatrixView<T>(data_of<T>(result), asked_, in.count()));
+    T* const x = data_of<T>(result);
+    Outcome outcome;
+    {
+      std::unique_lock lock(mutex_, std::try_to_lock);
+      const WithoutLock released(!lock || in.count() > 1 || asked_ >= large);
+      if (!lock) lock.lock();
+      outcome = (*worker)->dynamics.solve(MatrixView<const T>(in.data<T>(0), asked_, in.count()),
+                                          MatrixView<T>(x, asked_, in.count()));
+      for (int i = 0; !outcome && i < in.count(); ++i) {
+        T* const row = x + std::ptrdiff_t(i) * asked_;
+        if (!is_finite(row, asked_)) std::fill_n(row, asked_, std::numeric_limits<T>::quiet_NaN());
+      }
+    }
+    if (!outcome && in.is_single()) raise("solve", outcome, names_);
+    if (outcome.warns()) warn("solve", outcome, names_);
   });
   return result;
 }

@@ -87,14 +87,17 @@ class Robot {
 // Factors of M in one state. They keep a worker of their robot's, and one thread at a time solves.
 class Factors {
  public:
-  Factors(Workers<float>::Loan worker, int asked) : worker_(std::move(worker)), asked_(asked) {}
-  Factors(Workers<double>::Loan worker, int asked) : worker_(std::move(worker)), asked_(asked) {}
+  // names: of the robot's DoF, kept by reference.
+  template <class Loan>
+  Factors(Loan worker, int asked, const std::vector<std::string>& names)
+      : worker_(std::move(worker)), asked_(asked), names_(names) {}
 
   nb::object solve(nb::handle tau, nb::handle out);
 
  private:
   std::variant<Workers<float>::Loan, Workers<double>::Loan> worker_;
   int asked_;
+  const std::vector<std::string>& names_;
   std::mutex mutex_;
 };
 

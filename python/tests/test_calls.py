@@ -226,6 +226,18 @@ def test_a_state_that_is_not_finite_is_raised_and_its_row_is_nan(iiwa, call):
             np.testing.assert_allclose(one[[0, 1, 3, 4]], expected[[0, 1, 3, 4]], rtol=1e-9)
 
 
+def test_a_solve_that_is_not_finite_is_raised_and_its_row_is_nan(iiwa):
+    factors = iiwa.factor(iiwa.q0)
+    taus = np.random.default_rng(0).standard_normal((5, iiwa.nv))
+    clean = factors.solve(taus)
+    taus[2, 1] = np.nan
+    with pytest.raises(kalmarm.DynamicsError, match="solve: not_finite"):
+        factors.solve(taus[2])
+    rows = factors.solve(taus)
+    assert np.all(np.isnan(rows[2]))
+    np.testing.assert_array_equal(rows[[0, 1, 3, 4]], clean[[0, 1, 3, 4]])
+
+
 def test_status_of_one_state_is_a_record(iiwa):
     a, outcome = iiwa.forward_dynamics(*iiwa.random_state(0), status=True)
     assert a.shape == (7,)

@@ -82,9 +82,9 @@ inline Outcome outcome_of(const Verdict& refined) {
 }
 
 template <class S>
-bool all_finite(int count, const S* x) {
+bool all_finite(std::ptrdiff_t count, const S* x) {
   S check = S(0);
-  for (int i = 0; i < count; ++i) check += x[i] * S(0);
+  for (std::ptrdiff_t i = 0; i < count; ++i) check += x[i] * S(0);
   return check == S(0);
 }
 
@@ -178,7 +178,8 @@ class CarefulAcceleration<float> {
       lost += (a_[k] - a[k]) * (a_[k] - a[k]);
       size += a_[k] * a_[k];
     }
-    if (!all_finite(static_cast<int>(nv), a)) return {.status = Outcome::Status::not_finite};
+    if (!all_finite(static_cast<std::ptrdiff_t>(nv), a))
+      return {.status = Outcome::Status::not_finite};
     if (size > 0) out.error += std::sqrt(lost / size);
     return out;
   }

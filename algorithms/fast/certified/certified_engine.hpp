@@ -64,7 +64,9 @@ class CertifiedEngine final : public CommonEngine<S> {
 
   Outcome inverse(const S* q, S* X) override { return factors_->inverse(q, X); }
   Outcome factor(const S* q) override { return factors_->factor(q); }
-  void solve(int columns, const S* taus, S* X) override { factors_->solve(columns, taus, X); }
+  Outcome solve(int columns, const S* taus, S* X) override {
+    return factors_->solve(columns, taus, X);
+  }
   Outcome diagonal(const S* q, S* x) override { return factors_->diagonal(q, x); }
   Outcome log_det(const S* q, S& x) override { return factors_->log_det(q, x); }
   Outcome selected(const S* q, S* X) override { return factors_->selected(q, X); }

@@ -72,18 +72,28 @@ class CertifiedFactors {
   Outcome factor(const double* q) {
     std::copy_n(q, q_.size(), q_.data());
     by_last_ = false;
-    return by_factors(
-        q, 1e-3,
-        [&] {
-          by_last_ = true;
-          return last_->factor(q);
-        },
-        [] {});
+    return kept_ = by_factors(
+               q, 1e-3,
+               [&] {
+                 by_last_ = true;
+                 return last_->factor(q);
+               },
+               [] {});
   }
 
-  void solve(int columns, const double* taus, double* X) {
-    if (by_last_) return last_->solve(columns, taus, X);
+  // By the factors that are kept, which are right: their outcome, with the error of the worst
+  // column. A column that does not settle warns.
+  Outcome solve(int columns, const double* taus, double* X) {
     const int nv = models_.lowered.nv();
+    Outcome out = kept_;
+    if (by_last_) {
+      last_->solve(columns, taus, X);
+      out.near_singular = true;
+      return all_finite(std::ptrdiff_t(columns) * nv, X)
+                 ? out
+                 : Outcome{.status = Outcome::Status::not_finite};
+    }
+    out.error = 0;
     const auto by_kept = bounded_.on(models_.lowered, factors_);
     for (int j = 0; j < columns; ++j) {
       const std::ptrdiff_t start = std::ptrdiff_t(j) * nv;
@@ -91,9 +101,17 @@ class CertifiedFactors {
       probe_.residual().set_torque(taus + start);
       Verdict refined;
       refiner_.refine(models_.twice, probe_.residual(), by_kept, 1, X + start, &refined);
-      // The factors that are kept are right: what the most careful ones say of them is left.
-      if (!refined.settled && last_->factor(q_.data())) last_->solve(1, taus + start, X + start);
+      out.steps = std::max(out.steps, refined.steps);
+      if (refined.settled) {
+        out.error = std::max(out.error, refined.error);
+      } else {
+        out.suspect = out.near_singular = true;
+        if (last_->factor(q_.data())) last_->solve(1, taus + start, X + start);
+      }
     }
+    return all_finite(std::ptrdiff_t(columns) * nv, X)
+               ? out
+               : Outcome{.status = Outcome::Status::not_finite};
   }
 
  private:
@@ -153,6 +171,7 @@ class CertifiedFactors {
   std::optional<LambdaWorkspace<double>> lambda_;
   SelectedColumns<double> selected_;
   std::vector<double> q_;  // of the factors that are kept
+  Outcome kept_;           // of them
   bool by_last_ = false;   // they are
 };
 

@@ -113,13 +113,14 @@ class CertifiedNarrowFactors {
 
   Outcome factor(const float* q) { return wide_.factor(wide(q)); }
 
-  void solve(int columns, const float* taus, float* X) {
+  Outcome solve(int columns, const float* taus, float* X) {
+    Outcome out = wide_.solve(0, nullptr, nullptr);
     for (std::ptrdiff_t j = 0; j < columns; ++j) {
       std::copy_n(taus + j * nv(), nv(), tau_.data());
-      wide_.solve(1, tau_.data(), X_.data());
-      std::transform(X_.data(), X_.data() + nv(), X + j * nv(),
-                     [](double x) { return static_cast<float>(x); });
+      out = worse(out,
+                  rounded(wide_.solve(1, tau_.data(), X_.data()), nv(), X_.data(), X + j * nv()));
     }
+    return out;
   }
 
  private:
@@ -131,11 +132,12 @@ class CertifiedNarrowFactors {
   }
 
   static Outcome rounded(Outcome out, std::size_t count, const double* from, float* to) {
-    if (!out) return out;
     std::transform(from, from + count, to, [](double x) { return static_cast<float>(x); });
+    if (!out) return out;
     out.error += 0x1p-24;
-    return all_finite(static_cast<int>(count), to) ? out
-                                                   : Outcome{.status = Outcome::Status::not_finite};
+    return all_finite(static_cast<std::ptrdiff_t>(count), to)
+               ? out
+               : Outcome{.status = Outcome::Status::not_finite};
   }
 
   const CertifiedModels<float>& models_;

@@ -70,23 +70,34 @@ class PlanarEngine final : public CommonEngine<T> {
     T check = T(0);
     for (const auto& at : ws_.links) check += at.inverse_D * T(0);
     by_fallback_ = suspects(check);
-    return by_fallback_ ? guard_.fallback().factor(q) : Outcome{};
+    return kept_ = by_fallback_ ? guard_.fallback().factor(q) : Outcome{};
   }
 
   // About 26 flops a hinge and column.
-  void solve(int columns, const T* taus, T* X) override {
-    if (by_fallback_) return guard_.fallback().solve(columns, taus, X);
+  Outcome solve(int columns, const T* taus, T* X) override {
     const int nv = this->lowered().nv(), last = model_.nv() - 1;
+    T check = T(0);
+    if (by_fallback_) {
+      guard_.fallback().solve(columns, taus, X);
+      for (std::ptrdiff_t i = 0; i < std::ptrdiff_t(columns) * nv; ++i) check += X[i] * T(0);
+      columns = 0;
+    }
     for (int j = 0; j < columns; ++j) {
       const T* const tau = taus + std::ptrdiff_t(j) * nv;
       T* const x = X + std::ptrdiff_t(j) * nv;
       detail::sweep_inward(
           model_, ws_, last, all_.data(), [&](int k) { return tau[model_.link(k).dof]; }, one_);
-      detail::sweep_outward(model_, ws_, last, one_,
-                            [&](int k, const T& a) { x[model_.link(k).dof] = a; });
+      detail::sweep_outward(model_, ws_, last, one_, [&](int k, const T& a) {
+        check += a * T(0);
+        x[model_.link(k).dof] = a;
+      });
       along_factors_.solve([&](int i) { return tau[along_.dofs[i]]; },
-                           [&](int i, const T& a) { x[along_.dofs[i]] = a; });
+                           [&](int i, const T& a) {
+                             check += a * T(0);
+                             x[along_.dofs[i]] = a;
+                           });
     }
+    return check == T(0) ? kept_ : Outcome{.status = Outcome::Status::not_finite};
   }
 
   Outcome inverse(const T* q, T* result) override {
@@ -249,7 +260,8 @@ class PlanarEngine final : public CommonEngine<T> {
   std::vector<detail::PlanarCovariance<T>> covariances_;
   MatrixX<T> in_plane_;
   PlanarSelection<T> selection_;
-  bool by_fallback_ = false;  // the factors that are kept
+  Outcome kept_;              // of the factors that are kept
+  bool by_fallback_ = false;  // they are
   Guard<T, CovarianceForm> guard_;
   bool grows_;          // errors do along this robot, so that every state is a suspect
   EngineOptions rows_;  // of further workers, who answer rows alone

@@ -42,11 +42,16 @@ class TranslationalEngine final : public CommonEngine<T> {
 
   Outcome factor(const T*) override { return outcome_; }
 
-  void solve(int columns, const T* taus, T* X) override {
+  Outcome solve(int columns, const T* taus, T* X) override {
     const std::ptrdiff_t nv = factors_.nv();
+    T check = T(0);
     for (int j = 0; j < columns; ++j)
       factors_.solve([&](int k) { return taus[j * nv + k]; },
-                     [&](int k, const T& a) { X[j * nv + k] = a; });
+                     [&](int k, const T& a) {
+                       check += a * T(0);
+                       X[j * nv + k] = a;
+                     });
+    return check == T(0) ? outcome_ : Outcome{.status = Outcome::Status::not_finite};
   }
 
   Outcome inverse(const T*, T* X) override {

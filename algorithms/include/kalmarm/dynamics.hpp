@@ -141,17 +141,19 @@ class KALMARM_EXPORT Dynamics {
     return inverse_mass(q.data(), X.data());
   }
 
-  // Factors of M at q, which are kept for any number of solves. On failure there is nothing to
-  // solve by. 195 n.
+  // Factors of M at q, which are kept for any number of solves. 195 n.
   Outcome factor(VectorView<const T> q) {
     check("factor", "q", q.size(), nq_);
     return factor(q.data());
   }
 
   // x = M^-1 tau by the factors that are kept, of one vector (asked) or of every column of a matrix
-  // (asked x m, column-major). 87 n m.
-  void solve(MatrixView<const T> tau, MatrixView<T> x) {
-    solve(checked_columns("solve", tau, x), tau.data(), x.data());
+  // (asked x m, column-major). The outcome is that of the factors, made again where another call has
+  // overwritten them, or not_finite; of the certified form it has the error of the worst column.
+  // After a factorisation that failed its outcome is returned, and x is filled with NaN. Before any:
+  // std::logic_error. 87 n m.
+  Outcome solve(MatrixView<const T> tau, MatrixView<T> x) {
+    return solve(checked_columns("solve", tau, x), tau.data(), x.data());
   }
 
   // Derivatives of forward dynamics, and a itself (asked). 1300 n + 60 n^2.
@@ -224,7 +226,7 @@ class KALMARM_EXPORT Dynamics {
   void mass(const T* q, T* M);
   Outcome inverse_mass(const T* q, T* X);
   Outcome factor(const T* q);
-  void solve(int columns, const T* taus, T* X);
+  Outcome solve(int columns, const T* taus, T* X);
   Outcome derivatives(const T* q, const T* qd, const T* tau, const Derivatives<T>& out, T* a);
   Outcome diagonal(const T* q, T* x);
   Outcome log_det(const T* q, T& x);

@@ -50,7 +50,7 @@ Answers answers(const Model<double>& model, const DynamicsOptions& options,
   out.M = matrix_of(n, [&](auto& M) { robot.mass(s.q, M); });
   out.X = matrix_of(n, [&](auto& X) { ok(robot.inverse_mass(s.q, X)); });
   ok(robot.factor(s.q));
-  out.x = vector_of([&](auto& x) { robot.solve(VectorX<T>(load.cast<T>()), x); });
+  out.x = vector_of([&](auto& x) { ok(robot.solve(VectorX<T>(load.cast<T>()), x)); });
   out.diagonal = vector_of([&](auto& x) { ok(robot.diagonal(s.q, x)); });
   out.operational = matrix_of(rows, [&](auto& X) { ok(robot.operational(s.q, X)); });
   T log_det = std::numeric_limits<T>::quiet_NaN();

@@ -177,13 +177,13 @@ TYPED_TEST(Refusals, WrongSizesAreRefusedAtEveryCall) {
 
   ASSERT_TRUE(robot.factor(q));
   const std::string columns = "3 x any, column-major,", square_columns = "3 x 3, column-major,";
-  refused("solve", "tau", "4 x 1", columns, [&] { robot.solve(four, asked); });
-  refused("solve", "tau", "4", columns, [&] { robot.solve(std::vector<T>(4), asked); });
-  refused("solve", "x", "4 x 1", "3 x 1, column-major,", [&] { robot.solve(asked, four); });
-  refused("solve", "x", "3 x 4", square_columns, [&] { robot.solve(X, wide); });
+  refused("solve", "tau", "4 x 1", columns, [&] { (void)robot.solve(four, asked); });
+  refused("solve", "tau", "4", columns, [&] { (void)robot.solve(std::vector<T>(4), asked); });
+  refused("solve", "x", "4 x 1", "3 x 1, column-major,", [&] { (void)robot.solve(asked, four); });
+  refused("solve", "x", "3 x 4", square_columns, [&] { (void)robot.solve(X, wide); });
   RowMajor<T> by_rows(3, 3);
-  refused("solve", "tau", "3 x 3", columns, [&] { robot.solve(by_rows, X); });
-  refused("solve", "x", "3 x 3", square_columns, [&] { robot.solve(X, by_rows); });
+  refused("solve", "tau", "3 x 3", columns, [&] { (void)robot.solve(by_rows, X); });
+  refused("solve", "x", "3 x 3", square_columns, [&] { (void)robot.solve(X, by_rows); });
 
   refused("derivatives", "q", q_given, q_needed,
           [&] { (void)robot.derivatives(q_long, v, v, {.dq = X}, asked); });
@@ -225,7 +225,7 @@ TYPED_TEST(Refusals, CallsThatAreNotWantedThrow) {
       {Want::inverse_dynamics, [&](Robot& r) { r.gravity(s.q, x); }},
       {Want::mass, [&](Robot& r) { r.mass(s.q, X); }},
       {Want::inverse, [&](Robot& r) { (void)r.inverse_mass(s.q, X); }},
-      {Want::solve, [&](Robot& r) { (void)r.factor(s.q), r.solve(s.tau, x); }},
+      {Want::solve, [&](Robot& r) { (void)r.factor(s.q), (void)r.solve(s.tau, x); }},
       {Want::derivatives, [&](Robot& r) { (void)r.derivatives(s.q, s.qd, s.tau, {.dq = X}, x); }},
       {Want::diagonal, [&](Robot& r) { (void)r.diagonal(s.q, x); }},
       {Want::log_det, [&](Robot& r) { (void)r.log_det(s.q, number); }},
@@ -251,7 +251,7 @@ TYPED_TEST(Refusals, CallsThatAreNotWantedThrow) {
 TEST(Dynamics, SolvesNothingBeforeItHasFactored) {
   Dynamics<double> robot = dynamics_of<double>(chain(1, 3), {});
   VectorX<double> x(3);
-  EXPECT_THROW(robot.solve(x, x), std::logic_error);
+  EXPECT_THROW((void)robot.solve(x, x), std::logic_error);
 }
 
 template <class F>
