@@ -140,11 +140,22 @@ class FoundBody(NamedTuple):
     armature: float  # kg m^2 or kg
 
 
+class Asked(NamedTuple):
+    """What a search asks of a variant, in the words of `adversary`'s options."""
+
+    task: str = "acceleration"
+    objective: str = "error"  # or claim: the error over what is claimed
+    kernel: str = "spatial"
+    rows: bool = False  # of states, answered together
+
+
 class Find(NamedTuple):
-    """The worst silent error that so many mechanisms have shown; None: none of them had any."""
+    """The worst silent error that so many mechanisms have shown, or its ratio to what was claimed;
+    None: none of them had any."""
 
     variant: str
     precision: str
+    asked: Asked
     seed: int
     method: str  # search, or random
     evaluations: int

@@ -1,9 +1,14 @@
 """What a search for the worst mechanisms has written."""
 
-from data import Find, FoundBody
+from data import Asked, Find, FoundBody
 from stress import U
 
-COLUMNS = "variant,precision,seed,method,evaluations,error,kS,nv,file,bodies".split(",")
+COLUMNS = (
+    "variant,precision,task,objective,kernel,rows,seed,method,evaluations,error,kS,nv,file,bodies"
+).split(",")
+TASKS = ("acceleration", "inverse", "solve", "diagonal", "log_det", "derivatives")
+OBJECTIVES = ("error", "claim")
+KERNELS = ("spatial", "spatial_at_rest", "planar", "translational")
 METHODS = ("search", "random")
 JOINTS = ("hinge", "slide", "ball", "free")
 
@@ -11,12 +16,17 @@ JOINTS = ("hinge", "slide", "ball", "free")
 def find(row: dict) -> Find:
     if row["precision"] not in U or row["method"] not in METHODS:
         raise ValueError(f"no search by {row['method']} in {row['precision']}")
+    asked = Asked(row["task"], row["objective"], row["kernel"], row["rows"] == "1")
+    known = asked.task in TASKS and asked.objective in OBJECTIVES and asked.kernel in KERNELS
+    if not known or row["rows"] not in ("0", "1"):
+        raise ValueError(f"nothing is asked as {' '.join(row[name] for name in COLUMNS[2:6])}")
     error = float(row["error"]) if row["error"] else None
     if error is not None and not error > 0:
         raise ValueError(f"error is {row['error']}")
     return Find(
         row["variant"],
         row["precision"],
+        asked,
         int(row["seed"]),
         row["method"],
         int(row["evaluations"]),

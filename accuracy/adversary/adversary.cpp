@@ -1,5 +1,6 @@
-// adversary: the mechanisms and states on which variants are most wrong without saying so
-// (judge.hpp), found by a search (search.hpp) over chains and trees of 1 to 9 DoF (genome.hpp).
+// adversary: the mechanisms and states on which variants are most wrong without saying so, or most
+// wrong beside what they say (judge.hpp), found by a search (search.hpp) over chains and trees of 1 to 9 DoF (genome.hpp).
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
@@ -17,6 +18,8 @@ namespace fs = std::filesystem;
 struct Options {
   std::vector<std::string> variants, precisions = {"float32", "float64"};
   std::vector<std::string> methods = {"search", "random"};
+  std::vector<std::string> tasks = {"acceleration"}, goals = {"error"}, kernels = {"spatial"};
+  bool rows = false;
   std::string out, csv;
   std::uint64_t seed = 1;
   int evaluations = 5000;
@@ -37,7 +40,7 @@ std::vector<Round> search(const Asked& asked, const Options& options, Judge& jud
   std::vector<Round> rounds;
   if (options.resumes) rounds = read_rounds(file, asked);
   const Objective objective = [&](const Genome& genome) {
-    return judge.look(decode(genome)).value(asked.condition);
+    return judge.look(decode(genome, asked.of.kernel)).value(asked.of.goal, asked.condition);
   };
   while (evaluations_of(rounds) < options.evaluations) {
     progress.step(asked.slug());
@@ -47,25 +50,66 @@ std::vector<Round> search(const Asked& asked, const Options& options, Judge& jud
   return rounds;
 }
 
+// In words: "Fast<Certified> float32 inverse claim search".
+std::string words(const Asked& asked) {
+  std::string out = asked.of.variant + ' ' + asked.of.precision + ' ' + to_string(asked.of.task) +
+                    ' ' + to_string(asked.of.goal);
+  if (asked.of.kernel != Kernel::spatial) out += std::string(" ") + to_string(asked.of.kernel);
+  if (asked.of.rows) out += " rows";
+  return out + ' ' + asked.method();
+}
+
 // The rows of one case; what was found is written beside them.
-std::string run_case(const Asked& asked, const Options& options, Progress& progress) {
-  const std::unique_ptr<Judge> judge = make_judge(asked.variant, asked.precision);
-  const std::vector<Round> rounds = search(asked, options, *judge, progress);
+std::string run_case(const Asked& asked, const Options& options, Judge& judge, Progress& progress) {
+  const std::vector<Round> rounds = search(asked, options, judge, progress);
   const Round& best = best_of(rounds);
   if (best.value <= told) {
-    std::printf("%-42s %s %s: no silent error in %d evaluations\n", asked.variant.c_str(),
-                asked.precision.c_str(), asked.method(), evaluations_of(rounds));
+    std::printf("%-64s no silent error in %d evaluations\n", words(asked).c_str(),
+                evaluations_of(rounds));
     return csv_rows(asked, rounds, {}, {}, "");
   }
-  const Mechanism mechanism = decode(best.best);
-  const Verdict verdict = judge->look(mechanism);
-  if (verdict.value(asked.condition) != best.value)
+  const Mechanism mechanism = decode(best.best, asked.of.kernel);
+  const Verdict verdict = judge.look(mechanism);
+  if (verdict.value(asked.of.goal, asked.condition) != best.value)
     throw InputError(asked.slug() + ": resumed from rounds of another program: begin without them");
   if (!options.out.empty()) write_find((fs::path(options.out) / asked.slug()).string(), mechanism);
-  std::printf("%-42s %s %s: %.2g wrong, kS %.2g, nv %d, after %d evaluations\n",
-              asked.variant.c_str(), asked.precision.c_str(), asked.method(), verdict.error,
-              verdict.kS, mechanism.model.nv(), evaluations_of(rounds));
+  std::printf("%-64s %.2g wrong, %.2g of what is claimed, kS %.2g, nv %d, after %d evaluations\n",
+              words(asked).c_str(), verdict.error, verdict.excess, verdict.kS, mechanism.model.nv(),
+              evaluations_of(rounds));
   return csv_rows(asked, rounds, verdict, mechanism.model, options.out.empty() ? "" : asked.slug());
+}
+
+// The one of `all` that has this name; the command line has checked that there is one.
+template <class T>
+T named(const std::string& name, const std::vector<T>& all) {
+  return *std::ranges::find_if(all, [&](T one) { return to_string(one) == name; });
+}
+
+const std::vector<Goal> goals = {Goal::error, Goal::claim};
+const std::vector<Kernel> kernels = {Kernel::spatial, Kernel::spatial_at_rest, Kernel::planar,
+                                     Kernel::translational};
+
+template <class T>
+std::vector<std::string> names(const std::vector<T>& all) {
+  std::vector<std::string> out;
+  for (const T one : all) out.emplace_back(to_string(one));
+  return out;
+}
+
+std::vector<Asked> all_asked(const Options& options) {
+  std::vector<Asked> out;
+  for (const std::string& variant : options.variants)
+    for (const std::string& precision : options.precisions)
+      for (const std::string& task : options.tasks)
+        for (const std::string& goal : options.goals)
+          for (const std::string& kernel : options.kernels)
+            for (const std::string& method : options.methods)
+              out.push_back({{variant, precision, named(task, tasks()), named(goal, goals),
+                              named(kernel, kernels), options.rows},
+                             options.seed,
+                             method == "search",
+                             options.condition});
+  return out;
 }
 
 int run(Options options) {
@@ -77,16 +121,14 @@ int run(Options options) {
     fs::create_directories(options.out, error);
     if (error) throw InputError(options.out + ": " + error.message());
   }
-  std::string text = csv_header;
-  const int cases = static_cast<int>(options.variants.size() * options.precisions.size() *
-                                     options.methods.size());
+  const std::vector<Asked> asked = all_asked(options);
+  std::vector<std::unique_ptr<Judge>> judges;  // each refuses what it cannot be asked
+  for (const Asked& one : asked) judges.push_back(make_judge(one.of));
   const int rounds = (options.evaluations + Effort().sum() - 1) / Effort().sum();
-  Progress progress(cases * rounds);
-  for (const std::string& variant : options.variants)
-    for (const std::string& precision : options.precisions)
-      for (const std::string& method : options.methods)
-        text += run_case({variant, precision, options.seed, method == "search", options.condition},
-                         options, progress);
+  Progress progress(static_cast<int>(asked.size()) * rounds);
+  std::string text = csv_header;
+  for (std::size_t i = 0; i < asked.size(); ++i)
+    text += run_case(asked[i], options, *judges[i], progress);
   if (!options.csv.empty()) write_file(options.csv, text);
   return 0;
 }
@@ -97,8 +139,11 @@ int run(Options options) {
 int main(int argc, char** argv) {
   using namespace kalmarm;
   CLI::App app(
-      "The mechanism and state on which a variant's acceleration is most wrong without a warning, "
-      "by search over chains and trees of 1 to 9 DoF, beside what as many random ones show.",
+      "The mechanism and state on which a variant's answer is most wrong without a warning, or "
+      "most "
+      "wrong beside the error that it claims, by search over chains and trees of 1 to 9 DoF, "
+      "beside "
+      "what as many random ones show.",
       "adversary");
   adversary::Options options;
   app.add_option("--variant", options.variants,
@@ -109,6 +154,23 @@ int main(int argc, char** argv) {
       ->delimiter(',')
       ->check(CLI::IsMember({"float32", "float64"}))
       ->capture_default_str();
+  app.add_option("--task", options.tasks, "what is asked")
+      ->delimiter(',')
+      ->check(CLI::IsMember(adversary::names(adversary::tasks())))
+      ->capture_default_str();
+  app.add_option("--objective", options.goals,
+                 "what is maximised: the error, or the error over what is claimed: Outcome::error "
+                 "of an answer that has it, else 1e-2 in float32 and 1e-6 in float64")
+      ->delimiter(',')
+      ->check(CLI::IsMember(adversary::names(adversary::goals)))
+      ->capture_default_str();
+  app.add_option("--kernel", options.kernels,
+                 "mechanisms that this kernel answers where a variant has it, by it")
+      ->delimiter(',')
+      ->check(CLI::IsMember(adversary::names(adversary::kernels)))
+      ->capture_default_str();
+  app.add_flag("--rows", options.rows,
+               "the state is one of 32 rows, which are answered together: accelerations alone");
   app.add_option("--method", options.methods, "search, random (drawn alone) or both")
       ->delimiter(',')
       ->check(CLI::IsMember({"search", "random"}))

@@ -25,6 +25,10 @@ double angle(double u) { return pi * (2 * u - 1); }
 Quaternion about_x(double a) { return {std::cos(a / 2), std::sin(a / 2), 0, 0}; }
 Quaternion about_z(double a) { return {std::cos(a / 2), 0, 0, std::sin(a / 2)}; }
 
+const Quaternion half_turn_about_x{0, 1, 0, 0};
+const Quaternion quarter_turn_about_x{std::numbers::sqrt2 / 2, std::numbers::sqrt2 / 2, 0, 0};
+const Quaternion upright_plane = quarter_turn_about_x.conjugate();  // to the world's axes
+
 // Reads one number after another.
 class Reader {
  public:
@@ -53,7 +57,7 @@ class Reader {
     return {r * std::cos(angle(v)), r * std::sin(angle(v)), z};
   }
 
-  // From the parent's axes to the link's.
+  // From the parent's axes to the link's. The same numbers as planar_turn.
   Quaternion turn() {
     const double kind = next(), u = next();
     const double tilt = kind < 0.3   ? 0
@@ -62,6 +66,16 @@ class Reader {
                                      : angle(u);
     const double about = special(0.4) ? 0 : angle(rest_);
     return (about_z(about) * about_x(tilt)).normalized();
+  }
+
+  // The same for motion in a plane: `parent` and `own` lead from axes whose z is the plane's normal
+  // to those of the two links. Zeros and equal numbers stay so in every product.
+  Quaternion planar_turn(const Quaternion& parent, Quaternion& own) {
+    const bool reversed = special(0.2);
+    next();
+    if (reversed) own = half_turn_about_x * own;
+    const double about = special(0.4) ? 0 : angle(rest_);
+    return (parent.conjugate() * about_z(about) * own).normalized();
   }
 
   Quaternion orientation() {
@@ -81,6 +95,8 @@ struct Body {
   Joint<double> joint;      // of its first DoF; the rest is the same for all
   RigidBody<double> rigid;  // outboard of its last
   int slot = 0;             // of its first DoF among the numbers of the state
+  // In a plane: from axes whose z is the plane's normal to the link's.
+  Quaternion in_plane = {1, 0, 0, 0};
 
   int dofs() const { return type == Type::free ? 6 : type == Type::ball ? 3 : 1; }
 };
@@ -102,32 +118,46 @@ RigidBody<double> read_rigid(Reader& read) {
   return out;
 }
 
-Body read_body(Reader& read, int index) {
+Type type_of(double u, bool first, Kernel kernel) {
+  if (kernel == Kernel::translational) return Type::slide;
+  if (kernel == Kernel::planar) return u >= 0.65 && u < 0.85 ? Type::slide : Type::hinge;
+  if (first && u >= 0.95) return Type::free;
+  return u < 0.65 ? Type::hinge : u < 0.85 ? Type::slide : Type::ball;
+}
+
+// before: the bodies up to it
+Body read_body(Reader& read, const std::vector<Body>& before, Kernel kernel) {
+  const int index = static_cast<int>(before.size());
   Body out;
   const bool chained = read.special(0.75);
   if (index > 0)
     out.parent = chained ? index - 1 : std::min(index - 1, static_cast<int>(read.rest() * index));
-  const double type = read.next();
-  out.type = type < 0.65 ? Type::hinge : type < 0.85 ? Type::slide : Type::ball;
-  if (index == 0 && type >= 0.95) out.type = Type::free;
+  out.type = type_of(read.next(), index == 0, kernel);
   out.rigid = read_rigid(read);
   const double offset = read.length(0.25, -3, 3);
   out.joint.translation = offset * read.direction();
-  out.joint.rotation = read.turn();
+  if (kernel == Kernel::planar) {
+    if (out.type == Type::slide) out.in_plane = quarter_turn_about_x;
+    out.joint.rotation =
+        read.planar_turn(index > 0 ? before[out.parent].in_plane : upright_plane, out.in_plane);
+  } else {
+    out.joint.rotation = read.turn();
+  }
   out.joint.r = read.length(0.7, -6, 6);
   return out;
 }
 
-std::vector<Body> read_bodies(const Genome& genome) {
+std::vector<Body> read_bodies(const Genome& genome, Kernel kernel) {
   std::vector<Body> out;
   int dofs = 0;
   for (int i = 0; i < genome.bodies; ++i) {
     Reader read(genome.x, static_cast<std::size_t>(i) * body_genes);
-    Body& body = out.emplace_back(read_body(read, i));
+    Body body = read_body(read, out, kernel);
     const int later = genome.bodies - i - 1;
     if (dofs + body.dofs() + later > most_dofs) body.type = Type::hinge;
     body.slot = dofs;
     dofs += body.dofs();
+    out.push_back(body);
   }
   return out;
 }
@@ -215,9 +245,15 @@ class Assembly {
 
 double read_angle(double u) {
   if (u < 0.15) return 0;
-  if (u < 0.25) return sign_of((u - 0.15) / 0.1) * pi / 2;
-  if (u < 0.45) return power((u - 0.25) / 0.2, -8, 0);
-  return angle((u - 0.45) / 0.55);
+  if (u < 0.45) {
+    const double choice = 9 * std::fmod(u - 0.15, 0.15) / 0.15, turns = std::floor(choice);
+    const double at = (turns - 4) * (pi / 2);
+    if (u < 0.3) return at;
+    const double side = 2 * (choice - turns) - 1;
+    return at + std::copysign(power(std::abs(side), -8, -1), side);
+  }
+  if (u < 0.6) return power((u - 0.45) / 0.15, -8, 0);
+  return angle((u - 0.6) / 0.4);
 }
 
 // 0 in the middle share, else +- 10^U(low, high).
@@ -230,15 +266,16 @@ double read_signed(double u, double none, double low, double high) {
 
 int length_of(int bodies) { return body_genes * bodies + global_genes + dof_genes * most_dofs; }
 
-Mechanism decode(const Genome& genome) {
+Mechanism decode(const Genome& genome, Kernel kernel) {
   assert(genome.bodies >= 1 && genome.bodies <= most_dofs);
   assert(static_cast<int>(genome.x.size()) == length_of(genome.bodies));
-  const std::vector<Body> bodies = read_bodies(genome);
+  const std::vector<Body> bodies = read_bodies(genome, kernel);
   Assembly assembly(bodies);
   const std::size_t globals = static_cast<std::size_t>(genome.bodies) * body_genes;
   Reader read(genome.x, globals);
   const bool weightless = read.special(0.25);
-  const double velocity = read.length(0.3, -3, 3), torque = read.length(0.15, -6, 6);
+  const double moving = read.length(0.3, -3, 3), torque = read.length(0.15, -6, 6);
+  const double velocity = kernel == Kernel::spatial_at_rest ? 0 : moving;
 
   Mechanism out;
   out.model = {assembly.joints, assembly.names, assembly.nq, Vec3(0, 0, weightless ? 0 : -9.81)};

@@ -19,14 +19,24 @@
 // Of the mechanism: no gravity (25 %) or 9.81 m/s^2; at rest (30 %) or velocities on a scale of
 // 10^U(-3,3); no torques (15 %) or torques on a scale of 10^U(-6,6).
 // Of every DoF:
-//   q           angles: 15 % 0, 10 % a right angle, 20 % 10^U(-8,0), else any; lengths: 20 % 0, else
-//               10^U(-3,3); of balls and free bodies any orientation
+//   q           angles: 15 % 0; 15 % k quarter turns, as rounded, k = -4 to 4; 15 % 10^U(-8,-1)
+//               beside such an angle; 15 % 10^U(-8,0); else any. Lengths: 20 % 0, else 10^U(-3,3).
+//               Of balls and free bodies any orientation
 //   qd          U(-1,1) times its scale
 //   tau         10 % 0, else 10^U(-8,8) times its scale
+//
+// A kernel of the library that answers special mechanisms alone gets such mechanisms, from the same
+// numbers:
+//   planar         hinges, or slides (20 %), in a vertical plane. The axis of a hinge is along its
+//                  parent's or, in 20 %, against it; slides lie in the plane. Axes are parallel to
+//                  the last bit, also when parameters are rounded to float32
+//   translational  slides alone
+//   at rest        velocities are zero
 #pragma once
 
 #include <vector>
 
+#include "algorithms/fast/engine.hpp"
 #include "robots/scene.hpp"
 
 namespace kalmarm::adversary {
@@ -45,6 +55,6 @@ struct Mechanism {
 
 int length_of(int bodies);
 
-Mechanism decode(const Genome& genome);
+Mechanism decode(const Genome& genome, Kernel kernel = Kernel::spatial);
 
 }  // namespace kalmarm::adversary

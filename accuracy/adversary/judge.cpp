@@ -4,9 +4,10 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "accuracy/adversary/exact.hpp"
 #include "accuracy/contender.hpp"
-#include "accuracy/measures.hpp"
-#include "accuracy/truth.hpp"
+#include "algorithms/questions/plan.hpp"
+#include "robots/input_error.hpp"
 
 namespace kalmarm::adversary {
 namespace {
@@ -14,8 +15,8 @@ namespace {
 using Wide = long double;
 
 constexpr double largest_error = 1e300;
-constexpr int draws = 3;  // for kS
-constexpr unsigned most_digits = 400;
+// Rows of states: as many as two of the widest registers hold, which is what a batch takes at once.
+constexpr int rows = 32, row_of_the_state = 5;
 
 // From 0 to 1: how near a warning or refusal is to the border.
 double nearness(const Outcome& outcome) {
@@ -24,71 +25,166 @@ double nearness(const Outcome& outcome) {
   return std::clamp(1 + std::log10(outcome.D / outcome.scale) / 40, 0.0, 1.0);
 }
 
+double capped(double error) { return error <= largest_error ? error : largest_error; }
+
+// The error in the norm in which Outcome::error is told: the measure of the task.
+double error_as_claimed(Want task, const Answer<Wide>& difference, const Answer<Wide>& exact) {
+  return error_of(task, difference, exact);
+}
+
 template <class T>
 class JudgeOf final : public Judge {
  public:
-  JudgeOf(const std::string& variant, const std::string& precision) : by_{variant, precision} {
-    // throws for an unknown variant
-    answer(decode({1, std::vector<double>(static_cast<std::size_t>(length_of(1)), 0.5)}));
+  explicit JudgeOf(const Case& asked) : asked_(asked) {
+    if (asked.rows && asked.task != Want::acceleration)
+      throw InputError(std::string("rows of states are asked for accelerations, not for ") +
+                       to_string(asked.task));
+    const Mechanism simple =
+        decode({1, std::vector<double>(static_cast<std::size_t>(length_of(1)), 0.5)});
+    try {
+      answer(simple);  // throws for an unknown variant
+    } catch (const std::logic_error& e) {
+      throw InputError("variant '" + asked.variant + "': " + e.what());
+    }
   }
 
   Verdict look(const Mechanism& m) override {
-    const Answer given = answer(m);
-    Verdict out{.outcome = given.outcome};
-    if (!out.silent()) return out;
-    try {
-      const Truth<T> exact = truth<T>(m.model.template cast<T>(), m.state.q.cast<T>(),
-                                      {{m.state.tau.cast<T>(), m.state.qd.cast<T>()}},
-                                      {.digits = most_digits, .matrices = false, .draws = draws});
-      out.known = exact.outcome && !exact.responses[0].a.isZero(Real(0));
-      if (!out.known) return out;
-      const VectorX<Wide> a = exact.responses[0].a.template cast<Wide>();
-      const double error = quotient<Wide>((given.a.template cast<Wide>() - a).norm(), a.norm());
-      out.error = error <= largest_error ? error : largest_error;
-      out.kS = exact.responses[0].kS.relative;
-      out.size = static_cast<double>(a.norm());
-    } catch (const std::runtime_error&) {  // not within the digits
-      out.known = false;
-    }
-    return out;
+    const Given given = answer(m);
+    Verdict without{.outcome = given.outcome};
+    if (!without.silent()) return without;
+    const bool with_kS = asked_.goal == Goal::error || !without.claims();
+    const Exact exact = exact_answer<T>(asked_.task, m, with_kS);
+    without.known = !exact.answer.empty();
+    if (!without.known) return without;
+    Answer<Wide> difference;
+    for (std::size_t i = 0; i < exact.answer.size(); ++i)
+      difference.push_back(given.answer[i].template cast<Wide>() - exact.answer[i]);
+    return verdict_of(asked_, given.outcome, difference, exact.answer, exact.kS);
+  }
+
+  Kernel kernel(const Mechanism& m) override {
+    return robot(generated_scene("", m.model)).plan().parts.at(0).kernel;
   }
 
  private:
-  struct Answer {
+  struct Given {
     Outcome outcome;
-    VectorX<T> a;
+    Answer<T> answer;
   };
 
-  Answer answer(const Mechanism& m) const {
-    const Scene scene = generated_scene("", m.model);
-    QuestionOptions wanted;
-    wanted.want = {"acceleration"};
-    Dynamics<T> robot =
-        make_robot<T>(by_, scene, asked_of(by_, wanted, question_of(scene, wanted)));
-    const VectorX<T> q = m.state.q.cast<T>(), qd = m.state.qd.cast<T>(),
-                     tau = m.state.tau.cast<T>();
-    VectorX<T> a = VectorX<T>::Constant(qd.size(), std::numeric_limits<T>::quiet_NaN());
-    const Outcome outcome = robot.forward_dynamics(q, qd, tau, a);
-    return {outcome, a};
+  Dynamics<T> robot(const Scene& scene) const {
+    const Contender by{asked_.variant, asked_.precision};
+    QuestionOptions options;
+    options.planes = asked_.kernel == Kernel::planar;
+    if (options.planes) options.without = {to_string(Rule::translations)};
+    const Question question{.want = {asked_.task},
+                            .at_rest = asked_.kernel == Kernel::spatial_at_rest};
+    return make_robot<T>(by, scene, asked_of(by, options, question));
   }
 
-  Contender by_;
+  Given answer(const Mechanism& m) const {
+    const Scene scene = generated_scene("", m.model);
+    Dynamics<T> robot = this->robot(scene);
+    const VectorX<T> q = m.state.q.cast<T>(), qd = m.state.qd.cast<T>(),
+                     tau = m.state.tau.cast<T>();
+    const Eigen::Index nv = qd.size();
+    const T poison = std::numeric_limits<T>::quiet_NaN();
+    MatrixX<T> column = MatrixX<T>::Constant(nv, 1, poison),
+               square = MatrixX<T>::Constant(nv, nv, poison);
+    switch (asked_.task) {
+      case Want::inverse: {
+        const Outcome outcome = robot.inverse_mass(q, square);
+        return {outcome, {square}};
+      }
+      case Want::solve: {
+        const Outcome outcome = robot.factor(q);
+        if (outcome) robot.solve(MatrixView<const T>(tau), MatrixView<T>(column));
+        return {outcome, {column}};
+      }
+      case Want::diagonal: {
+        VectorView<T> x(column.data(), nv);
+        const Outcome outcome = robot.diagonal(q, x);
+        return {outcome, {column}};
+      }
+      case Want::log_det: {
+        T x = poison;
+        const Outcome outcome = robot.log_det(q, x);
+        return {outcome, {MatrixX<T>::Constant(1, 1, x)}};
+      }
+      case Want::derivatives: {
+        MatrixX<T> dq = square, dqd = square, dtau = square;
+        const Outcome outcome = robot.derivatives(q, qd, tau, {.dq = dq, .dqd = dqd, .dtau = dtau},
+                                                  VectorView<T>(column.data(), nv));
+        return {outcome, {dq, dqd, dtau}};
+      }
+      default: {
+        if (asked_.rows) return answer_in_rows(robot, scene, q, qd, tau);
+        const Outcome outcome =
+            robot.forward_dynamics(q, qd, tau, VectorView<T>(column.data(), nv));
+        return {outcome, {column}};
+      }
+    }
+  }
+
+  // The state among random ones, the same for every mechanism with as many DoF.
+  static Given answer_in_rows(Dynamics<T>& robot, const Scene& scene, const VectorX<T>& q,
+                              const VectorX<T>& qd, const VectorX<T>& tau) {
+    using Rows = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+    const Eigen::Index nv = qd.size();
+    Rows qs(rows, q.size()), qds(rows, nv), taus(rows, nv),
+        a = Rows::Constant(rows, nv, std::numeric_limits<T>::quiet_NaN());
+    const std::vector<State> others = random_states(scene, rows, 1);
+    for (int i = 0; i < rows; ++i) {
+      qs.row(i) = others[i].q.cast<T>();
+      qds.row(i) = others[i].qd.cast<T>();
+      taus.row(i) = others[i].tau.cast<T>();
+    }
+    qs.row(row_of_the_state) = q;
+    qds.row(row_of_the_state) = qd;
+    taus.row(row_of_the_state) = tau;
+    std::vector<Outcome> outcomes(rows);
+    robot.forward_dynamics(qs, qds, taus, a, outcomes);
+    return {outcomes[row_of_the_state], {a.row(row_of_the_state).transpose()}};
+  }
+
+  Case asked_;
 };
 
 }  // namespace
 
-double Verdict::value(double K) const {
+const char* to_string(Goal goal) { return goal == Goal::error ? "error" : "claim"; }
+
+double promise(const std::string& precision) { return precision == "float32" ? 1e-2 : 1e-6; }
+
+bool Verdict::claims() const { return outcome.error > 0 && std::isfinite(outcome.error); }
+
+double Verdict::value(Goal goal, double K) const {
   if (!silent()) return told - (outcome ? 2 : 3) + nearness(outcome);
   if (!known) return nothing;
-  double value = std::log10(error);
-  if (kS > K) value -= 2 * std::log10(kS / K);
-  if (size < smallest) value -= 2 * std::log10(smallest / size);
+  double value = std::log10(goal == Goal::error ? error : excess);
+  if (goal == Goal::error || !claims()) {
+    if (kS > K) value -= 2 * std::log10(kS / K);
+    if (size < smallest) value -= 2 * std::log10(smallest / size);
+  }
   return std::max(told, value);
 }
 
-std::unique_ptr<Judge> make_judge(const std::string& variant, const std::string& precision) {
-  if (precision == "float32") return std::make_unique<JudgeOf<float>>(variant, precision);
-  return std::make_unique<JudgeOf<double>>(variant, precision);
+Verdict verdict_of(const Case& asked, const Outcome& outcome, const Answer<Wide>& difference,
+                   const Answer<Wide>& exact, double kS) {
+  Verdict out{.outcome = outcome};
+  out.error = capped(error_of(asked.task, difference, exact));
+  const double roundoff = asked.precision == "float32" ? 0x1p-24 : 0x1p-53;
+  out.excess = capped(out.claims() ? error_as_claimed(asked.task, difference, exact) /
+                                         std::max(outcome.error, roundoff)
+                                   : out.error / promise(asked.precision));
+  out.kS = kS;
+  if (asked.task == Want::acceleration) out.size = static_cast<double>(exact[0].norm());
+  return out;
+}
+
+std::unique_ptr<Judge> make_judge(const Case& asked) {
+  if (asked.precision == "float32") return std::make_unique<JudgeOf<float>>(asked);
+  return std::make_unique<JudgeOf<double>>(asked);
 }
 
 }  // namespace kalmarm::adversary

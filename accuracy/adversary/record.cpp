@@ -21,8 +21,12 @@ using nlohmann::json;
 constexpr double least_progress = 0.02;  // log10: a row, 5 per cent
 
 json asked_json(const Asked& asked) {
-  return {{"variant", asked.variant},
-          {"precision", asked.precision},
+  return {{"variant", asked.of.variant},
+          {"precision", asked.of.precision},
+          {"task", to_string(asked.of.task)},
+          {"objective", to_string(asked.of.goal)},
+          {"kernel", to_string(asked.of.kernel)},
+          {"rows", asked.of.rows},
           {"seed", asked.seed},
           {"method", asked.method()},
           {"condition", asked.condition}};
@@ -45,8 +49,13 @@ Round round_of(const json& entry) {
 }  // namespace
 
 std::string Asked::slug() const {
-  std::string out;
-  for (const char c : variant + '-' + precision + '-' + method() + '-' + std::to_string(seed))
+  std::string name = of.variant + '-' + of.precision, out;
+  if (of.task != Want::acceleration) name += std::string("-") + to_string(of.task);
+  if (of.goal != Goal::error) name += std::string("-") + to_string(of.goal);
+  if (of.kernel != Kernel::spatial) name += std::string("-") + to_string(of.kernel);
+  if (of.rows) name += "-rows";
+  name += std::string("-") + method() + '-' + std::to_string(seed);
+  for (const char c : name)
     if (std::isalnum(static_cast<unsigned char>(c)))
       out += c;
     else if (!out.ends_with('-'))
@@ -84,7 +93,9 @@ std::vector<Round> read_rounds(const std::string& path, const Asked& asked) {
 
 std::string csv_rows(const Asked& asked, const std::vector<Round>& rounds, const Verdict& verdict,
                      const Model<double>& model, const std::string& file) {
-  const std::string begin = field(asked.variant) + ',' + asked.precision + ',' +
+  const std::string begin = field(asked.of.variant) + ',' + asked.of.precision + ',' +
+                            to_string(asked.of.task) + ',' + to_string(asked.of.goal) + ',' +
+                            to_string(asked.of.kernel) + ',' + (asked.of.rows ? "1," : "0,") +
                             std::to_string(asked.seed) + ',' + asked.method() + ',';
   std::string out;
   double best = told;

@@ -12,13 +12,15 @@
 namespace kalmarm::adversary {
 
 struct Asked {
-  std::string variant, precision;
+  Case of;
   std::uint64_t seed = 1;
   bool searches = true;                // false: random genomes alone
   double condition = usual_condition;  // K (judge.hpp)
 
   const char* method() const { return searches ? "search" : "random"; }
-  std::string slug() const;  // of file names: "Fast-Conventional-float32-search-1"
+  // Of file names: "Fast-Conventional-float32-search-1", with the task, the goal, the kernel and
+  // rows after the precision where they are not the usual ones: "-inverse-claim".
+  std::string slug() const;
 };
 
 // The rounds as JSON, with what was asked.
@@ -29,10 +31,11 @@ std::string to_json(const Asked& asked, const std::vector<Round>& rounds);
 std::vector<Round> read_rounds(const std::string& path, const Asked& asked);
 
 inline constexpr const char* csv_header =
-    "variant,precision,seed,method,evaluations,error,kS,nv,file,bodies\n";
+    "variant,precision,task,objective,kernel,rows,seed,method,evaluations,error,kS,nv,file,"
+    "bodies\n";
 
-// A row wherever the best so far became better by 5 per cent, with the silent error; and one at the
-// end that says of which mechanism it is. Without a find error is empty. file: without its ending.
+// A row wherever the best so far became better by 5 per cent, with the silent error, or its ratio to
+// what was claimed; and one at the end that says of which mechanism it is. Without a find error is empty. file: without its ending.
 std::string csv_rows(const Asked& asked, const std::vector<Round>& rounds, const Verdict& verdict,
                      const Model<double>& model, const std::string& file);
 

@@ -7,15 +7,17 @@ from readers import load
 from search_figures import places
 from sections import adversary
 
-HEADER = "variant,precision,seed,method,evaluations,error,kS,nv,file,bodies\n"
+HEADER = (
+    "variant,precision,task,objective,kernel,rows,seed,method,evaluations,error,kS,nv,file,bodies\n"
+)
 FOUND = """\
-Fast<A>,float32,1,search,10,1e-6,,,,
-Fast<A>,float32,1,search,400,0.02,,,,
-Fast<A>,float32,1,search,1000,0.02,3.25,4,Fast-A,0 hinge 2 0 0.1;1 ball 1e-8 3 0;2 hinge 1 1 0;1 slide 5e9 2 0
-Fast<A>,float32,1,random,3,1e-7,,,,
-Fast<A>,float32,1,random,1000,1e-7,1,2,Fast-A-random,0 hinge 1 1 0
-Fast<A>,float64,1,search,1000,1e-12,,,,
-Fast<B>,float32,1,search,1000,,,,,
+Fast<A>,float32,acceleration,error,spatial,0,1,search,10,1e-6,,,,
+Fast<A>,float32,acceleration,error,spatial,0,1,search,400,0.02,,,,
+Fast<A>,float32,acceleration,error,spatial,0,1,search,1000,0.02,3.25,4,Fast-A,0 hinge 2 0 0.1;1 ball 1e-8 3 0;2 hinge 1 1 0;1 slide 5e9 2 0
+Fast<A>,float32,acceleration,error,spatial,0,1,random,3,1e-7,,,,
+Fast<A>,float32,acceleration,error,spatial,0,1,random,1000,1e-7,1,2,Fast-A-random,0 hinge 1 1 0
+Fast<A>,float64,acceleration,error,spatial,0,1,search,1000,1e-12,,,,
+Fast<B>,float32,acceleration,error,spatial,0,1,search,1000,,,,,
 """
 
 
@@ -30,14 +32,30 @@ def read(tmp_path):
 
 def test_a_row_a_search_with_its_command_and_what_as_many_random_ones_showed(read):
     (table,) = adversary.section(read(FOUND)).tables
-    assert [row[:7] for row in table.rows] == [
-        ["Fast<A>", "float32", "1000", "2.0e-2", "1.0e-7", "3.2", "4"],
-        ["Fast<A>", "float64", "1000", "1.0e-12", "–", "–", "–"],
-        ["Fast<B>", "float32", "1000", "–", "–", "–", "–"],
+    assert [row[:8] for row in table.rows] == [
+        ["Fast<A>", "float32", "acceleration", "1000", "2.0e-2", "1.0e-7", "3.2", "4"],
+        ["Fast<A>", "float64", "acceleration", "1000", "1.0e-12", "–", "–", "–"],
+        ["Fast<B>", "float32", "acceleration", "1000", "–", "–", "–", "–"],
     ]
     command = table.rows[0][-1]
     assert command.startswith("build/bin/adversary --variant 'Fast<A>' --precision float32 --seed 1")
     assert "--evaluations 1000" in command
+
+
+def test_what_is_asked_otherwise_has_its_own_row_and_no_figure(read):
+    other = FOUND.replace("acceleration,error,spatial,0", "inverse,claim,planar,1")
+    found = adversary.section(read(FOUND + other))
+    (table,) = found.tables
+    assert [row[2] for row in table.rows if row[0] == "Fast<B>"] == [
+        "acceleration",
+        "inverse, claim, planar, rows",
+    ]
+    (command,) = [row[-1] for row in table.rows if row[:2] == ["Fast<B>", "float32"] and "claim" in row[2]]
+    assert "--precision float32 --task inverse --objective claim --kernel planar --rows --seed 1" in command
+    alone = adversary.section(read(FOUND))
+    assert [figure.chart.to_dict() for figure in found.figures] == [
+        figure.chart.to_dict() for figure in alone.figures
+    ]
 
 
 def test_the_staircases_end_where_the_search_did(read):
@@ -56,7 +74,7 @@ def test_a_first_child_goes_on_in_its_parents_lane():
 
 
 def test_the_worst_mechanism_is_drawn_body_by_body(read):
-    better = "Fast<A>,float32,2,search,1000,0.01,1,1,Fast-A,0 slide 1 1 0\n"
+    better = "Fast<A>,float32,acceleration,error,spatial,0,2,search,1000,0.01,1,1,Fast-A,0 slide 1 1 0\n"
     found = adversary.section(read(FOUND + better))
     chart = found.figures[1].chart
     rows = chart.data.values
@@ -72,7 +90,7 @@ def test_the_worst_mechanism_is_drawn_body_by_body(read):
 
 
 def test_without_a_find_there_is_a_table_and_no_figure(read):
-    found = adversary.section(read("Fast<B>,float32,1,search,1000,,,,,\n"))
+    found = adversary.section(read("Fast<B>,float32,acceleration,error,spatial,0,1,search,1000,,,,,\n"))
     assert not found.figures and len(found.tables[0].rows) == 1
 
 
@@ -83,14 +101,18 @@ def test_without_a_search_there_is_no_section(read):
 @pytest.mark.parametrize(
     "row",
     [
-        "Fast<A>,float16,1,search,10,1e-6,,,,",
-        "Fast<A>,float32,1,guessed,10,1e-6,,,,",
-        "Fast<A>,float32,1,search,10,-1,,,,",
-        "Fast<A>,float32,1,search,many,1,,,,",
-        "Fast<A>,float32,1,search,10,1,1,1,x,1 hinge 1 1 0",
-        "Fast<A>,float32,1,search,10,1,1,1,x,0 hinge 1 1",
-        "Fast<A>,float32,1,search,10,1,1,1,x,0 gear 1 1 0",
-        "Fast<A>,float32,1,search,10,1,1,1,x,0 hinge -1 1 0",
+        "Fast<A>,float16,acceleration,error,spatial,0,1,search,10,1e-6,,,,",
+        "Fast<A>,float32,acceleration,error,spatial,0,1,guessed,10,1e-6,,,,",
+        "Fast<A>,float32,torque,error,spatial,0,1,search,10,1e-6,,,,",
+        "Fast<A>,float32,inverse,hope,spatial,0,1,search,10,1e-6,,,,",
+        "Fast<A>,float32,inverse,claim,curved,0,1,search,10,1e-6,,,,",
+        "Fast<A>,float32,inverse,claim,planar,2,1,search,10,1e-6,,,,",
+        "Fast<A>,float32,acceleration,error,spatial,0,1,search,10,-1,,,,",
+        "Fast<A>,float32,acceleration,error,spatial,0,1,search,many,1,,,,",
+        "Fast<A>,float32,acceleration,error,spatial,0,1,search,10,1,1,1,x,1 hinge 1 1 0",
+        "Fast<A>,float32,acceleration,error,spatial,0,1,search,10,1,1,1,x,0 hinge 1 1",
+        "Fast<A>,float32,acceleration,error,spatial,0,1,search,10,1,1,1,x,0 gear 1 1 0",
+        "Fast<A>,float32,acceleration,error,spatial,0,1,search,10,1,1,1,x,0 hinge -1 1 0",
     ],
 )
 def test_what_is_no_such_record_is_refused_by_name(read, row):

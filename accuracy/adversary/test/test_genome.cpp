@@ -3,8 +3,12 @@
 
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/uniform_real_distribution.hpp>
+#include <cmath>
+#include <map>
+#include <numbers>
 
 #include "accuracy/adversary/record.hpp"
+#include "algorithms/fast/planar/translational.hpp"
 #include "robots/test/temporary_file.hpp"
 #include "robots/write_mjcf.hpp"
 
@@ -68,13 +72,59 @@ TEST(Genome, DrawsEveryJointTypeAndTrees) {
   for (const int count : {slides, balls, free, branches, noisy, weightless}) EXPECT_GT(count, 20);
 }
 
-TEST(Genome, ItsFileGivesTheSameMechanismToTheLastBit) {
-  for (const Genome& genome : genomes(20)) {
-    const Mechanism mechanism = decode(genome);
-    const TemporaryFile file(to_mjcf(mechanism.model, "m"), ".xml");
-    ASSERT_EQ(difference(load_scene(file.path()).model, mechanism.model), "")
-        << to_mjcf(mechanism.model, "m");
+// Angles of hinges that stand at k quarter turns, and those that are near, beside all others.
+TEST(Genome, StandsAtAndBesideEveryQuarterTurn) {
+  std::map<int, int> at, near;
+  for (const Genome& genome : genomes(1000)) {
+    const auto [model, state] = decode(genome);
+    for (int k = 0; k < model.nv(); ++k) {
+      if (model.joint(k).coordinate != Coordinate::angle) continue;
+      const double angle = state.q[model.joint(k).q_index], quarter = std::numbers::pi / 2;
+      const int turns = static_cast<int>(std::lround(angle / quarter));
+      const double off = std::abs(angle - turns * quarter);
+      at[turns] += off == 0;
+      near[turns] += off > 0 && off < 1e-2;
+    }
   }
+  for (int k = -4; k <= 4; ++k) {
+    EXPECT_GT(at[k], 50) << k;
+    EXPECT_GT(near[k], 50) << k;
+  }
+  EXPECT_EQ(at.size(), 9);
+}
+
+// Planar, also as float32 rounds it: the tolerance is that of double.
+TEST(Genome, APlaneIsOneToTheLastBit) {
+  int slides = 0, hinges = 0;
+  for (const Genome& genome : genomes(200)) {
+    const Model<double> model = decode(genome, Kernel::planar).model;
+    ASSERT_TRUE(find_plane(model));
+    ASSERT_TRUE(find_plane(model.cast<float>().cast<double>()));
+    ASSERT_EQ(model.nv(), genome.bodies);
+    int own = 0;
+    for (int k = 0; k < model.nv(); ++k) own += model.joint(k).slides;
+    slides += own;
+    hinges += model.nv() - own;
+  }
+  EXPECT_GT(slides, 200);
+  EXPECT_GT(hinges, 1000);
+}
+
+TEST(Genome, OfAKernelIsWhatItAnswers) {
+  for (const Genome& genome : genomes(50)) {
+    ASSERT_TRUE(is_translational(decode(genome, Kernel::translational).model));
+    ASSERT_TRUE(decode(genome, Kernel::spatial_at_rest).state.qd.isZero(0));
+  }
+}
+
+TEST(Genome, ItsFileGivesTheSameMechanismToTheLastBit) {
+  for (const Genome& genome : genomes(20))
+    for (const Kernel kernel : {Kernel::spatial, Kernel::planar, Kernel::translational}) {
+      const Mechanism mechanism = decode(genome, kernel);
+      const TemporaryFile file(to_mjcf(mechanism.model, "m"), ".xml");
+      ASSERT_EQ(difference(load_scene(file.path()).model, mechanism.model), "")
+          << to_mjcf(mechanism.model, "m");
+    }
 }
 
 TEST(Genome, DifferenceNamesWhatDiffers) {

@@ -34,17 +34,40 @@ Mechanism heavy_tip(double ratio) {
   throw std::runtime_error("no heavy_tip");
 }
 
+// Three hinges, and a ball at the end, all of them moving.
+Mechanism wrist() {
+  Draw draw(1);
+  Joints joints(3);
+  for (int k = 0; k < 3; ++k) {
+    joints[k].parent = k - 1;
+    joints[k].rotation = draw.turn();
+    joints[k].translation = draw.direction();
+    joints[k].body = draw.body(1);
+  }
+  Joint<double> ball;
+  ball.parent = 2;
+  ball.coordinate = Coordinate::quaternion;
+  ball.translation = draw.direction();
+  ball.body = draw.body(1);
+  add_three(joints, ball);
+  Mechanism out{assemble(joints, {0, 0, -9.81}), {}};
+  out.state.q = VectorX<double>::Constant(out.model.nq(), 0.5);
+  out.state.qd = VectorX<double>::LinSpaced(out.model.nv(), -1, 1);
+  out.state.tau = VectorX<double>::LinSpaced(out.model.nv(), 3, 1);
+  return out;
+}
+
 TEST(AdversaryJudge, RoundsParametersFirst) {
   const Mechanism m = held_mass(1 + 0x1p-25, 30);  // float32 holds 1
-  const Verdict verdict = make_judge("Fast<Conventional>", "float32")->look(m);
+  const Verdict verdict = make_judge({"Fast<Conventional>", "float32"})->look(m);
   ASSERT_TRUE(verdict.silent() && verdict.known);
   EXPECT_EQ(verdict.error, 0);
-  EXPECT_EQ(verdict.value(usual_condition), told);
+  EXPECT_EQ(verdict.value(Goal::error, usual_condition), told);
 }
 
 TEST(AdversaryJudge, ConditionIsThatOfTheDifferenceThatIsLeft) {
   // a = (f - 10 m) / m moves by u (f/m + f/m + 10 + ...) for u in each parameter
-  const auto judge = make_judge("Fast<Conventional>", "float64");
+  const auto judge = make_judge({"Fast<Conventional>", "float64"});
   for (const double rest : {1e-2, 1e-4, 1e-6}) {
     const Verdict verdict = judge->look(held_mass(1, 10 + rest));
     EXPECT_GT(verdict.kS, 5 / rest);
@@ -54,14 +77,14 @@ TEST(AdversaryJudge, ConditionIsThatOfTheDifferenceThatIsLeft) {
 }
 
 TEST(AdversaryJudge, AnAccelerationOfZeroIsNoFind) {
-  const Verdict verdict = make_judge("Fast<Conventional>", "float64")->look(held_mass(1, 10));
+  const Verdict verdict = make_judge({"Fast<Conventional>", "float64"})->look(held_mass(1, 10));
   EXPECT_FALSE(verdict.known);
-  EXPECT_EQ(verdict.value(usual_condition), nothing);
+  EXPECT_EQ(verdict.value(Goal::error, usual_condition), nothing);
 }
 
 TEST(AdversaryJudge, SeesWhatAMassRatioCosts) {
-  const auto conventional = make_judge("Sequential<Conventional>", "float64"),
-             certified = make_judge("Fast<Certified>", "float64");
+  const auto conventional = make_judge({"Sequential<Conventional>", "float64"}),
+             certified = make_judge({"Fast<Certified>", "float64"});
   for (const double ratio : {1e6, 1e9}) {
     const Verdict verdict = conventional->look(heavy_tip(ratio));
     ASSERT_TRUE(verdict.silent());
@@ -77,7 +100,7 @@ TEST(AdversaryJudge, SilentErrorsAreAboveWarningsAndTheseAboveRefusals) {
     out.error = error;
     out.size = size;
     out.kS = kS;
-    return out.value(usual_condition);
+    return out.value(Goal::error, usual_condition);
   };
   Outcome ok, near, nearer, singular;
   near.near_singular = nearer.near_singular = true;
@@ -98,10 +121,88 @@ TEST(AdversaryJudge, SilentErrorsAreAboveWarningsAndTheseAboveRefusals) {
   EXPECT_LT(at(worse, 2, 1), at(inaccurate, 0.02, 1));
 }
 
+TEST(AdversaryJudge, AClaimIsComparedWithTheErrorAndAPromiseWithWhatTheParametersLeave) {
+  const auto one = [](long double value) {
+    return Answer<long double>{MatrixX<long double>::Constant(1, 1, value)};
+  };
+  const auto value = [&](const std::string& precision, double claimed, double kS) {
+    const Case asked{"", precision, Want::acceleration, Goal::claim};
+    Outcome outcome;
+    outcome.error = claimed;
+    return verdict_of(asked, outcome, one(1e-3L), one(1), kS).value(asked.goal, usual_condition);
+  };
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_NEAR(value("float64", 1e-4, 1), 1, 1e-12);
+  EXPECT_NEAR(value("float64", 4e-3, 1), std::log10(0.25), 1e-12);
+  EXPECT_NEAR(value("float64", 1e-4, 1e9), 1, 1e-12);  // a claim is about the rounded mechanism
+  EXPECT_NEAR(value("float32", none, 1), -1, 1e-12);
+  EXPECT_NEAR(value("float64", none, 1), 3, 1e-12);
+  EXPECT_NEAR(value("float64", none, 10 * usual_condition), 1, 1e-12);
+  EXPECT_NEAR(value("float64", 0, 1), 3, 1e-12);                               // no claim
+  EXPECT_NEAR(value("float64", 1e-30, 1), std::log10(1e-3 / 0x1p-53), 1e-12);  // of what is rounded
+  EXPECT_LT(value("float64", 0.02, 1), told);                                  // warns
+}
+
+// A mass ratio that costs the conventional form digits, whatever it is asked for.
+TEST(AdversaryJudge, SeesTheSameLossInEveryTask) {
+  for (const Want task : {Want::acceleration, Want::inverse, Want::solve, Want::diagonal}) {
+    SCOPED_TRACE(to_string(task));
+    const double ratio = 1e8;
+    const Verdict lost =
+        make_judge({"Sequential<Conventional>", "float64", task})->look(heavy_tip(ratio));
+    ASSERT_TRUE(lost.silent() && lost.known);
+    EXPECT_GT(lost.error, 1e-5 * 0x1p-53 * ratio);
+    EXPECT_LT(lost.error, 100 * 0x1p-53 * ratio);
+  }
+}
+
+TEST(AdversaryJudge, EveryTaskOfAnOrdinaryRobotIsRightToLastDigits) {
+  for (const Kernel kernel : {Kernel::spatial, Kernel::planar})
+    for (const Want task : tasks()) {
+      SCOPED_TRACE(std::string(to_string(kernel)) + ' ' + to_string(task));
+      const Verdict found =
+          make_judge({"Fast<Conventional>", "float64", task, Goal::error, kernel})->look(wrist());
+      ASSERT_TRUE(found.silent() && found.known);
+      EXPECT_LT(found.error, 1e-13);
+      EXPECT_GT(found.kS, 0.1);
+      EXPECT_LT(found.kS, usual_condition);
+    }
+}
+
+TEST(AdversaryJudge, TheStateAmongRowsIsTheOneThatIsJudged) {
+  for (const char* const variant : {"Fast<Conventional>", "Fast<Certified>", "Sequential<UD>"}) {
+    SCOPED_TRACE(variant);
+    Case asked{variant, "float64"};
+    const Verdict alone = make_judge(asked)->look(wrist());
+    asked.rows = true;
+    const Verdict among = make_judge(asked)->look(wrist());
+    ASSERT_TRUE(alone.silent() && among.silent());
+    EXPECT_LT(alone.error, 1e-13);
+    EXPECT_LT(among.error, 1e-13);
+    EXPECT_EQ(among.kS, alone.kS);
+  }
+}
+
+TEST(AdversaryJudge, AsksTheKernelThatIsMeant) {
+  const Genome genome{3, std::vector<double>(static_cast<std::size_t>(length_of(3)), 0.4)};
+  for (const Kernel kernel :
+       {Kernel::spatial, Kernel::spatial_at_rest, Kernel::planar, Kernel::translational}) {
+    const Case asked{"Fast<Conventional>", "float32", Want::acceleration, Goal::error, kernel};
+    EXPECT_EQ(make_judge(asked)->kernel(decode(genome, kernel)), kernel) << to_string(kernel);
+  }
+}
+
+TEST(AdversaryJudge, RefusesWhatAVariantDoesNotAnswer) {
+  EXPECT_THROW(make_judge({"Sequential<UD>", "float64", Want::derivatives}), InputError);
+  EXPECT_THROW(
+      make_judge({"Fast<Certified>", "float64", Want::inverse, Goal::error, Kernel::spatial, true}),
+      InputError);
+}
+
 TEST(AdversaryJudge, KnowsTheVariantsOfTheRegistry) {
   for (const auto& variant : registered_variants<double>())
-    EXPECT_TRUE(make_judge(variant.name, "float64")) << variant.name;
-  EXPECT_THROW(make_judge("Fast<Lucky>", "float64"), InputError);
+    EXPECT_TRUE(make_judge({variant.name, "float64"})) << variant.name;
+  EXPECT_THROW(make_judge({"Fast<Lucky>", "float64"}), InputError);
 }
 
 }  // namespace

@@ -84,30 +84,32 @@ TEST(AdversarySearch, TheSameSeedGivesTheSameRoundsAndAnotherOthers) {
 
 TEST(AdversarySearch, GoesOnAfterAnInterruptionAsIfThereHadBeenNone) {
   const Effort little{30, 30, 60};
-  const Asked asked{"Fast<Conventional>", "float64", 7};
+  const Asked asked{{"Fast<Conventional>", "float64"}, 7};
   const TemporaryFile file(to_json(asked, rounds(planted, little, 7, 3)), ".json");
   expect_equal(rounds(planted, little, 7, 6),
                rounds(planted, little, 7, 6, read_rounds(file.path(), asked)));
-  EXPECT_THROW(read_rounds(file.path(), {"Fast<Conventional>", "float32", 7}), InputError);
+  EXPECT_THROW(read_rounds(file.path(), {{"Fast<Conventional>", "float32"}, 7}), InputError);
+  EXPECT_THROW(read_rounds(file.path(), {{"Fast<Conventional>", "float64", Want::inverse}, 7}),
+               InputError);
   EXPECT_TRUE(read_rounds(file.path() + ".not-there", asked).empty());
   const TemporaryFile half(to_json(asked, rounds(planted, little, 7, 1)).substr(0, 300), ".json");
   EXPECT_THROW(read_rounds(half.path(), asked), InputError);
 }
 
 TEST(AdversarySearch, FindsSilentErrorsOfTheConventionalFormInFloat32) {
-  const auto judge = make_judge("Sequential<Conventional>", "float32");
+  const auto judge = make_judge({"Sequential<Conventional>", "float32"});
   const Objective objective = [&](const Genome& genome) {
-    return judge->look(decode(genome)).value(usual_condition);
+    return judge->look(decode(genome)).value(Goal::error, usual_condition);
   };
   const Round found = best_of(rounds(objective, {30, 30, 60}, 1, 2));
   EXPECT_GT(found.value, -2);  // 1 %
   const Verdict verdict = judge->look(decode(found.best));
   EXPECT_TRUE(verdict.silent());
-  EXPECT_EQ(verdict.value(usual_condition), found.value);
+  EXPECT_EQ(verdict.value(Goal::error, usual_condition), found.value);
 }
 
 TEST(AdversaryRecord, RowsAreTheBestSoFarAndTheMechanism) {
-  const Asked asked{"Sequential<UD>", "float32", 3};
+  const Asked asked{{"Sequential<UD>", "float32"}, 3};
   Round first, second;
   first.evaluations = second.evaluations = 100;
   first.curve = {{1, -22.5}, {5, -7}, {80, -3}};
@@ -115,13 +117,25 @@ TEST(AdversaryRecord, RowsAreTheBestSoFarAndTheMechanism) {
   first.value = -3, second.value = -1.99;
   Verdict verdict;
   verdict.kS = 1.5;
-  EXPECT_EQ(csv_rows(asked, {first, second}, verdict, hand().model, "x"),
-            "Sequential<UD>,float32,3,search,5,9.9999999999999995e-08,,,,\n"
-            "Sequential<UD>,float32,3,search,80,0.001,,,,\n"
-            "Sequential<UD>,float32,3,search,109,0.01,,,,\n"
-            "Sequential<UD>,float32,3,search,200,0.010232929922807542,1.5,6,x," +
-                outline(hand().model) + '\n');
+  EXPECT_EQ(
+      csv_rows(asked, {first, second}, verdict, hand().model, "x"),
+      "Sequential<UD>,float32,acceleration,error,spatial,0,3,search,5,9.9999999999999995e-08,,,,\n"
+      "Sequential<UD>,float32,acceleration,error,spatial,0,3,search,80,0.001,,,,\n"
+      "Sequential<UD>,float32,acceleration,error,spatial,0,3,search,109,0.01,,,,\n"
+      "Sequential<UD>,float32,acceleration,error,spatial,0,3,search,200,0.010232929922807542,1.5,6,"
+      "x," +
+          outline(hand().model) + '\n');
   EXPECT_EQ(asked.slug(), "Sequential-UD-float32-search-3");
+}
+
+TEST(AdversaryRecord, SaysWhatWasAskedWhereItIsNotTheUsual) {
+  const Asked asked{
+      {"Fast<Certified>", "float64", Want::log_det, Goal::claim, Kernel::planar, true}, 4, false};
+  EXPECT_EQ(asked.slug(), "Fast-Certified-float64-log-det-claim-planar-rows-random-4");
+  Round round;
+  round.evaluations = 10;
+  EXPECT_EQ(csv_rows(asked, {round}, {}, {}, ""),
+            "Fast<Certified>,float64,log_det,claim,planar,1,4,random,10,,,,,\n");
 }
 
 TEST(AdversaryRecord, OutlineHasEachBodyOnce) {
