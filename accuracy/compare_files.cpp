@@ -157,8 +157,9 @@ int main(int argc, char** argv) {
   app.add_option("--json", json_file, std::string("all results: ") + json_help)
       ->capture_default_str();
   return run_program(app, argc, argv, [&] {
+    OutputFile out = json_output(json_file);
     const json record = compare(file, read, states, seed);
-    write_json(json_file, record.dump(1) + "\n");
+    out.write(record.dump(1) + "\n");
     return agrees(record) ? 0 : 1;
   });
 }

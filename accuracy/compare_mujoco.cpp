@@ -139,8 +139,7 @@ void print(const Scene& scene, std::size_t states, const Reference& reference, d
 }
 
 // The scene's JSON record; its table goes to standard output, unless the JSON does.
-json compare(const std::string& what, const Options& options) {
-  const Scene scene = open_scene(what, options.read);
+json compare(const Scene& scene, const Options& options) {
   const Model<double>& model = scene.model;
   const int nv = model.nv();
   MujocoSolver mujoco(mujoco_of(scene));
@@ -193,14 +192,17 @@ json compare(const std::string& what, const Options& options) {
 }
 
 int run(const Options& options) {
+  std::vector<Scene> scenes;
+  for (const std::string& what : options.scenes) scenes.push_back(open_scene(what, options.read));
+  OutputFile file = json_output(options.json_file);
   json document = {{"mujoco", mujoco_version()}, {"robots", json::array()}};
   bool pass = true;
-  for (const std::string& what : options.scenes) {
-    json record = compare(what, options);
+  for (const Scene& scene : scenes) {
+    json record = compare(scene, options);
     pass = pass && record["pass"];
     document["robots"].push_back(std::move(record));
   }
-  if (!options.json_file.empty()) write_json(options.json_file, document.dump(1) + "\n");
+  file.write(document.dump(1) + "\n");
   if (!pass) std::fprintf(stderr, "compare_mujoco: error: a bound is exceeded, see the table\n");
   return pass ? 0 : 1;
 }

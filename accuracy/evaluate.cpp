@@ -152,6 +152,7 @@ int run(const Options& options) {
 
   const bool rounds = options.rounded == "float32";
   if (rounds && options.by.precision != "mp") throw InputError("--rounded is for --precision mp");
+  OutputFile file(options.out);
   Scene scene = open_scene(options.scene, options.read);
   if (rounds) scene.model = scene.model.cast<float>().cast<double>();
   const bool couples = options.read.imposes_couplings;
@@ -204,7 +205,7 @@ int run(const Options& options) {
     for (const int k : couplings->left()) document["asked"].push_back(scene.model.name(k));
   if (!question.frames.empty()) document["sites"] = options.question.sites;
   document["states"] = evaluate(options, used, scene, question, couplings, states);
-  write_file(options.out, document.dump() + "\n");
+  file.write(document.dump() + "\n");
   return 0;
 }
 

@@ -218,9 +218,11 @@ void print(const json& plan) {
 }
 
 int run(const Options& options) {
-  const json plan = describe(options, open_scene(options.scene, options.read));
+  const Scene scene = open_scene(options.scene, options.read);
+  OutputFile file = json_output(options.json_file);
+  const json plan = describe(options, scene);
   if (options.json_file != "-") print(plan);
-  if (!options.json_file.empty()) write_json(options.json_file, plan.dump(2) + "\n");
+  file.write(plan.dump(2) + "\n");
   return 0;
 }
 

@@ -98,6 +98,7 @@ void print(const json& tasks, const std::string& sentence) {
 
 int run(const Options& options) {
   const Scene scene = open_scene(options.scene, options.read);
+  OutputFile file = json_output(options.json_file);
   json tasks;
   {
     Progress progress(static_cast<int>(options.want.size()));
@@ -116,7 +117,7 @@ int run(const Options& options) {
                     {"seed", options.seed},
                     {"sentence", sentence},
                     {"tasks", tasks}};
-  if (!options.json_file.empty()) write_json(options.json_file, out.dump() + "\n");
+  file.write(out.dump() + "\n");
   return 0;
 }
 

@@ -187,6 +187,7 @@ int main(int argc, char** argv) {
                          " degrees of freedom; truth is worked out up to " +
                          std::to_string(largest));
     }
+    OutputFile file(out);
     Progress progress(2 * count * static_cast<int>(scenes.size()));
     Table table;
     for (const Scene& scene : scenes) {
@@ -194,7 +195,7 @@ int main(int argc, char** argv) {
       measure<float>(scene, states, progress, table);
       measure<double>(scene, states, progress, table);
     }
-    write_file(out, table.text());
+    file.write(table.text());
     return 0;
   });
 }

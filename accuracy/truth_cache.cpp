@@ -3,17 +3,17 @@
 #include <unistd.h>
 
 #include <array>
-#include <boost/uuid/detail/sha1.hpp>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <memory>
 #include <optional>
 #include <string>
 #include <type_traits>
+
+#include "accuracy/programs/digest.hpp"
 
 namespace kalmarm {
 namespace {
@@ -24,19 +24,7 @@ namespace fs = std::filesystem;
 constexpr std::array<char, 8> magic{'k', 'a', 'l', 'm', 'T', 'R', '0', '2'};
 constexpr int largest = 150;
 
-using Digest = std::array<char, 20>;
 using File = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
-
-Digest digest_of(const std::string& bytes) {
-  boost::uuids::detail::sha1 hash;
-  hash.process_bytes(bytes.data(), bytes.size());
-  boost::uuids::detail::sha1::digest_type digest;
-  hash.get_digest(digest);
-  Digest out;
-  static_assert(sizeof digest == sizeof out);
-  std::memcpy(out.data(), &digest, sizeof out);
-  return out;
-}
 
 // Numbers as their bytes, vectors and matrices with their sizes, multi-precision in MPFR's
 // interchange format: precision, sign, exponent and limbs.
@@ -198,17 +186,6 @@ void store(const fs::path& path, const Digest& key, const std::string& content) 
   file.close();
   if (file) fs::rename(temporary, path, error);
   if (!file || error) fs::remove(temporary, error);
-}
-
-std::string hex(const Digest& digest) {
-  std::string out;
-  for (const char byte : digest) {
-    constexpr const char* figures = "0123456789abcdef";
-    const auto value = static_cast<unsigned char>(byte);
-    out += figures[value / 16];
-    out += figures[value % 16];
-  }
-  return out;
 }
 
 }  // namespace

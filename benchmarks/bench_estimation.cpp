@@ -8,7 +8,6 @@
 #include <benchmark/benchmark.h>
 
 #include <cmath>
-#include <cstdio>
 #include <functional>
 #include <memory>
 #include <string>
@@ -21,7 +20,7 @@
 #include "algorithms/estimation/operators.hpp"
 #include "algorithms/model/plain.hpp"
 #include "algorithms/solver.hpp"
-#include "benchmarks/context.hpp"
+#include "benchmarks/run.hpp"
 #include "robots/families.hpp"
 #include "robots/scene.hpp"
 
@@ -192,7 +191,7 @@ void add_operators(const std::shared_ptr<Chain>& c) {
   });
 }
 
-int run(int largest, std::uint64_t seed) {
+void add_all(int largest, std::uint64_t seed) {
   for (const int links :
        {5, 10, 20, 40, largest_dense, 100, 300, 1000, 3000, 10000, 30000, 100000, 1000000}) {
     if (links > largest) break;
@@ -204,10 +203,6 @@ int run(int largest, std::uint64_t seed) {
     if (links <= 1000) add_inverse(c, "ClosedForm<Conventional>");
     if (links <= largest_dense) add_operators(c);
   }
-  add_context(timed_call);
-  benchmark::RunSpecifiedBenchmarks();
-  benchmark::Shutdown();
-  return 0;
 }
 
 }  // namespace
@@ -215,11 +210,9 @@ int run(int largest, std::uint64_t seed) {
 
 int main(int argc, char** argv) {
   using namespace kalmarm;
-  choose_openblas_kernels(argv);  // before Initialize takes its flags out of argv
-  benchmark::Initialize(&argc, argv, [] {
-    std::printf("Usage: bench_estimation [--largest N] [--seed S] [flags of Google Benchmark]\n\n");
-    benchmark::PrintDefaultHelp();
-  });
+  Benchmarks benchmarks(
+      argc, argv,
+      "Usage: bench_estimation [--largest N] [--seed S] [flags of Google Benchmark]\n\n");
   CLI::App app("Time of the paper's recursions and operators against N.", "bench_estimation");
   int largest = largest_recursion;
   std::uint64_t seed = 1;
@@ -227,5 +220,9 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(5, 1000000))
       ->capture_default_str();
   app.add_option("--seed", seed, "of the chain and its state")->capture_default_str();
-  return run_program(app, argc, argv, [&] { return run(largest, seed); });
+  return run_program(app, argc, argv, [&] {
+    add_all(largest, seed);
+    benchmarks.run(timed_call);
+    return 0;
+  });
 }

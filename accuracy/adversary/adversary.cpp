@@ -32,22 +32,33 @@ Effort effort_of(const Asked& asked) {
   return asked.searches ? searches : Effort{searches.sum(), 0, 0};
 }
 
-// Rounds until the evaluations are spent.
-std::vector<Round> search(const Asked& asked, const Options& options, Judge& judge,
-                          Progress& progress) {
-  const std::string file =
-      options.out.empty() ? "" : (fs::path(options.out) / (asked.slug() + ".rounds.json")).string();
+// What is asked of one variant, and the rounds that are done.
+struct Search {
+  Asked asked;
+  std::unique_ptr<Judge> judge;  // refuses what it cannot be asked
+  OutputFile file;               // of the rounds
   std::vector<Round> rounds;
-  if (options.resumes) rounds = read_rounds(file, asked);
+
+  Search(const Asked& what, const Options& options) : asked(what), judge(make_judge(what.of)) {
+    if (options.out.empty()) return;
+    const std::string path = (fs::path(options.out) / (asked.slug() + ".rounds.json")).string();
+    file = OutputFile(path);
+    if (options.resumes) rounds = read_rounds(path, asked);
+  }
+};
+
+// Rounds until the evaluations are spent.
+void complete(Search& search, const Options& options, Progress& progress) {
+  const Asked& asked = search.asked;
+  std::vector<Round>& rounds = search.rounds;
   const Objective objective = [&](const Genome& genome) {
-    return judge.look(decode(genome, asked.of.kernel)).value(asked.of.goal, asked.condition);
+    return search.judge->look(decode(genome, asked.of.kernel)).value(asked.of.goal, asked.condition);
   };
   while (evaluations_of(rounds) < options.evaluations) {
     progress.step(asked.slug());
     rounds.push_back(next_round(objective, effort_of(asked), asked.seed, rounds));
-    if (!file.empty()) write_file(file, to_json(asked, rounds));
+    search.file.write(to_json(asked, rounds));
   }
-  return rounds;
 }
 
 // In words: "Fast<Certified> float32 inverse claim search".
@@ -60,8 +71,11 @@ std::string words(const Asked& asked) {
 }
 
 // The rows of one case; what was found is written beside them.
-std::string run_case(const Asked& asked, const Options& options, Judge& judge, Progress& progress) {
-  const std::vector<Round> rounds = search(asked, options, judge, progress);
+std::string run_case(Search& search, const Options& options, Progress& progress) {
+  const Asked& asked = search.asked;
+  const std::vector<Round>& rounds = search.rounds;
+  Judge& judge = *search.judge;
+  complete(search, options, progress);
   const Round& best = best_of(rounds);
   if (best.value <= told) {
     std::printf("%-64s no silent error in %d evaluations\n", words(asked).c_str(),
@@ -121,15 +135,14 @@ int run(Options options) {
     fs::create_directories(options.out, error);
     if (error) throw InputError(options.out + ": " + error.message());
   }
-  const std::vector<Asked> asked = all_asked(options);
-  std::vector<std::unique_ptr<Judge>> judges;  // each refuses what it cannot be asked
-  for (const Asked& one : asked) judges.push_back(make_judge(one.of));
-  const int rounds = (options.evaluations + Effort().sum() - 1) / Effort().sum();
-  Progress progress(static_cast<int>(asked.size()) * rounds);
+  OutputFile csv(options.csv);
+  std::vector<Search> searches;
+  for (const Asked& asked : all_asked(options)) searches.emplace_back(asked, options);
   std::string text = csv_header;
-  for (std::size_t i = 0; i < asked.size(); ++i)
-    text += run_case(asked[i], options, *judges[i], progress);
-  if (!options.csv.empty()) write_file(options.csv, text);
+  const int rounds = (options.evaluations + Effort().sum() - 1) / Effort().sum();
+  Progress progress(static_cast<int>(searches.size()) * rounds);
+  for (Search& search : searches) text += run_case(search, options, progress);
+  csv.write(text);
   return 0;
 }
 

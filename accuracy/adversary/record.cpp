@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "accuracy/csv.hpp"
+#include "accuracy/programs/digest.hpp"
 #include "accuracy/programs/output_file.hpp"
 #include "robots/input_error.hpp"
 #include "robots/state_file.hpp"
@@ -34,8 +37,33 @@ json asked_json(const Asked& asked) {
 
 json list(const VectorX<double>& x) { return std::vector<double>(x.begin(), x.end()); }
 
+constexpr const char *format = "kalmarm-rounds-1", *digest_begin = "\"digest\":\"";
+
+// With the digest of all the rest, which shows a change.
+std::string sealed(json document) {
+  document["format"] = format;
+  document["digest"] = hex(digest_of(document.dump()));
+  return document.dump();
+}
+
+// The reverse. Throws where the text is none of sealed().
+json unsealed(const std::string& text) {
+  const std::size_t begin = text.find(digest_begin), size = std::strlen(digest_begin);
+  const std::size_t length = size + 2 * sizeof(Digest) + std::strlen("\",");
+  if (begin == std::string::npos) throw InputError("is not whole, or not of this program");
+  const std::string rest = std::string(text).erase(begin, length);
+  if (text.substr(begin + size, 2 * sizeof(Digest)) != hex(digest_of(rest)))
+    throw InputError("has been changed since it was written");
+  json document = json::parse(rest);
+  if (document.at("format") != format) throw InputError("is of another version");
+  document.erase("format");
+  return document;
+}
+
 Round round_of(const json& entry) {
   Round out;
+  for (const char* key : {"bodies", "evaluations"})
+    if (!entry.at(key).is_number_integer()) throw InputError(std::string(key) + " is no integer");
   out.best = {entry.at("bodies"), entry.at("x")};
   out.value = entry.at("value");
   out.evaluations = entry.at("evaluations");
@@ -43,6 +71,7 @@ Round round_of(const json& entry) {
   if (out.best.bodies < 1 || out.best.bodies > most_dofs ||
       static_cast<int>(out.best.x.size()) != length_of(out.best.bodies))
     throw InputError("a genome has the wrong length");
+  if (out.evaluations < 1) throw InputError("a round has no evaluations");
   return out;
 }
 
@@ -72,15 +101,17 @@ std::string to_json(const Asked& asked, const std::vector<Round>& rounds) {
                              {"value", round.value},
                              {"evaluations", round.evaluations},
                              {"curve", round.curve}});
-  return out.dump() + '\n';
+  return sealed(std::move(out)) + '\n';
 }
 
 std::vector<Round> read_rounds(const std::string& path, const Asked& asked) {
   std::vector<Round> out;
-  std::ifstream file(path);
+  std::ifstream file(path, std::ios::binary);
   if (!file) return out;
+  std::string text(std::istreambuf_iterator<char>(file), {});
+  if (text.ends_with('\n')) text.pop_back();
   try {
-    json document = json::parse(file);
+    json document = unsealed(text);
     const json rounds = document.at("rounds");
     document.erase("rounds");
     if (document != asked_json(asked)) throw InputError("is of another search");
@@ -158,9 +189,9 @@ std::string difference(const Model<double>& a, const Model<double>& b) {
 void write_find(const std::string& base, const Mechanism& mechanism) {
   const auto& [model, state] = mechanism;
   const std::string robot = base + ".xml", states = base + ".json";
-  write_file(robot, to_mjcf(model, std::filesystem::path(base).filename().string()));
+  OutputFile(robot).write(to_mjcf(model, std::filesystem::path(base).filename().string()));
   const json entry = {{"qpos", list(state.q)}, {"qvel", list(state.qd)}, {"tau", list(state.tau)}};
-  write_file(states, json{{"states", json::array({entry})}}.dump() + '\n');
+  OutputFile(states).write(json{{"states", json::array({entry})}}.dump() + '\n');
   const Scene scene = load_scene(robot);
   if (const std::string what = difference(scene.model, model); !what.empty())
     throw InputError(robot + ": is read as another mechanism: " + what);

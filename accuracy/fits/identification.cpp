@@ -5,7 +5,6 @@
 #include "accuracy/fits/identifiability.hpp"
 #include "accuracy/fits/start.hpp"
 #include "accuracy/programs/open_scene.hpp"
-#include "accuracy/programs/output_file.hpp"
 #include "robots/fitted_model.hpp"
 
 namespace kalmarm {
@@ -37,7 +36,6 @@ void simulate(const IdentificationOptions& options, Identification& it) {
   const SimulatedSamples simulated = simulate_samples(hidden, options.simulation);
   it.train = simulated.train;
   it.test = simulated.test;
-  if (!options.samples_out.empty()) write_file(options.samples_out, to_csv(it.scene, it.train));
 }
 
 // What the data lack: accelerations, or velocities too.

@@ -26,14 +26,17 @@ std::string note_of(const Identification& done, const json& record) {
 }
 
 int run(const IdentificationOptions& options) {
+  OutputFile fitted(options.out), json_file = json_output(options.json_out),
+                                  samples(options.samples_out);
   const Identification done = identify(options);
+  if (!options.hidden.empty()) samples.write(to_csv(done.scene, done.train));
   const json record = record_of(done, options);
   const bool prints = options.json_out != "-";
   if (prints) print_record(record);
-  if (!options.json_out.empty()) write_json(options.json_out, record.dump(1) + "\n");
+  json_file.write(record.dump(1) + "\n");
   if (!done.usable) return 1;
   if (options.out.empty()) return 0;
-  write_file(options.out, fitted_file(done, note_of(done, record)));
+  fitted.write(fitted_file(done, note_of(done, record)));
   if (prints) std::printf("  wrote        %s\n", options.out.c_str());
   return 0;
 }

@@ -132,6 +132,7 @@ int run(const Options& options) {
     throw InputError("scene '" + options.scene + "' has " + std::to_string(nv) +
                      " degrees of freedom; states are searched for up to " +
                      std::to_string(largest));
+  OutputFile file = json_output(options.json_file);
   std::vector<Swept> all;
   {
     Progress progress(most_searches(stresses_of(scene)));
@@ -158,7 +159,7 @@ int run(const Options& options) {
   out["evaluations"] = evaluations;
   out["seconds"] = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (options.json_file != "-") print(out);
-  if (!options.json_file.empty()) write_json(options.json_file, out.dump() + "\n");
+  file.write(out.dump() + "\n");
   return 0;
 }
 

@@ -178,6 +178,7 @@ int run(const Options& options) {
                             : Case(generated_scene("tree:" + std::to_string(tree_links),
                                                    random_tree(tree_links, options.seed, heaviest)),
                                    options.seed);
+  OutputFile file = json_output(options.json_file);
   require_sound<double>(main);
   require_sound<double>(other);
   const double condition = std::max(condition_bound(main), condition_bound(other));
@@ -208,8 +209,7 @@ int run(const Options& options) {
         pass = false;
         failed += (failed.empty() ? "" : ", ") + row.equation.id + " in " + run.precision;
       }
-  if (!options.json_file.empty())
-    write_json(options.json_file, record(options, main, other, runs, pass).dump(1) + "\n");
+  file.write(record(options, main, other, runs, pass).dump(1) + "\n");
   if (options.json_file != "-") print(main, other, runs);
   if (!pass) std::fprintf(stderr, "paper: error: does not hold as corrected: %s\n", failed.c_str());
   return pass ? 0 : 1;

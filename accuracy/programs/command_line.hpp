@@ -1,18 +1,11 @@
 // What every program shares: its command line, and how it ends.
 #pragma once
 
-#include <unistd.h>
-
 #include <CLI/CLI.hpp>
-#include <algorithm>
-#include <cstdio>
-#include <cstdlib>
+#include <functional>
 #include <string>
-#include <vector>
 
 #include "robots/input_error.hpp"
-
-extern "C" char* openblas_get_corename() __attribute__((weak));  // null where it is not linked
 
 namespace kalmarm {
 
@@ -27,46 +20,20 @@ inline constexpr const char* json_help = "file to write as JSON; - is standard o
 // ("Prescott"), which are 1.8 times slower at n = 500 and crash in strsm at n = 255. Where it did
 // so on a machine with AVX2, and the user has not chosen, starts this program again with
 // OPENBLAS_CORETYPE=Haswell; the library reads it only when it is loaded. Call it first in main.
-inline void choose_openblas_kernels([[maybe_unused]] char** argv) {
-#ifdef __x86_64__
-  if (!openblas_get_corename || std::string(openblas_get_corename()) != "Prescott" ||
-      !__builtin_cpu_supports("avx2") || std::getenv("OPENBLAS_CORETYPE"))
-    return;
-  setenv("OPENBLAS_CORETYPE", "Haswell", 1);
-  execv("/proc/self/exe", argv);  // returns only where it fails: then the slow kernels it is
-#endif
-}
-
-namespace detail {
-inline std::vector<std::string> notes;
-}
+void choose_openblas_kernels(char** argv);
 
 // A line for standard error, once, when the program has succeeded: one that fails says its error
 // alone.
-inline void add_note(const std::string& note) {
-  std::vector<std::string>& notes = detail::notes;
-  if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(note);
-}
+void add_note(const std::string& note);
 
-// Parses the command line and runs the program: 0 or what `run` returns; 2 and one line on bad
-// input.
-template <class Run>
-int run_program(CLI::App& app, int argc, char** argv, Run&& run) {
-  choose_openblas_kernels(argv);
-  try {
-    app.parse(argc, argv);
-    const int code = run();
-    for (const std::string& note : detail::notes)
-      std::fprintf(stderr, "%s: note: %s\n", app.get_name().c_str(), note.c_str());
-    return code;
-  } catch (const CLI::Success& help) {
-    return app.exit(help);
-  } catch (const CLI::ParseError& e) {
-    std::fprintf(stderr, "%s: error: %s\n", app.get_name().c_str(), e.what());
-  } catch (const InputError& e) {
-    std::fprintf(stderr, "%s: error: %s\n", app.get_name().c_str(), e.what());
-  }
-  return 2;
-}
+// What the exception that is being handled says, in a line.
+std::string handled_error();
+
+// Throws InputError where what has been printed did not arrive, on a full disk for example.
+void flush_standard_output();
+
+// Parses the command line and runs the program: 0 or what `run` returns; 2 and one line where
+// anything is thrown, in a thread too, or where standard output cannot be written.
+int run_program(CLI::App& app, int argc, char** argv, const std::function<int()>& run);
 
 }  // namespace kalmarm

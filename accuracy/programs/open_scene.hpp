@@ -16,12 +16,8 @@ CLI::Option* add_scene(CLI::App& app, Names& names, LoadOptions& read) {
   return app.add_option("SCENE", names, scene_help);
 }
 
-// load_scene(what, read), with the notes of its file.
-inline Scene open_scene(const std::string& what, const LoadOptions& read) {
-  Scene scene = load_scene(what, read);
-  if (scene.mujoco)
-    for (const std::string& note : scene.mujoco->notes()) add_note(what + ": " + note);
-  return scene;
-}
+// load_scene(what, read), with the notes of its file, which no output may replace, nor what it
+// includes.
+Scene open_scene(const std::string& what, const LoadOptions& read);
 
 }  // namespace kalmarm

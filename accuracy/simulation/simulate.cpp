@@ -234,7 +234,8 @@ int main(int argc, char** argv) {
       throw InputError("scene '" + name + "' has " + std::to_string(nv) +
                        " degrees of freedom; covariances of 6n rows are sampled up to n = " +
                        std::to_string(largest_dense));
-    write_file(out, run(scene, options));
+    OutputFile file(out);
+    file.write(run(scene, options));
     return 0;
   });
 }

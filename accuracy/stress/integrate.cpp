@@ -101,6 +101,7 @@ int run(Options options) {
   const std::vector<Family> all = all_families();
   options.variants = select(options.variants, variant_names(), "variant");
   const std::vector<Job> jobs = plan(all, options);
+  OutputFile file(options.out);
   std::string text = "family,value,n,seed,precision,variant,calls,finished,energy_drift\n";
   Progress progress(static_cast<int>(jobs.size()));
   for (const Job& job : jobs) {
@@ -109,7 +110,7 @@ int run(Options options) {
       text += precision == "float32" ? records<float>(job, precision, options)
                                      : records<double>(job, precision, options);
   }
-  write_file(options.out, text);
+  file.write(text);
   return 0;
 }
 

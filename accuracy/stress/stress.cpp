@@ -2,18 +2,19 @@
 // the advisor chooses for them (measure_advice.hpp).
 //
 // The work is split over processes, not threads, because multi-precision keeps its precision per
-// process. Each worker takes the next case and appends its records to a journal of its own, in
+// process. Each worker takes the next case and appends its records to a journal, the folder
 // OUT.journal; what stands there whole is not measured again when the program is started again with
-// the same options. At the end the journals are put in order and written to OUT at once.
+// the same options. At the end the records are put in order and written to OUT at once.
 #include <sys/mman.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
+#include <csignal>
 #include <filesystem>
-#include <fstream>
-#include <map>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
@@ -22,6 +23,8 @@
 
 #include "accuracy/csv.hpp"
 #include "accuracy/programs/command_line.hpp"
+#include "accuracy/programs/held_signals.hpp"
+#include "accuracy/programs/journal.hpp"
 #include "accuracy/programs/output_file.hpp"
 #include "accuracy/programs/progress.hpp"
 #include "accuracy/stress/measure_advice.hpp"
@@ -107,109 +110,120 @@ std::vector<Job> shard(const std::vector<Job>& jobs, const std::string& which) {
   return out;
 }
 
-// Records of finished jobs, kept until the run is whole. A block is the job's records and then a
-// line "#INDEX NAME"; what follows the last such line was cut off.
-class Journal {
- public:
-  Journal(const std::string& out, const std::string& key) : folder_(out + ".journal") {
-    std::ifstream file(folder_ / "key");
-    std::ostringstream before;
-    before << file.rdbuf();
-    if (before.str() == key) return;
-    fs::remove_all(folder_);
-    std::error_code error;
-    fs::create_directory(folder_, error);
-    if (error) throw InputError(folder_.string() + ": " + error.message());
-    std::ofstream(folder_ / "key") << key;
-  }
-
-  std::map<std::size_t, std::string> read() const {
-    std::map<std::size_t, std::string> blocks;
-    for (const fs::directory_entry& entry : fs::directory_iterator(folder_)) {
-      if (entry.path().extension() != ".csv") continue;
-      std::ifstream file(entry.path());
-      std::string block;
-      for (std::string line; std::getline(file, line);) {
-        if (line.starts_with('#')) {
-          blocks[std::stoul(line.substr(1))] = std::move(block);
-          block.clear();
-        } else {
-          block += line + '\n';
-        }
-      }
-    }
-    return blocks;
-  }
-
-  std::ofstream writer() const {
-    return std::ofstream(folder_ / (std::to_string(getpid()) + ".csv"), std::ios::app);
-  }
-
-  void remove() const { fs::remove_all(folder_); }
-
- private:
-  fs::path folder_;
-};
-
 // Shared by the processes.
-struct Counters {
+struct Shared {
   std::atomic<std::size_t> next{0}, done{0};
+  std::atomic<bool> failed{false};  // the first process to fail sets it and says why
+  char fault[1000] = "";
 };
 
-void work(const std::vector<Job>& jobs, const std::vector<std::size_t>& todo,
-          const Options& options, const Journal& journal, Counters& counters) {
-  std::ofstream out = journal.writer();
-  for (std::size_t i; (i = counters.next++) < todo.size(); ++counters.done) {
-    const Job& job = jobs[todo[i]];
-    try {
-      if (options.advice.empty())
-        out << measure_case(*job.family, job.value, job.seed, job.precision,
-                            selection(*job.family, options));
-      else
-        out << measure_advice(*job.family, job.value, job.seed, options.advice);
-    } catch (const std::runtime_error& e) {
-      std::fprintf(stderr, "stress: note: %s: %s\n", job.name().c_str(), e.what());
-    }
-    out << '#' << todo[i] << ' ' << job.name() << '\n' << std::flush;
+std::string records(const Job& job, const Options& options) {
+  try {
+    return options.advice.empty()
+               ? measure_case(*job.family, job.value, job.seed, job.precision,
+                              selection(*job.family, options))
+               : measure_advice(*job.family, job.value, job.seed, options.advice);
+  } catch (const std::runtime_error& e) {
+    std::fprintf(stderr, "stress: note: %s: %s\n", job.name().c_str(), e.what());
+    return "";
   }
 }
 
-// False where a worker died.
-bool run_workers(const std::vector<Job>& jobs, const std::vector<std::size_t>& todo,
-                 const Options& options, const Journal& journal) {
-  void* shared =
-      mmap(nullptr, sizeof(Counters), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-  if (shared == MAP_FAILED) throw InputError("no shared memory");
-  auto* counters = new (shared) Counters;
+void work(const std::vector<Job>& jobs, const std::vector<std::size_t>& todo,
+          const Options& options, const Journal& journal, Shared& shared) {
+  std::string what = "no journal";
+  try {
+    Journal::Writer out = journal.writer();
+    for (std::size_t i; !shared.failed && (i = shared.next++) < todo.size(); ++shared.done) {
+      what = jobs[todo[i]].name();
+      out.append(todo[i], records(jobs[todo[i]], options));
+    }
+  } catch (...) {
+    if (!shared.failed.exchange(true))
+      std::snprintf(shared.fault, sizeof shared.fault, "%s: %s", what.c_str(),
+                    handled_error().c_str());
+  }
+}
+
+// A process that works until nothing is left, or until this one ends in whatever way; 0 where there
+// is none.
+pid_t start_worker(const std::function<void()>& work) {
+  const pid_t parent = getpid(), child = fork();
+  if (child != 0) return std::max(child, 0);
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (getppid() == parent) work();  // or else it ended before that
+  std::fflush(nullptr);
+  _exit(0);
+}
+
+// Throws InputError where a worker could not go on. Ends with the program where a signal says so.
+void run_workers(const std::vector<Job>& jobs, const std::vector<std::size_t>& todo,
+                 const Options& options, const Journal& journal, OutputFile& out) {
+  void* memory =
+      mmap(nullptr, sizeof(Shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  if (memory == MAP_FAILED) throw InputError("no shared memory");
+  Shared& shared = *new (memory) Shared;
   const int workers = options.jobs > 0 ? options.jobs : std::thread::hardware_concurrency();
+  HeldSignals signals;
   std::vector<pid_t> running;
   std::fflush(nullptr);
   for (int i = 0; i < std::max(1, workers); ++i) {
-    const pid_t child = fork();
-    if (child == 0) {
-      work(jobs, todo, options, journal, *counters);
-      std::fflush(nullptr);
-      _exit(0);
-    }
+    const pid_t child = start_worker([&] {
+      signals.release();
+      out.unlock();
+      work(jobs, todo, options, journal, shared);
+    });
     if (child > 0) running.push_back(child);
   }
-  Progress progress(static_cast<int>(todo.size()));
-  std::size_t shown = 0;
   bool all_well = !running.empty();
-  while (!running.empty()) {
-    int status = 0;
-    const pid_t ended = waitpid(-1, &status, WNOHANG);
-    if (ended > 0) {
-      std::erase(running, ended);
-      all_well = all_well && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+  {
+    Progress progress(static_cast<int>(todo.size()));
+    std::size_t shown = 0;
+    while (!running.empty()) {
+      int status = 0;
+      const pid_t ended = waitpid(-1, &status, WNOHANG);
+      if (ended > 0) {
+        std::erase(running, ended);
+        all_well = all_well && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+      }
+      for (; shown < std::min<std::size_t>(shared.done, todo.size()); ++shown)
+        progress.step(jobs[todo[shown]].name());
+      if (signals.waiting() != 0)
+        for (const pid_t child : running) kill(child, SIGKILL);
+      usleep(20000);
     }
-    for (; shown < std::min<std::size_t>(counters->done, todo.size()); ++shown)
-      progress.step(jobs[todo[shown]].name());
-    usleep(20000);
   }
-  munmap(shared, sizeof(Counters));
-  return all_well;
+  const std::string fault = shared.fault;
+  munmap(memory, sizeof(Shared));
+  if (signals.waiting() != 0) {
+    std::fprintf(stderr, "stress: interrupted; what is measured is kept, run again to go on\n");
+    return;  // and so to the signal
+  }
+  if (!fault.empty()) throw InputError(fault);
+  if (!all_well) throw InputError("a worker died; what is measured is kept, run again to go on");
 }
+
+// OUT.journal; of an output that is no file, a folder that ends with the program.
+class JournalFolder {
+ public:
+  JournalFolder(const std::string& out, bool is_file) : path_(out + ".journal"), stays_(is_file) {
+    if (is_file) return;
+    path_ = (fs::temp_directory_path() / "kalmarm-XXXXXX").string();
+    if (!mkdtemp(path_.data())) throw InputError(path_ + ": no folder for a journal");
+  }
+  JournalFolder(const JournalFolder&) = delete;
+  JournalFolder& operator=(const JournalFolder&) = delete;
+  ~JournalFolder() {
+    std::error_code error;
+    if (!stays_) fs::remove_all(path_, error);
+  }
+
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+  bool stays_;
+};
 
 std::string key_of(const std::vector<Job>& jobs, const Options& options) {
   std::ostringstream key;
@@ -255,7 +269,7 @@ nlohmann::json listed(const std::vector<Family>& all) {
 
 int list(const std::vector<Family>& all, const Options& options) {
   if (options.json_file != "-") print_list(all);
-  if (!options.json_file.empty()) write_json(options.json_file, listed(all).dump() + "\n");
+  json_output(options.json_file).write(listed(all).dump() + "\n");
   return 0;
 }
 
@@ -266,19 +280,23 @@ int run(Options options) {
   options.variants = select(options.variants, variant_names(), "variant");
   const std::vector<Job> jobs = shard(plan(all, options), options.shard);
 
-  const Journal journal(options.out, key_of(jobs, options));
-  const auto finished = journal.read();
+  OutputFile out(options.out);
+  const JournalFolder folder(options.out, out.is_file());
+  const Journal journal(folder.path(), key_of(jobs, options));
+  const Journal::Found found = journal.read();
+  if (found.garbled > 0)
+    add_note(folder.path() + ": " + std::to_string(found.garbled) +
+             " blocks are not whole and have been measured again");
+  if (found.others > 0)
+    add_note(folder.path() + ": " + std::to_string(found.others) +
+             " files are of other runs, which may go on there");
   std::vector<std::size_t> todo;
   for (std::size_t i = 0; i < jobs.size(); ++i)
-    if (!finished.contains(i)) todo.push_back(i);
-  if (!run_workers(jobs, todo, options, journal)) {
-    std::fprintf(stderr, "stress: error: a worker died; what is done is kept in %s.journal\n",
-                 options.out.c_str());
-    return 1;
-  }
+    if (!found.parts.contains(i)) todo.push_back(i);
+  run_workers(jobs, todo, options, journal, out);
   std::string text = options.advice.empty() ? csv_header : advice_header;
-  for (const auto& [index, block] : journal.read()) text += block;
-  write_file(options.out, text);
+  for (const auto& [index, block] : journal.read().parts) text += block;
+  out.write(text);
   journal.remove();
   return 0;
 }

@@ -96,6 +96,17 @@ TEST(AdversarySearch, GoesOnAfterAnInterruptionAsIfThereHadBeenNone) {
   EXPECT_THROW(read_rounds(half.path(), asked), InputError);
 }
 
+TEST(AdversarySearch, RoundsOfWhichAByteWasChangedAreRefused) {
+  const Asked asked{"Fast<Conventional>", "float64", 7};
+  const std::string text = to_json(asked, rounds(planted, {30, 30, 60}, 7, 1));
+  for (std::size_t i = 0; i + 1 < text.size(); i += 5) {  // the last ends the line
+    std::string changed = text;
+    changed[i] = changed[i] == '1' ? '2' : '1';
+    const TemporaryFile file(changed, ".json");
+    EXPECT_THROW(read_rounds(file.path(), asked), InputError) << i;
+  }
+}
+
 TEST(AdversarySearch, FindsSilentErrorsOfTheConventionalFormInFloat32) {
   const auto judge = make_judge({"Sequential<Conventional>", "float32"});
   const Objective objective = [&](const Genome& genome) {

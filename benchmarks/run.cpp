@@ -1,0 +1,94 @@
+#include "benchmarks/run.hpp"
+
+#include <benchmark/benchmark.h>
+#include <sys/mman.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <sstream>
+#include <string_view>
+
+#include "accuracy/programs/command_line.hpp"
+#include "accuracy/programs/output_file.hpp"
+#include "benchmarks/context.hpp"
+#include "robots/input_error.hpp"
+
+namespace kalmarm {
+namespace {
+
+constexpr std::string_view out_flag = "--benchmark_out=";
+
+std::string usage;  // Google Benchmark takes a function without arguments
+
+std::string path_of(const Descriptor& memory) {
+  return "/proc/self/fd/" + std::to_string(memory.number());
+}
+
+// Standard error while the library writes there. It says in a line of its own that a filter matches
+// nothing, and goes on as if all were well: that line is kept, to be the program's error.
+class ErrorStream : public std::stringbuf {
+ public:
+  ErrorStream() : before_(std::cerr.rdbuf(this)) {}
+  ErrorStream(const ErrorStream&) = delete;
+  ErrorStream& operator=(const ErrorStream&) = delete;
+  ~ErrorStream() override { std::cerr.rdbuf(before_); }
+
+ private:
+  int sync() override {
+    if (str().starts_with("Failed to match")) return 0;
+    std::fputs(str().c_str(), stderr);
+    str("");
+    return 0;
+  }
+
+  std::streambuf* before_;
+};
+
+}  // namespace
+
+Benchmarks::Benchmarks(int& argc, char** argv, const std::string& of) {
+  choose_openblas_kernels(argv);  // before Initialize takes its flags out of argv
+  usage = of;
+  std::string in_memory;
+  for (int i = 1; i < argc; ++i) {
+    const std::string_view flag = argv[i];
+    if (!flag.starts_with(out_flag) || flag == out_flag) continue;
+    out_ = flag.substr(out_flag.size());
+    if (!memory_) memory_ = Descriptor(memfd_create("benchmark_out", MFD_CLOEXEC));
+    in_memory = std::string(out_flag) + path_of(memory_);
+    argv[i] = in_memory.data();
+  }
+  benchmark::Initialize(&argc, argv, [] {
+    std::fputs(usage.c_str(), stdout);
+    benchmark::PrintDefaultHelp();
+    try {
+      flush_standard_output();
+    } catch (const InputError& e) {
+      std::fprintf(stderr, "%s: error: %s\n", program_invocation_short_name, e.what());
+      std::exit(2);
+    }
+  });
+}
+
+void Benchmarks::run(const char* timed_call) {
+  OutputFile out(out_);
+  add_context(timed_call);
+  std::size_t matched = 0;
+  std::string unmatched;
+  {
+    const ErrorStream errors;
+    matched = benchmark::RunSpecifiedBenchmarks();
+    unmatched = errors.str();
+  }
+  benchmark::Shutdown();
+  if (matched == 0) throw InputError(unmatched.empty() ? "nothing to time" : unmatched);
+  std::ifstream file(path_of(memory_), std::ios::binary);
+  if (const std::string text{std::istreambuf_iterator<char>(file), {}}; !text.empty())
+    out.write(text);
+}
+
+}  // namespace kalmarm
