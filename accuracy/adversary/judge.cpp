@@ -97,8 +97,8 @@ class JudgeOf final : public Judge {
         return {outcome, {square}};
       }
       case Want::solve: {
-        const Outcome outcome = robot.factor(q);
-        if (outcome) robot.solve(MatrixView<const T>(tau), MatrixView<T>(column));
+        Outcome outcome = robot.factor(q);
+        if (outcome) outcome = robot.solve(MatrixView<const T>(tau), MatrixView<T>(column));
         return {outcome, {column}};
       }
       case Want::diagonal: {

@@ -47,7 +47,9 @@ class Robot {
     return engine_->forward_dynamics(q.data(), qd.data(), tau.data(), a.data());
   }
   Outcome factor(const VectorX<T>& q) { return engine_->factor(q.data()); }
-  void solve(const VectorX<T>& tau, VectorX<T>& x) { engine_->solve(1, tau.data(), x.data()); }
+  Outcome solve(const VectorX<T>& tau, VectorX<T>& x) {
+    return engine_->solve(1, tau.data(), x.data());
+  }
   Outcome inverse_mass(const VectorX<T>& q, MatrixX<T>& X) {
     return engine_->inverse(q.data(), X.data());
   }
