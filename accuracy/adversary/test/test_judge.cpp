@@ -184,12 +184,15 @@ TEST(AdversaryJudge, TheStateAmongRowsIsTheOneThatIsJudged) {
 }
 
 TEST(AdversaryJudge, AsksTheKernelThatIsMeant) {
-  const Genome genome{3, std::vector<double>(static_cast<std::size_t>(length_of(3)), 0.4)};
-  for (const Kernel kernel :
-       {Kernel::spatial, Kernel::spatial_at_rest, Kernel::planar, Kernel::translational}) {
+  const auto kernel_of = [](double x, Kernel kernel) {
+    const Genome genome{3, std::vector<double>(static_cast<std::size_t>(length_of(3)), x)};
     const Case asked{"Fast<Conventional>", "float32", Want::acceleration, Goal::error, kernel};
-    EXPECT_EQ(make_judge(asked)->kernel(decode(genome, kernel)), kernel) << to_string(kernel);
-  }
+    return make_judge(asked)->kernel(decode(genome, kernel));
+  };
+  for (const Kernel kernel :
+       {Kernel::spatial, Kernel::spatial_at_rest, Kernel::planar, Kernel::translational})
+    EXPECT_EQ(kernel_of(0.4, kernel), kernel) << to_string(kernel);
+  EXPECT_EQ(kernel_of(0.7, Kernel::planar), Kernel::planar);  // slides alone
 }
 
 TEST(AdversaryJudge, RefusesWhatAVariantDoesNotAnswer) {
