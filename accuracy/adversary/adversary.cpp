@@ -2,6 +2,7 @@
 // wrong beside what they say (judge.hpp), found by a search (search.hpp) over chains and trees of 1 to 9 DoF (genome.hpp).
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 
 #include "accuracy/adversary/record.hpp"
@@ -87,8 +88,10 @@ std::string run_case(Search& search, const Options& options, Progress& progress)
   if (verdict.value(asked.of.goal, asked.condition) != best.value)
     throw InputError(asked.slug() + ": resumed from rounds of another program: begin without them");
   if (!options.out.empty()) write_find((fs::path(options.out) / asked.slug()).string(), mechanism);
-  std::printf("%-64s %.2g wrong, %.2g of what is claimed, kS %.2g, nv %d, after %d evaluations\n",
-              words(asked).c_str(), verdict.error, verdict.excess, verdict.kS, mechanism.model.nv(),
+  char kS[40] = "";
+  if (!std::isnan(verdict.kS)) std::snprintf(kS, sizeof kS, ", kS %.2g", verdict.kS);
+  std::printf("%-64s %.2g wrong, %.2g of what is claimed%s, nv %d, after %d evaluations\n",
+              words(asked).c_str(), verdict.error, verdict.excess, kS, mechanism.model.nv(),
               evaluations_of(rounds));
   return csv_rows(asked, rounds, verdict, mechanism.model, options.out.empty() ? "" : asked.slug());
 }
