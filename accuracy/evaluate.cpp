@@ -164,8 +164,7 @@ int run(const Options& options) {
   if (!options.states.empty()) {
     StateFile file = read_states(scene, options.states);
     if (file.normalized > 0)
-      std::fprintf(stderr, "evaluate: note: %d quaternion(s) normalised in %s\n", file.normalized,
-                   options.states.c_str());
+      add_note(std::to_string(file.normalized) + " quaternion(s) normalised in " + options.states);
     for (const State& state : file.states)
       states.push_back(checked_state(scene, question, state, place(scene, states.size())));
   } else if (!options.read.key.empty() && options.random == 0) {

@@ -22,14 +22,33 @@ namespace {
 
 constexpr std::string_view out_flag = "--benchmark_out=";
 
-std::string usage;  // Google Benchmark takes a function without arguments
+// Google Benchmark takes a function without arguments.
+std::string usage;
+bool asks_for_help = false;
+
+// The library asks for help where a flag of its own has a wrong value, too, and ends well.
+void print_help() {
+  try {
+    if (!asks_for_help)
+      throw InputError(
+          "--benchmark_format and --benchmark_out_format are console, json or csv; "
+          "--benchmark_color is yes, no or auto");
+    std::fputs(usage.c_str(), stdout);
+    benchmark::PrintDefaultHelp();
+    flush_standard_output();
+  } catch (const InputError& e) {
+    std::fprintf(stderr, "%s: error: %s\n", program_invocation_short_name, e.what());
+    std::exit(2);
+  }
+}
 
 std::string path_of(const Descriptor& memory) {
   return "/proc/self/fd/" + std::to_string(memory.number());
 }
 
 // Standard error while the library writes there. It says in a line of its own that a filter matches
-// nothing, and goes on as if all were well: that line is kept, to be the program's error.
+// nothing or cannot be read, and goes on as if all were well: that line is kept, to be the program's
+// error.
 class ErrorStream : public std::stringbuf {
  public:
   ErrorStream() : before_(std::cerr.rdbuf(this)) {}
@@ -39,7 +58,8 @@ class ErrorStream : public std::stringbuf {
 
  private:
   int sync() override {
-    if (str().starts_with("Failed to match")) return 0;
+    for (const char* failure : {"Failed to match", "Could not compile"})
+      if (str().starts_with(failure)) return 0;
     std::fputs(str().c_str(), stderr);
     str("");
     return 0;
@@ -56,22 +76,14 @@ Benchmarks::Benchmarks(int& argc, char** argv, const std::string& of) {
   std::string in_memory;
   for (int i = 1; i < argc; ++i) {
     const std::string_view flag = argv[i];
+    asks_for_help = asks_for_help || flag.starts_with("--help");
     if (!flag.starts_with(out_flag) || flag == out_flag) continue;
     out_ = flag.substr(out_flag.size());
     if (!memory_) memory_ = Descriptor(memfd_create("benchmark_out", MFD_CLOEXEC));
     in_memory = std::string(out_flag) + path_of(memory_);
     argv[i] = in_memory.data();
   }
-  benchmark::Initialize(&argc, argv, [] {
-    std::fputs(usage.c_str(), stdout);
-    benchmark::PrintDefaultHelp();
-    try {
-      flush_standard_output();
-    } catch (const InputError& e) {
-      std::fprintf(stderr, "%s: error: %s\n", program_invocation_short_name, e.what());
-      std::exit(2);
-    }
-  });
+  benchmark::Initialize(&argc, argv, print_help);
 }
 
 void Benchmarks::run(const char* timed_call) {

@@ -285,11 +285,12 @@ int run(Options options) {
   const Journal journal(folder.path(), key_of(jobs, options));
   const Journal::Found found = journal.read();
   if (found.garbled > 0)
-    add_note(folder.path() + ": " + std::to_string(found.garbled) +
-             " blocks are not whole and have been measured again");
+    add_note(folder.path() +
+             ": records that were changed or cut off and have been measured again: " +
+             std::to_string(found.garbled));
   if (found.others > 0)
-    add_note(folder.path() + ": " + std::to_string(found.others) +
-             " files are of other runs, which may go on there");
+    add_note(folder.path() +
+             ": files of other runs, which stay there: " + std::to_string(found.others));
   std::vector<std::size_t> todo;
   for (std::size_t i = 0; i < jobs.size(); ++i)
     if (!found.parts.contains(i)) todo.push_back(i);
