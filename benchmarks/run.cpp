@@ -71,7 +71,7 @@ class ErrorStream : public std::stringbuf {
 }  // namespace
 
 Benchmarks::Benchmarks(int& argc, char** argv, const std::string& of) {
-  choose_openblas_kernels(argv);  // before Initialize takes its flags out of argv
+  start_program(argv);  // before Initialize takes its flags out of argv
   usage = of;
   std::string in_memory;
   for (int i = 1; i < argc; ++i) {

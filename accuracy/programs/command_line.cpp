@@ -35,7 +35,22 @@ int fail() {
 // Of a thread, or where nothing may be thrown.
 [[noreturn]] void end() {
   if (std::current_exception()) _exit(fail());
-  std::abort();
+  std::fprintf(stderr, "%s: error: ended by std::terminate\n", program.c_str());
+  _exit(2);
+}
+
+// OpenBLAS 0.3.21 does not know processors from 2022 on and falls back to its SSE3 kernels
+// ("Prescott"), which are 1.8 times slower at n = 500 and crash in strsm at n = 255. Where it did
+// so on a machine with AVX2, and the user has not chosen, starts this program again with
+// OPENBLAS_CORETYPE=Haswell; the library reads it only when it is loaded.
+void choose_openblas_kernels([[maybe_unused]] char** argv) {
+#ifdef __x86_64__
+  if (!openblas_get_corename || std::string(openblas_get_corename()) != "Prescott" ||
+      !__builtin_cpu_supports("avx2") || std::getenv("OPENBLAS_CORETYPE"))
+    return;
+  setenv("OPENBLAS_CORETYPE", "Haswell", 1);
+  execv("/proc/self/exe", argv);  // returns only where it fails: then the slow kernels it is
+#endif
 }
 
 // A stream that was closed before the program began would be the first file that it opens. In its
@@ -55,14 +70,9 @@ void add_inputs(const CLI::App& app) {
 
 }  // namespace
 
-void choose_openblas_kernels([[maybe_unused]] char** argv) {
-#ifdef __x86_64__
-  if (!openblas_get_corename || std::string(openblas_get_corename()) != "Prescott" ||
-      !__builtin_cpu_supports("avx2") || std::getenv("OPENBLAS_CORETYPE"))
-    return;
-  setenv("OPENBLAS_CORETYPE", "Haswell", 1);
-  execv("/proc/self/exe", argv);  // returns only where it fails: then the slow kernels it is
-#endif
+void start_program(char** argv) {
+  choose_openblas_kernels(argv);
+  fill_closed_streams();
 }
 
 std::string handled_error() {
@@ -90,9 +100,8 @@ void flush_standard_output() {
 }
 
 int run_program(CLI::App& app, int argc, char** argv, const std::function<int()>& run) {
-  choose_openblas_kernels(argv);
+  start_program(argv);
   program = app.get_name();
-  fill_closed_streams();
   std::set_terminate(end);
   std::signal(SIGXFSZ, SIG_IGN);  // a file beyond its allowed size is an error of the write
   try {

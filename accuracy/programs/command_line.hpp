@@ -16,11 +16,9 @@ inline constexpr const char* scene_help =
 // What --json says in every program, after what the JSON holds.
 inline constexpr const char* json_help = "file to write as JSON; - is standard output";
 
-// OpenBLAS 0.3.21 does not know processors from 2022 on and falls back to its SSE3 kernels
-// ("Prescott"), which are 1.8 times slower at n = 500 and crash in strsm at n = 255. Where it did
-// so on a machine with AVX2, and the user has not chosen, starts this program again with
-// OPENBLAS_CORETYPE=Haswell; the library reads it only when it is loaded. Call it first in main.
-void choose_openblas_kernels(char** argv);
+// Chooses OpenBLAS's kernels (command_line.cpp), and puts something in the place of standard streams
+// that are closed. run_program() does it; call it first in a main() that does anything before.
+void start_program(char** argv);
 
 // A line for standard error, once, when the program has succeeded: one that fails says its error
 // alone.
