@@ -51,6 +51,8 @@ Couplings::Couplings(const Scene& scene) : model_(scene.model) {
   if (couplings.empty()) throw InputError(scene.file + ": has no couplings of joints");
   for (const mjsEquality* coupling : couplings) {
     const int i = joint_called(m, coupling->name1), j = joint_called(m, coupling->name2);
+    if (const std::string to = mjs_getString(coupling->name2); !to.empty() && j < 0)
+      refuse(coupling, "is to '" + to + "', which is not there");
     if (!is_single(m, i) || (j >= 0 && !is_single(m, j)))
       refuse(coupling, "is not of hinges and slides");
     const int k = m->jnt_dofadr[i], of = j < 0 ? -1 : m->jnt_dofadr[j];

@@ -1,32 +1,23 @@
 #include "robots/file_options.hpp"
 
 #include <CLI/CLI.hpp>
-#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 
 #include "robots/files/packages.hpp"
 #include "robots/input_error.hpp"
+#include "robots/json_file.hpp"
 
 namespace kalmarm {
-namespace {
-
-double number_of(const std::string& joint, const nlohmann::json& value, const std::string& path) {
-  if (!value.is_number()) throw InputError(path + ": '" + joint + "' has no number");
-  return value;
-}
 
 std::map<std::string, double> read_armature(const std::string& path) {
-  std::ifstream file(path);
-  if (!file) throw InputError(path + ": cannot be read");
-  const nlohmann::json document = nlohmann::json::parse(file, nullptr, false);
+  const nlohmann::json document = read_json(path);
   if (!document.is_object()) throw InputError(path + ": is no JSON object of joints and numbers");
   std::map<std::string, double> out;
-  for (const auto& [joint, value] : document.items()) out[joint] = number_of(joint, value, path);
+  for (const auto& [joint, value] : document.items())
+    out[joint] = finite_number(value, path + ": '" + joint + "'");
   return out;
 }
-
-}  // namespace
 
 void add_file_options(CLI::App& app, LoadOptions& read) {
   constexpr const char* group = "How the scene's file is read";

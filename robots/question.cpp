@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <map>
 #include <optional>
 
 #include "algorithms/model/plain.hpp"
@@ -50,8 +51,9 @@ void refuse_parts_of_joints(const Model<double>& model, const std::vector<int>& 
   }
 }
 
-// Locks what `given` says, JOINT or JOINT=VALUE.
-void lock(const Model<double>& model, const std::string& given, Question& question) {
+// Locks what `given` says, JOINT or JOINT=VALUE. values: of DoF to which one was given.
+void lock(const Model<double>& model, const std::string& given, Question& question,
+          std::map<int, double>& values) {
   const std::size_t equals = given.rfind('=');
   const std::vector<int> dofs = dofs_of(model, given.substr(0, equals));
   question.locked.insert(question.locked.end(), dofs.begin(), dofs.end());
@@ -66,6 +68,9 @@ void lock(const Model<double>& model, const std::string& given, Question& questi
     if (coordinate != Coordinate::angle && coordinate != Coordinate::distance)
       throw InputError("--locked " + given + ": '" + model.name(k) +
                        "' is of a joint of several degrees of freedom, which takes no value");
+    const auto [at, first] = values.emplace(k, value);
+    if (!first && at->second != value)
+      throw InputError("--locked: '" + model.name(k) + "' is locked at two values");
     question.q[model.joint(k).q_index] = value;
   }
 }
@@ -98,7 +103,8 @@ std::vector<Frame> named_frames(const Scene& scene, const std::vector<std::strin
 
 void QuestionOptions::add_to(CLI::App& app) {
   const auto list = [&](const char* name, std::vector<std::string>& values, const char* help) {
-    return app.add_option(name, values, help)->delimiter(',');
+    // One word a time, A,B: the SCENE that may follow is no value.
+    return app.add_option(name, values, help)->delimiter(',')->allow_extra_args(false);
   };
   list("--dofs", dofs, "joints that are asked about (patterns such as 'left_*'); else all");
   list("--site", sites, "sites or bodies of J M^-1 J' (want operational), 6 rows each");
@@ -121,7 +127,8 @@ Question question_of(const Scene& scene, const QuestionOptions& options) {
   const VectorX<double> home = home_position(scene);
   out.q.assign(home.begin(), home.end());
 
-  for (const std::string& given : options.locked) lock(model, given, out);
+  std::map<int, double> values;
+  for (const std::string& given : options.locked) lock(model, given, out, values);
   if (!options.free.empty()) {
     std::vector<char> free(model.nv(), 0);
     for (const std::string& pattern : options.free)

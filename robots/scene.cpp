@@ -11,7 +11,9 @@
 #include <optional>
 
 #include "robots/families.hpp"
+#include "robots/files/text_file.hpp"
 #include "robots/input_error.hpp"
+#include "robots/memory_limit.hpp"
 
 namespace kalmarm {
 namespace {
@@ -103,7 +105,9 @@ Scene generated_scene(const std::string& name, const Model<double>& model) {
 
 Scene load_scene(const std::string& what, const LoadOptions& read) {
   if (std::optional<Scene> scene = load_family(what)) {
-    if (read != LoadOptions())
+    LoadOptions changes = read;
+    changes.adds_friction = false;
+    if (changes != LoadOptions())
       throw InputError("scene '" + what + "': has no file to be read otherwise");
     return *std::move(scene);
   }
@@ -118,7 +122,7 @@ Scene load_scene(const std::string& what, const LoadOptions& read) {
   };
   if (auto scene = shipped(robots, robots_folder / name / (name + ".xml"))) return *scene;
   if (auto scene = shipped(scenes, robots_folder / "scenes" / (name + ".xml"))) return *scene;
-  if (fs::is_regular_file(what)) return from_file(what, fs::path(what).stem().string(), read);
+  if (is_there(what)) return from_file(what, fs::path(what).stem().string(), read);
   std::vector<std::string> known;
   for (const Family& family : families()) known.push_back(family.name + ":N");
   throw InputError("scene '" + what + "' is neither a file, a shipped robot (" + joined(robots) +
@@ -149,6 +153,9 @@ std::vector<State> random_states(const Scene& scene, int count, std::uint64_t se
   boost::random::mt19937_64 random(seed);
   boost::random::normal_distribution<double> normal;
   const Model<double>& model = scene.model;
+  refuse_large(
+      scene.name + ": " + std::to_string(count) + " states",
+      double(count) * double(sizeof(State) + (model.nq() + 2 * model.nv()) * sizeof(double)));
   std::vector<State> states(count);
   for (State& state : states) {
     state.q = VectorX<double>::Zero(model.nq());

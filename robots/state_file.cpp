@@ -1,10 +1,9 @@
 #include "robots/state_file.hpp"
 
 #include <cmath>
-#include <fstream>
-#include <nlohmann/json.hpp>
 
 #include "robots/input_error.hpp"
+#include "robots/json_file.hpp"
 
 namespace kalmarm {
 namespace {
@@ -20,13 +19,8 @@ VectorX<double> read_vector(const json& state, const char* key, int size,
     throw InputError(where + ": '" + key + "' has " + std::to_string(found->size()) +
                      " values, the robot has " + std::to_string(size));
   VectorX<double> out(size);
-  for (int i = 0; i < size; ++i) {
-    const json& value = (*found)[i];
-    if (!value.is_number() || !std::isfinite(value.get<double>()))
-      throw InputError(where + ": " + key + "[" + std::to_string(i) + "] = " + value.dump() +
-                       " is not a finite number");
-    out[i] = value.get<double>();
-  }
+  for (int i = 0; i < size; ++i)
+    out[i] = finite_number((*found)[i], where + ": " + key + "[" + std::to_string(i) + "]");
   return out;
 }
 
@@ -34,7 +28,7 @@ VectorX<double> read_vector(const json& state, const char* key, int size,
 bool normalize(VectorX<double>& q, int index, const std::string& where) {
   auto quaternion = q.segment<4>(index);
   const double norm = quaternion.norm();
-  if (!(norm > 1e-10))
+  if (!(norm > 1e-10 && std::isfinite(norm)))
     throw InputError(where + ": the quaternion at qpos[" + std::to_string(index) + "] has length " +
                      std::to_string(norm));
   if (std::abs(norm - 1) <= 1e-9) return false;  // digits of the file; no algorithm here minds
@@ -45,10 +39,7 @@ bool normalize(VectorX<double>& q, int index, const std::string& where) {
 }  // namespace
 
 StateFile read_states(const Scene& scene, const std::string& path) {
-  std::ifstream file(path);
-  if (!file) throw InputError(path + ": cannot be read");
-  const json document = json::parse(file, nullptr, false);
-  if (document.is_discarded()) throw InputError(path + ": not a JSON file");
+  const json document = read_json(path);
   if (!document.is_object() || !document.contains("states") || !document["states"].is_array())
     throw InputError(path + ": no array 'states'");
 

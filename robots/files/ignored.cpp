@@ -26,19 +26,33 @@ const char* name_of(mjtEq type) {
 
 }  // namespace
 
-std::string ignored_parts(mjSpec* spec, bool couplings_are_imposed) {
+std::string note_of_loose_couplings(mjSpec* spec) {
+  std::string out;
+  for (mjsElement* e : elements(spec, mjOBJ_EQUALITY)) {
+    const mjsEquality* equality = mjs_asEquality(e);
+    if (equality->type != mjEQ_JOINT) continue;
+    for (const mjString* joint : {equality->name1, equality->name2}) {
+      const std::string name = mjs_getString(joint);
+      if (name.empty() || mjs_findElement(spec, mjOBJ_JOINT, name.c_str())) continue;
+      out += (out.empty() ? "" : ", ") + ("'" + name + "'");
+    }
+  }
+  return out.empty() ? "" : "joints that others are coupled to, and that are not there: " + out;
+}
+
+std::string ignored_parts(mjSpec* spec, const LoadOptions& options) {
   Counts things, forces;
   for (mjsElement* e : elements(spec, mjOBJ_EQUALITY))
     if (const mjsEquality* equality = mjs_asEquality(e);
-        equality->active && !(couplings_are_imposed && equality->type == mjEQ_JOINT))
+        equality->active && !(options.imposes_couplings && equality->type == mjEQ_JOINT))
       things.add(name_of(equality->type));
   for (const auto& [type, name] :
        {std::pair{mjOBJ_ACTUATOR, "actuator"}, {mjOBJ_TENDON, "tendon"}, {mjOBJ_FLEX, "flex"}})
     things.add(name, count(spec, type));
   for (mjsElement* e : elements(spec, mjOBJ_JOINT)) {
     mjsJoint* joint = mjs_asJoint(e);
-    if (linear(joint->damping) != 0) forces.add("damping");
-    if (joint->frictionloss != 0) forces.add("friction");
+    if (linear(joint->damping) != 0 && !options.adds_friction) forces.add("damping");
+    if (joint->frictionloss != 0 && !options.adds_friction) forces.add("friction");
     if (linear(joint->stiffness) != 0) forces.add("springs");
   }
   int compensated = 0;

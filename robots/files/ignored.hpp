@@ -5,12 +5,19 @@
 
 #include <string>
 
+#include "kalmarm/load.hpp"
+
 namespace kalmarm {
+
+// The joints, by name, that couplings of joints (a URDF's mimic) name and the file has not; "" where
+// all are there.
+std::string note_of_loose_couplings(mjSpec* spec);
 
 // "2 connect constraints, 12 actuators, damping of 7 joints": constraints that are active,
 // actuators, tendons and flexes, and of joints and bodies the forces that MuJoCo adds to the bias.
 // Empty where there is none. Contacts and joint limits are not named: every file has them.
-// Couplings of joints may be imposed by who asks. Ask it before strip().
-std::string ignored_parts(mjSpec* spec, bool couplings_are_imposed);
+// Couplings of joints may be imposed, damping and friction added, by who asks, as the options say.
+// Ask it before strip().
+std::string ignored_parts(mjSpec* spec, const LoadOptions& options);
 
 }  // namespace kalmarm

@@ -44,8 +44,9 @@ Keyframe completed(Keyframe given, const mjModel* model) {
     if (model->jnt_type[j] != mjJNT_FREE && model->jnt_type[j] != mjJNT_BALL) continue;
     const int first = model->jnt_qposadr[j] + (model->jnt_type[j] == mjJNT_FREE ? 3 : 0);
     auto quaternion = given.q.segment<4>(first);
-    if (!(quaternion.norm() > 1e-10))
-      throw InputError("the keyframe's quaternion at qpos[" + std::to_string(first) + "] is zero");
+    if (!(quaternion.norm() > 1e-10 && std::isfinite(quaternion.norm())))
+      throw InputError("the keyframe's quaternion at qpos[" + std::to_string(first) +
+                       "] has no length to divide by");
     quaternion.normalize();
   }
   return given;

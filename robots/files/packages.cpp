@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <sstream>
 
+#include "robots/files/text_file.hpp"
 #include "robots/input_error.hpp"
 #include "robots/mujoco_spec.hpp"
 
@@ -24,9 +25,9 @@ struct Places {
   // Empty where it is nowhere.
   fs::path find(const std::string& package, const std::string& path) const {
     for (const fs::path& folder : packages)
-      if (folder.filename() == package && fs::is_regular_file(folder / path)) return folder / path;
+      if (folder.filename() == package && is_file(folder / path)) return folder / path;
     for (const fs::path& folder : parents)
-      if (fs::is_regular_file(folder / package / path)) return folder / package / path;
+      if (is_file(folder / package / path)) return folder / package / path;
     return {};
   }
 };
@@ -63,8 +64,7 @@ std::vector<std::string> folders_of(const std::string& path) {
 void find_packages(mjSpec* spec, const std::string& robot_file,
                    const std::vector<std::string>& package_path) {
   for (const std::string& folder : package_path)
-    if (!fs::is_directory(folder))
-      throw InputError("package path '" + folder + "': no such folder");
+    if (!is_folder(folder)) throw InputError("package path '" + folder + "': no such folder");
   const Places places = places_for(robot_file, package_path);
   const std::string by_package = "package://", by_file = "file://";
   for (mjsElement* e : elements(spec, mjOBJ_MESH)) {

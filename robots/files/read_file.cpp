@@ -1,15 +1,15 @@
 #include "robots/files/read_file.hpp"
 
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 
 #include "robots/files/armature.hpp"
+#include "robots/files/attached.hpp"
 #include "robots/files/file_kind.hpp"
 #include "robots/files/floating.hpp"
 #include "robots/files/given_inertia.hpp"
 #include "robots/files/ignored.hpp"
 #include "robots/files/packages.hpp"
+#include "robots/files/text_file.hpp"
 #include "robots/files/urdf.hpp"
 #include "robots/input_error.hpp"
 
@@ -17,11 +17,10 @@ namespace kalmarm {
 namespace {
 
 std::vector<XmlTag> checked_tags(const std::string& path) {
-  if (!std::filesystem::is_regular_file(path)) throw InputError(path + ": no such file");
-  std::ifstream file(path, std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  const std::string text = read_text(path);
   std::vector<XmlTag> tags = xml_tags(text);
   refuse_other_kinds(path, text, tags);
+  refuse_bad_attachments(path, tags);
   return tags;
 }
 
@@ -30,6 +29,17 @@ SpecPtr parse(const std::string& path) {
   SpecPtr spec(mj_parseXML(path.c_str(), nullptr, error, sizeof error), mj_deleteSpec);
   if (!spec) throw InputError(path + ": " + error);
   return spec;
+}
+
+// MuJoCo's compiler reads meshes, and would wait for one that is a pipe.
+void refuse_meshes_that_are_no_files(mjSpec* spec, const std::string& path) {
+  namespace fs = std::filesystem;
+  const fs::path folder = fs::path(path).parent_path() / mjs_getString(spec->compiler.meshdir);
+  for (mjsElement* e : elements(spec, mjOBJ_MESH)) {
+    const fs::path file = folder / mjs_getString(mjs_asMesh(e)->file);
+    if (is_there(file) && !is_file(file) && !is_folder(file))
+      throw InputError("mesh '" + name_of(e) + "': " + file.string() + " is not a file");
+  }
 }
 
 }  // namespace
@@ -43,18 +53,22 @@ ReadFile read_file(const std::string& path, const LoadOptions& options) {
   };
   try {
     if (is_urdf(tags)) refuse_several_roots(tags);
+    if (is_urdf(tags)) refuse_two_of_a_name(tags);
     if (options.floating) free_root(spec, *options.floating);
     note(note_of_welded_base(spec));
     find_packages(spec, path, options.package_path);
+    refuse_meshes_that_are_no_files(spec, path);
     if (is_urdf(tags)) {
       out.weights = weigh_links(spec, path, options.urdf_inertia);
       note(out.weights);
       note(ignored_transmissions(tags));
+      note(lost_mimics(tags));
     }
     if (options.inertia == InertiaPolicy::balanced) note(balance_inertias(spec));
     set_armature(spec, options.armature);
     if (!options.key.empty()) out.key = keyframe_called(spec, options.key);
-    const std::string parts = ignored_parts(spec, options.imposes_couplings);
+    note(note_of_loose_couplings(spec));
+    const std::string parts = ignored_parts(spec, options);
     note(parts.empty() ? "" : "ignored: " + parts);
   } catch (const InputError& e) {
     throw InputError(path + ": " + e.what());

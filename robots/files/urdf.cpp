@@ -5,7 +5,9 @@
 #include <filesystem>
 #include <limits>
 #include <set>
+#include <utility>
 
+#include "robots/files/text_file.hpp"
 #include "robots/input_error.hpp"
 #include "robots/mujoco_spec.hpp"
 #include "robots/names.hpp"
@@ -35,7 +37,7 @@ std::string missing_mesh(mjSpec* spec, mjsBody* body, const fs::path& folder) {
     std::string ending = file.extension().string();
     for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     const bool is_read = ending == ".stl" || ending == ".obj" || ending == ".msh";
-    if (!is_read || !fs::is_regular_file(folder / file)) return file.string();
+    if (!is_read || !is_file(folder / file)) return file.string();
   }
   return "";
 }
@@ -63,6 +65,28 @@ void refuse_several_roots(const std::vector<XmlTag>& tags) {
       ++count;
     }
   if (count > 1) throw InputError("several links have no parent, a URDF is one tree: " + roots);
+}
+
+void refuse_two_of_a_name(const std::vector<XmlTag>& tags) {
+  std::set<std::pair<std::string, std::string>> seen;
+  for (const XmlTag& tag : tags) {
+    // Transmissions, and controllers, name joints too, without a type.
+    const bool is_joint = tag.name == "joint" && tag.attributes.contains("type");
+    if (!is_joint && !(tag.name == "link" && tag.attributes.contains("name"))) continue;
+    if (!seen.emplace(tag.name, tag.attribute("name")).second)
+      throw InputError("two " + tag.name + "s are called '" + tag.attribute("name") + "'");
+  }
+}
+
+std::string lost_mimics(const std::vector<XmlTag>& tags) {
+  std::set<std::string> joints;
+  for (const XmlTag& tag : tags)
+    if (tag.name == "joint") joints.insert(tag.attribute("name"));
+  std::string out;
+  for (const XmlTag& tag : tags)
+    if (tag.name == "mimic" && !joints.contains(tag.attribute("joint")))
+      add_quoted(out, tag.attribute("joint"));
+  return out.empty() ? "" : "ignored: <mimic> of joints that are not there: " + out;
 }
 
 std::string ignored_transmissions(const std::vector<XmlTag>& tags) {

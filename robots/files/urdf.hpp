@@ -15,6 +15,13 @@ namespace kalmarm {
 // takes a forest.
 void refuse_several_roots(const std::vector<XmlTag>& tags);
 
+// Throws InputError where two joints or two links have one name.
+void refuse_two_of_a_name(const std::vector<XmlTag>& tags);
+
+// Names of joints that a <mimic> follows and the file has not, which MuJoCo's reader passes over; ""
+// where all are there.
+std::string lost_mimics(const std::vector<XmlTag>& tags);
+
 // "ignored: 7 transmissions, 2 rotor inertias; --armature gives joints what they add to M", of what
 // ROS and Drake put into a URDF; "" where there is none.
 std::string ignored_transmissions(const std::vector<XmlTag>& tags);

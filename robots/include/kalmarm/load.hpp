@@ -49,6 +49,9 @@ struct LoadOptions {
   // Whoever asks imposes the couplings of joints itself: no note says that they are ignored.
   bool imposes_couplings = false;
 
+  // Whoever asks adds damping and friction of the joints itself: no note says that they are ignored.
+  bool adds_friction = false;
+
   bool operator==(const LoadOptions&) const = default;
 };
 

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <string>
@@ -18,21 +17,12 @@
 #include "robots/input_error.hpp"
 #include "robots/mujoco_shim.hpp"
 #include "robots/scene.hpp"
+#include "robots/test/fuzz/reader.hpp"
 #include "robots/test/fuzz/xml_mutator.hpp"
 #include "robots/test/temporary_file.hpp"
 
 namespace kalmarm {
 namespace {
-
-[[noreturn]] void found(const std::string& what) {
-  std::fprintf(stderr, "FOUND: %s\n", what.c_str());
-  std::abort();
-}
-
-void expect_one_line(const std::string& message) {
-  if (message.empty() || message.find('\n') != std::string::npos)
-    found("a refusal that is not one line: '" + message + "'");
-}
 
 // The largest of the numbers that M is made of.
 double largest(const RobotModel& model) {
