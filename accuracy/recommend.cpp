@@ -10,7 +10,7 @@
 #include "accuracy/programs/open_scene.hpp"
 #include "accuracy/programs/output_file.hpp"
 #include "accuracy/programs/progress.hpp"
-#include "algorithms/advisor/short_text.hpp"
+#include "algorithms/model/short_text.hpp"
 
 namespace kalmarm {
 namespace {

@@ -8,7 +8,8 @@
 #include <tuple>
 
 #include "algorithms/advisor/reference.hpp"
-#include "algorithms/advisor/short_text.hpp"
+#include "algorithms/model/short_text.hpp"
+#include "algorithms/questions/check_model.hpp"
 #include "algorithms/questions/plan.hpp"
 #include "algorithms/questions/solver_engine.hpp"
 
@@ -199,7 +200,8 @@ void Advisor::add(Form form, const std::string& variant) {
     return std::make_unique<TrialBy<T>>(std::move(dynamics), parts_->question.want, parts_->rows,
                                         parts_->states);
   };
-  add({variant, Precision::float32, [make] { return make(float()); }});
+  if (fits_float(parts_->model))
+    add({variant, Precision::float32, [make] { return make(float()); }});
   add({variant, Precision::float64, [make] { return make(double()); }});
 }
 

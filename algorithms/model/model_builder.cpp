@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "algorithms/model/plain.hpp"
+#include "algorithms/model/short_text.hpp"
 #include "algorithms/spatial/principal_axes.hpp"
 
 namespace kalmarm {
@@ -69,14 +70,19 @@ ModelBuilder::~ModelBuilder() = default;
 ModelBuilder::ModelBuilder(ModelBuilder&&) noexcept = default;
 ModelBuilder& ModelBuilder::operator=(ModelBuilder&&) noexcept = default;
 
+ModelBuilder::State& ModelBuilder::state() const {
+  if (!state_) throw std::logic_error("ModelBuilder: was moved from, and holds no robot");
+  return *state_;
+}
+
 int ModelBuilder::add_body(const BodyParameters& given) {
-  State& s = *state_;
+  State& s = state();
   const auto refuse = [&](const std::string& why) {
     throw std::invalid_argument("body '" + given.name + "': " + why);
   };
   const auto finite = [&](const char* what, const auto& numbers) {
     for (const double x : numbers)
-      if (!std::isfinite(x)) refuse(std::string(what) + " holds " + std::to_string(x));
+      if (!std::isfinite(x)) refuse(std::string(what) + " holds " + short_text("%g", x));
   };
   finite("axis", given.axis);
   finite("position", given.position);
@@ -85,14 +91,18 @@ int ModelBuilder::add_body(const BodyParameters& given) {
   finite("inertia", given.inertia);
   finite("reference, armature and mass",
          std::array<double, 3>{given.reference, given.armature, given.mass});
+  const int joint_type = static_cast<int>(given.joint);
+  if (joint_type < 0 || joint_type > static_cast<int>(JointType::free))
+    refuse("joint type " + std::to_string(joint_type) + " is none");
   if (given.parent < -1 || given.parent >= static_cast<int>(s.bodies.size()))
     refuse("parent " + std::to_string(given.parent) + " is not there");
-  if (given.mass < 0) refuse("mass is " + std::to_string(given.mass));
-  if (given.armature < 0) refuse("armature is " + std::to_string(given.armature));
+  if (given.mass < 0) refuse("mass is " + short_text("%g", given.mass));
+  if (given.armature < 0) refuse("armature is " + short_text("%g", given.armature));
   const Translation axis(given.axis.data());
-  if (axis.norm() == 0) refuse("the axis has length zero");
+  if (!std::isnormal(axis.squaredNorm()))
+    refuse("the axis has length " + short_text("%g", axis.stableNorm()));
   const Quaternion R = quaternion_of(given.rotation);
-  if (R.norm() == 0) refuse("the quaternion has length zero");
+  if (!is_turn(R)) refuse("the quaternion has length " + short_text("%g", R.coeffs().stableNorm()));
 
   const auto& [xx, yy, zz, xy, xz, yz] = given.inertia;
   Matrix3<double> I;
@@ -102,10 +112,10 @@ int ModelBuilder::add_body(const BodyParameters& given) {
   // Of moments in rising order the largest is at most the sum of the others; rounding is forgiven.
   Translation& J = body.moments;
   const double rounding = 1e-9 * std::abs(J[2]);
-  if (J[0] < -rounding) refuse("a principal moment of inertia is " + std::to_string(J[0]));
+  if (J[0] < -rounding) refuse("a principal moment of inertia is " + short_text("%g", J[0]));
   if (J[2] > J[0] + J[1] + rounding)
-    refuse("no body has the principal moments of inertia " + std::to_string(J[0]) + ", " +
-           std::to_string(J[1]) + ", " + std::to_string(J[2]) +
+    refuse("no body has the principal moments of inertia " + short_text("%g", J[0]) + ", " +
+           short_text("%g", J[1]) + ", " + short_text("%g", J[2]) +
            ": the largest is more than the sum of the others");
   J = J.cwiseMax(0.0);
 
@@ -176,21 +186,23 @@ int ModelBuilder::add_body(const BodyParameters& given) {
 }
 
 void ModelBuilder::set_gravity(const std::array<double, 3>& gravity) {
-  state_->gravity = Translation(gravity.data());
+  for (const double x : gravity)
+    if (!std::isfinite(x)) throw std::invalid_argument("gravity holds " + short_text("%g", x));
+  state().gravity = Translation(gravity.data());
 }
 
-int ModelBuilder::nq() const { return state_->nq; }
-int ModelBuilder::nv() const { return static_cast<int>(state_->joints.size()); }
-int ModelBuilder::first_dof(int body) const { return state_->first_dof.at(body); }
-int ModelBuilder::first_q(int body) const { return state_->first_q.at(body); }
+int ModelBuilder::nq() const { return state().nq; }
+int ModelBuilder::nv() const { return static_cast<int>(state().joints.size()); }
+int ModelBuilder::first_dof(int body) const { return state().first_dof.at(body); }
+int ModelBuilder::first_q(int body) const { return state().first_q.at(body); }
 
 Frame ModelBuilder::frame(int body) const {
-  const Standing& at = state_->bodies.at(body);
+  const Standing& at = state().bodies.at(body);
   return {at.link, plain(at.rotation), plain(at.translation)};
 }
 
 RobotModel ModelBuilder::build() const {
-  const State& s = *state_;
+  const State& s = state();
   return plain(Model<double>(s.joints, s.names, s.nq, s.gravity));
 }
 

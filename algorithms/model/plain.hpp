@@ -2,6 +2,8 @@
 // that there and back again changes no bit.
 #pragma once
 
+#include <cmath>
+
 #include "algorithms/model/model.hpp"
 #include "algorithms/model/site.hpp"
 #include "kalmarm/robot_model.hpp"
@@ -11,6 +13,8 @@ namespace kalmarm {
 inline Eigen::Quaternion<double> quaternion_of(const std::array<double, 4>& wxyz) {
   return {wxyz[0], wxyz[1], wxyz[2], wxyz[3]};
 }
+// Whether its square of length is a number to divide by; a turn needs no more.
+inline bool is_turn(const Eigen::Quaternion<double>& q) { return std::isnormal(q.squaredNorm()); }
 inline std::array<double, 4> plain(const Eigen::Quaternion<double>& q) {
   return {q.w(), q.x(), q.y(), q.z()};
 }

@@ -3,18 +3,19 @@
 #pragma once
 
 #include "algorithms/model/plain.hpp"
+#include "algorithms/questions/check_model.hpp"
 #include "algorithms/questions/execution.hpp"
 #include "kalmarm/dynamics.hpp"
 
 namespace kalmarm {
 
-void check_model(const RobotModel& model);  // dynamics.cpp
-
 template <class T>
 Dynamics<T>::Dynamics(const RobotModel& model, const DynamicsOptions& options,
                       const MakeEngine<T>& make)
     : nq_(model.nq), nv_(model.nv()), form_(options.form) {
-  check_model(model);
+  check_form(form_);
+  check_model(model, std::is_same_v<T, float> ? std::numeric_limits<float>::max()
+                                              : std::numeric_limits<double>::max());
   execution_ = std::make_unique<Execution<T>>(
       make_plan(model_of(model), options.question, options.rules), nq_, form_, make);
   asked_ = execution_->asked();
@@ -29,8 +30,14 @@ template <class T>
 Dynamics<T>& Dynamics<T>::operator=(Dynamics&&) noexcept = default;
 
 template <class T>
+Execution<T>& Dynamics<T>::execution() const {
+  if (!execution_) throw std::logic_error("Dynamics: was moved from, and answers nothing");
+  return *execution_;
+}
+
+template <class T>
 const Plan& Dynamics<T>::plan() const {
-  return execution_->plan();
+  return execution().plan();
 }
 
 template <class T>
@@ -62,54 +69,54 @@ void Dynamics<T>::check_derivatives(const Derivatives<T>& out) const {
 
 template <class T>
 Outcome Dynamics<T>::forward_dynamics(const T* q, const T* qd, const T* tau, T* a) {
-  return execution_->forward_dynamics(q, qd, tau, a);
+  return execution().forward_dynamics(q, qd, tau, a);
 }
 template <class T>
 int Dynamics<T>::forward_dynamics(int count, const T* q, const T* qd, const T* tau, T* a,
                                   Outcome* outcomes, int threads) {
-  return execution_->forward_dynamics(count, q, qd, tau, a, outcomes, std::max(threads, 1));
+  return execution().forward_dynamics(count, q, qd, tau, a, outcomes, std::max(threads, 1));
 }
 template <class T>
 void Dynamics<T>::inverse_dynamics(const T* q, const T* qd, const T* qdd, T* tau) {
-  execution_->inverse_dynamics(q, qd, qdd, tau);
+  execution().inverse_dynamics(q, qd, qdd, tau);
 }
 template <class T>
 void Dynamics<T>::inverse_dynamics(int count, const T* q, const T* qd, const T* qdd, T* tau,
                                    int threads) {
-  execution_->inverse_dynamics(count, q, qd, qdd, tau, std::max(threads, 1));
+  execution().inverse_dynamics(count, q, qd, qdd, tau, std::max(threads, 1));
 }
 template <class T>
 void Dynamics<T>::mass(const T* q, T* M) {
-  execution_->mass(q, M);
+  execution().mass(q, M);
 }
 template <class T>
 Outcome Dynamics<T>::inverse_mass(const T* q, T* X) {
-  return execution_->inverse(q, X);
+  return execution().inverse(q, X);
 }
 template <class T>
 Outcome Dynamics<T>::factor(const T* q) {
-  return execution_->factor(q);
+  return execution().factor(q);
 }
 template <class T>
 Outcome Dynamics<T>::solve(int columns, const T* taus, T* X) {
-  return execution_->solve(columns, taus, X);
+  return execution().solve(columns, taus, X);
 }
 template <class T>
 Outcome Dynamics<T>::derivatives(const T* q, const T* qd, const T* tau, const Derivatives<T>& out,
                                  T* a) {
-  return execution_->derivatives(q, qd, tau, out.dq.data(), out.dqd.data(), out.dtau.data(), a);
+  return execution().derivatives(q, qd, tau, out.dq.data(), out.dqd.data(), out.dtau.data(), a);
 }
 template <class T>
 Outcome Dynamics<T>::diagonal(const T* q, T* x) {
-  return execution_->diagonal(q, x);
+  return execution().diagonal(q, x);
 }
 template <class T>
 Outcome Dynamics<T>::log_det(const T* q, T& x) {
-  return execution_->log_det(q, x);
+  return execution().log_det(q, x);
 }
 template <class T>
 Outcome Dynamics<T>::operational(const T* q, T* X) {
-  return execution_->operational(q, X);
+  return execution().operational(q, X);
 }
 
 }  // namespace kalmarm

@@ -1,6 +1,7 @@
 #include "algorithms/questions/plan.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -16,6 +17,20 @@ namespace {
 bool needs_dofs(const Question& question) {
   return std::any_of(question.want.begin(), question.want.end(),
                      [](Want want) { return want != Want::operational; });
+}
+
+// Where a joint is locked it stands; a quaternion of no length stands nowhere.
+void check_position(const Joint<double>& joint, const std::vector<double>& q,
+                    const std::string& name) {
+  const int first = joint.q_index, count = q_entries(joint.coordinate);
+  for (int i = first; i < first + count; ++i)
+    if (!std::isfinite(q[i]))
+      throw std::invalid_argument("question: q[" + std::to_string(i) + "] of the locked DoF '" +
+                                  name + "' is not finite");
+  if (joint.coordinate == Coordinate::quaternion &&
+      !is_turn({q[first], q[first + 1], q[first + 2], q[first + 3]}))
+    throw std::invalid_argument("question: the quaternion of the locked DoF '" + name +
+                                "' has no length");
 }
 
 class Planning {
@@ -64,10 +79,17 @@ class Planning {
       if (frame.link < -1 || frame.link >= nv)
         refuse("a frame on link " + std::to_string(frame.link) + " of a robot with " +
                std::to_string(nv));
+    for (const Frame& frame : question.frames) {
+      const Vector3<double> at(frame.translation.data());
+      if (!is_turn(quaternion_of(frame.rotation)) || !at.allFinite())
+        refuse("a frame on link " + std::to_string(frame.link) +
+               " has a quaternion of no length or a number that is not finite");
+    }
     if (question.q.empty() && question.locked.empty()) question.q.assign(whole.nq(), 0);
     if (static_cast<int>(question.q.size()) != whole.nq())
       refuse("q holds " + std::to_string(question.q.size()) + " numbers, " +
              std::to_string(whole.nq()) + " are needed");
+    for (const int k : question.locked) check_position(whole.joint(k), question.q, whole.name(k));
     std::set<Want> want;
     for (const Want one :
          {Want::acceleration, Want::inverse, Want::diagonal, Want::log_det, Want::mass,

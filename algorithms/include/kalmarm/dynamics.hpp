@@ -11,6 +11,11 @@
 // none, except the first for rows, the first on more threads than before, and the first that leaves
 // a derivative out.
 //
+// Threads: an object has memory of its own that every call writes to, so that one thread at a time
+// may use it, also of those that ask for the mass matrix alone. Different objects may be used on
+// different threads freely; a thread each is what an object of its own is for. Calls for rows spread
+// them over threads themselves. An object that was moved from throws std::logic_error.
+//
 // What is computed stands in fast/ with its equations: the filter and smoother of the paper,
 // (3.6), (4.1) to (4.11), on frames that lie on the joints' axes. Costs are in flops of double for
 // a chain of n hinges; trees cost less.
@@ -65,7 +70,9 @@ using MakeEngine =
 template <class T>
 class KALMARM_EXPORT Dynamics {
  public:
-  // Throws std::invalid_argument where model or question contradict themselves.
+  // Throws std::invalid_argument where model or question contradict themselves, and with the DoF and
+  // the value where the model is what no robot can be: quaternions of no length, moments of inertia
+  // or masses below zero, numbers that are not finite or that T does not hold.
   explicit Dynamics(const RobotModel& model, const DynamicsOptions& options = {});
 
   // The same by other engines (algorithms/questions/solver_engine.hpp).
@@ -91,8 +98,9 @@ class KALMARM_EXPORT Dynamics {
 
   // Rows of states, one outcome each, on `threads` cores. Returns how many failed, whose rows are
   // not to be used.
-  int forward_dynamics(RowsView<const T> q, RowsView<const T> qd, RowsView<const T> tau,
-                       RowsView<T> a, std::span<Outcome> outcomes, int threads = 1) {
+  [[nodiscard]] int forward_dynamics(RowsView<const T> q, RowsView<const T> qd,
+                                     RowsView<const T> tau, RowsView<T> a,
+                                     std::span<Outcome> outcomes, int threads = 1) {
     const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
     check("forward_dynamics", count, q, qd, "tau", tau, a, asked_);
     return forward_dynamics(static_cast<int>(count), q.data(), qd.data(), tau.data(), a.data(),
@@ -217,6 +225,8 @@ class KALMARM_EXPORT Dynamics {
   int checked_columns(const char* call, const MatrixView<const T>& tau,
                       const MatrixView<T>& x) const;
   void check_derivatives(const Derivatives<T>& out) const;
+
+  Execution<T>& execution() const;  // throws std::logic_error where it was moved away
 
   Outcome forward_dynamics(const T* q, const T* qd, const T* tau, T* a);
   int forward_dynamics(int count, const T* q, const T* qd, const T* tau, T* a, Outcome* outcomes,

@@ -45,10 +45,12 @@ class KALMARM_EXPORT ModelBuilder {
   // Returns the body's number. A body that is fixed becomes part of its parent. DoF and entries of
   // q are numbered in the order of the bodies. Throws std::invalid_argument, with the body and the
   // value: a number that is not finite, a mass or armature below zero, moments of inertia that no
-  // body can have, an axis or quaternion of length zero, a parent that is not there.
+  // body can have, an axis or quaternion of no length, a parent that is not there. Of a builder that
+  // was moved from every call throws std::logic_error.
   int add_body(const BodyParameters& body);
 
-  void set_gravity(const std::array<double, 3>& gravity);  // (0, 0, -9.81) m/s^2 unless set
+  // (0, 0, -9.81) m/s^2 unless set. Throws std::invalid_argument where it is not finite.
+  void set_gravity(const std::array<double, 3>& gravity);
 
   int nq() const;
   int nv() const;
@@ -58,10 +60,11 @@ class KALMARM_EXPORT ModelBuilder {
   // The body's frame, for Question::frames.
   Frame frame(int body) const;
 
-  RobotModel build() const;
+  [[nodiscard]] RobotModel build() const;
 
  private:
   struct State;
+  State& state() const;  // throws std::logic_error where it was moved away
   std::unique_ptr<State> state_;
 };
 

@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
 #include <stdexcept>
@@ -120,6 +121,32 @@ TEST(ModelBuilder, MayBeMovedAndGoesOnAfterItHasBuilt) {
   EXPECT_EQ(first.build().nv(), 4);
 }
 
+TEST(ModelBuilder, WasMovedFromAndHoldsNoRobot) {
+  ModelBuilder first;
+  first.add_body({.name = "arm"});
+  const ModelBuilder second(std::move(first));
+  const std::function<void(ModelBuilder&)> calls[] = {
+      [](ModelBuilder& b) { b.add_body({.name = "hand"}); },
+      [](ModelBuilder& b) {
+        b.set_gravity({0, 0, 0});
+      },
+      [](ModelBuilder& b) { (void)b.nq(); },
+      [](ModelBuilder& b) { (void)b.nv(); },
+      [](ModelBuilder& b) { (void)b.first_dof(0); },
+      [](ModelBuilder& b) { (void)b.first_q(0); },
+      [](ModelBuilder& b) { (void)b.frame(0); },
+      [](ModelBuilder& b) { (void)b.build(); }};
+  for (const auto& call : calls) EXPECT_THROW(call(first), std::logic_error);
+  EXPECT_EQ(second.nv(), 0);
+}
+
+TEST(ModelBuilder, RefusesGravityThatIsNotFinite) {
+  ModelBuilder builder;
+  EXPECT_THROW(builder.set_gravity({0, NAN, 0}), std::invalid_argument);
+  EXPECT_THROW(builder.set_gravity({0, 0, -INFINITY}), std::invalid_argument);
+  EXPECT_EQ(builder.build().gravity, (std::array<double, 3>{0, 0, -9.81}));
+}
+
 TEST(ModelBuilder, RefusesWhatNoBodyCanBe) {
   BodyParameters good;
   good.name = "arm";
@@ -145,13 +172,23 @@ TEST(ModelBuilder, RefusesWhatNoBodyCanBe) {
   EXPECT_EQ(refusal([](B&) {}), "");
   EXPECT_EQ(refusal([](B& b) { b.parent = 1; }), "body 'arm': parent 1 is not there");
   EXPECT_EQ(refusal([](B& b) { b.parent = -2; }), "body 'arm': parent -2 is not there");
-  EXPECT_EQ(refusal([](B& b) { b.mass = -1; }), "body 'arm': mass is -1.000000");
-  EXPECT_EQ(refusal([](B& b) { b.armature = -0.5; }), "body 'arm': armature is -0.500000");
-  EXPECT_EQ(refusal([](B& b) { b.axis = {0, 0, 0}; }), "body 'arm': the axis has length zero");
+  EXPECT_EQ(refusal([](B& b) { b.joint = static_cast<JointType>(77); }),
+            "body 'arm': joint type 77 is none");
+  EXPECT_EQ(refusal([](B& b) {
+              b.rotation = {1e200, 0, 0, 0};
+            }),
+            "body 'arm': the quaternion has length 1e200");
+  EXPECT_EQ(refusal([](B& b) {
+              b.axis = {0, 1e-200, 0};
+            }),
+            "body 'arm': the axis has length 1e-200");
+  EXPECT_EQ(refusal([](B& b) { b.mass = -1; }), "body 'arm': mass is -1");
+  EXPECT_EQ(refusal([](B& b) { b.armature = -0.5; }), "body 'arm': armature is -0.5");
+  EXPECT_EQ(refusal([](B& b) { b.axis = {0, 0, 0}; }), "body 'arm': the axis has length 0");
   EXPECT_EQ(refusal([](B& b) {
               b.rotation = {0, 0, 0, 0};
             }),
-            "body 'arm': the quaternion has length zero");
+            "body 'arm': the quaternion has length 0");
   EXPECT_EQ(refusal([&](B& b) { b.axis[1] = nan; }), "body 'arm': axis holds nan");
   EXPECT_EQ(refusal([&](B& b) { b.position[2] = infinite; }), "body 'arm': position holds inf");
   EXPECT_EQ(refusal([&](B& b) { b.rotation[0] = nan; }), "body 'arm': rotation holds nan");
@@ -162,12 +199,12 @@ TEST(ModelBuilder, RefusesWhatNoBodyCanBe) {
     EXPECT_EQ(refusal([&](B& b) { b.*number = nan; }),
               "body 'arm': reference, armature and mass holds nan");
   EXPECT_EQ(refusal([](B& b) { b.inertia = {-0.1, 0.1, 0.1, 0, 0, 0}; }),
-            "body 'arm': a principal moment of inertia is -0.100000");
+            "body 'arm': a principal moment of inertia is -0.1");
   EXPECT_EQ(refusal([](B& b) { b.inertia = {0.1, 0.1, 0.1, 0.2, 0, 0}; }),
-            "body 'arm': a principal moment of inertia is -0.100000");
+            "body 'arm': a principal moment of inertia is -0.1");
   EXPECT_EQ(refusal([](B& b) { b.inertia = {0.1, 0.5, 0.2, 0, 0, 0}; }),
-            "body 'arm': no body has the principal moments of inertia 0.100000, 0.200000, "
-            "0.500000: the largest is more than the sum of the others");
+            "body 'arm': no body has the principal moments of inertia 0.1, 0.2, "
+            "0.5: the largest is more than the sum of the others");
   // A flat body's largest moment is the sum of the others, but for rounding.
   EXPECT_EQ(refusal([](B& b) { b.inertia = {0.1, 0.2, 0.3, 0, 0, 0}; }), "");
   EXPECT_EQ(refusal([](B& b) { b.inertia = {0.1, 0.2, 0.1 + 0.2, 0, 0, 0}; }), "");

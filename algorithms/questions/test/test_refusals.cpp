@@ -132,15 +132,15 @@ TYPED_TEST(Refusals, WrongSizesAreRefusedAtEveryCall) {
 
   const std::string qs_needed = "2 x " + q_needed, vs_needed = "2 x " + v_needed;
   refused("forward_dynamics", "q", "2 x " + q_given, qs_needed,
-          [&] { robot.forward_dynamics(qs_long, vs, vs, out, outcomes); });
+          [&] { (void)robot.forward_dynamics(qs_long, vs, vs, out, outcomes); });
   refused("forward_dynamics", "qd", "3 x " + v_needed, vs_needed,
-          [&] { robot.forward_dynamics(qs, vs_many, vs, out, outcomes); });
+          [&] { (void)robot.forward_dynamics(qs, vs_many, vs, out, outcomes); });
   refused("forward_dynamics", "tau", "3 x " + v_needed, vs_needed,
-          [&] { robot.forward_dynamics(qs, vs, vs_many, out, outcomes); });
+          [&] { (void)robot.forward_dynamics(qs, vs, vs_many, out, outcomes); });
   refused("forward_dynamics", "the result", "2 x 4", "2 x 3",
-          [&] { robot.forward_dynamics(qs, vs, vs, out_wide, outcomes); });
+          [&] { (void)robot.forward_dynamics(qs, vs, vs, out_wide, outcomes); });
   refused("forward_dynamics", "q", q_needed, qs_needed,
-          [&] { robot.forward_dynamics(std::vector<T>(nq), vs, vs, out, outcomes); });
+          [&] { (void)robot.forward_dynamics(std::vector<T>(nq), vs, vs, out, outcomes); });
 
   refused("inverse_dynamics", "q", q_given, q_needed,
           [&] { robot.inverse_dynamics(q_long, v, v, asked); });
@@ -218,7 +218,8 @@ TYPED_TEST(Refusals, CallsThatAreNotWantedThrow) {
   using Robot = Dynamics<T>;
   const std::vector<std::pair<Want, std::function<void(Robot&)>>> calls{
       {Want::acceleration, [&](Robot& r) { (void)r.forward_dynamics(s.q, s.qd, s.tau, x); }},
-      {Want::acceleration, [&](Robot& r) { r.forward_dynamics(s.q, s.qd, s.tau, x, outcomes); }},
+      {Want::acceleration,
+       [&](Robot& r) { (void)r.forward_dynamics(s.q, s.qd, s.tau, x, outcomes); }},
       {Want::inverse_dynamics, [&](Robot& r) { r.inverse_dynamics(s.q, s.qd, s.tau, x); }},
       {Want::inverse_dynamics, [&](Robot& r) { r.inverse_dynamics(s.q, s.qd, s.tau, x, 1); }},
       {Want::inverse_dynamics, [&](Robot& r) { r.bias(s.q, s.qd, x); }},
@@ -294,10 +295,136 @@ TEST(Dynamics, RefusesModelsThatContradictThemselves) {
             dof7 + "inertia axes is nan");
   EXPECT_EQ(refused([&](RobotModel& m) { m.links[7].principal_moments[0] = nan; }),
             dof7 + "principal moment is nan");
-  EXPECT_EQ(refused([](RobotModel& m) { m.links[7].armature = -1; }),
-            dof7 + "armature is -1.000000");
-  EXPECT_EQ(refused([](RobotModel& m) { m.links[7].mass = -1; }), dof7 + "mass is -1.000000");
+  EXPECT_EQ(refused([](RobotModel& m) { m.links[7].armature = -1; }), dof7 + "armature is -1");
+  EXPECT_EQ(refused([](RobotModel& m) { m.links[7].mass = -1; }), dof7 + "mass is -1");
   EXPECT_EQ(refused([](RobotModel& m) { m.nq = 20; }), "robot model: nq is 20, its joints read 19");
+  EXPECT_EQ(refused([](RobotModel& m) { m.links[8].q_index = m.links[7].q_index; }),
+            "robot model: DoF 'dof8': q[8] is another joint's");
+}
+
+TEST(Dynamics, RefusesWhatNoRobotCanBe) {
+  const auto refused = [](const auto& change) {
+    RobotModel model = plain(floating_base(5));
+    change(model);
+    return refusal([&] { (void)Dynamics<double>(model); });
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN(),
+               infinite = std::numeric_limits<double>::infinity();
+  const std::string dof7 = "robot model: DoF 'dof7': ";
+  using M = RobotModel;
+  EXPECT_EQ(refused([](M& m) { m.links[7].rotation = {}; }),
+            dof7 + "rotation: a quaternion of no length");
+  EXPECT_EQ(refused([](M& m) {
+              m.links[7].rotation = {0, 1e-200, 0, 0};
+            }),
+            dof7 + "rotation: a quaternion of no length");
+  EXPECT_EQ(refused([](M& m) { m.links[7].inertia_axes = {}; }),
+            dof7 + "inertia axes: a quaternion of no length");
+  EXPECT_EQ(refused([](M& m) { m.links[7].rotation = {0, 3, 0, 4}; }), "") << "of any other length";
+  EXPECT_EQ(refused([&](M& m) { m.gravity[1] = nan; }), "robot model: gravity is nan");
+  EXPECT_EQ(refused([&](M& m) { m.gravity[2] = -infinite; }), "robot model: gravity is -inf");
+  EXPECT_EQ(refused([](M& m) {
+              m.links[7].principal_moments = {0.1, -0.1, 0.1};
+            }),
+            dof7 + "principal moment is -0.1");
+  EXPECT_EQ(refused([](M& m) {
+              m.links[7].principal_moments = {0.1, 0.1, 5};
+            }),
+            "")
+      << "no solid body has them, but the loader takes them as given";
+  EXPECT_EQ(refused([](M& m) {
+              m.links[7].principal_moments = {-1e-18, 0.1, 0.1};
+            }),
+            "")
+      << "rounding";
+  EXPECT_EQ(refused([](M& m) { m.links[7].coordinate = static_cast<Coordinate>(77); }),
+            dof7 + "coordinate 77 is none");
+  EXPECT_EQ(refused([](M& m) { m.links[7].slides = !m.links[7].slides; }),
+            dof7 + "its coordinate is an angle or a quaternion, but it slides");
+  EXPECT_EQ(refused([](M& m) { m.links[1].slides = false; }),
+            "robot model: DoF 'dof1': of one joint a DoF slides and another turns");
+  EXPECT_NE(refused([](M& m) { m.links[2].coordinate = Coordinate::angle; }), "")
+      << "two DoF of a position";
+  EXPECT_EQ(
+      refusal([] { (void)dynamics_of<double>(floating_base(5), {.form = static_cast<Form>(9)}); }),
+      "options: form 9 is none");
+}
+
+TEST(Dynamics, RefusesWhatItsScalarDoesNotHold) {
+  RobotModel model = plain(floating_base(5));
+  model.links[7].mass = 1e50;
+  EXPECT_EQ(refusal([&] { (void)Dynamics<double>(model); }), "");
+  EXPECT_EQ(refusal([&] { (void)Dynamics<float>(model); }),
+            "robot model: DoF 'dof7': mass is 1e50, more than 3.40282e38");
+}
+
+template <class F>
+std::string wrong_use(const F& f) {
+  try {
+    f();
+  } catch (const std::logic_error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+// Every call, since each of them would follow a null pointer.
+TYPED_TEST(Refusals, ObjectsThatWereMovedFromAnswerNothing) {
+  using T = TypeParam;
+  const Model<double> model = floating_base(5);
+  const State<T> s = random_state(model, 3).template cast<T>();
+  const int nv = model.nv();
+  DynamicsOptions options;
+  options.question = about(all_but(nv, {}), model);
+  Dynamics<T> robot = dynamics_of<T>(model, options);
+  Dynamics<T> moved = std::move(robot);
+  VectorX<T> x(nv);
+  MatrixX<T> X(nv, nv), J(18, 18);
+  T number;
+  std::vector<Outcome> outcomes(1);
+  using Robot = Dynamics<T>;
+  const std::vector<std::function<void(Robot&)>> calls{
+      [&](Robot& r) { (void)r.plan(); },
+      [&](Robot& r) { (void)r.forward_dynamics(s.q, s.qd, s.tau, x); },
+      [&](Robot& r) { (void)r.forward_dynamics(s.q, s.qd, s.tau, x, outcomes); },
+      [&](Robot& r) { r.inverse_dynamics(s.q, s.qd, s.tau, x); },
+      [&](Robot& r) { r.inverse_dynamics(s.q, s.qd, s.tau, x, 1); },
+      [&](Robot& r) { r.bias(s.q, s.qd, x); },
+      [&](Robot& r) { r.gravity(s.q, x); },
+      [&](Robot& r) { r.mass(s.q, X); },
+      [&](Robot& r) { (void)r.inverse_mass(s.q, X); },
+      [&](Robot& r) { (void)r.factor(s.q); },
+      [&](Robot& r) { r.solve(s.tau, x); },
+      [&](Robot& r) { (void)r.derivatives(s.q, s.qd, s.tau, {.dq = X}, x); },
+      [&](Robot& r) { (void)r.diagonal(s.q, x); },
+      [&](Robot& r) { (void)r.log_det(s.q, number); },
+      [&](Robot& r) { (void)r.operational(s.q, J); }};
+  ASSERT_TRUE(moved.factor(s.q));
+  for (const auto& call : calls) {
+    EXPECT_EQ(wrong_use([&] { call(robot); }), "Dynamics: was moved from, and answers nothing");
+    EXPECT_EQ(wrong_use([&] { call(moved); }), "");
+  }
+}
+
+TEST(Dynamics, RefusesQuestionsThatHoldNoNumbersOrTurns) {
+  const Model<double> model = floating_base(5);  // q: 3 lengths, a quaternion, hinges
+  const auto refused = [&](const Question& question) {
+    return refusal([&] { (void)dynamics_of<double>(model, {.question = question}); });
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  std::vector<double> q(model.nq(), 0);
+  EXPECT_EQ(refused({.locked = {3, 4, 5}, .q = q}),
+            "question: the quaternion of the locked DoF 'dof3' has no length");
+  q[3] = 1;
+  EXPECT_EQ(refused({.locked = {3, 4, 5}, .q = q}), "");
+  q[8] = nan;
+  EXPECT_EQ(refused({.locked = {3, 4, 5}, .q = q}), "") << "of a joint that is free";
+  EXPECT_EQ(refused({.locked = {7}, .q = q}),
+            "question: q[8] of the locked DoF 'dof7' is not finite");
+  const std::string bad =
+      "question: a frame on link 2 has a quaternion of no length or a number that is not finite";
+  EXPECT_EQ(refused({.frames = {Frame{2, {0, 0, 0, 0}}}}), bad);
+  EXPECT_EQ(refused({.frames = {Frame{2, {1, 0, 0, 0}, {0, nan, 0}}}}), bad);
 }
 
 TEST(Dynamics, RefusesQuestionsThatContradictThemselves) {
