@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "algorithms/model/plain.hpp"
+#include "algorithms/questions/check_model.hpp"
 #include "robots/input_error.hpp"
 
 namespace kalmarm {
@@ -45,9 +46,13 @@ std::unique_ptr<Advisor> make_advisor(const Scene& scene, const QuestionOptions&
                                       const Question& question, const std::vector<State>& states,
                                       const std::string& precision) {
   auto out = std::make_unique<Advisor>(plain(scene.model), question, rows_of(scene, states));
+  const bool held = fits_float(plain(scene.model));
+  if (!held && precision == to_string(Precision::float32))
+    throw InputError(scene.name + ": float32 does not hold a number of its file");
   const auto add = [&]<class T>(T, const std::string& variant, Precision in) {
     const Contender by{variant, to_string(in)};
     if (!precision.empty() && precision != by.precision) return;
+    if (in == Precision::float32 && !held) return;
     const Advisor* const advisor = out.get();
     out->add({variant, in, [&scene, &asked, advisor, by]() -> std::unique_ptr<Trial> {
                 const DynamicsOptions options = asked_of(by, asked, advisor->question());

@@ -14,6 +14,7 @@
 
 #include "accuracy/programs/command_line.hpp"
 #include "accuracy/programs/output_file.hpp"
+#include "accuracy/programs/ranges.hpp"
 #include "algorithms/model/plain.hpp"
 #include "kalmarm/dynamics.hpp"
 #include "robots/file_options.hpp"
@@ -151,9 +152,9 @@ int main(int argc, char** argv) {
   app.add_option("FILE", file, "MJCF or URDF file")->required()->check(CLI::ExistingFile);
   add_file_options(app, read);
   app.add_option("--random", states, "number of random states")
-      ->check(CLI::Range(1, 10000))
+      ->check(between(1, 10000))
       ->capture_default_str();
-  app.add_option("--seed", seed, "of the random states")->capture_default_str();
+  app.add_option("--seed", seed, "of the random states")->check(any_seed())->capture_default_str();
   app.add_option("--json", json_file, std::string("all results: ") + json_help)
       ->capture_default_str();
   return run_program(app, argc, argv, [&] {

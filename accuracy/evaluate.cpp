@@ -25,9 +25,11 @@
 #include "accuracy/programs/open_scene.hpp"
 #include "accuracy/programs/output_file.hpp"
 #include "accuracy/programs/progress.hpp"
+#include "accuracy/programs/ranges.hpp"
 #include "accuracy/real.hpp"
 #include "algorithms/questions/plan.hpp"
 #include "algorithms/solver.hpp"
+#include "robots/memory_limit.hpp"
 #include "robots/state_file.hpp"
 
 namespace kalmarm {
@@ -111,13 +113,21 @@ Evaluator evaluator(const Options& options, const Contender& used, const Scene& 
                                *couplings, options.question)
                      : make_evaluator(used, options.question, scene, question);
   } catch (const std::invalid_argument& e) {  // a parameter that float32 does not hold
-    throw InputError(scene.name + ": rounded to " + options.rounded + ": " + e.what());
+    throw InputError(scene.name + (options.rounded == "float32" ? ": rounded to float32: " : ": ") +
+                     e.what());
   }
 }
 
 json evaluate(const Options& options, const Contender& used, const Scene& scene,
               const Question& question, const std::optional<Couplings>& couplings,
               const std::vector<State>& states) {
+  constexpr double number_bytes = 64;  // of JSON, and its text
+  const std::vector<std::string>& want = options.question.want;
+  const auto matrices = std::count(want.begin(), want.end(), "mass") +
+                        std::count(want.begin(), want.end(), "inverse");
+  const double nv = scene.model.nv();
+  refuse_large(scene.name + ": matrices of " + std::to_string(states.size()) + " states",
+               static_cast<double>(states.size()) * double(matrices) * nv * nv * number_bytes);
   const Evaluator answer = evaluator(options, used, scene, question, couplings);
   Note warnings;
   json out = json::array();
@@ -222,13 +232,13 @@ int main(int argc, char** argv) {
   app.add_option("--variant", options.by.variant,
                  "e.g. 'Sequential<ArrayMGS>'; auto chooses for this robot and these states");
   app.add_option("--tolerance", options.tolerance, "error that auto may leave, relative")
-      ->check(CLI::PositiveNumber)
+      ->check(positive())
       ->capture_default_str();
   app.add_option("--precision", options.by.precision,
                  "float32, float64 (default) or mp (multi-precision)")
       ->check(CLI::IsMember({"float32", "float64", "mp"}));
   app.add_option("--digits", options.digits, "decimal digits of mp")
-      ->check(CLI::Range(20, 10000))
+      ->check(between(20, 10000))
       ->capture_default_str();
   app.add_option(
          "--rounded", options.rounded,
@@ -238,13 +248,16 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   auto* file = app.add_option("--states", options.states, "JSON file with qpos, qvel and tau");
   app.add_option("--random", options.random, "number of random states")
-      ->check(CLI::PositiveNumber)
+      ->check(number_of_states())
       ->excludes(file);
-  app.add_option("--seed", options.seed, "of the random states")->capture_default_str();
+  app.add_option("--seed", options.seed, "of the random states")
+      ->check(any_seed())
+      ->capture_default_str();
   app.add_option("--want", options.question.want,
                  "any of mass, inverse, acceleration, diagonal (of M^-1), log_det (of M), "
                  "operational (J M^-1 J'), factors")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->check(CLI::IsMember(
           {"mass", "inverse", "acceleration", "diagonal", "log_det", "operational", "factors"}))
       ->capture_default_str();

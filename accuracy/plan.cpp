@@ -11,6 +11,7 @@
 #include "accuracy/programs/command_line.hpp"
 #include "accuracy/programs/open_scene.hpp"
 #include "accuracy/programs/output_file.hpp"
+#include "accuracy/programs/ranges.hpp"
 #include "algorithms/fast/lowering/zero_terms.hpp"
 #include "algorithms/questions/flops.hpp"
 #include "robots/inventory.hpp"
@@ -238,17 +239,20 @@ int main(int argc, char** argv) {
   app.add_option("--want", options.question.want,
                  "any of acceleration, inverse, diagonal, log_det, mass, operational")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->check(
           CLI::IsMember({"acceleration", "inverse", "diagonal", "log_det", "mass", "operational"}))
       ->capture_default_str();
   options.question.add_to(app);
   app.add_option("--tolerance", options.tolerance,
                  "relative error that is allowed: which precision")
-      ->check(CLI::PositiveNumber);
+      ->check(positive());
   app.add_option("--random", options.random, "states that the precision is for")
-      ->check(CLI::PositiveNumber)
+      ->check(number_of_states())
       ->capture_default_str();
-  app.add_option("--seed", options.seed, "of these states")->capture_default_str();
+  app.add_option("--seed", options.seed, "of these states")
+      ->check(any_seed())
+      ->capture_default_str();
   app.add_option("--json", options.json_file, std::string("the plan: ") + json_help);
   return run_program(app, argc, argv, [&] { return run(options); });
 }

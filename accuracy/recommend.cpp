@@ -10,6 +10,7 @@
 #include "accuracy/programs/open_scene.hpp"
 #include "accuracy/programs/output_file.hpp"
 #include "accuracy/programs/progress.hpp"
+#include "accuracy/programs/ranges.hpp"
 #include "algorithms/model/short_text.hpp"
 
 namespace kalmarm {
@@ -131,17 +132,21 @@ int main(int argc, char** argv) {
   add_scene(app, options.scene, options.read)->required();
   app.add_option("--want", options.want, "any of acceleration, inverse, diagonal, log_det, mass")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->check(CLI::IsMember({"acceleration", "inverse", "diagonal", "log_det", "mass"}))
       ->capture_default_str();
   app.add_option("--tolerance", options.tolerances, "relative errors that may be left")
       ->delimiter(',')
-      ->check(CLI::PositiveNumber)
+      ->allow_extra_args(false)
+      ->check(positive())
       ->capture_default_str();
   options.question.add_to(app);
   app.add_option("--random", options.random, "random states that it is for")
-      ->check(CLI::PositiveNumber)
+      ->check(number_of_states())
       ->capture_default_str();
-  app.add_option("--seed", options.seed, "of these states")->capture_default_str();
+  app.add_option("--seed", options.seed, "of these states")
+      ->check(any_seed())
+      ->capture_default_str();
   app.add_option("--json", options.json_file, std::string("all contenders too: ") + json_help);
   return run_program(app, argc, argv, [&] { return run(options); });
 }

@@ -19,6 +19,7 @@
 #include "accuracy/programs/open_scene.hpp"
 #include "accuracy/programs/output_file.hpp"
 #include "accuracy/programs/progress.hpp"
+#include "accuracy/programs/ranges.hpp"
 #include "accuracy/truth_cache.hpp"
 #include "algorithms/solver.hpp"
 #include "robots/mujoco_solver.hpp"
@@ -173,9 +174,9 @@ int main(int argc, char** argv) {
   std::string out;
   add_scene(app, names, read)->required();
   app.add_option("--states", count, "random states of each scene")
-      ->check(CLI::Range(1, 1000000))
+      ->check(between(1, 1000000))
       ->capture_default_str();
-  app.add_option("--seed", seed, "of the states")->capture_default_str();
+  app.add_option("--seed", seed, "of the states")->check(any_seed())->capture_default_str();
   app.add_option("--out", out, "CSV file to write")->required();
 
   return run_program(app, argc, argv, [&] {

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "accuracy/programs/command_line.hpp"
+#include "accuracy/programs/ranges.hpp"
 #include "algorithms/derivatives/log_det.hpp"
 #include "algorithms/estimation/filter_smoother.hpp"
 #include "algorithms/estimation/operators.hpp"
@@ -217,9 +218,11 @@ int main(int argc, char** argv) {
   int largest = largest_recursion;
   std::uint64_t seed = 1;
   app.add_option("--largest", largest, "chain that is timed")
-      ->check(CLI::Range(5, 1000000))
+      ->check(between(5, 1000000))
       ->capture_default_str();
-  app.add_option("--seed", seed, "of the chain and its state")->capture_default_str();
+  app.add_option("--seed", seed, "of the chain and its state")
+      ->check(any_seed())
+      ->capture_default_str();
   return run_program(app, argc, argv, [&] {
     add_all(largest, seed);
     benchmarks.run(timed_call);

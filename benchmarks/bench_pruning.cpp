@@ -197,6 +197,7 @@ int main(int argc, char** argv) {
             app.add_option("--want", options.want,
                            "any of acceleration, inverse, diagonal, log_det, mass, operational")
                 ->delimiter(',')
+                ->allow_extra_args(false)
                 ->check(CLI::IsMember(
                     {"acceleration", "inverse", "diagonal", "log_det", "mass", "operational"}));
             options.add_to(app);

@@ -1,6 +1,7 @@
 #include "benchmarks/driver.hpp"
 
 #include "accuracy/programs/open_scene.hpp"
+#include "accuracy/programs/ranges.hpp"
 #include "benchmarks/run.hpp"
 
 namespace kalmarm {
@@ -18,7 +19,7 @@ int Driver::run(int argc, char** argv, const Add& add,
     option->required();
   else
     option->capture_default_str();
-  app.add_option("--seed", seed, "of the random states")->capture_default_str();
+  app.add_option("--seed", seed, "of the random states")->check(any_seed())->capture_default_str();
   configure(app);
   return run_program(app, argc, argv, [&] {
     std::vector<Scene> opened;

@@ -11,9 +11,11 @@
 #include <iterator>
 #include <sstream>
 #include <string_view>
+#include <utility>
 
 #include "accuracy/programs/command_line.hpp"
 #include "accuracy/programs/output_file.hpp"
+#include "accuracy/programs/ranges.hpp"
 #include "benchmarks/context.hpp"
 #include "robots/input_error.hpp"
 
@@ -68,11 +70,27 @@ class ErrorStream : public std::stringbuf {
   std::streambuf* before_;
 };
 
+// Google Benchmark does not look at the values of its flags, and aborts on a negative number of
+// repetitions. What is wrong with them; empty where nothing is.
+std::string wrong_flag(int argc, char** argv) {
+  const std::pair<std::string, CLI::Validator> flags[] = {
+      {"--benchmark_repetitions", between(1, 1'000'000)}, {"--benchmark_min_time", positive()}};
+  for (int i = 1; i < argc; ++i)
+    for (const auto& [name, range] : flags) {
+      const std::string argument = argv[i];
+      if (!argument.starts_with(name + "=")) continue;
+      if (const std::string wrong = range(argument.substr(name.size() + 1)); !wrong.empty())
+        return name + ": " + wrong;
+    }
+  return "";
+}
+
 }  // namespace
 
 Benchmarks::Benchmarks(int& argc, char** argv, const std::string& of) {
   start_program(argv);  // before Initialize takes its flags out of argv
   usage = of;
+  wrong_ = wrong_flag(argc, argv);
   std::string in_memory;
   for (int i = 1; i < argc; ++i) {
     const std::string_view flag = argv[i];
@@ -87,6 +105,7 @@ Benchmarks::Benchmarks(int& argc, char** argv, const std::string& of) {
 }
 
 void Benchmarks::run(const char* timed_call) {
+  if (!wrong_.empty()) throw InputError(wrong_);
   OutputFile out(out_);
   add_context(timed_call);
   std::size_t matched = 0;

@@ -19,7 +19,7 @@ class Benchmarks {
   void run(const char* timed_call);
 
  private:
-  std::string out_;
+  std::string out_, wrong_;
   Descriptor memory_;  // for the library to write to
 };
 

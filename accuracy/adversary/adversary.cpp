@@ -9,6 +9,7 @@
 #include "accuracy/programs/command_line.hpp"
 #include "accuracy/programs/output_file.hpp"
 #include "accuracy/programs/progress.hpp"
+#include "accuracy/programs/ranges.hpp"
 #include "accuracy/stress/selection.hpp"
 
 namespace kalmarm::adversary {
@@ -193,13 +194,15 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--evaluations", options.evaluations,
                  "mechanisms that are judged by each method, rounded up to whole rounds")
-      ->check(CLI::Range(1, 100000000))
+      ->check(between(1, 100000000))
       ->capture_default_str();
-  app.add_option("--seed", options.seed, "the same seed, the same result")->capture_default_str();
+  app.add_option("--seed", options.seed, "the same seed, the same result")
+      ->check(any_seed())
+      ->capture_default_str();
   app.add_option("--condition", options.condition,
                  "structured condition number above which an error counts for less: rounding each "
                  "parameter changes such an answer by as many roundoffs")
-      ->check(CLI::PositiveNumber)
+      ->check(positive())
       ->capture_default_str();
   app.add_option("--out", options.out,
                  "folder for what is found, as NAME.xml and NAME.json, which evaluate reads, and "

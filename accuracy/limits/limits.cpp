@@ -12,6 +12,7 @@
 #include "accuracy/programs/open_scene.hpp"
 #include "accuracy/programs/output_file.hpp"
 #include "accuracy/programs/progress.hpp"
+#include "accuracy/programs/ranges.hpp"
 
 namespace kalmarm::limits {
 namespace {
@@ -175,9 +176,10 @@ int main(int argc, char** argv) {
   limits::Options options;
   add_scene(app, options.scene, options.read)->required();
   app.add_option("--seed", options.seed, "of the random states and of the search")
+      ->check(any_seed())
       ->capture_default_str();
   app.add_option("--effort", options.effort, "states that are searched, times the usual number")
-      ->check(CLI::Range(1e-3, 1e3))
+      ->check(between(1e-3, 1e3))
       ->capture_default_str();
   app.add_option("--json", options.json_file, std::string("the result: ") + json_help);
   return run_program(app, argc, argv, [&] { return limits::run(options); });

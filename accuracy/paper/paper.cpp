@@ -18,6 +18,7 @@
 #include "accuracy/programs/open_scene.hpp"
 #include "accuracy/programs/output_file.hpp"
 #include "accuracy/programs/progress.hpp"
+#include "accuracy/programs/ranges.hpp"
 #include "algorithms/inverse_mass/condition.hpp"
 #include "algorithms/solver.hpp"
 #include "robots/families.hpp"
@@ -229,15 +230,17 @@ int main(int argc, char** argv) {
       app.add_option("--robot", options.robot, std::string("SCENE to check: ") + scene_help);
   add_file_options(app, options.read);
   app.add_option("--links", options.links, "random chain of so many links")
-      ->check(CLI::Range(1, largest_dense))
+      ->check(between(1, largest_dense))
       ->excludes(robot)
       ->capture_default_str();
-  app.add_option("--seed", options.seed, "of the chain and of the state")->capture_default_str();
+  app.add_option("--seed", options.seed, "of the chain and of the state")
+      ->check(any_seed())
+      ->capture_default_str();
   app.add_option("--precision", options.precision, "float64, mp or both")
       ->check(CLI::IsMember({"float64", "mp", "both"}))
       ->capture_default_str();
   app.add_option("--digits", options.digits, "decimal digits of mp")
-      ->check(CLI::Range(30, 1000))
+      ->check(between(30, 1000))
       ->capture_default_str();
   app.add_option("--json", options.json_file, std::string("the rows: ") + json_help);
   return run_program(app, argc, argv, [&] { return run(options); });

@@ -24,6 +24,7 @@
 #include "accuracy/programs/open_scene.hpp"
 #include "accuracy/programs/output_file.hpp"
 #include "accuracy/programs/progress.hpp"
+#include "accuracy/programs/ranges.hpp"
 #include "accuracy/simulation/reference.hpp"
 #include "accuracy/simulation/sample_covariance.hpp"
 #include "algorithms/estimation/covariance_analysis.hpp"
@@ -211,20 +212,24 @@ int main(int argc, char** argv) {
   app.add_option("--method", options.methods, "which to run")
       ->check(CLI::IsMember(method_names()))
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->capture_default_str();
   app.add_option("--quantity", options.quantities, "whose covariance")
       ->check(CLI::IsMember(quantity_names()))
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->capture_default_str();
   app.add_option("--samples", options.samples, "64, 128, … up to so many")
-      ->check(CLI::Range(std::int64_t{SampleCovariance::block}, std::int64_t{1} << 32))
+      ->check(between(std::int64_t{SampleCovariance::block}, std::int64_t{1} << 32))
       ->capture_default_str();
   app.add_option("--replicas", options.replicas, "independent repetitions of every sampler")
-      ->check(CLI::Range(1, 100000))
+      ->check(between(1, 100000))
       ->capture_default_str();
-  app.add_option("--seed", options.seed, "of the samples")->capture_default_str();
+  app.add_option("--seed", options.seed, "of the samples")
+      ->check(any_seed())
+      ->capture_default_str();
   app.add_option("--threads", options.threads, "of the samplers")
-      ->check(CLI::Range(1, 1024))
+      ->check(between(1, 1024))
       ->capture_default_str();
   app.add_option("--out", out, "CSV file to write")->required();
 

@@ -10,14 +10,17 @@
 #include "accuracy/programs/command_line.hpp"
 #include "accuracy/programs/output_file.hpp"
 #include "accuracy/programs/progress.hpp"
+#include "accuracy/programs/ranges.hpp"
 #include "accuracy/stress/integration.hpp"
 #include "accuracy/stress/parts.hpp"
 #include "accuracy/stress/selection.hpp"
+#include "robots/memory_limit.hpp"
 
 namespace kalmarm::stress {
 namespace {
 
 constexpr int default_seeds = 3;
+constexpr double largest_chain = 100'000;  // the longest of --full
 
 struct Options {
   std::vector<std::string> families = {"heavy_tip"};
@@ -39,11 +42,13 @@ std::vector<double> values_of(const Family& family, const Options& options) {
 
 // A value is a size or a ratio, or a number of joints.
 void require_meaning(const Family& family, const std::vector<double>& values) {
-  const double least = family.parameter == "N" ? 1 : 0;
+  const bool counts = family.parameter == "N";
+  const double least = counts ? 1 : 0, most = counts ? largest_chain : 1e300;
   for (const double value : values)
-    if (value < least)
-      throw InputError("family '" + family.name + "': " + family.parameter + " = " + number(value) +
-                       " is less than " + number(least));
+    if (value < least || value > most)
+      throw InputError(
+          "family '" + family.name + "': " + family.parameter + " = " + number(value) +
+          (value < least ? " is less than " + number(least) : " is more than " + number(most)));
 }
 
 // So that q' is the rate of q.
@@ -70,6 +75,8 @@ std::vector<Job> plan(const std::vector<Family>& all, const Options& options) {
     const std::vector<double> values = values_of(family, options);
     require_meaning(family, values);
     const int seeds = options.seeds > 0 ? options.seeds : family.random ? default_seeds : 1;
+    refuse_large("cases of " + std::to_string(seeds) + " seeds",
+                 2 * sizeof(Job) * (double(jobs.size()) + double(seeds) * double(values.size())));
     for (const double value : values)
       for (int seed = 1; seed <= seeds; ++seed)
         jobs.push_back({&family, value, static_cast<std::uint64_t>(seed)});
@@ -121,11 +128,6 @@ int main(int argc, char** argv) {
   using namespace kalmarm;
   CLI::App app("Calls of an adaptive integrator for a free fall, by variant, as CSV", "integrate");
   stress::Options options;
-  const CLI::Validator finite(  // CLI::Range lets a NaN pass
-      [](const std::string& text) {
-        return std::isfinite(std::strtod(text.c_str(), nullptr)) ? "" : text + " is not finite";
-      },
-      "");
   app.add_option("--family", options.families,
                  "families of hinges and slides; a name that ends in * takes all that begin so")
       ->capture_default_str();
@@ -136,20 +138,18 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--seeds", options.seeds,
                  "seeds 1 to N of every case; default: 3, or 1 where the seed changes nothing")
-      ->check(CLI::Range(1, 10000000));
+      ->check(between(1, 10000000));
   auto* values = app.add_option("--values", options.values, "values of the family's parameter")
                      ->delimiter(',')
-                     ->check(finite);
+                     ->check(finite());
   app.add_option("--duration", options.fall.duration, "of the fall [s]")
-      ->check(finite)
-      ->check(CLI::Range(1e-6, 1e6))
+      ->check(between(1e-6, 1e6))
       ->capture_default_str();
   app.add_option("--tolerance", options.fall.tolerance, "of a step, relative and absolute")
-      ->check(finite)
-      ->check(CLI::Range(1e-15, 1.0))
+      ->check(between(1e-15, 1.0))
       ->capture_default_str();
   app.add_option("--cap", options.fall.cap, "calls after which a run is given up")
-      ->check(CLI::Range(1, 1000000000))
+      ->check(between(1, 1000000000))
       ->capture_default_str();
   auto* quick = app.add_flag("--quick", options.quick, "few values (default)")->excludes(values);
   app.add_flag("--full", options.full, "every decade of a mass ratio, all values of others")

@@ -27,9 +27,11 @@
 #include "accuracy/programs/journal.hpp"
 #include "accuracy/programs/output_file.hpp"
 #include "accuracy/programs/progress.hpp"
+#include "accuracy/programs/ranges.hpp"
 #include "accuracy/stress/measure_advice.hpp"
 #include "accuracy/stress/measure_case.hpp"
 #include "accuracy/stress/selection.hpp"
+#include "robots/memory_limit.hpp"
 
 namespace kalmarm::stress {
 namespace {
@@ -87,15 +89,23 @@ std::vector<Job> plan(const std::vector<Family>& all, const Options& options) {
   const std::vector<std::string> known = names_of(all);
   const std::vector<std::string> chosen =
       options.families.empty() ? known : select(options.families, known, "family");
+  const std::vector<std::string> both = {"both"};
+  const std::vector<std::string>& precisions = options.advice.empty() ? options.precisions : both;
+  const auto each_value = [&](const auto& f) {
+    for (const Family& family : all)
+      if (std::ranges::find(chosen, family.name) != chosen.end())
+        for (const double value : options.full ? family.full : family.quick)
+          f(family, value, seeds(family, value, options));
+  };
+  double count = 0;
+  each_value([&](const Family&, double, int seeds) { count += seeds * double(precisions.size()); });
+  refuse_large(number(count) + " cases", 2 * sizeof(Job) * count);
   std::vector<Job> jobs;
-  for (const Family& family : all) {
-    if (std::ranges::find(chosen, family.name) == chosen.end()) continue;
-    const std::vector<std::string> both = {"both"};
-    for (const double value : options.full ? family.full : family.quick)
-      for (int seed = 1; seed <= seeds(family, value, options); ++seed)
-        for (const std::string& precision : options.advice.empty() ? options.precisions : both)
-          jobs.push_back({&family, value, static_cast<std::uint64_t>(seed), precision});
-  }
+  each_value([&](const Family& family, double value, int seeds) {
+    for (int seed = 1; seed <= seeds; ++seed)
+      for (const std::string& precision : precisions)
+        jobs.push_back({&family, value, static_cast<std::uint64_t>(seed), precision});
+  });
   return jobs;
 }
 
@@ -319,16 +329,15 @@ int main(int argc, char** argv) {
   app.add_option("--advice", options.advice,
                  "tolerances: what the advisor chooses for every mechanism, and its error")
       ->delimiter(',')
-      ->check(CLI::PositiveNumber);
+      ->check(positive());
   app.add_option("--seeds", options.seeds, "seeds 1 to N of every case")
-      ->check(CLI::Range(1, 10000000));
+      ->check(between(1, 10000000));
   auto* quick = app.add_flag("--quick", options.quick, "few values and seeds (default)");
   app.add_flag("--full", options.full, "all values, 10 000 wild mechanisms")->excludes(quick);
   app.add_option("--shard", options.shard,
                  "I/N: every N-th case from the I-th on; concatenate the files")
       ->capture_default_str();
-  app.add_option("--jobs", options.jobs, "processes; default: one a core")
-      ->check(CLI::Range(1, 1024));
+  app.add_option("--jobs", options.jobs, "processes; default: one a core")->check(between(1, 1024));
   auto* list = app.add_flag("--list", options.list, "print families and variants");
   app.add_option("--json", options.json_file, std::string("the list: ") + json_help)->needs(list);
   app.add_option("--out", options.out, "file to write");
