@@ -134,10 +134,11 @@ json record_of(const Identification& done, const IdentificationOptions& options)
               {"solver", result.message},
               {"seconds", result.seconds},
               {"columns", done.names},
-              {"warnings", json::array()}};
+              {"known", done.known},
+              {"warnings", done.findings}};
   if (done.truth) record["noise"] = options.simulation.noise;
   add_iterations(result, record);
-  if (!result.converged)
+  if (!result.converged && !result.message.empty())
     record["warnings"].push_back("the solver has not converged: " + result.message);
   if (!result.usable) return record;
   record["residual_rms"] = result.sigma;
@@ -162,6 +163,7 @@ void print_record(const json& record) {
   std::printf("%s, residual %s, %s Jacobian, %d samples, %d held out\n", text("robot").c_str(),
               text("residual").c_str(), text("jacobian").c_str(), record["samples"].get<int>(),
               record["held_out"].get<int>());
+  std::printf("  known        of the file: %s\n", joined(record["known"]).c_str());
   std::printf("  fit          %zu iterations, %.2f s: %s\n", record["iterations"].size(),
               number(record["seconds"]), text("solver").c_str());
   if (record.contains("rank")) {

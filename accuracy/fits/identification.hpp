@@ -2,8 +2,12 @@
 //
 // --simulate makes the data with MuJoCo from a hidden model: torques (and mass matrices) along an
 // optimised trajectory, with noise; the last fifth is along another, random one, and is held out.
-// Of --data the last fifth is held out. A fit is usable where the solver ended well and the error
-// of held-out torques is at most a tenth above the start's.
+// Of --data the last fifth is held out. A fit is usable where the solver ended well, the data see a
+// parameter, and the error of held-out torques is at most a tenth above the start's; data that hold
+// a number above 1e30 are not fitted.
+//
+// Of the robot's file the fit starts from what is free, and takes as known what is not: inertias of
+// bodies, armature, and of every joint damping and friction.
 #pragma once
 
 #include <optional>
@@ -37,7 +41,9 @@ struct Identification {
   Samples train, test;
   Fit fit;
   bool usable = false;
-  TorqueError before, after;  // of the test; after: where the solver's answer is usable
+  std::vector<std::string> known;     // of the file, "viscous friction of 2 joints"
+  std::vector<std::string> findings;  // why it is not usable, and what else to free
+  TorqueError before, after;          // of the test; after: where the solver's answer is usable
 };
 
 // Throws InputError where options, robot or data do not fit together.

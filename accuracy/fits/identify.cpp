@@ -9,6 +9,7 @@
 #include "accuracy/programs/command_line.hpp"
 #include "accuracy/programs/open_scene.hpp"
 #include "accuracy/programs/output_file.hpp"
+#include "accuracy/programs/ranges.hpp"
 
 namespace kalmarm {
 namespace {
@@ -48,6 +49,7 @@ int main(int argc, char** argv) {
   using namespace kalmarm;
   CLI::App app("Inertial parameters of a robot from measured or simulated motion.", "identify");
   IdentificationOptions o;
+  o.read.adds_friction = true;  // of the file, where it is not fitted
   add_scene(app, o.robot, o.read)->required();
   app.add_option("--data", o.data, samples_help);
   app.add_option("--simulate", o.hidden, "SCENE of the hidden truth, which MuJoCo moves");
@@ -60,45 +62,48 @@ int main(int argc, char** argv) {
   o.free = {"bodies"};
   app.add_option("--free", o.free,
                  "bodies (all that are physical), names of bodies, armature, viscous, coulomb")
+      ->delimiter(',')
+      ->allow_extra_args(false)
       ->capture_default_str();
   app.add_option("--prior", o.fit.prior, "weight of the start's values against the data")
-      ->check(CLI::NonNegativeNumber)
+      ->check(not_negative())
       ->capture_default_str();
   app.add_option("--mass-within", o.fit.mass_within, "factor within which masses stay; 0: any")
-      ->check(CLI::NonNegativeNumber)
+      ->check(not_negative())
       ->capture_default_str();
   app.add_option("--com-within", o.fit.com_within,
                  "metres within which centres of mass stay; 0: anywhere")
-      ->check(CLI::NonNegativeNumber)
+      ->check(not_negative())
       ->capture_default_str();
   app.add_option("--iterations", o.fit.iterations, "at most, in a round")
-      ->check(CLI::Range(1, 100000))
+      ->check(between(1, 100000))
       ->capture_default_str();
   app.add_option("--hold-out", o.hold_out, "share of --data that is predicted instead of fitted")
-      ->check(CLI::Range(0.01, 0.9))
+      ->check(between(0.01, 0.9))
       ->capture_default_str();
   app.add_option("--half-width", o.filter.half_width,
                  "samples on either side of one, to which the polynomials are fitted whose "
                  "derivatives stand in for what --data lacks")
-      ->check(CLI::Range(2, 10000))
+      ->check(between(2, 10000))
       ->capture_default_str();
   app.add_option("--samples", o.simulation.count, "of --simulate")
-      ->check(CLI::Range(2, 1000000))
+      ->check(between(2, 1000000))
       ->capture_default_str();
   app.add_option("--period", o.simulation.period, "of the simulated motion [s]")
-      ->check(CLI::PositiveNumber)
+      ->check(positive())
       ->capture_default_str();
   app.add_option("--speed", o.simulation.speed, "largest joint speed of it [rad/s]")
-      ->check(CLI::PositiveNumber)
+      ->check(positive())
       ->capture_default_str();
   app.add_option("--noise", o.simulation.noise, "of simulated torques, against their own size")
-      ->check(CLI::NonNegativeNumber)
+      ->check(not_negative())
       ->capture_default_str();
   app.add_option("--start-error", o.start_error,
                  "by which SCENE's masses, centres and moments are moved before the fit")
-      ->check(CLI::Range(0.0, 0.9))
+      ->check(between(0.0, 0.9))
       ->capture_default_str();
   app.add_option("--seed", o.simulation.seed, "of motion, noise and start error")
+      ->check(any_seed())
       ->capture_default_str();
   app.add_option("--out", o.out, "MJCF file of the fitted robot");
   app.add_option("--json", o.json_out, std::string("all results: ") + json_help);

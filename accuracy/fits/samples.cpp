@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <iterator>
 #include <memory>
 #include <numeric>
 
 #include "accuracy/csv.hpp"
+#include "robots/files/text_file.hpp"
 #include "robots/input_error.hpp"
 
 namespace kalmarm {
@@ -24,6 +24,8 @@ std::vector<std::string> column_names(const Model<double>& model) {
     for (const std::string& name : model.names()) names.push_back(kind + name);
   return names;
 }
+
+constexpr std::size_t longest_told = 60;  // characters of a field that is no number
 
 bool is_acceleration(const std::string& column) { return column.starts_with("qdd:"); }
 bool is_velocity(const std::string& column) { return column.starts_with("qd:"); }
@@ -69,9 +71,7 @@ class Reader {
   }
 
   Samples read() {
-    std::ifstream file(path_, std::ios::binary);
-    const std::string text((std::istreambuf_iterator<char>(file)), {});
-    if (!file) throw InputError(path_ + ": cannot be read");
+    const std::string text = read_text_or_stream(path_);
     const std::size_t mark = text.starts_with("\xEF\xBB\xBF") ? 3 : 0;  // UTF-8's byte order mark
 
     csv_parser parser;
@@ -151,15 +151,15 @@ class Reader {
     double value = 0;
     const auto [stop, error] = std::from_chars(begin, end, value);
     if (error != std::errc() || stop != end || !std::isfinite(value))
-      throw InputError(where() + ", column '" + header_[field] + "': '" + text +
-                       "' is not a finite number");
+      throw InputError(where() + ", column '" + header_[field] + "': '" +
+                       text.substr(0, longest_told) + "' is not a finite number");
     return value;
   }
 
   void normalize(double* entries, const std::string& dof) {
     Eigen::Map<Eigen::Vector4d> quaternion(entries);
     const double norm = quaternion.norm();
-    if (!(norm > 1e-10))
+    if (!(norm > 1e-10 && std::isfinite(norm)))
       throw InputError(where() + ": the quaternion of '" + dof + "' has length " + number(norm));
     if (std::abs(norm - 1) <= 1e-9) return;  // digits of the file
     quaternion /= norm;

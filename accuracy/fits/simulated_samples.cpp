@@ -7,6 +7,7 @@
 #include "accuracy/fits/prediction.hpp"
 #include "algorithms/derivatives/mass_jacobian.hpp"
 #include "robots/input_error.hpp"
+#include "robots/memory_limit.hpp"
 #include "robots/mujoco_solver.hpp"
 
 namespace kalmarm {
@@ -43,6 +44,11 @@ void add_noise(double noise, std::uint64_t seed, Samples& samples) {
 }  // namespace
 
 SimulatedSamples simulate_samples(const Scene& hidden, const SimulationOptions& options) {
+  const double numbers = hidden.model.nq() + 3 * hidden.model.nv() +
+                         lower_triangle_size(hidden.model.nv()) +
+                         body_parameters * hidden.model.nv() * hidden.model.nv();  // of a regressor
+  refuse_large(std::to_string(options.count) + " samples of " + hidden.name,
+               1.25 * options.count * numbers * sizeof(double));
   ExcitationOptions train{.count = options.count,
                           .period = options.period,
                           .speed = options.speed,
