@@ -5,14 +5,14 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "accuracy/csv.hpp"
 #include "accuracy/programs/digest.hpp"
 #include "accuracy/programs/output_file.hpp"
+#include "robots/files/text_file.hpp"
 #include "robots/input_error.hpp"
+#include "robots/json_file.hpp"
 #include "robots/state_file.hpp"
 #include "robots/write_mjcf.hpp"
 
@@ -21,7 +21,8 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double least_progress = 0.02;  // log10: a row, 5 per cent
+constexpr double least_progress = 0.02;       // log10: a row, 5 per cent
+constexpr std::size_t most_rounds = 200'000;  // their evaluations are counted in an int
 
 json asked_json(const Asked& asked) {
   return {{"variant", asked.of.variant},
@@ -60,18 +61,40 @@ json unsealed(const std::string& text) {
   return document;
 }
 
+// A count in the range; a number of JSON is converted to int whatever it is.
+int count_of(const json& value, const char* what, int low, int high) {
+  if (!value.is_number_integer() || value < low || value > high)
+    throw InputError(std::string(what) + " is not a whole number from " + std::to_string(low) +
+                     " to " + std::to_string(high));
+  return value;
+}
+
+// log10 of an error, of which the judge's largest is 1e300.
+double value_of(const json& value) {
+  const double out = finite_number(value, "value");
+  if (out > 300) throw InputError("value is above 300");
+  return out;
+}
+
+// As the search makes them (search.hpp).
 Round round_of(const json& entry) {
+  constexpr int most = 10'000;  // evaluations of a round: ten times the usual number
   Round out;
-  for (const char* key : {"bodies", "evaluations"})
-    if (!entry.at(key).is_number_integer()) throw InputError(std::string(key) + " is no integer");
-  out.best = {entry.at("bodies"), entry.at("x")};
-  out.value = entry.at("value");
-  out.evaluations = entry.at("evaluations");
-  out.curve = entry.at("curve");
-  if (out.best.bodies < 1 || out.best.bodies > most_dofs ||
-      static_cast<int>(out.best.x.size()) != length_of(out.best.bodies))
+  out.best.bodies = count_of(entry.at("bodies"), "bodies", 1, most_dofs);
+  for (const json& x : entry.at("x")) {
+    out.best.x.push_back(finite_number(x, "x"));
+    if (!(out.best.x.back() >= 0 && out.best.x.back() <= 1))
+      throw InputError("x is not from 0 to 1");
+  }
+  if (static_cast<int>(out.best.x.size()) != length_of(out.best.bodies))
     throw InputError("a genome has the wrong length");
-  if (out.evaluations < 1) throw InputError("a round has no evaluations");
+  out.value = value_of(entry.at("value"));
+  out.evaluations = count_of(entry.at("evaluations"), "evaluations", 1, most);
+  for (const json& point : entry.at("curve")) {
+    if (!point.is_array() || point.size() != 2) throw InputError("a curve is not of pairs");
+    out.curve.emplace_back(count_of(point[0], "evaluations", 0, out.evaluations),
+                           value_of(point[1]));
+  }
   return out;
 }
 
@@ -106,15 +129,15 @@ std::string to_json(const Asked& asked, const std::vector<Round>& rounds) {
 
 std::vector<Round> read_rounds(const std::string& path, const Asked& asked) {
   std::vector<Round> out;
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return out;
-  std::string text(std::istreambuf_iterator<char>(file), {});
+  if (!is_there(path)) return out;
+  std::string text = read_text(path);
   if (text.ends_with('\n')) text.pop_back();
   try {
     json document = unsealed(text);
     const json rounds = document.at("rounds");
     document.erase("rounds");
     if (document != asked_json(asked)) throw InputError("is of another search");
+    if (rounds.size() > most_rounds) throw InputError("too many rounds");
     for (const json& entry : rounds) out.push_back(round_of(entry));
   } catch (const std::exception& e) {
     throw InputError(path + ": cannot be resumed: " + e.what());
