@@ -1,11 +1,10 @@
 // Accelerations in DoubleDouble (spatial/double_double.hpp), judged in the same precision: what the
 // certified form does where double's own factors do not do.
-//   a by (4.2) to (4.11), D tested by wide_test.hpp
+//   a by (4.2) to (4.11), D tested by (1) to (3) of covariance/rounding_test.hpp
 //   r = tau - ID(q, q', a),  d = M^^-1 r,  a + d
 //   error = |d| / |a| + sqrt(bound of d) / |a|               bound: (5) of bounded_solve.hpp   (1)
 // Sweep and residual share their model, but nothing that they compute: where rounding had moved a
-// by more, they would not agree. An error above 1e-7, or a D that may be wrong by 1 per cent, warns;
-// where no digit of a D is left, M cannot be told from singular and there is no answer.
+// by more, they would not agree.
 #pragma once
 
 #include <memory>
@@ -21,7 +20,8 @@ class WideAcceleration {
   WideAcceleration(WideAcceleration&&) noexcept;
   ~WideAcceleration();
 
-  // a (nv) from q (nq), qd (nv), tau (nv), all finite, and its error by (1).
+  // a (nv) from q (nq), qd (nv), tau (nv), and its error by (1). near_singular: a D may be lost in
+  // rounding even so, and then the error says little.
   Outcome acceleration(const double* q, const double* qd, const double* tau, double* a);
 
  private:

@@ -38,7 +38,6 @@
 
 #include <cmath>
 #include <limits>
-#include <type_traits>
 #include <vector>
 
 #include "algorithms/fast/covariance/filter.hpp"
@@ -59,14 +58,11 @@ class RoundingBound {
   explicit RoundingBound(const LoweredModel<S>& model)
       : placed_(model), branches_(model.branch_count()) {}
 
-  // At q (nq), tips to base as far as the first joint whose bound is `last` or more.
-  KALMARM_NOINLINE KALMARM_SWEEP RoundingLoss
-  look(const LoweredModel<S>& model, const S* q,
-       double last = std::numeric_limits<double>::infinity());
+  // At q (nq).
+  KALMARM_NOINLINE KALMARM_SWEEP RoundingLoss look(const LoweredModel<S>& model, const S* q);
 
  private:
-  using Number = std::conditional_t<(std::numeric_limits<S>::digits > 53), S, double>;
-  using Both = Pack<Number, 2>;  // P's number and S's
+  using Both = Pack<double, 2>;  // P's number and S's
 
   struct Placed : Placements<S> {
     struct Link {
@@ -81,11 +77,9 @@ class RoundingBound {
     Articulated<Both> X;
   };
 
-  static Both both(const Number& P, const Number& of_S) {
-    return Both::of(typename Both::Vector{P, of_S});
-  }
-  static Both in_P(const Number& x) { return both(x, 0); }
-  static Both in_S(const Number& x) { return both(0, x); }
+  static Both both(double P, double of_S) { return Both::of(typename Both::Vector{P, of_S}); }
+  static Both in_P(double x) { return both(x, 0); }
+  static Both in_S(double x) { return both(0, x); }
 
   static LoweredBody<Both> in_P(const LoweredBody<S>& body) {
     return {in_P(body.r),
@@ -109,9 +103,9 @@ class RoundingBound {
   // P^(i,i) of the two axes of a rotation, moments and forces, for (5).
   struct Turned {
     Both &Ax, &Ay, &Cx, &Cy;
-    Number ax = Ax.v[0], ay = Ay.v[0], cx = Cx.v[0], cy = Cy.v[0];
+    double ax = Ax.v[0], ay = Ay.v[0], cx = Cx.v[0], cy = Cy.v[0];
 
-    KALMARM_INLINE void add(const Number& w) const {
+    KALMARM_INLINE void add(double w) const {
       Ax += in_S(w * ax);
       Ay += in_S(w * ay);
       Cx += in_S(w * cx);
@@ -121,7 +115,7 @@ class RoundingBound {
 
   // (5') about z.
   KALMARM_INLINE static void add_of_angle(double t, Articulated<Both>& X) {
-    const Number w(t / rounding_constant);
+    const double w = t / rounding_constant;
     const Both moments = in_S(w * (X.Axx.v[0] + X.Ayy.v[0]));
     const Both forces = in_S(w * (X.Cxx.v[0] + X.Cyy.v[0]));
     X.Axx += moments;
@@ -136,8 +130,7 @@ class RoundingBound {
             X.Bzy, X.Bxz, X.Byz, X.Bzz, X.Axx, X.Axy, X.Ayy, X.Axz, X.Ayz, X.Azz};
   }
 
-  KALMARM_INLINE static void measure(const Number& r, Articulated<Both>& X, RoundingLoss& loss,
-                                     int k);
+  KALMARM_INLINE static void measure(double r, Articulated<Both>& X, RoundingLoss& loss, int k);
   KALMARM_INLINE void to_parent(const LoweredModel<S>& model, int k, const S* q,
                                 Articulated<Both>& X) const;
 
@@ -146,19 +139,19 @@ class RoundingBound {
 };
 
 template <class S>
-void RoundingBound<S>::measure(const Number& r, Articulated<Both>& X, RoundingLoss& loss, int k) {
+void RoundingBound<S>::measure(double r, Articulated<Both>& X, RoundingLoss& loss, int k) {
   const double unit = rounding_constant * static_cast<double>(unit_roundoff<S>());
-  const Number D = X.Azz.v[0] + r, S_zz = X.Azz.v[1], inverse_D = Number(1) / D;
-  const double size(D), scale(S_zz + r);  // r is rounded too
-  if (!(unit * scale < loss.bound * size)) {
-    loss.bound = size > 0 ? unit * scale / size : std::numeric_limits<double>::infinity();
+  const double D = X.Azz.v[0] + r, S_zz = X.Azz.v[1], inverse_D = 1 / D;
+  const double scale = S_zz + r;  // r is rounded too
+  if (!(unit * scale < loss.bound * D)) {
+    loss.bound = D > 0 ? unit * scale / D : std::numeric_limits<double>::infinity();
     loss.joint = k;
-    loss.D = size;
+    loss.D = D;
     loss.scale = scale;
   }
   const auto gain = [&](const Both& x) { return Both(x.v[0] * inverse_D); };
   const Both gx = gain(X.Axz), gy = gain(X.Ayz), gu = gain(X.Bzx), gv = gain(X.Bzy),
-             gw = gain(X.Bzz), half = both(D / Number(2), S_zz / Number(2));
+             gw = gain(X.Bzz), half = both(D / 2, S_zz / 2);
   const Both bx = X.Axz - gx * half, by = X.Ayz - gy * half, bu = X.Bzx - gu * half,
              bv = X.Bzy - gv * half, bw = X.Bzz - gw * half;
   X.Axx -= gx * bx + bx * gx;
@@ -194,7 +187,7 @@ void RoundingBound<S>::to_parent(const LoweredModel<S>& model, int k, const S* q
   const auto turned_z = [&](const Turn<S>& by) {
     const Turned before{X.Axx, X.Ayy, X.Cxx, X.Cyy};
     rotate_z(by, X);
-    before.add(Number(by.ss));
+    before.add(by.ss);
   };
   switch (link.kind) {
     case Kind::cyclic:
@@ -203,7 +196,7 @@ void RoundingBound<S>::to_parent(const LoweredModel<S>& model, int k, const S* q
     case Kind::matrix: {
       const auto& phi = placed_.matrices[link.varying];
       Rotation<Both> R;
-      Number reach(0);  // (6)
+      double reach = 0;  // (6)
       for (int i = 0; i < 3; ++i) {
         for (int j = 0; j < 3; ++j) R.R[i][j] = phi.R.R[i][j];
         reach += link.p[i] * link.p[i];
@@ -222,7 +215,7 @@ void RoundingBound<S>::to_parent(const LoweredModel<S>& model, int k, const S* q
       break;
   }
   if (link.slides) {
-    const Number d = placed_.links[k].d, own = link.d;
+    const double d = placed_.links[k].d, own = link.d;
     X.Axx += in_S(own * own * X.Cyy.v[0]);
     X.Ayy += in_S(own * own * X.Cxx.v[0]);
     translate_z(d, X);
@@ -230,18 +223,16 @@ void RoundingBound<S>::to_parent(const LoweredModel<S>& model, int k, const S* q
   } else {
     if (link.d != S(0)) translate_z(link.d, X);
     const int at = link.varying;
-    if (const double offset(model.hinges().offset[at]); offset != 0) {
+    if (const double offset = model.hinges().offset[at]; offset != 0) {
       const double angle = std::abs(static_cast<double>(placed_.q[at]) + offset);
-      using Narrow = std::conditional_t<std::is_same_v<S, float>, float, double>;
-      const bool is_sum = angle <= detail::SinCosConstants<Narrow>::farthest;
-      add_of_angle(std::abs(offset) + (is_sum ? angle : 0), X);
+      add_of_angle(std::abs(offset) + (angle <= detail::SinCosConstants<S>::farthest ? angle : 0), X);
     }
     turned_z(Turn<S>(placed_.cos[at], placed_.sin[at]));
   }
   if (link.alpha.s != S(0)) {
     const Turned before{X.Ayy, X.Azz, X.Cyy, X.Czz};
     X = rotate_x(link.alpha, X);
-    before.add(Number(link.alpha.ss));
+    before.add(link.alpha.ss);
   } else if (link.alpha.c < S(0)) {
     X = rotate_x(link.alpha, X);
   }
@@ -252,7 +243,7 @@ void RoundingBound<S>::to_parent(const LoweredModel<S>& model, int k, const S* q
 }
 
 template <class S>
-RoundingLoss RoundingBound<S>::look(const LoweredModel<S>& model, const S* q, double last) {
+RoundingLoss RoundingBound<S>::look(const LoweredModel<S>& model, const S* q) {
   detail::set_placements(model, q, placed_);
   for (Branch& branch : branches_) branch.begun = false;
   RoundingLoss loss;
@@ -277,7 +268,7 @@ RoundingLoss RoundingBound<S>::look(const LoweredModel<S>& model, const S* q, do
     } else {
       measure(model.body(k).r, X, loss, k);
     }
-    if (!(loss.bound < last)) break;
+    if (!(loss.bound < std::numeric_limits<double>::infinity())) break;
     carried = link.hangs_on_previous;
     if (link.parent < 0) continue;
     to_parent(model, k, q + link.q_index, X);

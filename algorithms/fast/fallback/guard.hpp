@@ -3,16 +3,18 @@
 // A sweep leaves for every lane: margin, positive where rounding cannot have moved a D far; for
 // accelerations the noise of its forces and |a|^2 (force_noise.hpp), for the rest check, which is
 // zero where every result is finite. Only a state that fails one of them pays for more: a second
-// look, then the certified form.
+// look, then the certified form for an acceleration, the fallback for what is made of factors alone.
 #pragma once
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <vector>
 
 #include "algorithms/fast/certified/certified_answer.hpp"
+#include "algorithms/fast/fallback/fallback.hpp"
 #include "algorithms/fast/forms.hpp"
 #include "algorithms/fast/instances.hpp"
 
@@ -28,7 +30,7 @@ struct Believed {
 template <class S, class F>
 class Guard {
  public:
-  Guard(const RobotModel& robot, const LoweredModel<S>& lowered, const EngineOptions& options)
+  Guard(const RobotModel& robot, const LoweredModel<S>& lowered)
       : second_(lowered),
         forces_(lowered),
         allowed_(S(largest_error_of_a<S> * largest_error_of_a<S>) * rounding_unit<S>() /
@@ -39,8 +41,10 @@ class Guard {
         loses_(F::loses(lowered)),
         own_(lowered),
         a_(lowered.nv()),
-        certified_(robot, lowered, options, F::at_rest) {}
+        fallback_(make_fallback<S>(robot, F::form)),
+        certified_(robot, lowered, F::at_rest) {}
 
+  Fallback<S>& fallback() { return *fallback_; }
   CertifiedAnswer<S>& certified() { return certified_; }
 
   // From what a sweep has left: N, E, |a|^2 and |a|_s^2. NaN where a is not finite.
@@ -152,6 +156,7 @@ class Guard {
   bool loses_;                      // F::loses
   typename F::template Workspace<S> own_;
   std::vector<S> a_;
+  std::unique_ptr<Fallback<S>> fallback_;
   CertifiedAnswer<S> certified_;
 };
 

@@ -1,15 +1,13 @@
 // The engine of robots of slides alone. Neither M nor what is asked of it depends on q: all is worked
 // out once, and a call costs a product or two sweeps (translational.hpp). Where some D is small
-// beside what it is summed from, the certified form says once whether M is singular, and answers
-// every call if it is not.
+// beside what it is summed from, the fallback gives its verdict once.
 #pragma once
 
 #include <cmath>
-#include <optional>
 #include <vector>
 
-#include "algorithms/fast/certified/certified_answer.hpp"
 #include "algorithms/fast/common_engine.hpp"
+#include "algorithms/fast/fallback/fallback.hpp"
 #include "algorithms/fast/planar/translational.hpp"
 
 namespace kalmarm {
@@ -22,125 +20,95 @@ class TranslationalEngine final : public CommonEngine<T> {
       : TranslationalEngine(robot, options, model_of(robot).template cast<T>().template cast<W>()) {
   }
 
-  Outcome forward_dynamics(const T* q, const T* qd, const T* tau, T* a) override {
-    return acceleration(own_, q, qd, tau, a);
+  Outcome forward_dynamics(const T*, const T*, const T* tau, T* a) override {
+    return acceleration(factors_, tau, a);
   }
 
   void reserve_workers(int count) override {
     CommonEngine<T>::reserve_workers(count);
-    EngineOptions rows;
-    rows.want = {Want::acceleration};
-    while (static_cast<int>(workers_.size()) < count) {
-      Worker& worker = workers_.emplace_back(own_.factors);
-      if (own_.certified) worker.certified.emplace(robot_, this->lowered(), rows, false);
-    }
+    while (static_cast<int>(workers_.size()) < count) workers_.push_back(factors_);
   }
 
-  int forward_dynamics(int worker, int count, const T* q, const T* qd, const T* tau, T* a,
+  int forward_dynamics(int worker, int count, const T*, const T*, const T* tau, T* a,
                        Outcome* outcomes) override {
-    const int nv = this->lowered().nv();
+    const int nv = factors_.nv();
     int failed = 0;
-    for (int i = 0; i < count; ++i, q += nv, qd += nv, tau += nv, a += nv) {
-      outcomes[i] = acceleration(workers_[worker], q, qd, tau, a);
+    for (int i = 0; i < count; ++i, tau += nv, a += nv) {
+      outcomes[i] = acceleration(workers_[worker], tau, a);
       failed += !outcomes[i];
     }
     return failed;
   }
 
-  Outcome factor(const T* q) override { return answered() ? own_.certified->factor(q) : refusal_; }
+  Outcome factor(const T*) override { return outcome_; }
 
   Outcome solve(int columns, const T* taus, T* X) override {
-    if (answered()) return own_.certified->solve(columns, taus, X);
-    const std::ptrdiff_t nv = this->lowered().nv();
+    const std::ptrdiff_t nv = factors_.nv();
     T check = T(0);
     for (int j = 0; j < columns; ++j)
-      own_.factors.solve([&](int k) { return taus[j * nv + k]; },
-                         [&](int k, const T& a) {
-                           check += a * T(0);
-                           X[j * nv + k] = a;
-                         });
-    return check == T(0) ? refusal_ : Outcome{.status = Outcome::Status::not_finite};
+      factors_.solve([&](int k) { return taus[j * nv + k]; },
+                     [&](int k, const T& a) {
+                       check += a * T(0);
+                       X[j * nv + k] = a;
+                     });
+    return check == T(0) ? outcome_ : Outcome{.status = Outcome::Status::not_finite};
   }
 
-  Outcome inverse(const T* q, T* X) override {
-    if (answered()) return own_.certified->inverse(q, X);
-    std::copy_n(own_.factors.inverse().data(), own_.factors.inverse().size(), X);
-    return refusal_;
+  Outcome inverse(const T*, T* X) override {
+    std::copy_n(factors_.inverse().data(), factors_.inverse().size(), X);
+    return outcome_;
   }
 
-  Outcome diagonal(const T* q, T* x) override {
-    if (answered()) return own_.certified->diagonal(q, x);
-    for (int k = 0; k < own_.factors.nv(); ++k) x[k] = own_.factors.inverse()(k, k);
-    return refusal_;
+  Outcome diagonal(const T*, T* x) override {
+    for (int k = 0; k < factors_.nv(); ++k) x[k] = factors_.inverse()(k, k);
+    return outcome_;
   }
 
-  Outcome log_det(const T* q, T& x) override {
-    if (answered()) return own_.certified->log_det(q, x);
-    x = own_.factors.log_det();
-    return refusal_;
+  Outcome log_det(const T*, T& x) override {
+    x = factors_.log_det();
+    return outcome_;
   }
 
-  Outcome selected(const T* q, T* X) override {
-    if (answered()) return own_.certified->selected(q, X);
+  Outcome selected(const T*, T* X) override {
     std::copy_n(selected_.data(), selected_.size(), X);
-    return refusal_;
+    return outcome_;
   }
 
   Outcome derivatives(const T* q, const T* qd, const T* tau, T* da_dq, T* da_dqd, T* da_dtau,
                       T* a) override {
     this->set_derivatives(q, qd, tau, da_dq, da_dqd, da_dtau, a);
-    if (!refusal_) return refusal_;
-    if (this->terms().check != T(0)) return {.status = Outcome::Status::not_finite};
-    if (!own_.certified) return {};
-    Outcome out;
-    out.suspect = true;
-    return warned(out, loss_);
+    const bool finite = this->terms().check == T(0);
+    return outcome_ && !finite ? Outcome{.status = Outcome::Status::not_finite} : outcome_;
   }
 
  private:
   using W = Lowering<T>;
 
-  struct Worker {
-    TranslationalFactors<T> factors;              // a solve keeps its sums in them
-    std::optional<CertifiedAnswer<T>> certified;  // of a suspect
-
-    explicit Worker(const TranslationalFactors<T>& of_robot) : factors(of_robot) {}
-  };
-
-  // Whether calls are answered by the certified form.
-  bool answered() const { return own_.certified && refusal_; }
-
-  Outcome acceleration(Worker& worker, const T* q, const T* qd, const T* tau, T* a) const {
-    if (!refusal_) return refusal_;
-    if (worker.certified) return worker.certified->acceleration(q, qd, tau, a);
+  Outcome acceleration(TranslationalFactors<T>& factors, const T* tau, T* a) const {
+    if (!outcome_) return outcome_;
     T check = T(0);
-    worker.factors.solve([&](int k) { return tau[k]; },
-                         [&](int k, const T& x) {
-                           a[k] = x + worker.factors.by_weight()[k];
-                           check += x * T(0);
-                         });
-    return check == T(0) ? Outcome{} : Outcome{.status = Outcome::Status::not_finite};
+    factors.solve([&](int k) { return tau[k]; },
+                  [&](int k, const T& x) {
+                    a[k] = x + factors.by_weight()[k];
+                    check += x * T(0);
+                  });
+    return check == T(0) ? outcome_ : Outcome{.status = Outcome::Status::not_finite};
   }
 
   TranslationalEngine(const RobotModel& robot, const EngineOptions& options, const Model<W>& wide)
       : CommonEngine<T>(robot, options),
-        robot_(robot),
         axes_(axes_of(wide)),
         slides_(slides_of(wide, axes_)),
-        own_(TranslationalFactors<T>(slides_, wide.gravity(), W(least_D_over_size<T>(1)))) {
-    if (own_.factors.suspect()) {
-      EngineOptions able = options;
-      able.want.insert(Want::solve);
-      own_.certified.emplace(robot, this->lowered(), able, false);
+        factors_(slides_, wide.gravity(), W(SingularityTest<T, 1>::threshold())) {
+    if (factors_.suspect()) {
       const VectorX<T> q = VectorX<T>::Zero(wide.nq());
-      if (const Outcome verdict = own_.certified->factor(q.data()); !verdict) refusal_ = verdict;
-      loss_ = RoundingBound<T>(this->lowered()).look(this->lowered(), q.data());
+      outcome_ = make_fallback<T>(robot, Form::conventional)->factor(q.data());
     }
     select(options.selection);
   }
 
   void select(const Selection& selection) {
-    const int nv = own_.factors.nv();
+    const int nv = factors_.nv();
     MatrixX<T> B = MatrixX<T>::Zero(nv, selection.size());
     int column = 0;
     for (const int dof : selection.dofs) B(dof, column++) = T(1);
@@ -148,7 +116,7 @@ class TranslationalEngine final : public CommonEngine<T> {
       set_site(site_of(frame).template cast<W>(), column, B);
       column += 6;
     }
-    selected_ = B.transpose() * own_.factors.inverse() * B;
+    selected_ = B.transpose() * factors_.inverse() * B;
     selected_.template triangularView<Eigen::StrictlyUpper>() = selected_.transpose();
   }
 
@@ -181,14 +149,12 @@ class TranslationalEngine final : public CommonEngine<T> {
       }
   }
 
-  RobotModel robot_;
   std::vector<Matrix3<W>> axes_;  // of the links, in the world's axes
   std::vector<Slide<W>> slides_;
-  Worker own_;
-  std::vector<Worker> workers_;
+  TranslationalFactors<T> factors_;
+  std::vector<TranslationalFactors<T>> workers_;  // a solve keeps its sums in them
   MatrixX<T> selected_;
-  RoundingLoss loss_;  // of the spatial kernels, whose D do not depend on q either
-  Outcome refusal_;    // of every call, where M is singular
+  Outcome outcome_;
 };
 
 }  // namespace kalmarm

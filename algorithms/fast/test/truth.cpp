@@ -126,11 +126,6 @@ double Truth::solution_error(const VectorX<double>& x) const {
   return Mp(sqrt(Mp(d.dot(impl_->exact.M * d) / exact.dot(impl_->state.tau)))).convert_to<double>();
 }
 
-double Truth::relative_solution_error(const VectorX<double>& x) const {
-  const VectorX<Mp> exact = impl_->exact.ldlt.solve(impl_->state.tau);
-  return Mp((x.cast<Mp>() - exact).norm() / exact.norm()).convert_to<double>();
-}
-
 double Truth::mass_error(const MatrixX<double>& M) const { return worst_entry(M, impl_->exact.M); }
 
 double Truth::inverse_error(const MatrixX<double>& X) const {

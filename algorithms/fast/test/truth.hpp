@@ -45,14 +45,10 @@ class Truth {
 
   VectorX<double> solution() const;  // M^-1 tau, rounded
 
-  // Of x = M^-1 tau, in the norm of M, and |d| / |x|.
+  // Of x = M^-1 tau, in the norm of M.
   template <class V>
   double solution(const V& x) const {
     return solution_error(wide(x));
-  }
-  template <class V>
-  double relative_solution(const V& x) const {
-    return relative_solution_error(wide(x));
   }
 
   // Largest |X - exact| / sqrt(diagonal diagonal), since joints may have any units. What cannot
@@ -94,7 +90,6 @@ class Truth {
   double energy_error(const VectorX<double>& a) const;
   double torque_error(const VectorX<double>& tau) const;
   double solution_error(const VectorX<double>& x) const;
-  double relative_solution_error(const VectorX<double>& x) const;
   double mass_error(const MatrixX<double>& M) const;
   double inverse_error(const MatrixX<double>& X) const;
   double selected_error(const Selection& selection, const MatrixX<double>& X) const;
