@@ -94,7 +94,7 @@ class CertifiedNarrowFactors {
   Outcome inverse(const float* q, float* X) {
     const Verdict narrow = narrow_->inverse(models_, q, X);
     if (narrow.settled) return outcome_of(narrow);
-    return rounded(wide_.inverse(wide(q), X_.data()), X_.size(), X_.data(), X);
+    return rounded(wide_.inverse(wide(q), X_.data()), std::size_t(nv()) * nv(), X_.data(), X);
   }
 
   Outcome diagonal(const float* q, float* x) {
