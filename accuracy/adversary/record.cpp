@@ -49,11 +49,11 @@ std::string sealed(json document) {
 
 // The reverse. Throws where the text is none of sealed().
 json unsealed(const std::string& text) {
-  const std::size_t begin = text.find(digest_begin), size = std::strlen(digest_begin);
-  const std::size_t length = size + 2 * sizeof(Digest) + std::strlen("\",");
+  const std::size_t begin = text.find(digest_begin);
   if (begin == std::string::npos) throw InputError("is not whole, or not of this program");
+  const std::size_t length = std::strlen(digest_begin) + 2 * sizeof(Digest) + std::strlen("\",");
   const std::string rest = std::string(text).erase(begin, length);
-  if (text.substr(begin + size, 2 * sizeof(Digest)) != hex(digest_of(rest)))
+  if (text.substr(begin, length) != digest_begin + hex(digest_of(rest)) + "\",")
     throw InputError("has been changed since it was written");
   json document = json::parse(rest);
   if (document.at("format") != format) throw InputError("is of another version");
