@@ -68,7 +68,7 @@ inline constexpr double rounding_constant_of_a = 4;
 
 // b of (10): the least with which the estimate is nowhere below half the error on robots and families
 // (test_error_estimate.cpp).
-inline constexpr double rounding_constant_of_error = 2;
+inline constexpr double rounding_constant_of_error = 3;
 
 // The error in units of u beyond which (10) gets its second look: ordinary robots are below.
 inline constexpr double coarse_error = 2048;
