@@ -62,8 +62,8 @@ P polynomial(const S (&coefficients)[terms], const P& x) {
 
 // Of x that is no farther than that, and so many quarters of a turn.
 template <class S, int n>
-void sin_cos(const Pack<S, n>& x, const typename Pack<S, n>::Mask& quarters, Pack<S, n>& sin_x,
-             Pack<S, n>& cos_x) {
+KALMARM_INLINE void sin_cos(const Pack<S, n>& x, const typename Pack<S, n>::Mask& quarters,
+                            Pack<S, n>& sin_x, Pack<S, n>& cos_x) {
   using P = Pack<S, n>;
   using K = detail::SinCosConstants<S>;
   constexpr S two_over_pi = S(0.63661977236758134308);

@@ -6,8 +6,8 @@
 //   c = -w^2 p, w of the parent; of a slide + 2 w q' v                  v across its axis u
 //   f = -w^2 h                                                          bias of the link alone
 // Accelerations are those of material points at the links' origins, so that no other velocity term
-// is left. Where |theta| is above 64, its joints' angles lose their whole turns before they are
-// added: an arm that is wound up would lose digits of theta, and none of them is needed.
+// is left. Where a |theta| is above 64, all is worked out once more from angles without their whole
+// turns: the sums of an arm that is wound up would lose digits of theta.
 #pragma once
 
 #include <vector>
@@ -186,7 +186,7 @@ template <class T>
 struct SumAlongChain {
   Four<T> last = T(0);
 
-  // The next block.
+  // The next block of `count`.
   KALMARM_INLINE Four<T> next(const Four<T>& x) {
     if constexpr (four < T >> 1) {
       const Four<T> sum = last + running_sum(x);
@@ -197,35 +197,6 @@ struct SumAlongChain {
     }
   }
 };
-
-// The largest |theta| that is a sum of angles as they stand. It costs five bits; without whole turns
-// four links add up to 4 pi.
-template <class T>
-inline constexpr T most_theta = T(64);
-
-// theta of the next block, whose joints turn by sign (q - ref).
-template <class T>
-[[gnu::cold]] KALMARM_NOINLINE Four<T> unwound(const Four<T>& sign, const Four<T>& q,
-                                               const Four<T>& ref, SumAlongChain<T>& thetas) {
-  Four<T> x;
-  for (int lane = 0; lane < four<T>; ++lane)
-    x.set(lane, sign[lane] * T(without_turns(double(q[lane]), -double(ref[lane]))));
-  thetas.last = T(without_turns(double(thetas.last[0]), 0));
-  return thetas.next(x);
-}
-template <class T>
-KALMARM_INLINE Four<T> next_theta(const Four<T>& sign, const Four<T>& q, const Four<T>& ref,
-                                  SumAlongChain<T>& thetas) {
-  const SumAlongChain<T> before = thetas;
-  const Four<T> theta = thetas.next(sign * (q - ref));
-  if constexpr (four < T >> 1) {
-    if (any_above(theta * theta, most_theta<T> * most_theta<T>)) {
-      thetas = before;
-      return unwound(sign, q, ref, thetas);
-    }
-  }
-  return theta;
-}
 
 // theta, and w where there is a velocity, of a tree.
 template <bool moving, class T>
@@ -239,12 +210,7 @@ void set_sums(const PlanarModel<T>& model, const T* q, const T* qd, PlanarWorksp
       if constexpr (moving) w = link.parent < 0 ? T(0) : ws.table.at(Ws::w, link.parent);
     }
     if (!link.slides) {
-      const T before = theta;
       theta += link.sign * (q[link.q_index] - link.ref);
-      if constexpr (four < T >> 1)
-        if (std::abs(theta) > most_theta<T>)
-          theta = T(without_turns(before, 0)) +
-                  link.sign * T(without_turns(q[link.q_index], -double(link.ref)));
       if constexpr (moving) w += link.sign * qd[link.dof];
     }
     ws.table.at(Ws::theta, k) = theta;
@@ -281,18 +247,44 @@ KALMARM_INLINE void set_block(const PlanarModel<T>& model, int i, const Four<T>&
   ws.table.store(Ws::next_tt_yy, i, ty * ty);
 }
 
+// The largest |theta| that is a sum of angles as they stand: it costs six bits.
+template <class T>
+inline constexpr T most_theta = T(64);
+
+template <class T>
+KALMARM_INLINE void see_turns(const Four<T>& theta, Four<T>& largest) {
+  if constexpr (four < T >> 1) largest = max(largest, theta * theta);
+}
+
+// The same as below, of links that are wound up, with every theta less its whole turns.
+template <bool moving, class T>
+[[gnu::cold]] KALMARM_NOINLINE void set_unwound(const PlanarModel<T>& model, const T* q,
+                                                PlanarWorkspace<T>& ws) {
+  using Ws = PlanarWorkspace<T>;
+  for (int k = 0; k < model.nv(); ++k) {
+    const PlanarLink<T>& link = model.link(k);
+    double theta = link.parent < 0 ? 0.0 : double(ws.table.at(Ws::theta, link.parent));
+    if (!link.slides) theta += link.sign * without_turns(q[link.q_index], -link.ref);
+    ws.table.at(Ws::theta, k) = T(without_turns(theta, 0));
+  }
+  for (int i = 0; i < ws.table.blocks(); ++i)
+    set_block<moving>(model, i, ws.table.load(Ws::theta, i), ws.table.load(Ws::w, i), ws);
+}
+
 // Where the links are and how they turn: t, b, c and f of every link.
 template <bool moving, class T>
 void set_state(const PlanarModel<T>& model, const T* q, const T* qd, PlanarWorkspace<T>& ws) {
   using At = PlanarModel<T>;
   using Ws = PlanarWorkspace<T>;
   constexpr int lanes = four<T>;
+  Four<T> largest = T(0);  // theta^2
   if (model.is_chain()) {
     SumAlongChain<T> thetas, ws_of_links;
     for (int i = 0; i < ws.table.blocks(); ++i) {
       const int first = i * lanes, count = model.nv() - first;
       const Four<T> sign = model.home().load(At::sign, i), ref = model.home().load(At::ref, i);
-      const Four<T> theta = next_theta<T>(sign, load_first<Four<T>>(q + first, count), ref, thetas);
+      const Four<T> theta = thetas.next(sign * (load_first<Four<T>>(q + first, count) - ref));
+      see_turns<T>(theta, largest);
       Four<T> w = T(0);
       if constexpr (moving) {
         w = ws_of_links.next(sign * load_first<Four<T>>(qd + first, count));
@@ -302,9 +294,14 @@ void set_state(const PlanarModel<T>& model, const T* q, const T* qd, PlanarWorks
     }
   } else {
     set_sums<moving>(model, q, qd, ws);
-    for (int i = 0; i < ws.table.blocks(); ++i)
-      set_block<moving>(model, i, ws.table.load(Ws::theta, i), ws.table.load(Ws::w, i), ws);
+    for (int i = 0; i < ws.table.blocks(); ++i) {
+      const Four<T> theta = ws.table.load(Ws::theta, i);
+      see_turns<T>(theta, largest);
+      set_block<moving>(model, i, theta, ws.table.load(Ws::w, i), ws);
+    }
   }
+  if constexpr (lanes > 1)
+    if (any_above(largest, most_theta<T> * most_theta<T>)) set_unwound<moving>(model, q, ws);
   for (const int k : model.apart()) {
     const PlanarLink<T>& link = model.link(k);
     auto& apart = ws.apart[link.apart];
