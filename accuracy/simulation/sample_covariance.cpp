@@ -31,7 +31,7 @@ struct SampleCovariance::Sum {
 };
 
 SampleCovariance::SampleCovariance(const Simulation<double>& simulation, Quantity quantity,
-                                   const Sampler& sampler, Threads& threads)
+                                   const Sampler& sampler, SamplerThreads& threads)
     : simulation_(simulation),
       quantity_(quantity),
       sampler_(sampler),

@@ -18,9 +18,9 @@
 namespace kalmarm {
 
 // So many threads as long as it lives, also more than the machine has cores.
-class Threads {
+class SamplerThreads {
  public:
-  explicit Threads(int count)
+  explicit SamplerThreads(int count)
       : limit_(tbb::global_control::max_allowed_parallelism, count), arena_(count) {}
 
   template <class F>
@@ -39,7 +39,7 @@ class SampleCovariance {
 
   // The simulation, the sampler and the threads must outlive it.
   SampleCovariance(const Simulation<double>& simulation, Quantity quantity, const Sampler& sampler,
-                   Threads& threads);
+                   SamplerThreads& threads);
 
   // Draws more samples until there are so many, a multiple of `block`.
   void grow(std::int64_t samples);
@@ -59,7 +59,7 @@ class SampleCovariance {
   const Simulation<double>& simulation_;
   const Quantity quantity_;
   const Sampler& sampler_;
-  Threads& threads_;
+  SamplerThreads& threads_;
   tbb::enumerable_thread_specific<Workspace> workspaces_;
   MatrixX<double> sum_;  // lower triangle
   std::int64_t samples_ = 0;

@@ -155,7 +155,7 @@ std::string run(const Scene& scene, const Options& options) {
     const Digits precision(digits);
     return reference(scene.model.cast<Real>(), robot.q.cast<Real>());
   }();
-  Threads threads(options.threads);
+  SamplerThreads threads(options.threads);
   Table table(scene);
   const auto exact_methods = std::ranges::count_if(options.methods, [](const std::string& method) {
     return method == "Recursion" || method == "SigmaPoints";

@@ -12,7 +12,7 @@ namespace {
 MatrixX<double> sampled(const Robot<double>& robot, Quantity quantity, const std::string& method,
                         std::int64_t samples, std::uint64_t replica = 0, int thread_count = 1,
                         std::uint64_t of_seed = seed) {
-  Threads threads(thread_count);
+  SamplerThreads threads(thread_count);
   const auto sampler = make_sampler(method, robot.simulation.dimension, of_seed, replica);
   SampleCovariance covariance(robot.simulation, quantity, *sampler, threads);
   covariance.grow(samples);
@@ -105,7 +105,7 @@ INSTANTIATE_TEST_SUITE_P(Names, EverySampler, testing::ValuesIn(sampler_names())
 
 TEST(SampleCovariance, GrowsByNewSamples) {
   const Robot<double> robot(chain(seed, 3));
-  Threads threads(1);
+  SamplerThreads threads(1);
   const auto sampler = make_sampler("MonteCarlo", robot.simulation.dimension, seed, 0);
   SampleCovariance covariance(robot.simulation, Quantity::P, *sampler, threads);
   for (const int samples : {64, 128, 640}) {
