@@ -171,7 +171,7 @@ json compare(const Scene& scene, const Options& options) {
   if (fits_float(plain(model)))
     compare_variants<float>(scene, states, reference, "float32", rows);
   else
-    add_note(what + ": float32 does not hold a number of the robot, and is left out");
+    add_note(scene.name + ": float32 does not hold a number of the robot, and is left out");
 
   bool pass = mass.max() <= mass_bound;
   if (options.json_file != "-")

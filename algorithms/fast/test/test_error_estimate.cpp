@@ -55,7 +55,9 @@ TYPED_TEST(ErrorEstimateOf, IsAtLeastHalfTheErrorOnAllFamilies) {
     // Traces are a coarse bound of what passes through links without mass.
     const bool massless = family.name == std::string("massless_links") ||
                           family.name == std::string("everything");
-    if (!massless) EXPECT_LE(this->median(), 150);
+    if (!massless) {
+      EXPECT_LE(this->median(), 150);
+    }
   }
 }
 

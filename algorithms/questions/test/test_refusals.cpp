@@ -394,7 +394,7 @@ TYPED_TEST(Refusals, ObjectsThatWereMovedFromAnswerNothing) {
       [&](Robot& r) { r.mass(s.q, X); },
       [&](Robot& r) { (void)r.inverse_mass(s.q, X); },
       [&](Robot& r) { (void)r.factor(s.q); },
-      [&](Robot& r) { r.solve(s.tau, x); },
+      [&](Robot& r) { (void)r.solve(s.tau, x); },
       [&](Robot& r) { (void)r.derivatives(s.q, s.qd, s.tau, {.dq = X}, x); },
       [&](Robot& r) { (void)r.diagonal(s.q, x); },
       [&](Robot& r) { (void)r.log_det(s.q, number); },
