@@ -143,7 +143,7 @@ class JudgeOf final : public Judge {
     qds.row(row_of_the_state) = qd;
     taus.row(row_of_the_state) = tau;
     std::vector<Outcome> outcomes(rows);
-    robot.forward_dynamics(qs, qds, taus, a, outcomes);
+    (void)robot.forward_dynamics(qs, qds, taus, a, outcomes);  // the row that counts says its own
     return {outcomes[row_of_the_state], {a.row(row_of_the_state).transpose()}};
   }
 
