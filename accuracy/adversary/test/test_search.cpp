@@ -97,7 +97,7 @@ TEST(AdversarySearch, GoesOnAfterAnInterruptionAsIfThereHadBeenNone) {
 }
 
 TEST(AdversarySearch, RoundsOfWhichAByteWasChangedAreRefused) {
-  const Asked asked{"Fast<Conventional>", "float64", 7};
+  const Asked asked{{"Fast<Conventional>", "float64"}, 7};
   const std::string text = to_json(asked, rounds(planted, {30, 30, 60}, 7, 1));
   for (std::size_t i = 0; i + 1 < text.size(); i += 5) {  // the last ends the line
     std::string changed = text;
