@@ -120,6 +120,9 @@ struct Pack<S, n> {
   KALMARM_INLINE friend Pack min(const Pack& a, const Pack& b) {
     return {min(a.low, b.low), min(a.high, b.high)};
   }
+  KALMARM_INLINE friend Pack max(const Pack& a, const Pack& b) {
+    return {max(a.low, b.low), max(a.high, b.high)};
+  }
   KALMARM_INLINE friend Pack zero_where_less(const Pack& a, const Pack& b, const Pack& x) {
     return {zero_where_less(a.low, b.low, x.low), zero_where_less(a.high, b.high, x.high)};
   }
