@@ -54,7 +54,8 @@ void complete(Search& search, const Options& options, Progress& progress) {
   const Asked& asked = search.asked;
   std::vector<Round>& rounds = search.rounds;
   const Objective objective = [&](const Genome& genome) {
-    return search.judge->look(decode(genome, asked.of.kernel)).value(asked.of.goal, asked.condition);
+    return search.judge->look(decode(genome, asked.of.kernel))
+        .value(asked.of.goal, asked.condition);
   };
   while (evaluations_of(rounds) < options.evaluations) {
     progress.step(asked.slug());

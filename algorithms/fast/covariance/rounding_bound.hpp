@@ -225,7 +225,8 @@ void RoundingBound<S>::to_parent(const LoweredModel<S>& model, int k, const S* q
     const int at = link.varying;
     if (const double offset = model.hinges().offset[at]; offset != 0) {
       const double angle = std::abs(static_cast<double>(placed_.q[at]) + offset);
-      add_of_angle(std::abs(offset) + (angle <= detail::SinCosConstants<S>::farthest ? angle : 0), X);
+      add_of_angle(std::abs(offset) + (angle <= detail::SinCosConstants<S>::farthest ? angle : 0),
+                   X);
     }
     turned_z(Turn<S>(placed_.cos[at], placed_.sin[at]));
   }

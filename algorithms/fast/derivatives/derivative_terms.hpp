@@ -89,7 +89,7 @@ struct DerivativeTerms {
   JointTable<T, numbers> table;
   JointTable<T, constants> constant;
   std::vector<DerivativeJoint<T>> joints;
-  std::vector<bool> travels;  // no hinge inboard, nor is it one
+  std::vector<bool> travels;   // no hinge inboard, nor is it one
   std::vector<T> q, sin, cos;  // of the hinges
   std::vector<MatrixPlacement<T>> matrices;
   std::vector<Branch> branches;

@@ -5,11 +5,11 @@
 // Without its joints a robot has no more of it, and of two bodies that are free the rate between
 // them is a difference of independent motions:
 //   M^-1(k,k) <= 1 / mu(k) = h' M(k)^-1 h + n' M(parent)^-1 n,   mu(k) >= r(k)             (1)
-// with h, n the joint's axis in the frames of its two bodies, (z; 0) or (0; z) of a slide and
-// (p x z; z) on its parent. So the trace of M^-1 is at most the sum of 1 / mu, and in each joint's own scale
+// with h, n the joint's axis in the frames of its two bodies: (z; 0) of a hinge, (0; z) of a slide
+// and (p x z; z) on its parent. So the trace of M^-1 is at most the sum of 1 / mu, and
 //   |a|_s^2 = sum over k of mu(k) a(k)^2                                                   (2)
-// mu is 0 where (1) knows no bound: at a body that resists no motion about some axis, and where a
-// free joint lets it go any distance from its parent.
+// is |a|^2 in each joint's own scale. mu is 0 where (1) knows no bound: at a body that resists no
+// motion about some axis, and where a free joint lets it go any distance from its parent.
 #pragma once
 
 #include <Eigen/Dense>

@@ -53,8 +53,8 @@ TYPED_TEST(ErrorEstimateOf, IsAtLeastHalfTheErrorOnAllFamilies) {
     }
     EXPECT_GE(this->least(), 0.5);
     // Traces are a coarse bound of what passes through links without mass.
-    const bool massless = family.name == std::string("massless_links") ||
-                          family.name == std::string("everything");
+    const bool massless =
+        family.name == std::string("massless_links") || family.name == std::string("everything");
     if (!massless) {
       EXPECT_LE(this->median(), 150);
     }

@@ -21,7 +21,7 @@ struct [[nodiscard]] Outcome {
   double scale = 0;  // the size that D was compared with, same unit
   // Estimated relative error of the answer; NaN if there is none. In which norm: docs/errors.md.
   double error = std::numeric_limits<double>::quiet_NaN();
-  int steps = 0;                                            // of refinement that were accepted
+  int steps = 0;         // of refinement that were accepted
   bool widened = false;  // refined by factors of a wider precision, since its own did not help
 
   explicit operator bool() const { return status == Status::ok; }
