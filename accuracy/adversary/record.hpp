@@ -35,7 +35,8 @@ inline constexpr const char* csv_header =
     "bodies\n";
 
 // A row wherever the best so far became better by 5 per cent, with the silent error, or its ratio to
-// what was claimed; and one at the end that says of which mechanism it is. Without a find error is empty. file: without its ending.
+// what was claimed; and one at the end that says of which mechanism it is. Without a find error is
+// empty. file: without its ending.
 std::string csv_rows(const Asked& asked, const std::vector<Round>& rounds, const Verdict& verdict,
                      const Model<double>& model, const std::string& file);
 

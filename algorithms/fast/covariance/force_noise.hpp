@@ -66,8 +66,8 @@ inline constexpr double largest_error_of_a = std::is_same_v<S, float> ? 1e-2 : 1
 // c of (8): a number of z or of a is rounded about ten times, whose signs differ.
 inline constexpr double rounding_constant_of_a = 4;
 
-// b of (10): the least with which the estimate is nowhere below half the error on robots and families
-// (test_error_estimate.cpp).
+// b of (10): the least whole number with which the estimate is at least half the error on all
+// families (test_error_estimate.cpp).
 inline constexpr double rounding_constant_of_error = 3;
 
 // The error in units of u beyond which (10) gets its second look: ordinary robots are below.

@@ -1,9 +1,10 @@
 // Whether the answer of a kernel can be used, and what answers in its place where not.
 //
 // A sweep leaves for every lane: margin, positive where rounding cannot have moved a D far; for
-// accelerations the noise of its forces and |a|^2 (force_noise.hpp), for the rest check, which is
-// zero where every result is finite. Only a state that fails one of them pays for more: a second
-// look, then the certified form for an acceleration, the fallback for what is made of factors alone.
+// accelerations the noise N of its forces, the energy E of its motions, |a|^2 and |a|_s^2
+// (force_noise.hpp), for the rest check, which is zero where every result is finite. Only a state
+// that fails a test, or whose estimated error is coarse, pays for more: a second look, then the
+// certified form for an acceleration, the fallback for what is made of factors alone.
 #pragma once
 
 #include <algorithm>
