@@ -27,9 +27,14 @@ double nearness(const Outcome& outcome) {
 
 double capped(double error) { return error <= largest_error ? error : largest_error; }
 
-// The error in the norm in which Outcome::error is told: the measure of the task.
-double error_as_claimed(Want task, const Answer<Wide>& difference, const Answer<Wide>& exact) {
-  return error_of(task, difference, exact);
+// The error as Outcome::error tells it: in the measure of the task, but of an acceleration that is
+// nothing beside gravity, beside u |gravity| (certified/refine.hpp).
+double error_as_claimed(Want task, const Answer<Wide>& difference, const Answer<Wide>& exact,
+                        double u_gravity) {
+  const double error = error_of(task, difference, exact);
+  if (task != Want::acceleration) return error;
+  const auto size = static_cast<double>(exact[0].norm());
+  return size < u_gravity ? static_cast<double>(difference[0].norm()) / u_gravity : error;
 }
 
 template <class T>
@@ -59,7 +64,8 @@ class JudgeOf final : public Judge {
     Answer<Wide> difference;
     for (std::size_t i = 0; i < exact.answer.size(); ++i)
       difference.push_back(given.answer[i].template cast<Wide>() - exact.answer[i]);
-    return verdict_of(asked_, given.outcome, difference, exact.answer, exact.kS);
+    return verdict_of(asked_, given.outcome, difference, exact.answer, exact.kS,
+                      m.model.gravity().norm());
   }
 
   Kernel kernel(const Mechanism& m) override {
@@ -170,13 +176,14 @@ double Verdict::value(Goal goal, double K) const {
 }
 
 Verdict verdict_of(const Case& asked, const Outcome& outcome, const Answer<Wide>& difference,
-                   const Answer<Wide>& exact, double kS) {
+                   const Answer<Wide>& exact, double kS, double gravity) {
   Verdict out{.outcome = outcome};
   out.error = capped(error_of(asked.task, difference, exact));
   const double roundoff = asked.precision == "float32" ? 0x1p-24 : 0x1p-53;
-  out.excess = capped(out.claims() ? error_as_claimed(asked.task, difference, exact) /
-                                         std::max(outcome.error, roundoff)
-                                   : out.error / promise(asked.precision));
+  out.excess =
+      capped(out.claims() ? error_as_claimed(asked.task, difference, exact, roundoff * gravity) /
+                                std::max(outcome.error, roundoff)
+                          : out.error / promise(asked.precision));
   out.kS = kS;
   if (asked.task == Want::acceleration) out.size = static_cast<double>(exact[0].norm());
   return out;

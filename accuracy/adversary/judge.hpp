@@ -67,9 +67,9 @@ struct Verdict {
   double value(Goal goal, double K) const;  // what the search maximises
 };
 
-// Of a known difference from the exact answer, which is not empty.
+// Of a known difference from the exact answer, which is not empty. gravity: its norm.
 Verdict verdict_of(const Case& asked, const Outcome& outcome, const Answer<long double>& difference,
-                   const Answer<long double>& exact, double kS);
+                   const Answer<long double>& exact, double kS, double gravity);
 
 class Judge {
  public:

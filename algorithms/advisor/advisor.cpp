@@ -7,17 +7,15 @@
 #include <stdexcept>
 #include <tuple>
 
-#include "algorithms/advisor/reference.hpp"
 #include "algorithms/model/short_text.hpp"
 #include "algorithms/questions/check_model.hpp"
 #include "algorithms/questions/plan.hpp"
-#include "algorithms/questions/solver_engine.hpp"
 
 namespace kalmarm {
 namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
-constexpr double margin = 2;
+constexpr double margin = 3;
 constexpr double alike = 1.15;  // times that differ by less are one
 constexpr int timed_states = 32, rounds = 7;
 constexpr double patience =
@@ -101,8 +99,7 @@ struct Advisor::Parts {
         now(std::move(clock)),
         rows(6 * static_cast<int>(question.frames.size())) {
     Dynamics<double> dynamics(
-        model, {.question = question, .rules = model_rules()},
-        engines_by<double>([](const Model<double>& part) { return make_reference(part); }));
+        model, {.form = Form::certified, .question = question, .rules = model_rules()});
     asked = dynamics.asked();
     reference = std::make_unique<TrialBy<double>>(std::move(dynamics), question.want, rows, states);
     for (int i = 0; i < states.count; ++i) {
@@ -147,6 +144,7 @@ struct Advisor::Parts {
     Trial& trial = *entry(candidate).trial;
     Observation out;
     std::vector<double> errors;
+    double told = 0, beside_told = 0;  // the largest Outcome::error, and error over it
     for (int i = 0; i < states.count; ++i) {
       trial.poison();
       const Outcome outcome = trial.answer(i);
@@ -154,11 +152,14 @@ struct Advisor::Parts {
       out.warnings += outcome.warns();
       errors.push_back(!outcome || outcome.warns() ? infinite : error(trial.result(), exact(i)));
       raise(out.worst, errors.back());
+      if (!(outcome.error > 0)) continue;
+      raise(told, outcome.error);
+      raise(beside_told, errors.back() / outcome.error);
     }
     std::ranges::nth_element(errors, errors.begin() + states.count / 2);
     out.median = errors[states.count / 2];
     const double u = roundoff(candidates[candidate].precision);
-    out.predicted = margin * std::max(u, out.worst) + reference_error;
+    out.predicted = margin * std::max({u, out.worst, beside_told * told}) + reference_error;
     return out;
   }
 

@@ -1,8 +1,8 @@
 // Which variant, and which precision, is enough for a robot in given states?
 //
-// Every candidate answers the question in every state and is compared with the reference
-// (reference.hpp), which is right to the last bits of float64 also where most variants fail, and
-// knows its own error, e_ref.
+// Every candidate answers the question in every state and is compared with the reference, the
+// certified form in float64, which knows its own error, e_ref = Outcome::error: infinite where it
+// warns or fails.
 // A candidate's error in a state, x from the candidate and x_ref from the reference:
 //   acceleration, solve, inverse_dynamics   |x - x_ref| / |x_ref|                       (1)
 //   inverse, mass, operational              max |x - x_ref|_ij / sqrt(x_ref_ii x_ref_jj) (2)
@@ -10,17 +10,18 @@
 //   log_det                                 |x - x_ref|: relative, of det M             (4)
 // In float32 it holds what rounding the parameters and the state costs. A state in which the
 // candidate fails or warns counts as an infinite error. Over all states
-//   predicted = margin max(u, worst error) + max e_ref                                  (5)
-// with u of the candidate's precision.
+//   predicted = margin max(u, worst error, max (error / told) max told) + max e_ref     (5)
+// with u of the candidate's precision, and told the Outcome::error of an answer that has one: it
+// knows where answers lose digits, and its scale is learnt from the states.
 //
 // Of the candidates predicted within the tolerance the fastest is advised; of those whose times
 // differ by no more than a clock can tell on a shared machine (`alike`) the first in the list:
 // float32 stands before float64, since in batches it takes half the time.
 //
-// margin = 2 is for other states of the same kind: on the nine shipped robots 200 states predict
-// 1.0 to 9 times the largest error of 200 others, of a and M^-1 in both precisions (`recommend ROBOT
-// --json FILE`, once with --seed 1 and once with 77). In the states
-// themselves (5) cannot be below the error unless the reference errs and does not know it.
+// margin = 3 is for other states of the same kind: on the nine shipped robots 200 states predict
+// 1.2 to 40 times the largest error of a in 10^5 others, in both precisions (AdvisorPredicts of
+// test_advice.cpp), where thrice the worst of the 200 would be up to six times too small. In the
+// states themselves (5) cannot be below the error unless the reference errs and does not know it.
 #pragma once
 
 #include <functional>

@@ -47,7 +47,9 @@ class CommonEngine : public Engine<S> {
       : model_(model_of(robot).template cast<S>()), lowered_(model_, options.zeros) {
     if (options.wants(Want::mass)) mass_.emplace(lowered_);
     if (options.wants(Want::inverse_dynamics)) inverse_dynamics_.emplace(lowered_);
-    if (options.wants(Want::derivatives)) derivatives_.emplace(lowered_);
+    if (!options.wants(Want::derivatives)) return;
+    derivatives_.emplace(lowered_);
+    if (lowered_.loses()) bound_.emplace(lowered_);
   }
 
   bool answers_in_part() const final { return true; }
@@ -74,12 +76,17 @@ class CommonEngine : public Engine<S> {
   void mass(const S* q, S* M) final { mass_->fill(lowered_, q, M); }
 
  protected:
-  // Whether the results are finite, and by which D they can be used, stands in terms().
+  // Whether the results are finite stands in terms().
   void set_derivatives(const S* q, const S* qd, const S* tau, S* da_dq, S* da_dqd, S* da_dtau,
                        S* a) {
     fast_derivatives(lowered_, q, qd, tau, *derivatives_, da_dq, da_dqd, da_dtau, a);
   }
   const DerivativeTerms<S>& terms() const { return derivatives_->terms; }
+
+  // Whether derivatives at q may stand on a D that is lost in rounding: their sweep has no test.
+  bool derivatives_lose(const S* q) {
+    return bound_ && !(bound_->look(lowered_, q).bound < suspected_error_of_D<S>);
+  }
 
   const Model<S>& model() const { return model_; }
   const LoweredModel<S>& lowered() const { return lowered_; }
@@ -97,6 +104,7 @@ class CommonEngine : public Engine<S> {
   std::optional<FastMass<S>> mass_;
   std::optional<InverseDynamicsWorkspace<S>> inverse_dynamics_;
   std::optional<DerivativeWorkspace<S>> derivatives_;
+  std::optional<RoundingBound<S>> bound_;  // for derivatives, of robots that can lose a D
   std::vector<Worker> workers_;
 };
 

@@ -40,6 +40,13 @@ struct CovarianceForm {
     covariance_acceleration(model, q, qd, tau, ws, a);
   }
 
+  // z-(k) of a sweep of one state, whose squares hold those of what its own bias cancels from.
+  template <class S>
+  static Sixfold<S> forces(const LoweredModel<S>& model, const Workspace<S>& swept, int k) {
+    return with_bias(model.body(k), swept.links[k].wx, swept.links[k].wy, swept.links[k].wz,
+                     swept.z[k]);
+  }
+
   // Whether a D whose margin is positive may yet count in the error of an acceleration.
   template <class S>
   static bool loses(const LoweredModel<S>& model) {
@@ -81,6 +88,11 @@ struct SquareRootForm {
   static void acceleration(const LoweredModel<S>& model, const T* q, const T* qd, const T* tau,
                            Workspace<T>& ws, T* a) {
     square_root_acceleration(model, q, qd, tau, ws, a);
+  }
+
+  template <class S>
+  static const Sixfold<S>& forces(const LoweredModel<S>&, const Workspace<S>& swept, int k) {
+    return swept.z[k];
   }
 
   // Rows lose about u^2 where P loses u.
@@ -135,6 +147,11 @@ struct AtRest : CovarianceForm {
   static void acceleration(const LoweredModel<S>& model, const T* q, const T*, const T* tau,
                            Workspace<T>& ws, T* a) {
     resting_acceleration(model, q, tau, ws, a);
+  }
+
+  template <class S>
+  static const Sixfold<S>& forces(const LoweredModel<S>&, const Workspace<S>& swept, int k) {
+    return swept.z[k];
   }
 };
 

@@ -8,11 +8,11 @@
 #include "algorithms/fast/covariance/forward_dynamics.hpp"
 #include "algorithms/fast/covariance/rounding_bound.hpp"
 #include "algorithms/fast/derivatives/derivatives.hpp"
+#include "algorithms/fast/factors/diagonal.hpp"
 #include "algorithms/fast/factors/inverse.hpp"
 #include "algorithms/fast/factors/lambda.hpp"
 #include "algorithms/fast/factors/selected.hpp"
 #include "algorithms/fast/factors/solve.hpp"
-#include "algorithms/fast/planar/rounding_growth.hpp"
 #include "algorithms/fast/rigid/inverse_dynamics.hpp"
 #include "algorithms/fast/rigid/mass.hpp"
 #include "algorithms/fast/square_root/square_root.hpp"
@@ -46,10 +46,10 @@ using StateLanes = Pack<S, padding<S>>;
   KIND template void fast_lambda(const LoweredModel<S>&, const FastFactors<S>&,            \
                                  LambdaWorkspace<S>&);                                     \
   KIND template class InverseColumns<S>;                                                   \
+  KIND template class InverseDiagonal<S>;                                                  \
   KIND template class FactorSolver<S>;                                                     \
   KIND template class SelectedColumns<S>;                                                  \
-  KIND template class RoundingBound<S>;                                                    \
-  KIND template class RoundingGrowth<S>;
+  KIND template class RoundingBound<S>;
 
 #define KALMARM_RIGID_INSTANCES(KIND, S, T)                                                      \
   KIND template void fast_inverse_dynamics(const LoweredModel<S>&, const T*, const T*, const T*, \

@@ -21,7 +21,6 @@ class SpatialEngine final : public CommonEngine<S> {
         rows_wanted_(options.wants(Want::acceleration)),
         guard_(robot, lowered()) {
     const auto wants = [&](Want want) { return options.wants(want); };
-    if (wants(Want::derivatives) && lowered().loses()) bound_.emplace(lowered());
     const bool selects = options.selection.size() > 0;
     if (wants(Want::acceleration)) one_.emplace(lowered());
     if (wants(Want::solve) || wants(Want::inverse) || wants(Want::diagonal) ||
@@ -31,7 +30,7 @@ class SpatialEngine final : public CommonEngine<S> {
     }
     if (wants(Want::inverse)) inverse_.emplace(lowered());
     if (wants(Want::solve)) solver_.emplace(lowered());
-    if (wants(Want::diagonal)) lambda_.emplace(lowered());
+    if (wants(Want::diagonal)) diagonal_.emplace(lowered(), InverseDiagonal<S>::Terms::fewest);
     if (!selects) return;
     selected_.select(lowered(), options.selection);
     guard_.fallback().select(options.selection);
@@ -105,12 +104,7 @@ class SpatialEngine final : public CommonEngine<S> {
 
   Outcome diagonal(const S* q, S* x) override {
     set_factors(q);
-    fast_lambda(lowered(), *factors_, *lambda_);
-    S check = S(0);
-    for (int k = 0; k < lowered().nv(); ++k) {
-      x[k] = lambda_->alpha[k];
-      check += x[k] * S(0);
-    }
+    const S check = diagonal_->fill(lowered(), *factors_, x);
     return suspects(q, check) ? guard_.fallback().diagonal(q, x) : Outcome{};
   }
 
@@ -126,12 +120,12 @@ class SpatialEngine final : public CommonEngine<S> {
     return suspects(q, check) ? guard_.fallback().selected(q, X) : Outcome{};
   }
 
-  // The fallback has no derivatives: it gives its verdict.
+  // By the covariance form, whatever F is. The fallback has no derivatives: it gives its verdict.
   Outcome derivatives(const S* q, const S* qd, const S* tau, S* da_dq, S* da_dqd, S* da_dtau,
                       S* a) override {
     this->set_derivatives(q, qd, tau, da_dq, da_dqd, da_dtau, a);
     const S check = this->terms().check;
-    if (!suspects_derivatives(q, check)) return {};
+    if (check == S(0) && !this->derivatives_lose(q)) return {};
     const Outcome out = guard_.fallback().factor(q);
     return out && check != S(0) ? Outcome{.status = Outcome::Status::not_finite} : out;
   }
@@ -153,12 +147,6 @@ class SpatialEngine final : public CommonEngine<S> {
   bool suspects(const S* q, const S& check) {
     return guard_.suspects(lowered(), q, *factors_, check);
   }
-  // Derivatives are by the covariance form, whatever F is. Their sweeps look at one joint at a
-  // time; errors that grow over many are looked for on robots that can have them.
-  bool suspects_derivatives(const S* q, const S& check) {
-    return check != S(0) || !(this->terms().margin > S(0)) ||
-           (bound_ && !(bound_->look(lowered(), q).bound < largest_error_of_D));
-  }
 
   RobotModel robot_;
   bool rows_wanted_;
@@ -169,8 +157,7 @@ class SpatialEngine final : public CommonEngine<S> {
   std::optional<FastFactors<S>> factors_;
   std::optional<InverseColumns<S>> inverse_;
   std::optional<FactorSolver<S>> solver_;
-  std::optional<LambdaWorkspace<S>> lambda_;
-  std::optional<RoundingBound<S>> bound_;  // for derivatives
+  std::optional<InverseDiagonal<S>> diagonal_;
   SelectedColumns<S> selected_;
   Outcome kept_;              // of the factors that are kept
   bool by_fallback_ = false;  // they are

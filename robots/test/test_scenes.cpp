@@ -6,8 +6,9 @@
 #include <memory>
 #include <string>
 
-#include "algorithms/fast/planar/rounding_growth.hpp"
 #include "algorithms/model/mass_matrix.hpp"
+#include "algorithms/model/plain.hpp"
+#include "kalmarm/dynamics.hpp"
 #include "robots/inventory.hpp"
 #include "robots/mujoco_shim.hpp"
 #include "robots/names.hpp"
@@ -89,10 +90,21 @@ TEST_P(ShippedScene, HasMujocosSiteJacobians) {
   EXPECT_GE(compared, m->nsite);
 }
 
-TEST_P(ShippedScene, IsNotSuspectedOfGrowingErrors) {
-  const Model<double> model = load_scene(GetParam()).model;
-  EXPECT_FALSE(RoundingGrowth<float>(model.cast<float>()).grows());
-  EXPECT_FALSE(RoundingGrowth<double>(model).grows());
+TEST_P(ShippedScene, IsNotSuspectedInRandomStates) {
+  const Scene scene = load_scene(GetParam());
+  const auto suspects = [&]<class T>(T) {
+    Dynamics<T> robot(plain(scene.model), {.question = {.want = {Want::acceleration}}});
+    VectorX<T> a(robot.nv());
+    int sum = 0;
+    for (const State& given : random_states(scene, 20, 1)) {
+      const VectorX<T> q = given.q.cast<T>(), qd = given.qd.cast<T>(), tau = given.tau.cast<T>();
+      const Outcome out = robot.forward_dynamics(q, qd, tau, a);
+      sum += !out || out.suspect || out.warns();
+    }
+    return sum;
+  };
+  EXPECT_EQ(suspects(float()), 0);
+  EXPECT_EQ(suspects(double()), 0);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, ShippedScene, testing::ValuesIn(shipped_scenes()),

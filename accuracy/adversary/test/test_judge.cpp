@@ -129,7 +129,7 @@ TEST(AdversaryJudge, AClaimIsComparedWithTheErrorAndAPromiseWithWhatTheParameter
     const Case asked{"", precision, Want::acceleration, Goal::claim};
     Outcome outcome;
     outcome.error = claimed;
-    return verdict_of(asked, outcome, one(1e-3L), one(1), kS).value(asked.goal, usual_condition);
+    return verdict_of(asked, outcome, one(1e-3L), one(1), kS, 0).value(asked.goal, usual_condition);
   };
   const double none = std::numeric_limits<double>::quiet_NaN();
   EXPECT_NEAR(value("float64", 1e-4, 1), 1, 1e-12);

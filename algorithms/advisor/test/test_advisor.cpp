@@ -99,16 +99,16 @@ TEST_F(AdvisorsRule, OfAlikeTimesTheFirstInTheListIsAdvised) {
   EXPECT_EQ(choice(1e-6), "second");
 }
 
-TEST_F(AdvisorsRule, PredictionIsTwiceTheLargestErrorAndNoLessThanTwoRoundoffs) {
+TEST_F(AdvisorsRule, PredictionIsThriceTheLargestErrorAndNoLessThanThreeRoundoffs) {
   add("known", Precision::float64, {.error = 1e-5});
   add("exact", Precision::float64, {});
   add("single", Precision::float32, {});
   const double reference = advisor.reference_error();
   EXPECT_LE(reference, 10 * u64);
   EXPECT_NEAR(advisor.observe(0).worst, 1e-5, 1e-10);
-  EXPECT_NEAR(advisor.observe(0).predicted, 2e-5, 1e-10);
-  EXPECT_NEAR(advisor.observe(1).predicted, 2 * u64 + reference, 20 * u64);
-  EXPECT_NEAR(advisor.observe(2).predicted, 2 * u32, 20 * u64);
+  EXPECT_NEAR(advisor.observe(0).predicted, 3e-5, 1e-10);
+  EXPECT_NEAR(advisor.observe(1).predicted, 3 * u64 + reference, 20 * u64);
+  EXPECT_NEAR(advisor.observe(2).predicted, 3 * u32, 20 * u64);
 }
 
 TEST_F(AdvisorsRule, FailureAndWarningAreInfiniteErrors) {

@@ -27,7 +27,7 @@ class BoundedSolve {
   explicit BoundedSolve(const LoweredModel<S>& model)
       : columns_(model), all_(model.nv(), 1), noise_(model) {}
 
-  // Both of the following, on factors.
+  // The following, on factors; noise(): the part of the last bound that N has, not eps.
   template <class Factors>
   struct Kept {
     BoundedSolve& by;
@@ -36,6 +36,7 @@ class BoundedSolve {
 
     T solve(const T* r, T* d) const { return by.solve(model, factors, r, d); }
     T closer(const T* r) const { return by.closer(model, factors, r); }
+    T noise() const { return by.of_noise_; }
   };
   template <class Factors>
   Kept<Factors> on(const LoweredModel<S>& model, const Factors& factors) {
@@ -100,14 +101,16 @@ class BoundedSolve {
   static S unit() { return square(S(rounding_constant) * unit_roundoff<S>()) / rounding_unit<S>(); }
 
   // (2)
-  T bound(const T& trace) const {
-    return T(S(2)) * trace * (square(S(largest_error_of_D)) * energy_ + unit() * sum_);
+  T bound(const T& trace) {
+    of_noise_ = T(S(2)) * trace * (T(unit()) * sum_);
+    return T(S(2)) * trace * (T(square(S(largest_error_of_D))) * energy_) + of_noise_;
   }
 
   ColumnsWorkspace<T> columns_;
   std::vector<char> all_;  // links: a path for any r
   ForceNoise<T> noise_;
   T energy_, sum_;  // of (1); N in units of the weights
+  T of_noise_;      // N's part of the last bound
 };
 
 }  // namespace kalmarm

@@ -76,7 +76,7 @@ class CertifiedEngine final : public CommonEngine<S> {
   Outcome derivatives(const S* q, const S* qd, const S* tau, S* da_dq, S* da_dqd, S* da_dtau,
                       S* a) override {
     this->set_derivatives(q, qd, tau, da_dq, da_dqd, da_dtau, a);
-    const bool lost = !(this->terms().margin > S(0)), finite = this->terms().check == S(0);
+    const bool lost = this->derivatives_lose(q), finite = this->terms().check == S(0);
     Outcome out = one_->acceleration(models_, q, qd, tau, a);
     if (out && !finite) return {.status = Outcome::Status::not_finite};
     out.near_singular = out.near_singular || (out && lost);

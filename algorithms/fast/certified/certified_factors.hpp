@@ -1,11 +1,12 @@
-// Factors of M, M^-1 and parts of it whose error is known: by the conventional form, judged by a
-// probe (probe.hpp); where that is not enough, or some D may be lost in rounding, by a variant of
+// Factors of M, M^-1 and parts of it whose error is known: by the conventional form, judged by
+// probes (probe.hpp); where that is not enough, or some D may be lost in rounding, by a variant of
 // the study that refines every column and widens its factors (fallback.hpp).
-//   enough, of what is not refined:  64 u;     of factors for solves, which are: 1e-3
+//   enough, of what is not refined:  64 u sqrt(nv);     of factors for solves, which are: 1e-3
 // Solves are refined with the residual in twice the precision (refine.hpp).
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -13,6 +14,7 @@
 #include "algorithms/fast/certified/certified_acceleration.hpp"
 #include "algorithms/fast/certified/probe.hpp"
 #include "algorithms/fast/engine.hpp"
+#include "algorithms/fast/factors/diagonal.hpp"
 #include "algorithms/fast/factors/log_det.hpp"
 
 namespace kalmarm {
@@ -23,49 +25,52 @@ class CertifiedFactors {
   CertifiedFactors(const CertifiedModels<double>& models, const EngineOptions& options)
       : models_(models),
         factors_(models.lowered),
-        solver_(models.lowered),
-        probe_(models.lowered, models.twice),
+        probes_(models.lowered, models.twice),
+        residual_(models.twice),
         second_(models.lowered),
         refiner_(models.lowered.nv(), 0),
         bounded_(models.lowered),
         last_(make_fallback<double>(models.robot, Form::square_root)),
         q_(models.lowered.nq()) {
     if (options.wants(Want::inverse)) inverse_.emplace(models.lowered);
-    if (options.wants(Want::diagonal)) lambda_.emplace(models.lowered);
+    if (options.wants(Want::diagonal))
+      diagonal_.emplace(models.lowered, InverseDiagonal<double>::Terms::positive);
     if (options.selection.size() == 0) return;
     selected_.select(models.lowered, options.selection);
     last_->select(options.selection);
   }
 
   Outcome inverse(const double* q, double* X) {
-    const int nv = models_.lowered.nv();
     return by_best(
-        q, fine,
-        [&] {
+        q, fine(),
+        [&](double error_of_D) {
           inverse_->fill(models_.lowered, factors_, X);
-          return [X, nv](const double* s, double* y) { times(nv, X, s, y); };
+          return probes_.of_matrix(models_.lowered, models_.twice, factors_, X, error_of_D);
         },
         [&] { return last_->inverse(q, X); });
   }
 
   Outcome diagonal(const double* q, double* x) {
     return by_factors(
-        q, fine, [&] { return last_->diagonal(q, x); },
-        [&] {
-          fast_lambda(models_.lowered, factors_, *lambda_);
-          std::copy_n(lambda_->alpha.data(), models_.lowered.nv(), x);
-        });
+        q, fine(), [&] { return last_->diagonal(q, x); },
+        [&](Outcome&) { diagonal_->fill(models_.lowered, factors_, x); });
   }
 
+  // Its error is told beside |log det M| where that is above 1: log_det.hpp has what it rounds.
   Outcome log_det(const double* q, double& x) {
     return by_factors(
-        q, fine, [&] { return last_->log_det(q, x); }, [&] { x = kalmarm::log_det(factors_); });
+        q, fine(), [&] { return last_->log_det(q, x); },
+        [&](Outcome& out) {
+          x = kalmarm::log_det(factors_);
+          const double of_sum = 0x1p-54 * models_.lowered.nv();
+          out.error = (root_of_nv() * out.error + of_sum) / std::max(1.0, std::abs(x));
+        });
   }
 
   Outcome selected(const double* q, double* X) {
     return by_factors(
-        q, fine, [&] { return last_->selected(q, X); },
-        [&] { selected_.fill(models_.lowered, factors_, X); });
+        q, fine(), [&] { return last_->selected(q, X); },
+        [&](Outcome&) { selected_.fill(models_.lowered, factors_, X); });
   }
 
   // Factors that are kept, for solve.
@@ -78,7 +83,7 @@ class CertifiedFactors {
                  by_last_ = true;
                  return last_->factor(q);
                },
-               [] {});
+               [&](Outcome&) { residual_.set_mass(models_.twice, q); });
   }
 
   // By the factors that are kept, which are right: their outcome, with the error of the worst
@@ -98,9 +103,9 @@ class CertifiedFactors {
     for (int j = 0; j < columns; ++j) {
       const std::ptrdiff_t start = std::ptrdiff_t(j) * nv;
       by_kept.solve(taus + start, X + start);
-      probe_.residual().set_torque(taus + start);
+      residual_.set_torque(taus + start);
       Verdict refined;
-      refiner_.refine(models_.twice, probe_.residual(), by_kept, 1, X + start, &refined);
+      refiner_.refine(models_.twice, residual_, by_kept, 1, X + start, &refined);
       out.steps = std::max(out.steps, refined.steps);
       if (refined.settled) {
         out.error = std::max(out.error, refined.error);
@@ -115,24 +120,21 @@ class CertifiedFactors {
   }
 
  private:
-  static constexpr double fine = 64 * 0x1p-53;
+  double root_of_nv() const { return std::sqrt(static_cast<double>(models_.lowered.nv())); }
+  double fine() const { return 64 * 0x1p-53 * root_of_nv(); }
 
-  static void times(int nv, const double* X, const double* s, double* y) {
-    Eigen::Map<VectorX<double>>(y, nv).noalias() =
-        Eigen::Map<const MatrixX<double>>(X, nv, nv) * Eigen::Map<const VectorX<double>>(s, nv);
-  }
-
-  // By factors whose probe, of what work() returns, is enough; else by last().
-  template <class Work, class Last>
-  Outcome by_best(const double* q, double enough, const Work& work, const Last& last) {
+  // By factors of which, or of what is made of them, error(eps) is enough, with eps the error of a
+  // D; else by last().
+  template <class Error, class Last>
+  Outcome by_best(const double* q, double enough, const Error& error, const Last& last) {
     if (!all_finite(models_.lowered.nq(), q)) return {.status = Outcome::Status::not_finite};
     covariance_factor(models_.lowered, q, factors_);
-    if (factors_.margin > 0 ||
-        second_.error_of_D(models_.lowered, q, factors_, 0) < largest_error_of_D) {
-      const auto answer = work();
-      probe_.set(models_.twice, factors_, q);
+    const double of_D = factors_.margin > 0 ? suspected_error_of_D<double>
+                                            : second_.error_of_D(models_.lowered, q, factors_, 0);
+    if (of_D < largest_error_of_D) {
+      probes_.set_position(models_.twice, q);
       Outcome out;
-      out.error = probe_.error(models_.lowered, models_.twice, factors_, solver_, answer);
+      out.error = error(of_D);
       if (out.error <= enough) return out;
     }
     Outcome out = last();
@@ -140,35 +142,31 @@ class CertifiedFactors {
     return out;
   }
 
-  // The probe is of the factors' own solution, and then read() reads them.
+  // The probes are of the factors, and then read(outcome) reads them.
   template <class Last, class Read>
   Outcome by_factors(const double* q, double enough, const Last& last, const Read& read) {
     bool left = false;
-    const Outcome out = by_best(
+    Outcome out = by_best(
         q, enough,
-        [&] {
-          return [&](const double* s, double* y) {
-            solver_.solve(models_.lowered, factors_, 1, s, y);
-          };
-        },
+        [&](double) { return probes_.of_factors(models_.lowered, models_.twice, factors_); },
         [&] {
           left = true;
           return last();
         });
-    if (!left && out) read();
+    if (!left && out) read(out);
     return out;
   }
 
   const CertifiedModels<double>& models_;
   FastFactors<double> factors_;
-  FactorSolver<double> solver_;
-  Probe<detail::Carrier<double>> probe_;
+  Probes<detail::Carrier> probes_;
+  TwiceResidual<double> residual_;  // of the factors that are kept
   CovarianceForm::Second<double> second_;
   Refiner<double> refiner_;
   BoundedSolve<double> bounded_;
   std::unique_ptr<Fallback<double>> last_;
   std::optional<InverseColumns<double>> inverse_;
-  std::optional<LambdaWorkspace<double>> lambda_;
+  std::optional<InverseDiagonal<double>> diagonal_;
   SelectedColumns<double> selected_;
   std::vector<double> q_;  // of the factors that are kept
   Outcome kept_;           // of them

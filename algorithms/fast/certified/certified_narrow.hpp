@@ -1,6 +1,6 @@
 // Certified answers in float by factors in double (certified_factors.hpp): M^-1 by the columns of
-// float on rounded factors of the conventional form, judged by a probe whose residual is in double;
-// enough is 64 u. Where that is not reached, and for all else, the answer is double's, rounded.
+// float on rounded factors of the conventional form, judged by probes whose residual is in double;
+// enough is 64 u sqrt(nv). Where that is not reached, and for all else, the answer is double's, rounded.
 #pragma once
 
 #include "algorithms/fast/certified/certified_factors.hpp"
@@ -12,8 +12,7 @@ class CertifiedNarrowInverse {
  public:
   explicit CertifiedNarrowInverse(const CertifiedModels<float>& models)
       : factors_(models.twice),
-        solver_(models.twice),
-        probe_(models.twice, models.twice),
+        probes_(models.twice, models.twice),
         narrow_(models.lowered),
         inverse_(models.lowered),
         second_(models.twice),
@@ -25,20 +24,15 @@ class CertifiedNarrowInverse {
     std::copy_n(q, q_.size(), q_.data());
     covariance_factor(models.twice, q_.data(), factors_);
     Verdict out;
-    if (!(factors_.margin > 0) &&
-        !(second_.error_of_D(models.twice, q_.data(), factors_, 0) < largest_error_of_D))
-      return out;
+    const double of_D = factors_.margin > 0
+                            ? suspected_error_of_D<double>
+                            : second_.error_of_D(models.twice, q_.data(), factors_, 0);
+    if (!(of_D < largest_error_of_D)) return out;
     round_factors(nv);
     inverse_.fill(models.lowered, narrow_, X);
-    probe_.set(models.twice, factors_, q_.data());
-    out.error = probe_.error(
-        models.twice, models.twice, factors_, solver_, [&](const double* s, double* y) {
-          std::fill_n(y, nv, 0.0);
-          for (int j = 0; j < nv; ++j)
-            for (int i = 0; i < nv; ++i)
-              y[i] += static_cast<double>(X[i + std::ptrdiff_t(j) * nv]) * s[j];
-        });
-    out.settled = out.error <= 64 * 0x1p-24;
+    probes_.set_position(models.twice, q_.data());
+    out.error = probes_.of_matrix(models.twice, models.twice, factors_, X, of_D);
+    out.settled = out.error <= 64 * 0x1p-24 * std::sqrt(static_cast<double>(nv));
     return out;
   }
 
@@ -68,8 +62,7 @@ class CertifiedNarrowInverse {
   static float to_float(double x) { return static_cast<float>(x); }
 
   FastFactors<double> factors_;
-  FactorSolver<double> solver_;
-  Probe<detail::SameCarrier> probe_;
+  Probes<detail::SameCarrier> probes_;
   FastFactors<float> narrow_;
   InverseColumns<float> inverse_;
   CovarianceForm::Second<double> second_;

@@ -1,69 +1,161 @@
-// How wrong are factors of M, or M^-1 itself? A probe is one torque s whose answer y ~ M^-1 s is
-// judged by the residual in twice the precision:
+// How wrong are factors of M, or M^-1 itself? Probes are torques s whose answers y are judged by the
+// residual in twice the precision:
 //   r = s - M y,   d = M^^-1 r ~ M^-1 s - y                                                (1)
-//   s(k) = z(k) sqrt(D(k)),   z(k) = +-(0.5 to 1.5), drawn once                             (2)
-//   error = sqrt(sum of D d^2 / sum of D y^2)                                                (3)
-// With E the error of D^1/2 M^-1 D^1/2, that is of M^-1 in units in which every D is 1, (3) is
-// |E z| / |D^1/2 y|: of random signs its square has the mean |E|^2 in Frobenius' norm, so that a
-// large error shows unless it happens to be orthogonal to z. M^ has to be right to a digit for d to
-// be: the sweep's margin says so.
+// a probe in every lane, of numbers z(k) = +-(0.5 to 1.5) that are drawn once, of mean square 13/12.
+//
+// Factors are judged in their own coordinates, innovations over their deviations: with
+// M = B (1 + E) B', B = (I + K) D^1/2 of the factors,
+//   s = B z,  y = M^^-1 s:   |d|_M = |E z|,  mean of |E z|^2 ~ |E|^2 in Frobenius' norm       (2)
+// but for what rounding does to y, which counts too. M, by which all that is made of factors is
+// right, is then within 1 +- |E| in the order of positive semidefinite matrices:
+//   |error of M^-1(i,j)| <= |E| sqrt(M^-1(i,i) M^-1(j,j)),   |error of log det M| <= sqrt(nv) |E|  (3)
+// X ~ M^-1 is judged entry by entry:
+//   s(j) = z(j) / sqrt(X(j,j)),  y = X s:   mean of d(i)^2 / X(i,i) ~ sum over j of
+//   (error of X(i,j))^2 / (X(i,i) X(j,j)),                                                 (4)
+// of which the largest over i and probes is told, and eps |d|_M more, by which the factors whose D
+// are right to eps can be wrong about d. Eight probes are orthogonal to an error at once, to a
+// quarter, for about one drawing in 10^5.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
-#include <limits>
 #include <random>
 #include <vector>
 
 #include "algorithms/fast/certified/residual.hpp"
-#include "algorithms/fast/factors/solve.hpp"
+#include "algorithms/fast/factors/columns.hpp"
+#include "algorithms/fast/instances.hpp"
 
 namespace kalmarm {
 
 // C: in what the residual is carried.
-template <class C>
-class Probe {
+template <template <class> class C>
+class Probes {
  public:
-  using Model = typename TwiceResidual<double, C>::Model;
+  using Lane = StateLanes<double>;
+  using Residual = TwiceResidual<Lane, C<Lane>>;
+  using Model = typename Residual::Model;
 
-  Probe(const LoweredModel<double>& model, const Model& wide)
-      : residual_(wide), z_(model.nv()), s_(model.nv()), y_(model.nv()), r_(model.nv()), d_(z_) {
+  Probes(const LoweredModel<double>& model, const Model& wide)
+      : residual_(wide),
+        columns_(model),
+        all_(model.nv(), 1),
+        q_(model.nq()),
+        z_(model.nv()),
+        s_(z_),
+        y_(z_),
+        r_(z_),
+        scale_(model.nv()) {
     std::mt19937_64 random;
-    for (double& z : z_) {
-      const double size = 0.5 + static_cast<double>(random()) * 0x1p-64;
-      z = random() % 2 ? size : -size;
+    for (Lane& lane : z_) {
+      std::array<double, Lanes<Lane>::count> z;
+      for (double& one : z) {
+        const double size = 0.5 + static_cast<double>(random()) * 0x1p-64;
+        one = random() % 2 ? size : -size;
+      }
+      lane = Lane::load(z.data());
     }
   }
 
-  // (2) of the factors' D, at q.
-  void set(const Model& wide, const FastFactors<double>& factors, const double* q) {
-    for (std::size_t k = 0; k < z_.size(); ++k)
-      s_[k] = z_[k] / std::sqrt(factors.links[k].inverse_D);
-    residual_.set_mass(wide, q);
-    residual_.set_torque(s_.data());
+  void set_position(const Model& wide, const double* q) {
+    std::transform(q, q + q_.size(), q_.begin(), [](double x) { return Lane(x); });
+    residual_.set_mass(wide, q_.data());
   }
 
-  // (3), where answer(s, y) writes y. NaN where anything is not finite.
-  template <class Answer>
-  double error(const LoweredModel<double>& model, const Model& wide,
-               const FastFactors<double>& factors, FactorSolver<double>& solver,
-               const Answer& answer) {
-    answer(s_.data(), y_.data());
-    residual_.of(wide, y_.data(), nullptr, r_.data());
-    solver.solve(model, factors, 1, r_.data(), d_.data());
-    double dd = 0, yy = 0;
-    for (int k = 0; k < model.nv(); ++k) {
-      dd += d_[k] * d_[k] / factors.links[k].inverse_D;
-      yy += y_[k] * y_[k] / factors.links[k].inverse_D;
+  // |E| of (2), of factors at the position that was set. NaN where anything is not finite.
+  double of_factors(const LoweredModel<double>& model, const Model& wide,
+                    const FastFactors<double>& factors) {
+    Lane own = Lane(0.0);
+    inward(
+        model, factors,
+        [&](int k) {
+          return s_[k] = own + z_[k] * Lane(1 / std::sqrt(factors.links[k].inverse_D));
+        },
+        Innovation{model, own});
+    inward(
+        model, factors, [&](int k) { return s_[k]; }, detail::Unobserved{});
+    outward(model, factors, [&](int k, const Lane& y) { y_[k] = y; });
+    return std::sqrt(largest(energy(model, wide, factors)));
+  }
+
+  // The largest error by (4) of X (nv x nv), where error_of_D is eps. NaN where anything is not
+  // finite.
+  template <class S>
+  double of_matrix(const LoweredModel<double>& model, const Model& wide,
+                   const FastFactors<double>& factors, const S* X, double error_of_D) {
+    const std::ptrdiff_t nv = model.nv();
+    for (int k = 0; k < nv; ++k) {
+      scale_[k] = 1 / std::sqrt(static_cast<double>(X[k * nv + k]));
+      s_[k] = z_[k] * Lane(scale_[k]);
+      y_[k] = Lane(0.0);
     }
-    return model.nv() == 0 ? 0 : std::sqrt(dd / yy);
+    for (int j = 0; j < nv; ++j)
+      for (int i = 0; i < nv; ++i) y_[i] += Lane(static_cast<double>(X[i + j * nv])) * s_[j];
+    const Lane of_D = energy(model, wide, factors);
+    Lane worst = Lane(0.0), nothing = worst;
+    outward(model, factors, [&](int k, const Lane& d) {
+      const Lane scaled = d * Lane(scale_[k]);
+      worst = -min(Lane(-worst), Lane(-scaled * scaled));
+      nothing += scaled * Lane(0.0);
+    });
+    return std::sqrt(largest(worst + nothing)) + error_of_D * std::sqrt(largest(of_D));
   }
-
-  // Of the mass equation at the q of `set`.
-  TwiceResidual<double, C>& residual() { return residual_; }
 
  private:
-  TwiceResidual<double, C> residual_;
-  std::vector<double> z_, s_, y_, r_, d_;
+  // H z- of the link that is reached.
+  struct Innovation : detail::Unobserved {
+    const LoweredModel<double>& model;
+    Lane& own;
+
+    Innovation(const LoweredModel<double>& of, Lane& to) : model(of), own(to) {}
+    void gathered(int k, const Sixfold<Lane>& z) const { own = model.link(k).slides ? z.w : z.z; }
+  };
+
+  struct Energy : detail::Unobserved {
+    const FastFactors<double>& factors;
+    Lane& sum;
+
+    Energy(const FastFactors<double>& of, Lane& to) : factors(of), sum(to) {}
+    void measured(int k, const Lane& e) const { sum += e * e * Lane(factors.links[k].inverse_D); }
+  };
+
+  template <class Tau, class Observer>
+  void inward(const LoweredModel<double>& model, const FastFactors<double>& factors, const Tau& tau,
+              const Observer& observer) {
+    detail::sweep_inward(model, factors, model.nv() - 1, all_.data(), tau, columns_, observer);
+  }
+  template <class Write>
+  void outward(const LoweredModel<double>& model, const FastFactors<double>& factors,
+               const Write& write) {
+    detail::sweep_outward(model, factors, model.nv() - 1, columns_, write);
+  }
+
+  // |d|_M^2 of (1), after the inward sweep of r.
+  Lane energy(const LoweredModel<double>& model, const Model& wide,
+              const FastFactors<double>& factors) {
+    residual_.set_torque(s_.data());
+    residual_.of(wide, y_.data(), nullptr, r_.data());
+    Lane sum = Lane(0.0);
+    inward(
+        model, factors, [&](int k) { return r_[k]; }, Energy{factors, sum});
+    return sum;
+  }
+
+  // NaN where one is.
+  static double largest(const Lane& x) {
+    double most = 0, nothing = 0;
+    for (int i = 0; i < Lanes<Lane>::count; ++i) {
+      most = std::max(most, x[i]);
+      nothing += x[i] * 0;
+    }
+    return most + nothing;
+  }
+
+  Residual residual_;
+  ColumnsWorkspace<Lane> columns_;
+  std::vector<char> all_;  // links: a path for any torque
+  std::vector<Lane> q_, z_, s_, y_, r_;
+  std::vector<double> scale_;
 };
 
 }  // namespace kalmarm

@@ -23,7 +23,8 @@
 // M^ is wrong by about rho in the directions that count, x(0) by e(0): the same factors made both.
 // That rho(0) is at most 100 e(0) is a rule of experience, for factors whose every D is right to a
 // digit: with a D that is noise, (3) was seen to be a thousandth of the error. Where e(0) is below
-// sqrt(u) / 20 it saves the second residual.
+// sqrt(u) / 20 it saves the second residual, unless forces that cancel can have made d(0) wrong by
+// more than u / 4 of x (the noise in its bound, which the rule does not know of): d(1) shows it.
 #pragma once
 
 #include <algorithm>
@@ -52,7 +53,8 @@ class Refiner {
   Refiner(int nv, double gravity) : gravity_(gravity), low_(nv), r_(nv), d_(nv) {}
 
   // x (nv) of the equation that `residual` has been set to; by.solve(r, d) writes d = M^^-1 r and
-  // returns a bound of (4), by.closer(r) a closer one. Of the lanes, the first `states` count.
+  // returns a bound of (4), by.closer(r) a closer one, by.noise() the part of either that is
+  // noise. Of the lanes, the first `states` count.
   template <class Kept>
   void refine(const Model& model, TwiceResidual<T>& residual, Kept&& by, int states, T* x,
               Verdict* out);
@@ -71,23 +73,33 @@ class Refiner {
       return x[i];
   }
 
+  static double square(double x) { return x * x; }
+
+  // |x|^2, or what takes its place beside gravity.
+  double size(double xx) const { return std::max(xx, square(unit_roundoff<S>() * gravity_)); }
+
   // (4) and (5), of squares.
   bool trusted(double xx, double bound, double first) const {
     constexpr bool narrow = std::is_same_v<S, float>;
     constexpr double trust = narrow ? 3e-3 : 1e-7, far = narrow ? 1 : 1e-9;
-    const auto square = [](double x) { return x * x; };
-    return bound <= square(trust) * std::max(xx, square(unit_roundoff<S>() * gravity_)) &&
+    return bound <= square(trust) * size(xx) &&
            first <= square(far) * std::max(xx, square(0.1 * gravity_));
+  }
+
+  // Whether the noise of d(0) is below what is left.
+  bool is_little(double noise, double xx) const {
+    return noise <= square(unit_roundoff<S>() / 4) * size(xx);
   }
 
   // Whether the first step is enough in every lane: as it is in most.
   bool settles(const Norm& xx, const Norm& dd, const Norm& ratio, const Norm& bound,
-               int states) const {
+               const Norm& noise, int states) const {
     const double limit = unit_roundoff<S>() / 400;
     bool out = true;
     for (int i = 0; i < states; ++i)
       out = out && lane(ratio, i) <= limit && lane(xx, i) < range && lane(xx, i) > 1 / range &&
-            trusted(lane(xx, i), lane(bound, i), lane(dd, i));
+            trusted(lane(xx, i), lane(bound, i), lane(dd, i)) &&
+            is_little(lane(noise, i), lane(xx, i));
     return out;
   }
 
@@ -109,7 +121,7 @@ void Refiner<T>::refine(const Model& model, TwiceResidual<T>& residual, Kept&& b
   std::fill_n(low_.begin(), nv, T(S(0)));
   for (int step = 0, count = states; count > 0 && step < most; ++step) {
     residual.of(model, x, step == 0 ? nullptr : low_.data(), r_.data());
-    Norm bound = by.solve(r_.data(), d_.data());
+    Norm bound = by.solve(r_.data(), d_.data()), noise = by.noise();
     Norm xx(0), dd(0);
     for (int k = 0; k < nv; ++k) {
       const T s = x[k] + d_[k], t = s - x[k];
@@ -120,7 +132,7 @@ void Refiner<T>::refine(const Model& model, TwiceResidual<T>& residual, Kept&& b
       x[k] = s;
     }
     const Norm ratio = dd / xx;
-    if (step == 0 && settles(xx, dd, ratio, bound, states)) {
+    if (step == 0 && settles(xx, dd, ratio, bound, noise, states)) {
       for (int i = 0; i < states; ++i) {
         left[i] = 100 * lane(ratio, i);
         out[i] = {.settled = true, .steps = 1};
@@ -128,19 +140,21 @@ void Refiner<T>::refine(const Model& model, TwiceResidual<T>& residual, Kept&& b
       break;
     }
     bound = by.closer(r_.data());
+    noise = by.noise();
     for (int i = 0; i < states; ++i) {
       if (!open[i]) continue;
-      const double size = lane(xx, i), change = lane(dd, i);
+      const double squares = lane(xx, i), change = lane(dd, i);
       const bool zero = change == 0;
-      const bool comparable = (size < range && size > 1 / range) || (zero && size == 0);
+      const bool comparable = (squares < range && squares > 1 / range) || (zero && squares == 0);
       const double e = zero ? 0 : lane(ratio, i);
       const double rho = step == 0 ? 1e4 * e : zero ? 0 : change / before[i];
       if (step == 0) first[i] = change;
       before[i] = change;
       left[i] = std::sqrt(e * rho);
       out[i].steps = step + 1;
-      out[i].settled =
-          comparable && rho <= 0.09 && left[i] <= enough && trusted(size, lane(bound, i), first[i]);
+      out[i].settled = comparable && rho <= 0.09 && left[i] <= enough &&
+                       trusted(squares, lane(bound, i), first[i]) &&
+                       (step > 0 || is_little(lane(noise, i), squares));
       // 100 e is a guess: where it is too large the next step measures rho.
       open[i] = comparable && !out[i].settled && (step == 0 || rho <= 0.09);
       count -= !open[i];

@@ -97,14 +97,15 @@ double > struct Carrier<T> {
 };
 
 // Double as it is: for answers that are to be right to float's digits.
+template <class T>
 struct SameCarrier {
-  using Type = double;
+  using Type = T;
   using Scalar = double;
   static constexpr int pieces = 1;
 
-  static double widen(double x, int) { return x; }
-  static double widen(double high, double low, int) { return high + low; }
-  static void difference(const double* a, const double* const (&b)[1], int n, double* r) {
+  static T widen(const T& x, int) { return x; }
+  static T widen(const T& high, const T& low, int) { return high + low; }
+  static void difference(const T* a, const T* const (&b)[1], int n, T* r) {
     for (int k = 0; k < n; ++k) r[k] = a[k] - b[0][k];
   }
 };

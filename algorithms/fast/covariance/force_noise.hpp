@@ -19,6 +19,12 @@
 //   T <= sum over k of 1 / mu(k),  v(k) <= 1 / mu(k)                                      (6)
 // Weights, and so N, are in units of rounding_unit. (2) takes 18 flops a link.
 //
+// z- is a sum whose terms may cancel within one link: of a body that is turned about a point far
+// away, or nearly symmetric, b = (w x I w;  W h) is less than what it is summed from. With t(i) the
+// largest of these terms over w^2, rows of I and h (bias_terms of rounding_weights.hpp),
+//   N += w^4 sum over i of w(i) t(i)^2                                                    (2')
+// which is one number a body.
+//
 // Motions, base to tips: an error x(k) of a(k) = e+ - g' l+ is one of e+(k), so that
 // (I + K*) da = x, and from M = (I + K) D (I + K*),
 //   |da|_M^2 = sum over k of D(k) x(k)^2 <= (c u)^2 E,
@@ -51,6 +57,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <cmath>
 #include <utility>
 #include <vector>
 
@@ -90,6 +97,17 @@ KALMARM_INLINE T motion_noise(const LoweredLink<S>& link, const Sixfold<T>& g, c
   const T own = link.slides ? T(square(g.z * l.z) + square(link.noise ? T(g.w * l.w) : l.w))
                             : T(square(g.w * l.w) + square(link.noise ? T(g.z * l.z) : l.z));
   return (square(e_plus) + (turned + moved + own)) / inverse_D;
+}
+
+// z whose squares hold the terms of (2').
+template <class S>
+Sixfold<S> with_bias(const LoweredBody<S>& body, const S& wx, const S& wy, const S& wz,
+                     const Sixfold<S>& z) {
+  const detail::BiasTerms terms = detail::bias_terms(body);
+  const S ww = wx * wx + wy * wy + wz * wz;
+  const auto sum = [&](S x, double square) { return std::sqrt(x * x + S(square) * (ww * ww)); };
+  return {sum(z.x, terms.moments[0]), sum(z.y, terms.moments[1]), sum(z.z, terms.moments[2]),
+          sum(z.u, terms.force),      sum(z.v, terms.force),      sum(z.w, terms.force)};
 }
 
 // N by (2), from z- of all links.

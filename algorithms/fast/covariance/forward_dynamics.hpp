@@ -13,7 +13,7 @@
 //   z-(parent) += phi z+                                                   (4.4)
 // base to tips:
 //   l+ = phi' l-(parent) + c,  a = e+ - g' l+,  l- = l+ + H' a             (4.10), (4.9), (4.11)
-// Where r = 0, H l- = e+ - sum over j != h of g_j l+_j. About 463 flops an aligned hinge
+// Where r = 0, H l- = e+ - sum over j != h of g_j l+_j. About 468 flops an aligned hinge
 // (lowered_model.hpp) without zero terms, and its sine and cosine: with |a|^2, N and E of
 // force_noise.hpp, which say how far rounding can have moved a.
 #pragma once
@@ -178,10 +178,10 @@ void set_velocity(const LoweredModel<S>& model, const T* qd, CovarianceWorkspace
   }
 }
 
-// b of a link alone is added to z, or written where z is new. 48 flops.
+// b of a link alone is added to z, or written where z is new, and its share to N. 53 flops.
 template <bool add, class T, class S>
 KALMARM_INLINE void bias(const LoweredBody<S>& body, const T& wx, const T& wy, const T& wz,
-                         Sixfold<T>& z) {
+                         Sixfold<T>& z, T& noise) {
   const T Lx = body.Ixx * wx + body.Ixy * wy + body.Ixz * wz;
   const T Ly = body.Ixy * wx + body.Iyy * wy + body.Iyz * wz;
   const T Lz = body.Ixz * wx + body.Iyz * wy + body.Izz * wz;
@@ -193,6 +193,8 @@ KALMARM_INLINE void bias(const LoweredBody<S>& body, const T& wx, const T& wy, c
                         wx * (hy + hz) - body.h[0] * (yy + zz),
                         wy * (hx + hz) - body.h[1] * (xx + zz),
                         wz * (hx + hy) - body.h[2] * (xx + yy)};
+  const T ww = xx + yy + zz;
+  noise += body.weights.bias * (ww * ww);
   if constexpr (add)
     kalmarm::add(z, b);
   else
@@ -223,11 +225,11 @@ struct BiasedForces {
 
   KALMARM_INLINE void begin(int k, Load& z) const {
     const auto& at = ws.links[k];
-    bias<false>(model.body(k), at.wx, at.wy, at.wz, z);
+    bias<false>(model.body(k), at.wx, at.wy, at.wz, z, ws.noise);
   }
   KALMARM_INLINE void add_body(int k, Load& z) const {
     const auto& at = ws.links[k];
-    bias<true>(model.body(k), at.wx, at.wy, at.wz, z);
+    bias<true>(model.body(k), at.wx, at.wy, at.wz, z, ws.noise);
   }
   KALMARM_INLINE void add_branch(int index, Load& z) const { add(z, ws.branches[index].z); }
   KALMARM_INLINE void keep(int index, bool begun, const Load& z) const {
@@ -266,7 +268,7 @@ template <class Forces, class T, class S>
 void filter(const LoweredModel<S>& model, const T* tau, CovarianceWorkspace<T>& ws) {
   ws.noise = ws.energy = T(S(0));
   filter<T>(model, ws, Forces{model, tau, ws});
-  if constexpr (Lanes<T>::count == 1) ws.noise = force_noise(model, ws.z);
+  if constexpr (Lanes<T>::count == 1) ws.noise += force_noise(model, ws.z);
 }
 
 // l- of the parent, where that is not the link before.

@@ -4,7 +4,6 @@
 #pragma once
 
 #include "algorithms/fast/derivatives/derivative_motion.hpp"
-#include "algorithms/inverse_mass/singularity.hpp"
 #include "algorithms/spatial/inlining.hpp"
 
 namespace kalmarm {
@@ -15,10 +14,8 @@ namespace detail {
 template <bool slides, class T, class S>
 KALMARM_INLINE void cross_joint(int k, const S& noise, const T& tau, const T& qd,
                                 DerivativeTerms<T>& ws, Articulated<T>& P, Sixfold<T>& z,
-                                Sixfold<T>& Qx, Sixfold<T>& Qy, Sixfold<T>& Qz,
-                                const Size<T>& size) {
+                                Sixfold<T>& Qx, Sixfold<T>& Qy, Sixfold<T>& Qz) {
   using Terms = DerivativeTerms<T>;
-  using std::min;
   DerivativeJoint<T>& at = ws.joints[k];
   const Triple<T> s = at.s;
   Sixfold<T> u;
@@ -32,8 +29,6 @@ KALMARM_INLINE void cross_joint(int k, const S& noise, const T& tau, const T& qd
          P.Bxy * s.x + P.Byy * s.y + P.Bzy * s.z, P.Bxz * s.x + P.Byz * s.y + P.Bzz * s.z};
   const T D = along<slides>(s, u) + T(noise);
   const T inverse_D = T(S(1)) / D;
-  const T threshold = T(SingularityTest<S, 1>::threshold());
-  ws.margin = min(ws.margin, T(D - threshold * (slides ? size.force : size.moment)));
   const Sixfold<T> g = {u.x * inverse_D, u.y * inverse_D, u.z * inverse_D,
                         u.u * inverse_D, u.v * inverse_D, u.w * inverse_D};
   subtract(g, u, P);
@@ -58,13 +53,11 @@ template <class T, class S>
 void filter(const LoweredModel<S>& model, const T* tau, const T* qd, DerivativeTerms<T>& ws) {
   using Terms = DerivativeTerms<T>;
   using Kind = typename LoweredLink<S>::Kind;
-  const T zero = T(S(0)), two = T(S(2));
+  const T zero = T(S(0));
   auto& table = ws.table;
-  ws.margin = T(S(1));
   for (auto& branch : ws.branches) branch.begun = false;
   Articulated<T> P;
   Sixfold<T> z, Qx, Qy, Qz;
-  Size<T> size;
   bool carried = false;  // from link k + 1
   for (int k = model.nv() - 1; k >= 0; --k) {
     const LoweredLink<S>& link = model.link(k);
@@ -72,7 +65,6 @@ void filter(const LoweredModel<S>& model, const T* tau, const T* qd, DerivativeT
     if (!carried) {
       for_numbers(P, [&](int, T& x) { x = zero; });
       z = Qx = Qy = Qz = {zero, zero, zero, zero, zero, zero};
-      size = {zero, zero};
     }
     if (!link.massless) {
       const T m = T(body.m);
@@ -100,8 +92,6 @@ void filter(const LoweredModel<S>& model, const T* tau, const T* qd, DerivativeT
       add(Qy, {By.x, By.y, By.z, p.z, zero, -p.x});
       add(Qz, {Bz.x, Bz.y, Bz.z, -p.y, p.x, zero});
     }
-    size.moment += T(body.Ixx + body.Iyy + body.Izz + body.r);
-    size.force += T(S(3) * body.m + body.r);
     if (link.branch >= 0) {
       const auto& branch = ws.branches[link.branch];
       add(P, branch.P);
@@ -109,28 +99,20 @@ void filter(const LoweredModel<S>& model, const T* tau, const T* qd, DerivativeT
       add(Qx, branch.Qx);
       add(Qy, branch.Qy);
       add(Qz, branch.Qz);
-      size.moment += branch.size.moment;
-      size.force += branch.size.force;
     }
     for_numbers(P, [&](int i, const T& x) { table.at(Terms::P + i, k) = x; });
     set(table, Terms::z, k, z);
     set(table, Terms::Q, k, Qx);
     set(table, Terms::Q + 6, k, Qy);
     set(table, Terms::Q + 12, k, Qz);
-    // What P- is, and rounding errors of what it was: in common axes HP+ = 0 but for them.
-    const T past = T(S(0.25));
-    const Size<T> left = {past * size.moment + (P.Axx + P.Ayy + P.Azz),
-                          past * size.force + (P.Cxx + P.Cyy + P.Czz)};
     if (link.slides)
-      cross_joint<true>(k, body.r, tau[k], qd[k], ws, P, z, Qx, Qy, Qz, size);
+      cross_joint<true>(k, body.r, tau[k], qd[k], ws, P, z, Qx, Qy, Qz);
     else
-      cross_joint<false>(k, body.r, tau[k], qd[k], ws, P, z, Qx, Qy, Qz, size);
+      cross_joint<false>(k, body.r, tau[k], qd[k], ws, P, z, Qx, Qy, Qz);
     carried = link.hangs_on_previous;
     if (link.parent < 0) continue;
-    size = left;
     if (link.kind != Kind::cyclic) {
       const Triple<T> r = ws.joints[k].r;
-      size.moment = two * (size.moment + dot(r, r) * size.force);
       translate_x(r.x, P);
       translate_y(r.y, P);
       translate_z(r.z, P);
@@ -142,7 +124,7 @@ void filter(const LoweredModel<S>& model, const T* tau, const T* qd, DerivativeT
     if (carried) continue;
     auto& branch = ws.branches[model.link(link.parent).branch];
     if (!branch.begun) {
-      branch = {true, P, z, Qx, Qy, Qz, size};
+      branch = {true, P, z, Qx, Qy, Qz};
       continue;
     }
     add(branch.P, P);
@@ -150,8 +132,6 @@ void filter(const LoweredModel<S>& model, const T* tau, const T* qd, DerivativeT
     add(branch.Qx, Qx);
     add(branch.Qy, Qy);
     add(branch.Qz, Qz);
-    branch.size.moment += size.moment;
-    branch.size.force += size.force;
   }
 }
 

@@ -83,7 +83,6 @@ struct DerivativeTerms {
     bool begun;
     Articulated<T> P;
     Sixfold<T> z, Qx, Qy, Qz;
-    Size<T> size;
   };
 
   JointTable<T, numbers> table;
@@ -93,8 +92,7 @@ struct DerivativeTerms {
   std::vector<T> q, sin, cos;  // of the hinges
   std::vector<MatrixPlacement<T>> matrices;
   std::vector<Branch> branches;
-  T margin;  // min over joints of D - threshold x size in the last call (filter.hpp)
-  T check;   // zero where every acceleration was finite, else NaN
+  T check;  // zero where every acceleration was finite, else NaN
 
   template <class S>
   explicit DerivativeTerms(const LoweredModel<S>& model)

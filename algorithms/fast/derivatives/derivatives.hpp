@@ -35,7 +35,7 @@ struct DerivativeWorkspace {
 };
 
 // da_dq, da_dqd and da_dtau (nv x nv, by columns) and a (nv) from q (nq), qd and tau (nv);
-// ws.terms.margin and ws.terms.check say whether they can be believed.
+// ws.terms.check says whether they are finite. No D is tested: rounding_bound.hpp does that.
 template <class T, class S>
 void fast_derivatives(const LoweredModel<S>& model, const T* q, const T* qd, const T* tau,
                       DerivativeWorkspace<T>& ws, T* da_dq, T* da_dqd, T* da_dtau, T* a) {

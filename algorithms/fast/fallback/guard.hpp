@@ -89,7 +89,7 @@ class Guard {
                 int lane = 0) {
     if (detail::number(check, lane) != S(0)) return true;
     if (detail::number(swept.margin, lane) > S(0)) return false;
-    return !(second_.error_of_D(lowered, q, swept, lane) < largest_error_of_D);
+    return !(second_.error_of_D(lowered, q, swept, lane) < suspected_error_of_D<S>);
   }
 
  private:
@@ -106,7 +106,7 @@ class Guard {
     S N = rounding_unit<S>() * swept.energy, size = S(0);
     forces_.begin();
     for (int k = lowered.nv() - 1; k >= 0; --k) {
-      N += forces_.charge(lowered, swept, k, swept.z[k], little);
+      N += forces_.charge(lowered, swept, k, F::forces(lowered, swept, k), little);
       size += a[k] * a[k] / forces_.variance(k);
     }
     const double E = static_cast<double>(rounding_unit<S>() * (swept.energy + weight_));

@@ -46,6 +46,22 @@ S rounding_unit() {
 
 namespace detail {
 
+// Squares of the largest terms that the bias of a link alone is summed from, over w^4: rows of its
+// tensor and h, since b = (w x I w;  W h).
+struct BiasTerms {
+  Eigen::Array3d moments;
+  double force;
+};
+
+template <class S>
+BiasTerms bias_terms(const LoweredBody<S>& body) {
+  const auto square = [](const S& x) { return static_cast<double>(x) * static_cast<double>(x); };
+  const double xy = square(body.Ixy), xz = square(body.Ixz), yz = square(body.Iyz);
+  const double x = square(body.Ixx) + xy + xz, y = xy + square(body.Iyy) + yz,
+               z = xz + yz + square(body.Izz);
+  return {{y + z, x + z, x + y}, square(body.h[0]) + square(body.h[1]) + square(body.h[2])};
+}
+
 // Of a link that absorbs nothing.
 inline constexpr double no_body = 1e30;
 
@@ -148,6 +164,8 @@ class WeightsOfLinks {
     out.moment = weight(own.head<3>().sum());
     out.force = weight(own.tail<3>().sum());
     out.reach = S(children.squares.sum());
+    const BiasTerms terms = bias_terms(body);
+    out.bias = weight((w.head<3>() * terms.moments).sum() + w.tail<3>().sum() * terms.force);
   }
 
   static void add_body(const LoweredBody<S>& body, Largest& to) {

@@ -1,8 +1,9 @@
 // Planar mechanisms (plane.hpp) behind the interface of every solver: what moves in the plane by
 // planar_filter.hpp, what slides along its normal by translational.hpp.
 //
-// A suspect, of which some D is small beside what it is summed from, gets its accelerations from the
-// certified form, all else by Sequential<Conventional> on the same model (fallback/guard.hpp).
+// What the guard suspects gets its accelerations from the certified form, all else from the fallback
+// (fallback/guard.hpp). Where some D can be lost, P of the spatial form is looked at: its roundings
+// are those of more sums than there are in the plane.
 #pragma once
 
 #include <algorithm>
@@ -34,14 +35,13 @@ class PlanarEngine final : public CommonEngine<T> {
                            squares += a[along_.dofs[i]] * a[along_.dofs[i]];
                          });
     const auto by = guard_.believed(noise(), ws_.energy, squares, size(a));
-    if (!suspects(by.margin * T(0))) {
-      if (by.margin > T(0) && by.error <= T(coarse_error) * unit_roundoff<T>())
-        return {.error = by.error};
-      const double error = guard_.closer(this->lowered(), q, qd, tau, 0);
+    if (!along_factors_.suspect()) {
+      const double error = guard_.error(this->lowered(), q, qd, tau, a, ws_, by);
       if (error >= 0) return {.error = error};
-    } else if (const Outcome out = guard_.fallback().factor(q); !out) {
-      return out;  // the last bits of the axes, which are off the plane, do not make it regular
     }
+    // The last bits of the axes, which are off the plane, do not make it regular.
+    if (along_factors_.suspect() || !(ws_.margin > T(0)))
+      if (const Outcome out = guard_.fallback().factor(q); !out) return out;
     return guard_.certified().acceleration(q, qd, tau, a);
   }
 
@@ -69,7 +69,7 @@ class PlanarEngine final : public CommonEngine<T> {
     planar_factor(model_, q, ws_);
     T check = T(0);
     for (const auto& at : ws_.links) check += at.inverse_D * T(0);
-    by_fallback_ = suspects(check);
+    by_fallback_ = suspects(q, check);
     return kept_ = by_fallback_ ? guard_.fallback().factor(q) : Outcome{};
   }
 
@@ -117,7 +117,7 @@ class PlanarEngine final : public CommonEngine<T> {
         for (int i = 0; i < along_factors_.nv(); ++i)
           X(along_.dofs[i], along_.dofs[j]) = along_factors_.inverse()(i, j);
     }
-    return suspects(check) ? guard_.fallback().inverse(q, result) : Outcome{};
+    return suspects(q, check) ? guard_.fallback().inverse(q, result) : Outcome{};
   }
 
   Outcome diagonal(const T* q, T* x) override {
@@ -159,7 +159,7 @@ class PlanarEngine final : public CommonEngine<T> {
                       T* a) override {
     this->set_derivatives(q, qd, tau, da_dq, da_dqd, da_dtau, a);
     const T check = this->terms().check;
-    if (!grows_ && check == T(0) && this->terms().margin > T(0)) return {};
+    if (check == T(0) && !this->derivatives_lose(q)) return {};
     const Outcome out = guard_.fallback().factor(q);
     return out && check != T(0) ? Outcome{.status = Outcome::Status::not_finite} : out;
   }
@@ -185,14 +185,9 @@ class PlanarEngine final : public CommonEngine<T> {
         paths_(model_, options.wants(Want::inverse) ? model_.nv() : 0, lanes),
         all_(model_.nv(), 1),
         covariances_(model_.branch_count()),
-        guard_(robot, this->lowered()),
-        grows_(RoundingGrowth<T>(this->model()).grows()) {
+        guard_(robot, this->lowered()) {
     assert(static_cast<int>(plane.home.size()) == this->lowered().nv());
-    for (int k = 0; k < model_.nv(); ++k) {
-      const RoundingWeights<T>& w = this->lowered().body(model_.link(k).dof).weights;
-      const T force = std::max(w.Cxx, w.Cyy);
-      weights_.push_back({w.Azz, force, force});
-    }
+    model_.set_weights(this->lowered());
     rows_.want = {Want::acceleration};
     if (options.wants(Want::inverse)) in_plane_.resize(model_.nv(), model_.nv());
     if (options.selection.size() == 0) return;
@@ -205,8 +200,9 @@ class PlanarEngine final : public CommonEngine<T> {
   T noise() const {
     T sum = T(0);
     for (int k = 0; k < model_.nv(); ++k) {
-      const Planar<T>&w = weights_[k], &z = ws_.z[k];
-      sum += w.n * (z.n * z.n) + (w.x * (z.x * z.x) + w.y * (z.y * z.y));
+      const PlanarWeights<T>& w = model_.link(k).weights;
+      const Planar<T>& z = ws_.z[k];
+      sum += w.n * (z.n * z.n) + w.force * (z.x * z.x + z.y * z.y);
     }
     return sum;
   }
@@ -219,8 +215,8 @@ class PlanarEngine final : public CommonEngine<T> {
     return sum;
   }
 
-  bool suspects(const T& check) const {
-    return grows_ || along_factors_.suspect() || check != T(0) || !(ws_.margin > T(0));
+  bool suspects(const T* q, const T& check) {
+    return along_factors_.suspect() || guard_.suspects(this->lowered(), q, ws_, check);
   }
 
   // M^-1 of the DoF in the plane, column-major, without subnormal entries (factors/inverse.hpp).
@@ -255,15 +251,13 @@ class PlanarEngine final : public CommonEngine<T> {
   PlanarColumns<T> one_;
   PlanarColumns<Many> many_;
   ColumnPaths paths_;
-  std::vector<char> all_;           // links: a path for any tau
-  std::vector<Planar<T>> weights_;  // of z
+  std::vector<char> all_;  // links: a path for any tau
   std::vector<detail::PlanarCovariance<T>> covariances_;
   MatrixX<T> in_plane_;
   PlanarSelection<T> selection_;
   Outcome kept_;              // of the factors that are kept
   bool by_fallback_ = false;  // they are
   Guard<T, CovarianceForm> guard_;
-  bool grows_;          // errors do along this robot, so that every state is a suspect
   EngineOptions rows_;  // of further workers, who answer rows alone
   std::vector<std::unique_ptr<PlanarEngine>> workers_;
 };

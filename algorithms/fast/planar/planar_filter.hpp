@@ -21,17 +21,37 @@ namespace kalmarm {
 
 namespace detail {
 
+// The test of covariance/rounding_test.hpp in the plane, of P- with J and the trace of C: what is
+// pending at link k becomes what is pending at its parent. reach: of t, as of LoweredBody.
+template <bool slides, class T>
+KALMARM_INLINE void test_rounding(const PlanarWeights<T>& w, const T& J, const T& trace,
+                                  const T& reach, const typename PlanarWorkspace<T>::Link& at,
+                                  bool noise, Pending<T>& pending, T& margin) {
+  using std::min;
+  const T one = T(1), two = T(2);
+  const T moved = slides ? T(J + reach * trace) : J;
+  const T e = (w.n * moved + w.force * trace) +
+              (w.pending_moment * pending.moment + w.pending_force * pending.force);
+  T h = slides ? T(pending.force + trace) : T(pending.moment + J + w.reach * trace);
+  h = zero_where_less(e, one, h);
+  margin = min(margin, T(at.D - rounding_unit<T>() * h));
+  const T of_moments = slides || noise ? T(at.g.n * at.g.n) : T(0);
+  const T of_forces = slides ? T(at.g.y * at.g.y) : T(at.g.x * at.g.x + at.g.y * at.g.y);
+  const T moment = two * (pending.moment + J + h * of_moments);
+  const T force = two * (pending.force + trace + h * of_forces);
+  pending = {zero_where_less(e, one, T(two * moment + reach * force)),
+             zero_where_less(e, one, force)};
+}
+
 // Across joint k and to the parent's origin, where the parent's own body is added. Where J+ = 0, J-
 // of the parent is t'C-t - (t'b)^2 / D, which depends on no result but the division.
 template <bool forces, bool slides, bool noise, class T>
 KALMARM_INLINE void cross(const PlanarLink<T>& link, const PlanarStep<T>& step,
-                          const PlanarBody<T>& there, const T& threshold, const T& tau,
-                          PlanarWorkspace<T>& ws, int k, PlanarInertia<T>& P, Planar<T>& z,
-                          T& size_J, T& size_m, T& margin) {
-  using std::min;
+                          const PlanarBody<T>& there, const T& tau, PlanarWorkspace<T>& ws, int k,
+                          PlanarInertia<T>& P, Planar<T>& z, Pending<T>& pending, T& margin) {
   constexpr bool full = slides || noise;  // J+ and b+ are not zero
   auto& at = ws.links[k];
-  const T trace = P.xx + P.yy, J_minus = P.J;  // what C+ and J+ are differences of
+  const T trace = P.xx + P.yy, J_minus = P.J;
   T ux, uy, reach = link.reach, J = there.J, tb;
   if constexpr (slides) {
     ux = ws.apart[link.apart].ux;
@@ -45,7 +65,8 @@ KALMARM_INLINE void cross(const PlanarLink<T>& link, const PlanarStep<T>& step,
     }
     measure_turn<noise>(link.r, P, at);
   }
-  margin = min(margin, T(at.D - threshold * (slides ? size_m : size_J)));
+  if (link.weights.tested)
+    test_rounding<slides>(link.weights, J_minus, trace, reach, at, noise, pending, margin);
   if constexpr (forces) {
     assign(ws.z[k], z);
     if constexpr (slides)
@@ -57,14 +78,10 @@ KALMARM_INLINE void cross(const PlanarLink<T>& link, const PlanarStep<T>& step,
     z.x += there.fx;
     z.y += there.fy;
   }
-  size_m = trace + there.size_m;
-  size_J = reach * trace + there.size_J;
-  if constexpr (full) {
-    size_J += T(2) * J_minus;
+  if constexpr (full)
     P.J += J + (T(2) * (step.tx * P.x + step.ty * P.y) + across(step, P));
-  } else {
+  else
     P.J = J - (tb * tb) * at.inverse_D;
-  }
   move_b<full>(step, there, P);
   P.xx += there.m;
   P.yy += there.m;
@@ -73,14 +90,15 @@ KALMARM_INLINE void cross(const PlanarLink<T>& link, const PlanarStep<T>& step,
 // D and g of every link and ws.margin; with forces e+ too.
 template <bool forces, class T>
 KALMARM_SWEEP void filter(const PlanarModel<T>& model, const T* tau, PlanarWorkspace<T>& ws) {
-  const T threshold = model.threshold(), zero = T(0);
+  const T zero = T(0);
   PlanarInertia<T> P;
   Planar<T> z;
-  T size_J, size_m, margin = T(1);
+  Pending<T> pending;
+  T margin = T(1);
   for (auto& branch : ws.branches) {
     branch.P = {zero, zero, zero, zero, zero, zero};
     branch.z = {zero, zero, zero};
-    branch.size_J = branch.size_m = zero;
+    branch.pending = {zero, zero};
   }
   bool carried = false;  // P and z come from link k + 1, and link k is added
   for (int k = model.nv() - 1; k >= 0; --k) {
@@ -94,26 +112,24 @@ KALMARM_SWEEP void filter(const PlanarModel<T>& model, const T* tau, PlanarWorks
       P.xy = z.n = zero;
       z.x = body.fx;
       z.y = body.fy;
-      size_J = body.size_J;
-      size_m = body.size_m;
+      pending = {zero, zero};
     }
     if (link.branch >= 0) {
       const auto& branch = ws.branches[link.branch];
       add(P, branch.P);
       if constexpr (forces) add(z, branch.z);
-      size_J += branch.size_J;
-      size_m += branch.size_m;
+      pending.moment += branch.pending.moment;
+      pending.force += branch.pending.force;
     }
     carried = link.hangs_on_previous;
-    PlanarBody<T> there{zero, zero, zero, zero, zero, zero, zero, zero};
+    PlanarBody<T> there{zero, zero, zero, zero, zero, zero};
     if (carried) there = ws.template body<forces>(model.link(k - 1), k - 1);
     PlanarStep<T> step{zero, zero, zero, zero, zero, zero, zero};
     if (link.parent >= 0) step = ws.step(link, k);
     T force = zero;
     if constexpr (forces) force = tau[link.dof];
     const auto across = [&]<bool slides, bool noise>() KALMARM_INLINE_LAMBDA {
-      cross<forces, slides, noise>(link, step, there, threshold, force, ws, k, P, z, size_J, size_m,
-                                   margin);
+      cross<forces, slides, noise>(link, step, there, force, ws, k, P, z, pending, margin);
     };
     if (link.slides)
       link.noise ? across.template operator()<true, true>()
@@ -125,8 +141,8 @@ KALMARM_SWEEP void filter(const PlanarModel<T>& model, const T* tau, PlanarWorks
     auto& branch = ws.branches[model.link(link.parent).branch];
     add(branch.P, P);
     if constexpr (forces) add(branch.z, z);
-    branch.size_J += size_J;
-    branch.size_m += size_m;
+    branch.pending.moment += pending.moment;
+    branch.pending.force += pending.force;
   }
   ws.margin = margin;
 }

@@ -12,14 +12,15 @@
 // Everything is worked out in a wider precision and rounded once.
 #pragma once
 
+#include <algorithm>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "algorithms/fast/derivatives/joint_table.hpp"
+#include "algorithms/fast/lowering/lowered_model.hpp"
 #include "algorithms/fast/planar/plane.hpp"
 #include "algorithms/fast/planar/translational.hpp"
-#include "algorithms/inverse_mass/singularity.hpp"
 
 namespace kalmarm {
 
@@ -28,6 +29,14 @@ template <class T>
 using Four = std::conditional_t<std::is_floating_point_v<T>, Pack<T, 4>, T>;
 template <class T>
 inline constexpr int four = Lanes<Four<T>>::count;
+
+// Of what is rounded at a link, for the test of D and for N: RoundingWeights in the plane, whose
+// axes turn with the link.
+template <class T>
+struct PlanarWeights {
+  T n = T(0), force = T(0), pending_moment = T(0), pending_force = T(0), reach = T(0);
+  bool tested = false;
+};
 
 template <class T>
 struct PlanarLink {
@@ -39,9 +48,9 @@ struct PlanarLink {
   T sign = T(1);    // of a hinge's axis along n
   T ref = T(0), r = T(0);
   T m = T(0), J = T(0);
-  T size_m = T(0);                               // trace of C, and r
   T reach = T(0);                                // 2 |p|^2, of a slide 4 |p|^2 at home
   T tx = T(0), ty = T(0), ux = T(0), uy = T(0);  // t and a slide's axis, at home
+  PlanarWeights<T> weights;
 };
 
 template <class T>
@@ -53,8 +62,15 @@ class PlanarModel {
 
   template <class Given>
   PlanarModel(const Model<Given>& model, const Plane<Lowering<Given>>& plane) {
-    threshold_ = T(SingularityTest<Given, 1>::threshold());
     lower(model.template cast<Lowering<Given>>(), plane);
+  }
+
+  // Weights for tests of rounding, of the same robot's.
+  void set_weights(const LoweredModel<T>& lowered) {
+    for (PlanarLink<T>& link : links_) {
+      const RoundingWeights<T>& w = lowered.body(link.dof).weights;
+      link.weights = {w.Azz, std::max(w.Cxx, w.Cyy), w.moment, w.force, w.reach, w.tested};
+    }
   }
 
   int nv() const { return static_cast<int>(links_.size()); }  // of the DoF in the plane
@@ -66,9 +82,6 @@ class PlanarModel {
     return is_chain_;
   }  // link k is DoF k and coordinate k, and hangs on k - 1
   const JointTable<T, rows, Four<T>>& home() const { return home_; }
-  const T& threshold() const {
-    return threshold_;
-  }  // threshold: D below threshold() x size gets the full test
   const T& a0_x() const { return a0_x_; }  // acceleration of the base, -gravity
   const T& a0_y() const { return a0_y_; }
 
@@ -155,7 +168,6 @@ class PlanarModel {
     PlanarLink<T>& link = links_[k];
     link.m = T(body.m);
     link.J = T(body.J);
-    link.size_m = T(2) * link.m + link.r;
     home_.at(body_x, k) = T(W(-body.h[1]));
     home_.at(body_y, k) = T(body.h[0]);
     if (k + 1 < nv() && links_[k + 1].hangs_on_previous && !links_[k + 1].slides) {
@@ -170,7 +182,7 @@ class PlanarModel {
   std::vector<PlanarLink<T>> links_;
   std::vector<int> moves_with_;
   JointTable<T, rows, Four<T>> home_{0};
-  T threshold_, a0_x_, a0_y_;
+  T a0_x_, a0_y_;
 };
 
 // The slides along n, and for every link the one that it moves with along n, or -1.

@@ -12,6 +12,7 @@
 
 #include <vector>
 
+#include "algorithms/fast/covariance/rounding_test.hpp"
 #include "algorithms/fast/planar/planar_model.hpp"
 #include "algorithms/spatial/inlining.hpp"
 #include "algorithms/spatial/sincos.hpp"
@@ -61,10 +62,10 @@ struct PlanarStep {
   T cx, cy;
 };
 
-// M, f and the sizes (filter.hpp) of a link's own body.
+// M and f of a link's own body.
 template <class T>
 struct PlanarBody {
-  T J, x, y, m, fx, fy, size_J, size_m;
+  T J, x, y, m, fx, fy;
 };
 
 template <class T>
@@ -103,7 +104,7 @@ struct PlanarWorkspace {
   // Of a link with children that are not the next link: the sum over them, and l-.
   struct Branch {
     PlanarInertia<T> P;
-    T size_J, size_m;
+    Pending<T> pending;
     Planar<T> z, l;
   };
 
@@ -112,7 +113,7 @@ struct PlanarWorkspace {
   std::vector<Apart> apart;
   std::vector<Branch> branches;
   std::vector<Planar<T>> z;  // z-
-  T margin;                  // min over joints of D - threshold x size
+  T margin;                  // of D (covariance/rounding_test.hpp)
   T energy;                  // E of covariance/force_noise.hpp
   T squares;                 // |a|^2; not finite where an acceleration is not
 
@@ -138,9 +139,7 @@ struct PlanarWorkspace {
             from[body_y * n],
             link.m,
             forces ? from[bias_x * n] : T(0),
-            forces ? from[bias_y * n] : T(0),
-            link.J + link.r,
-            link.size_m};
+            forces ? from[bias_y * n] : T(0)};
   }
 
   KALMARM_INLINE PlanarStep<T> step(const PlanarLink<T>& link, int k) const {

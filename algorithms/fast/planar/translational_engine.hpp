@@ -1,13 +1,16 @@
 // The engine of robots of slides alone. Neither M nor what is asked of it depends on q: all is worked
 // out once, and a call costs a product or two sweeps (translational.hpp). Where some D is small
-// beside what it is summed from, the fallback gives its verdict once.
+// beside what it is summed from, the fallback gives its verdict once. The error of accelerations is
+// (10), and what is believed (8), of covariance/force_noise.hpp, by (1) of translational.hpp; what is
+// not, the certified form answers.
 #pragma once
 
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "algorithms/fast/common_engine.hpp"
-#include "algorithms/fast/fallback/fallback.hpp"
+#include "algorithms/fast/fallback/guard.hpp"
 #include "algorithms/fast/planar/translational.hpp"
 
 namespace kalmarm {
@@ -20,21 +23,23 @@ class TranslationalEngine final : public CommonEngine<T> {
       : TranslationalEngine(robot, options, model_of(robot).template cast<T>().template cast<W>()) {
   }
 
-  Outcome forward_dynamics(const T*, const T*, const T* tau, T* a) override {
-    return acceleration(factors_, tau, a);
+  Outcome forward_dynamics(const T* q, const T* qd, const T* tau, T* a) override {
+    return acceleration(factors_, *guard_, q, qd, tau, a);
   }
 
   void reserve_workers(int count) override {
     CommonEngine<T>::reserve_workers(count);
-    while (static_cast<int>(workers_.size()) < count) workers_.push_back(factors_);
+    while (static_cast<int>(workers_.size()) < count)
+      workers_.push_back({factors_, Guarding(robot_, this->lowered())});
   }
 
-  int forward_dynamics(int worker, int count, const T*, const T*, const T* tau, T* a,
+  int forward_dynamics(int worker, int count, const T* q, const T* qd, const T* tau, T* a,
                        Outcome* outcomes) override {
+    Worker& w = workers_[worker];
     const int nv = factors_.nv();
     int failed = 0;
-    for (int i = 0; i < count; ++i, tau += nv, a += nv) {
-      outcomes[i] = acceleration(workers_[worker], tau, a);
+    for (int i = 0; i < count; ++i, q += nv, qd += nv, tau += nv, a += nv) {
+      outcomes[i] = acceleration(w.factors, w.guard, q, qd, tau, a);
       failed += !outcomes[i];
     }
     return failed;
@@ -84,22 +89,37 @@ class TranslationalEngine final : public CommonEngine<T> {
  private:
   using W = Lowering<T>;
 
-  Outcome acceleration(TranslationalFactors<T>& factors, const T* tau, T* a) const {
+  using Guarding = Guard<T, AtRest>;  // velocities do not count
+
+  struct Worker {
+    TranslationalFactors<T> factors;  // a solve keeps its sums in them
+    Guarding guard;
+  };
+
+  Outcome acceleration(TranslationalFactors<T>& factors, Guarding& guard, const T* q, const T* qd,
+                       const T* tau, T* a) const {
     if (!outcome_) return outcome_;
-    T check = T(0);
+    T squares = T(0), size = T(0);
     factors.solve([&](int k) { return tau[k]; },
                   [&](int k, const T& x) {
                     a[k] = x + factors.by_weight()[k];
-                    check += x * T(0);
+                    squares += a[k] * a[k];
+                    size += this->lowered().least_inertias()[k] * (a[k] * a[k]);
                   });
-    return check == T(0) ? outcome_ : Outcome{.status = Outcome::Status::not_finite};
+    const auto by = guard.believed(T(0), factors.energy(tau), squares, size);
+    if (!(by.margin > T(0))) return guard.certified().acceleration(q, qd, tau, a);
+    Outcome out = outcome_;
+    out.error = by.error;
+    return out;
   }
 
   TranslationalEngine(const RobotModel& robot, const EngineOptions& options, const Model<W>& wide)
       : CommonEngine<T>(robot, options),
+        robot_(robot),
         axes_(axes_of(wide)),
         slides_(slides_of(wide, axes_)),
         factors_(slides_, wide.gravity(), W(SingularityTest<T, 1>::threshold())) {
+    if (options.wants(Want::acceleration)) guard_.emplace(robot, this->lowered());
     if (factors_.suspect()) {
       const VectorX<T> q = VectorX<T>::Zero(wide.nq());
       outcome_ = make_fallback<T>(robot, Form::conventional)->factor(q.data());
@@ -149,10 +169,12 @@ class TranslationalEngine final : public CommonEngine<T> {
       }
   }
 
+  RobotModel robot_;
   std::vector<Matrix3<W>> axes_;  // of the links, in the world's axes
   std::vector<Slide<W>> slides_;
   TranslationalFactors<T> factors_;
-  std::vector<TranslationalFactors<T>> workers_;  // a solve keeps its sums in them
+  std::optional<Guarding> guard_;  // where accelerations are wanted
+  std::vector<Worker> workers_;
   MatrixX<T> selected_;
   Outcome outcome_;
 };

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "algorithms/fast/test/mechanisms_that_lose.hpp"
 #include "algorithms/fast/test/support.hpp"
 #include "algorithms/test/singular.hpp"
 
@@ -139,6 +140,35 @@ TYPED_TEST(Certified, PartsOfTheInverseAndSolvesAreRight) {
     ASSERT_TRUE(dynamics.log_det(state.q, log_det));
     EXPECT_LE(truth.log_det(log_det), 40 * this->u * truth.log_det_size());
   }
+}
+
+// Errors of joints that hardly count in a norm of the whole matrix are seen as well.
+TYPED_TEST(Certified, PartsOfTheInverseAreAsRightAsTheySayOnWildMechanisms) {
+  using T = TypeParam;
+  int answered = 0;
+  const auto expect_as_said = [&](const char* what, const Outcome& out, auto&& error) {
+    if (!out || out.warns()) return;
+    ++answered;
+    EXPECT_LE(error(), 4 * std::max(out.error, this->u)) << what;
+  };
+  for (int seed = 0; seed < 100; ++seed) {
+    SCOPED_TRACE(seed);
+    const Model<double> model = rounded<T>(wild(seed));
+    const int nv = model.nv();
+    const State<T> state = random_state(model, seed).template cast<T>();
+    Dynamics<T> dynamics = this->robot(model, {Want::inverse, Want::diagonal, Want::log_det});
+    MatrixX<T> X = poisoned<T>(nv, nv);
+    VectorX<T> x = poisoned<T>(nv);
+    T log_det = std::numeric_limits<T>::quiet_NaN();
+    const Truth truth(model, state.template cast<double>());
+    expect_as_said("M^-1", dynamics.inverse_mass(state.q, MatrixView<T>(X)),
+                   [&] { return truth.inverse(X); });
+    expect_as_said("diagonal", dynamics.diagonal(state.q, x), [&] { return truth.diagonal(x); });
+    expect_as_said("log det", dynamics.log_det(state.q, log_det), [&] {
+      return truth.log_det(log_det) / std::max(1.0, std::abs(double(log_det)));
+    });
+  }
+  EXPECT_GE(answered, 200);
 }
 
 // At the joint, in one state and among others.

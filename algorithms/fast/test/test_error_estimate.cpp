@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "algorithms/fast/test/mechanisms_that_lose.hpp"
+#include "algorithms/fast/test/planar_support.hpp"
 #include "algorithms/fast/test/support.hpp"
 
 namespace kalmarm::test {
@@ -19,9 +20,9 @@ class ErrorEstimateOf : public testing::Test {
   // One state of a robot: keeps Outcome::error over the true error, which is counted as one roundoff
   // where it is less.
   void look(const Model<double>& drawn, const State<double>& given,
-            Form form = Form::conventional) {
+            const DynamicsOptions& options = spatial({Want::acceleration})) {
     const State<T> state = given.template cast<T>();
-    Dynamics<T> robot = dynamics_of<T>(drawn, spatial({Want::acceleration}, form));
+    Dynamics<T> robot = dynamics_of<T>(drawn, options);
     VectorX<T> a = poisoned<T>(drawn.nv());
     const Outcome out = robot.forward_dynamics(state.q, state.qd, state.tau, a);
     if (!out || out.suspect) return;
@@ -82,7 +83,19 @@ TYPED_TEST(ErrorEstimateOf, OfSquareRootsIsAtLeastHalfTheErrorOnAllFamilies) {
   for (const Family& family : all_families())
     for (int seed = 0; seed < 5; ++seed) {
       const Model<double> model = family.make(seed);
-      this->look(model, random_state(model, seed), Form::square_root);
+      this->look(model, random_state(model, seed),
+                 spatial({Want::acceleration}, Form::square_root));
+    }
+  EXPECT_GE(this->least(), 0.5);
+  EXPECT_LE(this->median(), 150);
+}
+
+TYPED_TEST(ErrorEstimateOf, OfSlidesAloneIsAtLeastHalfTheError) {
+  for (const Family& family : translational_families())
+    for (int seed = 0; seed < 10; ++seed) {
+      const Model<double> model = family.make(seed);
+      this->look(model, random_state(model, seed),
+                 {Form::conventional, {.want = {Want::acceleration}}, {Rule::translations}});
     }
   EXPECT_GE(this->least(), 0.5);
   EXPECT_LE(this->median(), 150);
