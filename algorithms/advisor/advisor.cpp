@@ -292,10 +292,9 @@ Recommendation recommend(const RobotModel& model, int count, const double* q, co
   const int nq = model.nq, nv = model.nv();
   Advisor advisor(model, options.question,
                   {count, nq, nv, rows(q, nq), rows(qd, nv), rows(tau, nv)});
-  const Form forms[] = {Form::conventional, Form::square_root, Form::certified};
+  const Form forms[] = {Form::conventional, Form::certified};
   advisor.add(forms[0], "the conventional form");
-  advisor.add(forms[1], "the square-root form");
-  advisor.add(forms[2], "the certified form");
+  advisor.add(forms[1], "the certified form");
   const Advice advice = advisor.advise(options.tolerance);
   const Observation& seen = advisor.observe(advice.candidate);
   return {.form = forms[advice.candidate / 2],

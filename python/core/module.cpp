@@ -35,7 +35,7 @@ E named(const char* what, const std::string& name, std::initializer_list<E> valu
 }
 
 Form form_of(const std::string& name) {
-  return named("form", name, {Form::conventional, Form::square_root, Form::certified});
+  return named("form", name, {Form::conventional, Form::certified});
 }
 
 Want want_of(const std::string& name) {

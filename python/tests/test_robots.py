@@ -93,11 +93,10 @@ def test_forms_agree_and_are_named():
     robot = load("panda")
     q, qd, tau = robot.random_state(4, 5)
     a = robot.forward_dynamics(q, qd, tau)
-    for form in ("square_root", "certified"):
-        other = robot.replace(form=form)
-        assert other.form == form
-        np.testing.assert_allclose(other.forward_dynamics(q, qd, tau), a, rtol=1e-9)
-    with pytest.raises(ValueError, match="form 'best' is unknown: conventional, square_root"):
+    other = robot.replace(form="certified")
+    assert other.form == "certified"
+    np.testing.assert_allclose(other.forward_dynamics(q, qd, tau), a, rtol=1e-9)
+    with pytest.raises(ValueError, match="form 'best' is unknown: conventional, certified"):
         robot.replace(form="best")
     with pytest.raises(TypeError, match="no option is called 'shape'"):
         robot.replace(shape="best")
@@ -116,8 +115,8 @@ def test_unknown_names_are_refused_with_the_nearest():
 
 
 def test_repr_tells_size_form_precision_and_instruction_set():
-    text = repr(load("g1", form="square_root"))
-    for part in ("g1", "35 DoF", "36 in q", "square_root", "float32", kalmarm.instruction_set()):
+    text = repr(load("g1", form="certified"))
+    for part in ("g1", "35 DoF", "36 in q", "certified", "float32", kalmarm.instruction_set()):
         assert part in text
 
 

@@ -27,7 +27,8 @@ struct RestingForces : BiasedForces<T, S> {
     watch(this->model, k, z, this->ws);
     auto& at = this->ws.links[k];
     at.inverse_D = inverse_D;
-    at.e = gain<slides, noise>(g, this->tau[k], z) * inverse_D;
+    const T kept = this->model.body(k).r * inverse_D;
+    at.e = gain<slides, noise>(g, kept, this->tau[k], z) * inverse_D;
   }
 };
 

@@ -9,7 +9,7 @@
 //   b(k) = (w x I w;  W h)                                h = m c: bias of the link alone
 // tips to base, with P of articulated.hpp:
 //   e = tau - H z-,  e+ = e / D                                            (4.2), (4.6)
-//   z+ = z- + g e + P+ c,  H z+ = tau where r = 0                          (4.5)
+//   z+ = z- + g e + P+ c,  H z+ = tau - (r / D) e + H P+ c                 (4.5)
 //   z-(parent) += phi z+                                                   (4.4)
 // base to tips:
 //   l+ = phi' l-(parent) + c,  a = e+ - g' l+,  l- = l+ + H' a             (4.10), (4.9), (4.11)
@@ -246,7 +246,7 @@ struct BiasedForces {
     watch(model, k, z, ws);
     auto& at = ws.links[k];
     at.inverse_D = inverse_D;
-    at.e = gain<slides, noise>(g, tau[k], z) * inverse_D;
+    at.e = gain<slides, noise>(g, T(model.body(k).r * inverse_D), tau[k], z) * inverse_D;
     add_times(z, P, at.c, slides);
   }
 

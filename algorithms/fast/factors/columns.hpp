@@ -115,12 +115,17 @@ KALMARM_INLINE void force_to_parent(const LoweredModel<S>& model, const LoweredL
   }
 }
 
-// z- becomes z+; e is returned.
-template <class T, class S, class G>
-KALMARM_INLINE T gain(const LoweredLink<S>& link, const Sixfold<G>& g, const T& tau,
+// z- becomes z+; e is returned. at: d, g and 1 / D of link k.
+template <class T, class S, class Link>
+KALMARM_INLINE T gain(const LoweredModel<S>& model, int k, const Link& at, const T& tau,
                       Sixfold<T>& z) {
-  if (link.slides) return link.noise ? gain<true, true>(g, tau, z) : gain<true, false>(g, tau, z);
-  return link.noise ? gain<false, true>(g, tau, z) : gain<false, false>(g, tau, z);
+  const LoweredLink<S>& link = model.link(k);
+  const auto& none = at.inverse_D;
+  if (!link.noise)
+    return link.slides ? gain<true, false>(at.g, none, tau, z)
+                       : gain<false, false>(at.g, none, tau, z);
+  const auto kept = none * model.body(k).r;
+  return link.slides ? gain<true, true>(at.g, kept, tau, z) : gain<false, true>(at.g, kept, tau, z);
 }
 
 // Factors: Placements<U> with links of (d, g, inverse_D), as FastFactors<U> is and what a sweep of
@@ -154,7 +159,7 @@ void sweep_inward(const LoweredModel<S>& model, const Factors& factors, int last
     if (!carried) set_zero(z);
     if (link.branch >= 0) add(z, ws.branches[link.branch].z);
     observer.gathered(k, z);
-    const T e = gain(link, at.g, T(tau(k)), z);
+    const T e = gain(model, k, at, T(tau(k)), z);
     observer.measured(k, e);
     ws.e[k] = e * at.inverse_D;
     carried = link.hangs_on_previous;

@@ -38,7 +38,7 @@ struct InverseOfChain {
     const Sixfold<S>& n = lambda.n[k];
     const T x = (n.x * z.x + n.y * z.y + n.z * z.z) + (n.u * z.u + n.v * z.v + n.w * z.w) +
                 own * lambda.alpha[k];
-    gain(model.link(k), factors.links[k].g, own, z);
+    gain(model, k, factors.links[k], own, z);
     if (k > 0) force_to_parent(model, model.link(k), factors, factors.links[k].d, z);
     return x;
   }

@@ -206,7 +206,7 @@ void SelectedColumns<S>::whiten(const LoweredModel<S>& model, const FastFactors<
       tau = chunk.entries[step.entry].tau;
       add(z, chunk.entries[step.entry].z);
     }
-    const Lane e = detail::gain(link, at.g, tau, z);
+    const Lane e = detail::gain(model, step.link, at, tau, z);
     *y++ = e * Lane(std::sqrt(at.inverse_D));
     if (link.parent >= 0) detail::force_to_parent(model, link, factors, at.d, z);
     if (step.leaves_at >= 0) add(chunk.sums[step.leaves_at], z);

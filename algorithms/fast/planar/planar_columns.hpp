@@ -43,12 +43,14 @@ template <class T, class S>
 KALMARM_INLINE T gain(const PlanarWorkspace<S>& ws, const PlanarLink<S>& link, int k, const T& tau,
                       Planar<T>& z) {
   const Planar<S>& g = ws.links[k].g;
+  const S kept = link.r * ws.links[k].inverse_D;
   if (!link.slides) {
-    const T signed_tau = link.sign * tau;
-    return link.noise ? gain_turn<true>(g, signed_tau, z) : gain_turn<false>(g, signed_tau, z);
+    const T own = link.sign * tau;
+    return link.noise ? gain_turn<true>(g, kept, own, z) : gain_turn<false>(g, kept, own, z);
   }
   const S ux = ws.apart[link.apart].ux, uy = ws.apart[link.apart].uy;
-  return link.noise ? gain_slide<true>(ux, uy, g, tau, z) : gain_slide<false>(ux, uy, g, tau, z);
+  return link.noise ? gain_slide<true>(ux, uy, g, kept, tau, z)
+                    : gain_slide<false>(ux, uy, g, kept, tau, z);
 }
 
 // phi z+.

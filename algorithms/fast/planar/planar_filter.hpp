@@ -2,7 +2,7 @@
 // rotation at all, P of six numbers, [J b'; b C]. t, c and f are of planar_state.hpp, g, P+ and D
 // of planar_joint.hpp. Tips to base:
 //
-//   e = tau - H z-,  z+ = z- + g e + P+ c,  H z+ = tau where r = 0             (4.2), (4.5)
+//   e = tau - H z-,  z+ = z- + g e + P+ c,  H z+ = tau - (r / D) e + H P+ c    (4.2), (4.5)
 //   b-(parent) += b+ + C+ t,  J-(parent) += J+ + 2 t'b+ + t'C+ t               phi P+ phi', (3.6)
 //   z-(parent) += z+, the moment + t'z+                                        (4.4)
 // base to tips:
@@ -69,10 +69,11 @@ KALMARM_INLINE void cross(const PlanarLink<T>& link, const PlanarStep<T>& step,
     test_rounding<slides>(link.weights, J_minus, trace, reach, at, noise, pending, margin);
   if constexpr (forces) {
     assign(ws.z[k], z);
+    const T kept = link.r * at.inverse_D;
     if constexpr (slides)
-      at.e = gain_slide<noise>(ux, uy, at.g, tau, z) * at.inverse_D;
+      at.e = gain_slide<noise>(ux, uy, at.g, kept, tau, z) * at.inverse_D;
     else
-      at.e = gain_turn<noise>(at.g, T(link.sign * tau), z) * at.inverse_D;
+      at.e = gain_turn<noise>(at.g, kept, T(link.sign * tau), z) * at.inverse_D;
     add_times<full>(z, P, step);
     z.n += step.tx * z.x + step.ty * z.y;
     z.x += there.fx;

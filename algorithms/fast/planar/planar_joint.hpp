@@ -68,25 +68,22 @@ KALMARM_INLINE void measure_slide(const T& r, const T& ux, const T& uy, PlanarIn
 
 // z- becomes z+, P+ c apart; e is returned.
 template <bool noise, class T, class G>
-KALMARM_INLINE T gain_turn(const Planar<G>& g, const T& tau, Planar<T>& z) {
+KALMARM_INLINE T gain_turn(const Planar<G>& g, const G& kept, const T& tau, Planar<T>& z) {
   const T e = tau - z.n;
   z.x += g.x * e;
   z.y += g.y * e;
-  if constexpr (noise)
-    z.n += g.n * e;
-  else
-    z.n = tau;
+  z.n = noise ? T(tau - kept * e) : tau;
   return e;
 }
 
 template <bool noise, class T, class G>
-KALMARM_INLINE T gain_slide(const G& ux, const G& uy, const Planar<G>& g, const T& tau,
-                            Planar<T>& z) {
-  const T u = ux * z.x + uy * z.y, e = tau - u;
+KALMARM_INLINE T gain_slide(const G& ux, const G& uy, const Planar<G>& g, const G& kept,
+                            const T& tau, Planar<T>& z) {
+  const T e = tau - (ux * z.x + uy * z.y);
+  const T along = noise ? T(tau - kept * e) : tau, aside = (ux * z.y - uy * z.x) + g.y * e;
   z.n += g.n * e;
-  const T along = noise ? T(g.x * e) : e, aside = g.y * e;
-  z.x += along * ux - aside * uy;
-  z.y += along * uy + aside * ux;
+  z.x = along * ux - aside * uy;
+  z.y = along * uy + aside * ux;
   return e;
 }
 

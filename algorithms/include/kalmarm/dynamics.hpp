@@ -1,6 +1,6 @@
 // Dynamics: the one way to ask for what a robot's dynamics are.
 //
-//   kalmarm::Dynamics<double> robot(model, {.form = kalmarm::Form::square_root});
+//   kalmarm::Dynamics<double> robot(model, {.form = kalmarm::Form::certified});
 //   kalmarm::Outcome outcome = robot.forward_dynamics(q, qd, tau, a);   // a is filled
 //
 // q holds nq numbers, every velocity, acceleration and torque nv; results about chosen joints hold
@@ -36,7 +36,8 @@ namespace kalmarm {
 
 enum class Form {
   conventional,  // covariances P of the filter
-  square_root,   // their square roots: twice the time, for heavy loads on light links
+  square_root,   // their square roots, for the study alone: a search finds answers that are wrong by
+                 // any factor without a warning (docs/errors.md). Take `certified` for heavy loads
   certified,  // covariances, refined by residuals in twice the precision: Outcome::error says how
               // wrong an answer is, mostly its last bit; 3 to 4 times the time in float64
 };

@@ -87,8 +87,8 @@ class Robot(_core.Robot):
     ) -> None:
         """What is asked of the robot that the description describes.
 
-        form: "conventional"; "square_root", twice the time, for heavy loads on light links; or
-            "certified", whose outcomes say how wrong an answer is, for 3 to 4 times the time.
+        form: "conventional"; or "certified", right to the last bits also where masses differ by
+            many powers of ten, for 3 to 4 times the time in float64 and twice it in float32.
         wants: "acceleration", "inverse", "diagonal", "log_det", "mass", "operational", "solve",
             "inverse_dynamics", "derivatives"; all unless told.
         asked: the joints that results are about; all that are free unless told.
