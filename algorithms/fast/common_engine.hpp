@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <vector>
 
@@ -39,6 +40,16 @@ struct RowBlock {
     }
   }
 };
+
+// An answer that is ok by a sweep whose D may be wrong as `loss` says: warns of 1 per cent.
+inline Outcome warned(Outcome out, const RoundingLoss& loss) {
+  if (loss.bound < largest_error_of_D || out.near_singular) return out;
+  out.near_singular = true;
+  out.joint = loss.joint;
+  out.D = loss.D;
+  out.scale = std::isfinite(loss.bound) ? loss.bound * loss.D : loss.scale;
+  return out;
+}
 
 template <class S>
 class CommonEngine : public Engine<S> {

@@ -103,7 +103,7 @@ struct SquareRootForm {
 
   // The threshold is made of composite inertias, which grow with the cube of a chain's length: in
   // float32 it catches long chains. P of the other form tells them from singular ones, for less than
-  // the fallback takes. The two have to agree on every D: rows of least weight would show there.
+  // the certified form takes. The two have to agree on every D: rows of least weight would show there.
   template <class S>
   struct Second {
     FastFactors<S> factors;

@@ -1,17 +1,17 @@
 // Factors of M, M^-1 and parts of it whose error is known: by the conventional form, judged by a
-// probe (probe.hpp); where that is not enough, or some D may be lost in rounding, by a variant of
-// the study that refines every column and widens its factors (fallback.hpp).
+// probe (probe.hpp); where that is not enough, or some D may be lost in rounding, in DoubleDouble
+// (wide_factors.hpp), which warns or refuses where it cannot tell D from rounding.
 //   enough, of what is not refined:  64 u;     of factors for solves, which are: 1e-3
 // Solves are refined with the residual in twice the precision (refine.hpp).
 #pragma once
 
 #include <algorithm>
-#include <memory>
 #include <optional>
 #include <vector>
 
 #include "algorithms/fast/certified/certified_acceleration.hpp"
 #include "algorithms/fast/certified/probe.hpp"
+#include "algorithms/fast/certified/wide_factors.hpp"
 #include "algorithms/fast/engine.hpp"
 #include "algorithms/fast/factors/log_det.hpp"
 
@@ -28,13 +28,12 @@ class CertifiedFactors {
         second_(models.lowered),
         refiner_(models.lowered.nv(), 0),
         bounded_(models.lowered),
-        last_(make_fallback<double>(models.robot, Form::square_root)),
+        wide_(models.robot, options),
         q_(models.lowered.nq()) {
     if (options.wants(Want::inverse)) inverse_.emplace(models.lowered);
     if (options.wants(Want::diagonal)) lambda_.emplace(models.lowered);
     if (options.selection.size() == 0) return;
     selected_.select(models.lowered, options.selection);
-    last_->select(options.selection);
   }
 
   Outcome inverse(const double* q, double* X) {
@@ -45,12 +44,12 @@ class CertifiedFactors {
           inverse_->fill(models_.lowered, factors_, X);
           return [X, nv](const double* s, double* y) { times(nv, X, s, y); };
         },
-        [&] { return last_->inverse(q, X); });
+        [&] { return wide_.inverse(q, X); });
   }
 
   Outcome diagonal(const double* q, double* x) {
     return by_factors(
-        q, fine, [&] { return last_->diagonal(q, x); },
+        q, fine, [&] { return wide_.diagonal(q, x); },
         [&] {
           fast_lambda(models_.lowered, factors_, *lambda_);
           std::copy_n(lambda_->alpha.data(), models_.lowered.nv(), x);
@@ -59,57 +58,55 @@ class CertifiedFactors {
 
   Outcome log_det(const double* q, double& x) {
     return by_factors(
-        q, fine, [&] { return last_->log_det(q, x); }, [&] { x = kalmarm::log_det(factors_); });
+        q, fine, [&] { return wide_.log_det(q, x); }, [&] { x = kalmarm::log_det(factors_); });
   }
 
   Outcome selected(const double* q, double* X) {
     return by_factors(
-        q, fine, [&] { return last_->selected(q, X); },
+        q, fine, [&] { return wide_.selected(q, X); },
         [&] { selected_.fill(models_.lowered, factors_, X); });
   }
 
   // Factors that are kept, for solve.
   Outcome factor(const double* q) {
     std::copy_n(q, q_.size(), q_.data());
-    by_last_ = false;
+    by_wide_ = false;
     return kept_ = by_factors(
                q, 1e-3,
                [&] {
-                 by_last_ = true;
-                 return last_->factor(q);
+                 by_wide_ = true;
+                 return wide_.factor(q);
                },
                [] {});
   }
 
   // By the factors that are kept, which are right: their outcome, with the error of the worst
-  // column. A column that does not settle warns.
+  // column. A column that does not settle is answered in DoubleDouble.
   Outcome solve(int columns, const double* taus, double* X) {
     const int nv = models_.lowered.nv();
     Outcome out = kept_;
-    if (by_last_) {
-      last_->solve(columns, taus, X);
-      out.near_singular = true;
-      return all_finite(std::ptrdiff_t(columns) * nv, X)
-                 ? out
-                 : Outcome{.status = Outcome::Status::not_finite};
+    if (by_wide_) {
+      return suspect(wide_.solve(columns, taus, X));
     }
     out.error = 0;
+    std::optional<Outcome> wide;  // factors for columns that do not settle
     const auto by_kept = bounded_.on(models_.lowered, factors_);
     for (int j = 0; j < columns; ++j) {
       const std::ptrdiff_t start = std::ptrdiff_t(j) * nv;
       by_kept.solve(taus + start, X + start);
+      if (!all_finite(nv, taus + start)) continue;
       probe_.residual().set_torque(taus + start);
       Verdict refined;
       refiner_.refine(models_.twice, probe_.residual(), by_kept, 1, X + start, &refined);
       out.steps = std::max(out.steps, refined.steps);
       if (refined.settled) {
         out.error = std::max(out.error, refined.error);
-      } else {
-        out.suspect = out.near_singular = true;
-        if (last_->factor(q_.data())) last_->solve(1, taus + start, X + start);
+        continue;
       }
+      if (!wide) wide = wide_.factor(q_.data());
+      out = worse(out, suspect(*wide ? wide_.solve(1, taus + start, X + start) : *wide));
     }
-    return all_finite(std::ptrdiff_t(columns) * nv, X)
+    return !out || all_finite(std::ptrdiff_t(columns) * nv, X)
                ? out
                : Outcome{.status = Outcome::Status::not_finite};
   }
@@ -135,7 +132,10 @@ class CertifiedFactors {
       out.error = probe_.error(models_.lowered, models_.twice, factors_, solver_, answer);
       if (out.error <= enough) return out;
     }
-    Outcome out = last();
+    return suspect(last());
+  }
+
+  static Outcome suspect(Outcome out) {
     out.suspect = static_cast<bool>(out);
     return out;
   }
@@ -166,13 +166,13 @@ class CertifiedFactors {
   CovarianceForm::Second<double> second_;
   Refiner<double> refiner_;
   BoundedSolve<double> bounded_;
-  std::unique_ptr<Fallback<double>> last_;
+  WideFactors wide_;
   std::optional<InverseColumns<double>> inverse_;
   std::optional<LambdaWorkspace<double>> lambda_;
   SelectedColumns<double> selected_;
   std::vector<double> q_;  // of the factors that are kept
   Outcome kept_;           // of them
-  bool by_last_ = false;   // they are
+  bool by_wide_ = false;   // they are
 };
 
 }  // namespace kalmarm

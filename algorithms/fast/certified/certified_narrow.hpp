@@ -148,4 +148,8 @@ class CertifiedNarrowFactors {
   std::vector<double> q_, tau_, X_;
 };
 
+template <class S>
+using CertifiedFactorsOf =
+    std::conditional_t<std::is_same_v<S, double>, CertifiedFactors, CertifiedNarrowFactors>;
+
 }  // namespace kalmarm

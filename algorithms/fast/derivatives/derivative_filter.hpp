@@ -4,7 +4,7 @@
 #pragma once
 
 #include "algorithms/fast/derivatives/derivative_motion.hpp"
-#include "algorithms/inverse_mass/singularity.hpp"
+#include "algorithms/model/rounding_scale.hpp"
 #include "algorithms/spatial/inlining.hpp"
 
 namespace kalmarm {
@@ -32,7 +32,7 @@ KALMARM_INLINE void cross_joint(int k, const S& noise, const T& tau, const T& qd
          P.Bxy * s.x + P.Byy * s.y + P.Bzy * s.z, P.Bxz * s.x + P.Byz * s.y + P.Bzz * s.z};
   const T D = along<slides>(s, u) + T(noise);
   const T inverse_D = T(S(1)) / D;
-  const T threshold = T(SingularityTest<S, 1>::threshold());
+  const T threshold = T(least_D_over_size<S>(1));
   ws.margin = min(ws.margin, T(D - threshold * (slides ? size.force : size.moment)));
   const Sixfold<T> g = {u.x * inverse_D, u.y * inverse_D, u.z * inverse_D,
                         u.u * inverse_D, u.v * inverse_D, u.w * inverse_D};

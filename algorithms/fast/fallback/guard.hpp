@@ -4,18 +4,16 @@
 // accelerations the noise N of its forces, the energy E of its motions, |a|^2 and |a|_s^2
 // (force_noise.hpp), for the rest check, which is zero where every result is finite. Only a state
 // that fails a test, or whose estimated error is coarse, pays for more: a second look, then the
-// certified form for an acceleration, the fallback for what is made of factors alone.
+// certified form.
 #pragma once
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
-#include <memory>
 #include <vector>
 
 #include "algorithms/fast/certified/certified_answer.hpp"
-#include "algorithms/fast/fallback/fallback.hpp"
 #include "algorithms/fast/forms.hpp"
 #include "algorithms/fast/instances.hpp"
 
@@ -31,7 +29,7 @@ struct Believed {
 template <class S, class F>
 class Guard {
  public:
-  Guard(const RobotModel& robot, const LoweredModel<S>& lowered)
+  Guard(const RobotModel& robot, const LoweredModel<S>& lowered, const EngineOptions& options)
       : second_(lowered),
         forces_(lowered),
         allowed_(S(largest_error_of_a<S> * largest_error_of_a<S>) * rounding_unit<S>() /
@@ -42,10 +40,8 @@ class Guard {
         loses_(F::loses(lowered)),
         own_(lowered),
         a_(lowered.nv()),
-        fallback_(make_fallback<S>(robot, F::form)),
-        certified_(robot, lowered, F::at_rest) {}
+        certified_(robot, lowered, options, F::at_rest) {}
 
-  Fallback<S>& fallback() { return *fallback_; }
   CertifiedAnswer<S>& certified() { return certified_; }
 
   // From what a sweep has left: N, E, |a|^2 and |a|_s^2. NaN where a is not finite.
@@ -157,7 +153,6 @@ class Guard {
   bool loses_;                      // F::loses
   typename F::template Workspace<S> own_;
   std::vector<S> a_;
-  std::unique_ptr<Fallback<S>> fallback_;
   CertifiedAnswer<S> certified_;
 };
 

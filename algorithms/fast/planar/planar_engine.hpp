@@ -1,13 +1,14 @@
 // Planar mechanisms (plane.hpp) behind the interface of every solver: what moves in the plane by
 // planar_filter.hpp, what slides along its normal by translational.hpp.
 //
-// A suspect, of which some D is small beside what it is summed from, gets its accelerations from the
-// certified form, all else by Sequential<Conventional> on the same model (fallback/guard.hpp).
+// A suspect, of which some D is small beside what it is summed from, is answered by the certified form
+// (fallback/guard.hpp).
 #pragma once
 
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "algorithms/fast/common_engine.hpp"
@@ -33,16 +34,14 @@ class PlanarEngine final : public CommonEngine<T> {
                            a[along_.dofs[i]] = x + along_factors_.by_weight()[i];
                            squares += a[along_.dofs[i]] * a[along_.dofs[i]];
                          });
-    const auto by = guard_.believed(noise(), ws_.energy, squares, size(a));
+    const auto by = guard_->believed(noise(), ws_.energy, squares, size(a));
     if (!suspects(by.margin * T(0))) {
       if (by.margin > T(0) && by.error <= T(coarse_error) * unit_roundoff<T>())
         return {.error = by.error};
-      const double error = guard_.closer(this->lowered(), q, qd, tau, 0);
+      const double error = guard_->closer(this->lowered(), q, qd, tau, 0);
       if (error >= 0) return {.error = error};
-    } else if (const Outcome out = guard_.fallback().factor(q); !out) {
-      return out;  // the last bits of the axes, which are off the plane, do not make it regular
     }
-    return guard_.certified().acceleration(q, qd, tau, a);
+    return guard_->certified().acceleration(q, qd, tau, a);
   }
 
   void reserve_workers(int count) override {
@@ -66,22 +65,15 @@ class PlanarEngine final : public CommonEngine<T> {
   }
 
   Outcome factor(const T* q) override {
-    planar_factor(model_, q, ws_);
-    T check = T(0);
-    for (const auto& at : ws_.links) check += at.inverse_D * T(0);
-    by_fallback_ = suspects(check);
-    return kept_ = by_fallback_ ? guard_.fallback().factor(q) : Outcome{};
+    by_certified_ = suspects_factors(q);
+    return by_certified_ ? guard_->certified().factor(q) : Outcome{};
   }
 
   // About 26 flops a hinge and column.
   Outcome solve(int columns, const T* taus, T* X) override {
+    if (by_certified_) return guard_->certified().solve(columns, taus, X);
     const int nv = this->lowered().nv(), last = model_.nv() - 1;
     T check = T(0);
-    if (by_fallback_) {
-      guard_.fallback().solve(columns, taus, X);
-      for (std::ptrdiff_t i = 0; i < std::ptrdiff_t(columns) * nv; ++i) check += X[i] * T(0);
-      columns = 0;
-    }
     for (int j = 0; j < columns; ++j) {
       const T* const tau = taus + std::ptrdiff_t(j) * nv;
       T* const x = X + std::ptrdiff_t(j) * nv;
@@ -97,7 +89,7 @@ class PlanarEngine final : public CommonEngine<T> {
                              x[along_.dofs[i]] = a;
                            });
     }
-    return check == T(0) ? kept_ : Outcome{.status = Outcome::Status::not_finite};
+    return check == T(0) ? Outcome{} : Outcome{.status = Outcome::Status::not_finite};
   }
 
   Outcome inverse(const T* q, T* result) override {
@@ -117,41 +109,30 @@ class PlanarEngine final : public CommonEngine<T> {
         for (int i = 0; i < along_factors_.nv(); ++i)
           X(along_.dofs[i], along_.dofs[j]) = along_factors_.inverse()(i, j);
     }
-    return suspects(check) ? guard_.fallback().inverse(q, result) : Outcome{};
+    return suspects(check) ? guard_->certified().inverse(q, result) : Outcome{};
   }
 
   Outcome diagonal(const T* q, T* x) override {
-    const Outcome out = factor(q);
-    if (!out) return out;
-    if (by_fallback_) {
-      guard_.fallback().kept_diagonal(x);
-      return out;
-    }
+    if (suspects_factors(q)) return guard_->certified().diagonal(q, x);
     planar_diagonal(model_, ws_, covariances_,
                     [&](int k, const T& alpha) { x[model_.link(k).dof] = alpha; });
     for (int i = 0; i < along_factors_.nv(); ++i)
       x[along_.dofs[i]] = along_factors_.inverse()(i, i);
-    return out;
+    return {};
   }
 
   Outcome log_det(const T* q, T& x) override {
     using std::log;
-    const Outcome out = factor(q);
-    if (!out) return out;
-    if (by_fallback_) {
-      x = guard_.fallback().kept_log_det();
-      return out;
-    }
+    if (suspects_factors(q)) return guard_->certified().log_det(q, x);
     x = along_factors_.log_det();
     for (const auto& at : ws_.links) x += log(at.D);
-    return out;
+    return {};
   }
 
   Outcome selected(const T* q, T* X) override {
-    const Outcome out = factor(q);
-    if (by_fallback_) return guard_.fallback().selected(q, X);
+    if (suspects_factors(q)) return guard_->certified().selected(q, X);
     selection_.fill(model_, ws_, X);
-    return out;
+    return {};
   }
 
   // By the spatial kernels, which are looked at by their own numbers.
@@ -160,8 +141,9 @@ class PlanarEngine final : public CommonEngine<T> {
     this->set_derivatives(q, qd, tau, da_dq, da_dqd, da_dtau, a);
     const T check = this->terms().check;
     if (!grows_ && check == T(0) && this->terms().margin > T(0)) return {};
-    const Outcome out = guard_.fallback().factor(q);
-    return out && check != T(0) ? Outcome{.status = Outcome::Status::not_finite} : out;
+    const Outcome out = guard_->certified().factor(q);
+    if (out && check != T(0)) return {.status = Outcome::Status::not_finite};
+    return out ? warned(out, bound_->look(this->lowered(), q)) : out;
   }
 
  private:
@@ -177,7 +159,7 @@ class PlanarEngine final : public CommonEngine<T> {
         along_(this->model().template cast<W>(), plane),
         along_factors_(along_.slides,
                        Vector3<W>(plane.axes * this->model().gravity().template cast<W>()),
-                       W(SingularityTest<T, 1>::threshold())),
+                       W(least_D_over_size<T>(1))),
         model_(this->model(), plane),
         ws_(model_),
         one_(model_),
@@ -185,7 +167,6 @@ class PlanarEngine final : public CommonEngine<T> {
         paths_(model_, options.wants(Want::inverse) ? model_.nv() : 0, lanes),
         all_(model_.nv(), 1),
         covariances_(model_.branch_count()),
-        guard_(robot, this->lowered()),
         grows_(RoundingGrowth<T>(this->model()).grows()) {
     assert(static_cast<int>(plane.home.size()) == this->lowered().nv());
     for (int k = 0; k < model_.nv(); ++k) {
@@ -195,9 +176,12 @@ class PlanarEngine final : public CommonEngine<T> {
     }
     rows_.want = {Want::acceleration};
     if (options.wants(Want::inverse)) in_plane_.resize(model_.nv(), model_.nv());
-    if (options.selection.size() == 0) return;
-    selection_ = PlanarSelection<T>(model_, along_, along_factors_, plane_, options.selection);
-    guard_.fallback().select(options.selection);
+    if (options.wants(Want::acceleration) || options.wants_factors() ||
+        options.wants(Want::derivatives))
+      guard_.emplace(robot, this->lowered(), options);
+    if (options.wants(Want::derivatives)) bound_.emplace(this->lowered());
+    if (options.selection.size() > 0)
+      selection_ = PlanarSelection<T>(model_, along_, along_factors_, plane_, options.selection);
   }
 
  private:
@@ -221,6 +205,14 @@ class PlanarEngine final : public CommonEngine<T> {
 
   bool suspects(const T& check) const {
     return grows_ || along_factors_.suspect() || check != T(0) || !(ws_.margin > T(0));
+  }
+
+  // Of the factors at q, which are made.
+  bool suspects_factors(const T* q) {
+    planar_factor(model_, q, ws_);
+    T check = T(0);
+    for (const auto& at : ws_.links) check += at.inverse_D * T(0);
+    return suspects(check);
   }
 
   // M^-1 of the DoF in the plane, column-major, without subnormal entries (factors/inverse.hpp).
@@ -260,9 +252,9 @@ class PlanarEngine final : public CommonEngine<T> {
   std::vector<detail::PlanarCovariance<T>> covariances_;
   MatrixX<T> in_plane_;
   PlanarSelection<T> selection_;
-  Outcome kept_;              // of the factors that are kept
-  bool by_fallback_ = false;  // they are
-  Guard<T, CovarianceForm> guard_;
+  bool by_certified_ = false;  // the factors that are kept
+  std::optional<Guard<T, CovarianceForm>> guard_;
+  std::optional<RoundingBound<T>> bound_;  // for derivatives
   bool grows_;          // errors do along this robot, so that every state is a suspect
   EngineOptions rows_;  // of further workers, who answer rows alone
   std::vector<std::unique_ptr<PlanarEngine>> workers_;

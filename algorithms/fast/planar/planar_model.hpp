@@ -19,7 +19,7 @@
 #include "algorithms/fast/derivatives/joint_table.hpp"
 #include "algorithms/fast/planar/plane.hpp"
 #include "algorithms/fast/planar/translational.hpp"
-#include "algorithms/inverse_mass/singularity.hpp"
+#include "algorithms/model/rounding_scale.hpp"
 
 namespace kalmarm {
 
@@ -53,7 +53,7 @@ class PlanarModel {
 
   template <class Given>
   PlanarModel(const Model<Given>& model, const Plane<Lowering<Given>>& plane) {
-    threshold_ = T(SingularityTest<Given, 1>::threshold());
+    threshold_ = T(least_D_over_size<Given>(1));
     lower(model.template cast<Lowering<Given>>(), plane);
   }
 

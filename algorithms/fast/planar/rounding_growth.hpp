@@ -1,6 +1,6 @@
 // Do errors grow along this robot from joint to joint? The test of the planar sweep compares D(k)
 // with what the step before has put in (planar_filter.hpp). Errors that grow over many joints, each of which looks
-// well, show in S of singularity.hpp alone, which costs more than a sweep. But masses and lengths
+// well, show in S of rounding_scale.hpp alone, which costs more than a sweep. But masses and lengths
 // decide whether they grow, more than the position does. So S is worked out once a robot, in
 // float64, at home and at eight random positions, tips to base, as far as one of
 //   D(k) <= threshold J(k)            this position is seen by the sweep, however rounding errs
@@ -17,8 +17,7 @@
 #include <random>
 #include <vector>
 
-#include "algorithms/inverse_mass/polar_moment.hpp"
-#include "algorithms/inverse_mass/singularity.hpp"
+#include "algorithms/model/rounding_scale.hpp"
 
 namespace kalmarm {
 
@@ -74,7 +73,7 @@ bool RoundingGrowth<S>::grows_here() {
   set_position(model_, q_, rm_);
   scale_.begin(model_);
   polar_ = body_polar_;
-  const auto threshold = static_cast<double>(SingularityTest<S, 1>::threshold());
+  const auto threshold = static_cast<double>(least_D_over_size<S>(1));
   const double bound = 0x1p14 * static_cast<double>(unit_roundoff<S>());
   for (int k = model_.nv() - 1; k >= 0; --k) {
     const Joint<double>& joint = model_.joint(k);

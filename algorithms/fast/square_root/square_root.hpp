@@ -37,7 +37,6 @@
 
 #include "algorithms/fast/factors/factors.hpp"
 #include "algorithms/fast/square_root/square_root_parent.hpp"
-#include "algorithms/riccati/array.hpp"
 #include "algorithms/spatial/inlining.hpp"
 
 namespace kalmarm {
