@@ -41,14 +41,16 @@ struct RowBlock {
   }
 };
 
-// An answer that is ok by a sweep whose D may be wrong as `loss` says: warns of 1 per cent.
-inline Outcome warned(Outcome out, const RoundingLoss& loss) {
-  if (loss.bound < largest_error_of_D || out.near_singular) return out;
-  out.near_singular = true;
-  out.joint = loss.joint;
-  out.D = loss.D;
-  out.scale = std::isfinite(loss.bound) ? loss.bound * loss.D : loss.scale;
-  return out;
+// Of derivatives, which carry no error of their own: `judged`, which is ok, without its error. They
+// warn where a D of their sweep may be wrong by 1 per cent, as `loss` says.
+inline Outcome of_derivatives(Outcome judged, const RoundingLoss& loss) {
+  judged.error = Outcome{}.error;
+  if (loss.bound < largest_error_of_D || judged.near_singular) return judged;
+  judged.near_singular = true;
+  judged.joint = loss.joint;
+  judged.D = loss.D;
+  judged.scale = std::isfinite(loss.bound) ? loss.bound * loss.D : loss.scale;
+  return judged;
 }
 
 template <class S>

@@ -132,7 +132,7 @@ class SpatialEngine final : public CommonEngine<S> {
     if (sure && loss.bound < largest_error_of_D) return {};
     const Outcome out = guard_->certified().factor(q);
     if (out && check != S(0)) return {.status = Outcome::Status::not_finite};
-    return out ? warned(out, loss) : out;
+    return out ? of_derivatives(out, loss) : out;
   }
 
  private:

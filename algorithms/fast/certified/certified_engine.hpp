@@ -70,15 +70,15 @@ class CertifiedEngine final : public CommonEngine<S> {
   Outcome log_det(const S* q, S& x) override { return factors_->log_det(q, x); }
   Outcome selected(const S* q, S* X) override { return factors_->selected(q, X); }
 
-  // a is certified. The derivatives are the covariance form's: where a D of its may be wrong by 1
-  // per cent, they warn.
+  // a is certified. The derivatives are the covariance form's, and the outcome is theirs.
   Outcome derivatives(const S* q, const S* qd, const S* tau, S* da_dq, S* da_dqd, S* da_dtau,
                       S* a) override {
     this->set_derivatives(q, qd, tau, da_dq, da_dqd, da_dtau, a);
     const bool sure = this->terms().margin > S(0), finite = this->terms().check == S(0);
-    Outcome out = one_->acceleration(models_, q, qd, tau, a);
+    const Outcome out = one_->acceleration(models_, q, qd, tau, a);
     if (out && !finite) return {.status = Outcome::Status::not_finite};
-    return out && !sure ? warned(out, bound_->look(this->lowered(), q)) : out;
+    const RoundingLoss loss = sure ? RoundingLoss{} : bound_->look(this->lowered(), q);
+    return out ? of_derivatives(out, loss) : out;
   }
 
  private:

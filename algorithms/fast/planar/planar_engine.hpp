@@ -143,7 +143,7 @@ class PlanarEngine final : public CommonEngine<T> {
     if (!grows_ && check == T(0) && this->terms().margin > T(0)) return {};
     const Outcome out = guard_->certified().factor(q);
     if (out && check != T(0)) return {.status = Outcome::Status::not_finite};
-    return out ? warned(out, bound_->look(this->lowered(), q)) : out;
+    return out ? of_derivatives(out, bound_->look(this->lowered(), q)) : out;
   }
 
  private:

@@ -94,7 +94,7 @@ class TranslationalEngine final : public CommonEngine<T> {
     if (!own_.certified) return {};
     Outcome out;
     out.suspect = true;
-    return warned(out, loss_);
+    return of_derivatives(out, loss_);
   }
 
  private:
