@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <vector>
 
@@ -39,6 +40,18 @@ struct RowBlock {
     }
   }
 };
+
+// Of derivatives, which carry no error of their own: `judged`, which is ok, without its error. They
+// warn where a D of their sweep may be wrong by 1 per cent, as `loss` says.
+inline Outcome of_derivatives(Outcome judged, const RoundingLoss& loss) {
+  judged.error = Outcome{}.error;
+  if (loss.bound < error_of_D_to_refine || judged.near_singular) return judged;
+  judged.near_singular = true;
+  judged.joint = loss.joint;
+  judged.D = loss.D;
+  judged.scale = std::isfinite(loss.bound) ? loss.bound * loss.D : loss.scale;
+  return judged;
+}
 
 template <class S>
 class CommonEngine : public Engine<S> {
@@ -83,9 +96,9 @@ class CommonEngine : public Engine<S> {
   }
   const DerivativeTerms<S>& terms() const { return derivatives_->terms; }
 
-  // Whether derivatives at q may stand on a D that is lost in rounding: their sweep has no test.
-  bool derivatives_lose(const S* q) {
-    return bound_ && !(bound_->look(lowered_, q).bound < suspected_error_of_D<S>);
+  // How wrong a D that derivatives at q stand on can be: their sweep has no test of its own.
+  RoundingLoss loss_of_derivatives(const S* q) {
+    return bound_ ? bound_->look(lowered_, q) : RoundingLoss{};
   }
 
   const Model<S>& model() const { return model_; }

@@ -72,6 +72,11 @@ struct EngineOptions {
   Selection selection;  // of `selected`
 
   bool wants(Want what) const { return want.contains(what); }
+  // Whether any of it is made of factors alone.
+  bool wants_factors() const {
+    return wants(Want::solve) || wants(Want::inverse) || wants(Want::diagonal) ||
+           wants(Want::log_det) || selection.size() > 0;
+  }
 };
 
 // Of the fast path, for float and double: kernels for the best instruction set there is.

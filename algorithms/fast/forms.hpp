@@ -1,5 +1,5 @@
 // The forms of the fast path as types: which sweeps give accelerations and factors, and what takes a
-// second look at a suspect (fallback/guard.hpp). What calls a kernel that is
+// second look at a suspect (guard.hpp). What calls a kernel that is
 // compiled once includes instances.hpp too; what counts flops (flops.hpp) must not: it is no part of
 // the kernels, which a program for every instruction set keeps to themselves.
 #pragma once
@@ -115,7 +115,7 @@ struct SquareRootForm {
 
   // The threshold is made of composite inertias, which grow with the cube of a chain's length: in
   // float32 it catches long chains. P of the other form tells them from singular ones, for less than
-  // the fallback takes. The two have to agree on every D: rows of least weight would show there.
+  // the certified form takes. The two have to agree on every D: rows of least weight would show there.
   template <class S>
   struct Second {
     FastFactors<S> factors;

@@ -8,7 +8,7 @@
 
 #include "algorithms/fast/common_engine.hpp"
 #include "algorithms/fast/factors/log_det.hpp"
-#include "algorithms/fast/fallback/guard.hpp"
+#include "algorithms/fast/guard.hpp"
 
 namespace kalmarm {
 
@@ -18,36 +18,35 @@ class SpatialEngine final : public CommonEngine<S> {
   SpatialEngine(const RobotModel& robot, const EngineOptions& options)
       : CommonEngine<S>(robot, options),
         robot_(robot),
-        rows_wanted_(options.wants(Want::acceleration)),
-        guard_(robot, lowered()) {
+        rows_wanted_(options.wants(Want::acceleration)) {
     const auto wants = [&](Want want) { return options.wants(want); };
-    const bool selects = options.selection.size() > 0;
+    if (rows_wanted_ || options.wants_factors() || wants(Want::derivatives))
+      guard_.emplace(robot, lowered(), options);
     if (wants(Want::acceleration)) one_.emplace(lowered());
-    if (wants(Want::solve) || wants(Want::inverse) || wants(Want::diagonal) ||
-        wants(Want::log_det) || selects) {
+    if (options.wants_factors()) {
       factoring_.emplace(lowered());
       factors_.emplace(lowered());
     }
     if (wants(Want::inverse)) inverse_.emplace(lowered());
     if (wants(Want::solve)) solver_.emplace(lowered());
     if (wants(Want::diagonal)) diagonal_.emplace(lowered(), InverseDiagonal<S>::Terms::fewest);
-    if (!selects) return;
-    selected_.select(lowered(), options.selection);
-    guard_.fallback().select(options.selection);
+    if (options.selection.size() > 0) selected_.select(lowered(), options.selection);
   }
 
   Outcome forward_dynamics(const S* q, const S* qd, const S* tau, S* a) override {
     F::acceleration(lowered(), q, qd, tau, *one_, a);
-    const auto by = guard_.believed(one_->noise, one_->energy, one_->squares, one_->size);
-    const double error = guard_.error(lowered(), q, qd, tau, a, *one_, by);
+    const auto by = guard_->believed(one_->noise, one_->energy, one_->squares, one_->size);
+    const double error = guard_->error(lowered(), q, qd, tau, a, *one_, by);
     if (error >= 0) return {.error = error};
-    return guard_.certified().acceleration(q, qd, tau, a);
+    return guard_->certified().acceleration(q, qd, tau, a);
   }
 
   void reserve_workers(int count) override {
     CommonEngine<S>::reserve_workers(count);
+    EngineOptions rows;
+    rows.want = {Want::acceleration};
     while (rows_wanted_ && static_cast<int>(workers_.size()) < count)
-      workers_.emplace_back(lowered(), Guard<S, F>(robot_, lowered()));
+      workers_.emplace_back(lowered(), Guard<S, F>(robot_, lowered(), rows));
   }
 
   int forward_dynamics(int worker, int count, const S* q, const S* qd, const S* tau, S* a,
@@ -79,55 +78,52 @@ class SpatialEngine final : public CommonEngine<S> {
   Outcome inverse(const S* q, S* X) override {
     set_factors(q);
     const S check = inverse_->fill(lowered(), *factors_, X);
-    return suspects(q, check) ? guard_.fallback().inverse(q, X) : Outcome{};
+    return suspects(q, check) ? guard_->certified().inverse(q, X) : Outcome{};
   }
 
   Outcome factor(const S* q) override {
     set_factors(q);
     S check = S(0);
     for (const auto& at : factors_->links) check += at.inverse_D * S(0);
-    by_fallback_ = suspects(q, check);
-    return kept_ = by_fallback_ ? guard_.fallback().factor(q) : Outcome{};
+    by_certified_ = suspects(q, check);
+    return by_certified_ ? guard_->certified().factor(q) : Outcome{};
   }
 
   Outcome solve(int columns, const S* taus, S* X) override {
-    S check = S(0);
-    if (by_fallback_) {
-      guard_.fallback().solve(columns, taus, X);
-      for (std::ptrdiff_t i = 0; i < std::ptrdiff_t(columns) * lowered().nv(); ++i)
-        check += X[i] * S(0);
-    } else {
-      check = solver_->solve(lowered(), *factors_, columns, taus, X);
-    }
-    return check == S(0) ? kept_ : Outcome{.status = Outcome::Status::not_finite};
+    if (by_certified_) return guard_->certified().solve(columns, taus, X);
+    const S check = solver_->solve(lowered(), *factors_, columns, taus, X);
+    return check == S(0) ? Outcome{} : Outcome{.status = Outcome::Status::not_finite};
   }
 
   Outcome diagonal(const S* q, S* x) override {
     set_factors(q);
     const S check = diagonal_->fill(lowered(), *factors_, x);
-    return suspects(q, check) ? guard_.fallback().diagonal(q, x) : Outcome{};
+    return suspects(q, check) ? guard_->certified().diagonal(q, x) : Outcome{};
   }
 
   Outcome log_det(const S* q, S& x) override {
     set_factors(q);
     x = kalmarm::log_det(*factors_);
-    return suspects(q, S(x * S(0))) ? guard_.fallback().log_det(q, x) : Outcome{};
+    return suspects(q, S(x * S(0))) ? guard_->certified().log_det(q, x) : Outcome{};
   }
 
   Outcome selected(const S* q, S* X) override {
     set_factors(q);
     const S check = selected_.fill(lowered(), *factors_, X);
-    return suspects(q, check) ? guard_.fallback().selected(q, X) : Outcome{};
+    return suspects(q, check) ? guard_->certified().selected(q, X) : Outcome{};
   }
 
-  // By the covariance form, whatever F is. The fallback has no derivatives: it gives its verdict.
+  // By the covariance form, whatever F is. The certified form has no derivatives: it says whether M
+  // is singular. Where a D may be wrong by 1 per cent, they warn.
   Outcome derivatives(const S* q, const S* qd, const S* tau, S* da_dq, S* da_dqd, S* da_dtau,
                       S* a) override {
     this->set_derivatives(q, qd, tau, da_dq, da_dqd, da_dtau, a);
     const S check = this->terms().check;
-    if (check == S(0) && !this->derivatives_lose(q)) return {};
-    const Outcome out = guard_.fallback().factor(q);
-    return out && check != S(0) ? Outcome{.status = Outcome::Status::not_finite} : out;
+    const RoundingLoss loss = this->loss_of_derivatives(q);
+    if (check == S(0) && loss.bound < error_of_D_let_pass<S>) return {};
+    const Outcome out = guard_->certified().factor(q);
+    if (out && check != S(0)) return {.status = Outcome::Status::not_finite};
+    return out ? of_derivatives(out, loss) : out;
   }
 
  private:
@@ -145,12 +141,12 @@ class SpatialEngine final : public CommonEngine<S> {
 
   void set_factors(const S* q) { factoring_->factor(lowered(), q, *factors_); }
   bool suspects(const S* q, const S& check) {
-    return guard_.suspects(lowered(), q, *factors_, check);
+    return guard_->suspects(lowered(), q, *factors_, check);
   }
 
   RobotModel robot_;
   bool rows_wanted_;
-  Guard<S, F> guard_;
+  std::optional<Guard<S, F>> guard_;
   std::optional<typename F::template Workspace<S>> one_;
   std::vector<Worker> workers_;
   std::optional<typename F::template Factoring<S>> factoring_;
@@ -159,8 +155,7 @@ class SpatialEngine final : public CommonEngine<S> {
   std::optional<FactorSolver<S>> solver_;
   std::optional<InverseDiagonal<S>> diagonal_;
   SelectedColumns<S> selected_;
-  Outcome kept_;              // of the factors that are kept
-  bool by_fallback_ = false;  // they are
+  bool by_certified_ = false;  // the factors that are kept
 };
 
 }  // namespace kalmarm

@@ -9,10 +9,8 @@
 // cent. D(k) against the composite inertia M(k,k) would not do: stretched out, D/M(k,k) falls as
 // N^-3 in a chain although D is known to all digits.
 //
-// S costs more than a sweep, so it is worked out only if some D(k) is below threshold() J(k), with
-// the cheap J of polar_moment.hpp. J does not see errors that a nearly singular joint has blown up
-// on the way, so the threshold is high, sqrt((32 u)^order), but for covariance forms in float32:
-// there it would catch every wrist, and is (256 u)^order.
+// S costs more than a sweep, so it is worked out only if some D(k) is below least_D_over_size J(k), with
+// the cheap J of polar_moment.hpp.
 //
 // S keeps what a heavy outboard body has put in, although arrays lose no digits to it: in float32
 // the rule would refuse mass ratios from 1e11 on that ArrayGivens answers to seven digits. There a
@@ -26,42 +24,11 @@
 #include <vector>
 
 #include "algorithms/inverse_mass/gains.hpp"
-#include "algorithms/inverse_mass/polar_moment.hpp"
-#include "algorithms/model/random_model.hpp"
+#include "algorithms/model/rounding_scale.hpp"
 #include "algorithms/riccati/array.hpp"
 #include "kalmarm/outcome.hpp"
 
 namespace kalmarm {
-
-// S, tips to base.
-template <class T>
-struct RoundingScale {
-  std::vector<Matrix6<T>> P, S;
-
-  explicit RoundingScale(const Model<T>& model) : P(model.nv()), S(model.nv()) {}
-
-  void begin(const Model<T>& model) {
-    for (int k = 0; k < model.nv(); ++k) P[k] = S[k] = model.M(k).matrix();
-  }
-
-  T scale(const Model<T>& model, int k) const {
-    const Joint<T>& joint = model.joint(k);
-    return S[k](joint.axis(), joint.axis()) + joint.r;
-  }
-
-  void propagate(const Model<T>& model, const Transform<T>& phi, int k, const Vector6<T>& g) {
-    const Joint<T>& joint = model.joint(k);
-    Matrix6<T> psi = Matrix6<T>::Identity();  // I - gH
-    psi.col(joint.axis()) -= g;
-    const Matrix6<T> P_minus = P[k];
-    P[k] = psi * P_minus * psi.transpose() + joint.r * g * g.transpose();
-    S[k] = psi * S[k] * psi.transpose() + P_minus;
-    const Matrix6<T> phi_abs = phi.matrix().cwiseAbs();
-    P[joint.parent] += phi.congruence(P[k]);
-    S[joint.parent] += phi.congruence(S[k]);
-    S[joint.parent].diagonal() += (phi_abs * P[k].cwiseAbs() * phi_abs.transpose()).diagonal();
-  }
-};
 
 // NaN for a scalar that is more than a number, as a dual number is.
 template <class T>
@@ -120,19 +87,12 @@ class SingularityTest {
   // False where D cannot be gone on with. Call it tips to base, before propagation.
   bool passes(const Model<T>& model, const RandomModel<T>& rm, int k, const T& D) {
     const Joint<T>& joint = model.joint(k);
-    suspect_ = suspect_ || !(D > threshold() * polar_[k].size(joint));
+    suspect_ = suspect_ || !(D > least_D_over_size<T>(order) * polar_[k].size(joint));
     if (joint.parent >= 0) polar_[joint.parent].add_child(polar_[k], rm.phi[k].p);
     return D > T(0);
   }
 
   bool suspect() const { return suspect_; }
-
-  // D(k) below threshold() J(k) gets a second look.
-  static T threshold() {
-    using std::sqrt;
-    const bool wide = order > 1 || unit_roundoff<T>() < T(1e-10);
-    return wide ? T(sqrt(resolution())) : T(T(8) * resolution());
-  }
 
   // The first joint, tips to base as far as `first`, whose D is lost in rounding. Otherwise ok,
   // with a warning where one is nearly lost.
@@ -196,11 +156,7 @@ class SingularityTest {
     explicit Nothing(const Model<T>&) {}
   };
 
-  static T resolution() {
-    T out = T(1);
-    for (int i = 0; i < order; ++i) out *= T(32) * unit_roundoff<T>();
-    return out;
-  }
+  static T resolution() { return least_D_over_scale<T>(order); }
 
   std::vector<PolarMoment<T>> polar_, body_polar_;  // of the outboard side, of the link alone
   RoundingScale<T> scale_;

@@ -96,6 +96,47 @@ struct DoubleDouble {
 template <>
 inline constexpr std::size_t padding<DoubleDouble> = padding<double>;
 
+// Numbers side by side, one after another: no processor has lanes of them.
+template <int n>
+struct Pack<DoubleDouble, n> {
+  struct Vector {
+    DoubleDouble lanes[n];
+    DoubleDouble& operator[](int i) { return lanes[i]; }
+    const DoubleDouble& operator[](int i) const { return lanes[i]; }
+  };
+
+  Vector v;
+
+  Pack() = default;
+  Pack(const DoubleDouble& x) {
+    for (DoubleDouble& lane : v.lanes) lane = x;
+  }
+  static Pack of(const Vector& x) {
+    Pack out;
+    out.v = x;
+    return out;
+  }
+
+  friend Pack operator+(const Pack& a, const Pack& b) {
+    Pack out;
+    for (int i = 0; i < n; ++i) out.v[i] = a.v[i] + b.v[i];
+    return out;
+  }
+  friend Pack operator-(const Pack& a, const Pack& b) {
+    Pack out;
+    for (int i = 0; i < n; ++i) out.v[i] = a.v[i] - b.v[i];
+    return out;
+  }
+  friend Pack operator*(const Pack& a, const Pack& b) {
+    Pack out;
+    for (int i = 0; i < n; ++i) out.v[i] = a.v[i] * b.v[i];
+    return out;
+  }
+  friend Pack operator-(const Pack& a) { return Pack(DoubleDouble(0)) - a; }
+  friend Pack& operator+=(Pack& a, const Pack& b) { return a = a + b; }
+  friend Pack& operator-=(Pack& a, const Pack& b) { return a = a - b; }
+};
+
 template <>
 struct detail::AngleBlocks<DoubleDouble> : detail::AnglesOfTwo<DoubleDouble> {};
 

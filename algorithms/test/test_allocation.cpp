@@ -158,6 +158,17 @@ TYPED_TEST(Allocation, QuestionsAllocateOnlyWhenTheyAreMade) {
     }
 }
 
+// What is not wanted is not made: no model in a wider precision, and nothing that judges M^-1.
+TYPED_TEST(Allocation, DynamicsForMAloneMakeOneModel) {
+  const Model<double> model = chain(61, 36);
+  const auto taken = [&](std::set<Want> want) {
+    return allocations_of(
+        [&] { (void)dynamics_of<TypeParam>(model, {.question = {.want = std::move(want)}}); });
+  };
+  EXPECT_LT(2 * taken({Want::mass}), taken({Want::mass, Want::inverse}));
+  EXPECT_LT(taken({Want::inverse}), taken({Want::inverse, Want::acceleration}));
+}
+
 TYPED_TEST(Allocation, ParameterDerivativesAllocateOnlyTheirWorkspaces) {
   using T = TypeParam;
   for (const Model<double>& parameters : {floating_base(61), chain(61, 36)}) {

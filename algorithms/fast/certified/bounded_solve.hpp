@@ -2,7 +2,7 @@
 // lane. Errors in the energy norm |x|_M^2 = x' M x, by the factors themselves:
 //   |d|_M^2 = sum of e(k)^2 / D(k)                                                        (1)
 // M of the factors is within 1 +- eps of M in the order of positive semidefinite matrices, where a
-// sweep's D are right to eps = largest_error_of_D (rounding_test.hpp), so that exact arithmetic on
+// sweep's D are right to eps = error_of_D_to_refine (rounding_test.hpp), so that exact arithmetic on
 // them gives d to eps |d|_M. With N and T of force_noise.hpp, in Euclid's norm, in which an answer is
 // judged,
 //   |error of d|^2 <= 2 T (eps^2 |d|_M^2 + (c u)^2 N)                                     (2)
@@ -83,7 +83,8 @@ class BoundedSolve {
     void gathered(int k, const Sixfold<T>& z) const {
       BoundedSolve& to = this->to;
       // A hundredth of the other term of (2).
-      const T little = T(S(0.01) * square(S(largest_error_of_D)) / to.unit()) * to.energy_;
+      const T little =
+          T(S(little_share) * square(S(error_of_D_to_refine)) / to.unit()) * to.energy_;
       to.sum_ += to.noise_.charge(this->model, this->factors, k, z, little);
     }
   };
@@ -103,7 +104,7 @@ class BoundedSolve {
   // (2)
   T bound(const T& trace) {
     of_noise_ = T(S(2)) * trace * (T(unit()) * sum_);
-    return T(S(2)) * trace * (T(square(S(largest_error_of_D))) * energy_) + of_noise_;
+    return T(S(2)) * trace * (T(square(S(error_of_D_to_refine))) * energy_) + of_noise_;
   }
 
   ColumnsWorkspace<T> columns_;

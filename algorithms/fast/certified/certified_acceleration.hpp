@@ -7,7 +7,7 @@
 // magnitude the residual shows as little as they do. The square-root form's factors are not tried
 // in between: a search found mechanisms on which they are too stiff without a sign of it. In float32
 // what comes after the sweep's own factors is float64, certified; in float64 two numbers for one
-// (wide_acceleration.hpp). What these cannot tell from singular warns or is refused.
+// (wide_acceleration.hpp). What these cannot tell from singular is refused.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +17,6 @@
 #include "algorithms/fast/certified/bounded_solve.hpp"
 #include "algorithms/fast/certified/refine.hpp"
 #include "algorithms/fast/certified/wide_acceleration.hpp"
-#include "algorithms/fast/fallback/fallback.hpp"
 #include "algorithms/fast/forms.hpp"
 #include "algorithms/fast/instances.hpp"
 #include "algorithms/model/plain.hpp"
@@ -63,7 +62,7 @@ class CertifiedSweep {
   // Whether no D of the last call is lost in rounding, in a lane whose position is q (nq).
   bool trusted(const CertifiedModels<S>& models, const S* q, int lane = 0) {
     return detail::number(sweep_.margin, lane) > S(0) ||
-           second_.error_of_D(models.lowered, q, sweep_, lane) < largest_error_of_D;
+           second_.error_of_D(models.lowered, q, sweep_, lane) < error_of_D_to_refine;
   }
 
  private:
@@ -95,33 +94,17 @@ class CarefulAcceleration;
 template <>
 class CarefulAcceleration<double> {
  public:
-  explicit CarefulAcceleration(const CertifiedModels<double>& models)
-      : wide_(models.robot),
-        last_(make_fallback<double>(models.robot, Form::square_root)),
-        other_(models.lowered.nv()) {}
+  explicit CarefulAcceleration(const CertifiedModels<double>& models) : wide_(models.robot) {}
 
-  // Where not even DoubleDouble tells D from rounding, the study's most careful variant says whether
-  // M is singular. Two answers by different factors, in different precisions, that agree are right.
   Outcome acceleration(const CertifiedModels<double>&, const double* q, const double* qd,
                        const double* tau, double* a) {
-    constexpr double enough = 1e-7;
     Outcome out = wide_.acceleration(q, qd, tau, a);
-    if (out.near_singular || !(out.error <= enough)) {
-      out = last_->acceleration(q, qd, tau, other_.data());
-      if (!out) return out;
-      const auto nv = static_cast<Eigen::Index>(other_.size());
-      Eigen::Map<VectorX<double>> by_wide(a, nv), by_last(other_.data(), nv);
-      out.near_singular = !((by_wide - by_last).norm() <= enough * by_last.norm());
-      by_wide = by_last;
-    }
-    out.suspect = true;
+    out.suspect = static_cast<bool>(out);
     return out;
   }
 
  private:
   WideAcceleration wide_;
-  std::unique_ptr<Fallback<double>> last_;
-  std::vector<double> other_;
 };
 
 template <class S>
@@ -170,8 +153,8 @@ class CarefulAcceleration<float> {
     std::copy_n(qd, nv, qd_.data());
     std::copy_n(tau, nv, tau_.data());
     Outcome out = wide_.acceleration(models_, q_.data(), qd_.data(), tau_.data(), a_.data());
-    out.suspect = true;
     if (!out) return out;
+    out.suspect = true;
     double lost = 0, size = 0;
     for (std::size_t k = 0; k < nv; ++k) {
       a[k] = static_cast<float>(a_[k]);

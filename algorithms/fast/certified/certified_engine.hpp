@@ -24,9 +24,7 @@ class CertifiedEngine final : public CommonEngine<S> {
     const auto wants = [&](Want want) { return options.wants(want); };
     rows_wanted_ = wants(Want::acceleration);
     if (rows_wanted_ || wants(Want::derivatives)) one_.emplace(models_);
-    if (wants(Want::solve) || wants(Want::inverse) || wants(Want::diagonal) ||
-        wants(Want::log_det) || options.selection.size() > 0)
-      factors_.emplace(models_, options);
+    if (options.wants_factors()) factors_.emplace(models_, options);
   }
 
   Outcome forward_dynamics(const S* q, const S* qd, const S* tau, S* a) override {
@@ -71,22 +69,17 @@ class CertifiedEngine final : public CommonEngine<S> {
   Outcome log_det(const S* q, S& x) override { return factors_->log_det(q, x); }
   Outcome selected(const S* q, S* X) override { return factors_->selected(q, X); }
 
-  // a is certified. The derivatives are the covariance form's: where a took more than its factors,
-  // it is said that they may be wrong.
+  // a is certified. The derivatives are the covariance form's, and the outcome is theirs.
   Outcome derivatives(const S* q, const S* qd, const S* tau, S* da_dq, S* da_dqd, S* da_dtau,
                       S* a) override {
     this->set_derivatives(q, qd, tau, da_dq, da_dqd, da_dtau, a);
-    const bool lost = this->derivatives_lose(q), finite = this->terms().check == S(0);
-    Outcome out = one_->acceleration(models_, q, qd, tau, a);
+    const bool finite = this->terms().check == S(0);
+    const Outcome out = one_->acceleration(models_, q, qd, tau, a);
     if (out && !finite) return {.status = Outcome::Status::not_finite};
-    out.near_singular = out.near_singular || (out && lost);
-    return out;
+    return out ? of_derivatives(out, this->loss_of_derivatives(q)) : out;
   }
 
  private:
-  using Factors =
-      std::conditional_t<std::is_same_v<S, double>, CertifiedFactors, CertifiedNarrowFactors>;
-
   struct Worker {
     CertifiedSweep<StateLanes<S>> sweep;
     CertifiedAcceleration<S> one;  // of what its own factors do not settle
@@ -99,7 +92,7 @@ class CertifiedEngine final : public CommonEngine<S> {
   CertifiedModels<S> models_;
   bool rows_wanted_ = false;
   std::optional<CertifiedAcceleration<S>> one_;
-  std::optional<Factors> factors_;
+  std::optional<CertifiedFactorsOf<S>> factors_;
   std::vector<Worker> workers_;
 };
 

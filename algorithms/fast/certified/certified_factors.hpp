@@ -1,18 +1,18 @@
 // Factors of M, M^-1 and parts of it whose error is known: by the conventional form, judged by
-// probes (probe.hpp); where that is not enough, or some D may be lost in rounding, by a variant of
-// the study that refines every column and widens its factors (fallback.hpp).
+// probes (probe.hpp); where that is not enough, or some D may be lost in rounding, in DoubleDouble
+// (wide_factors.hpp), which warns or refuses where it cannot tell D from rounding.
 //   enough, of what is not refined:  64 u sqrt(nv);     of factors for solves, which are: 1e-3
 // Solves are refined with the residual in twice the precision (refine.hpp).
 #pragma once
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <optional>
 #include <vector>
 
 #include "algorithms/fast/certified/certified_acceleration.hpp"
 #include "algorithms/fast/certified/probe.hpp"
+#include "algorithms/fast/certified/wide_factors.hpp"
 #include "algorithms/fast/engine.hpp"
 #include "algorithms/fast/factors/diagonal.hpp"
 #include "algorithms/fast/factors/log_det.hpp"
@@ -30,14 +30,13 @@ class CertifiedFactors {
         second_(models.lowered),
         refiner_(models.lowered.nv(), 0),
         bounded_(models.lowered),
-        last_(make_fallback<double>(models.robot, Form::square_root)),
+        wide_(models.robot, options),
         q_(models.lowered.nq()) {
     if (options.wants(Want::inverse)) inverse_.emplace(models.lowered);
     if (options.wants(Want::diagonal))
       diagonal_.emplace(models.lowered, InverseDiagonal<double>::Terms::positive);
     if (options.selection.size() == 0) return;
     selected_.select(models.lowered, options.selection);
-    last_->select(options.selection);
   }
 
   Outcome inverse(const double* q, double* X) {
@@ -47,19 +46,19 @@ class CertifiedFactors {
           inverse_->fill(models_.lowered, factors_, X);
           return probes_.of_matrix(models_.lowered, models_.twice, factors_, X, error_of_D);
         },
-        [&] { return last_->inverse(q, X); });
+        [&] { return wide_.inverse(q, X); });
   }
 
   Outcome diagonal(const double* q, double* x) {
     return by_factors(
-        q, fine(), [&] { return last_->diagonal(q, x); },
+        q, fine(), [&] { return wide_.diagonal(q, x); },
         [&](Outcome&) { diagonal_->fill(models_.lowered, factors_, x); });
   }
 
   // Its error is told beside |log det M| where that is above 1: log_det.hpp has what it rounds.
   Outcome log_det(const double* q, double& x) {
     return by_factors(
-        q, fine(), [&] { return last_->log_det(q, x); },
+        q, fine(), [&] { return wide_.log_det(q, x); },
         [&](Outcome& out) {
           x = kalmarm::log_det(factors_);
           const double of_sum = 0x1p-54 * models_.lowered.nv();
@@ -69,59 +68,55 @@ class CertifiedFactors {
 
   Outcome selected(const double* q, double* X) {
     return by_factors(
-        q, fine(), [&] { return last_->selected(q, X); },
+        q, fine(), [&] { return wide_.selected(q, X); },
         [&](Outcome&) { selected_.fill(models_.lowered, factors_, X); });
   }
 
   // Factors that are kept, for solve.
   Outcome factor(const double* q) {
     std::copy_n(q, q_.size(), q_.data());
-    by_last_ = false;
+    by_wide_ = false;
     return kept_ = by_factors(
-               q, 1e-3,
+               q, enough_of_factors,
                [&] {
-                 by_last_ = true;
-                 return last_->factor(q);
+                 by_wide_ = true;
+                 return wide_.factor(q);
                },
                [&](Outcome&) { residual_.set_mass(models_.twice, q); });
   }
 
   // By the factors that are kept, which are right: their outcome, with the error of the worst
-  // column. A column that does not settle warns.
+  // column. A column that does not settle is answered in DoubleDouble.
   Outcome solve(int columns, const double* taus, double* X) {
     const int nv = models_.lowered.nv();
     Outcome out = kept_;
-    if (by_last_) {
-      last_->solve(columns, taus, X);
-      out.near_singular = true;
-      return all_finite(std::ptrdiff_t(columns) * nv, X)
-                 ? out
-                 : Outcome{.status = Outcome::Status::not_finite};
-    }
+    if (by_wide_) return suspect(wide_.solve(columns, taus, X));
     out.error = 0;
+    std::optional<Outcome> wide;  // factors for columns that do not settle
     const auto by_kept = bounded_.on(models_.lowered, factors_);
     for (int j = 0; j < columns; ++j) {
       const std::ptrdiff_t start = std::ptrdiff_t(j) * nv;
       by_kept.solve(taus + start, X + start);
+      if (!all_finite(nv, taus + start)) continue;
       residual_.set_torque(taus + start);
       Verdict refined;
       refiner_.refine(models_.twice, residual_, by_kept, 1, X + start, &refined);
       out.steps = std::max(out.steps, refined.steps);
       if (refined.settled) {
         out.error = std::max(out.error, refined.error);
-      } else {
-        out.suspect = out.near_singular = true;
-        if (last_->factor(q_.data())) last_->solve(1, taus + start, X + start);
+        continue;
       }
+      if (!wide) wide = wide_.factor(q_.data());
+      out = worse(out, suspect(*wide ? wide_.solve(1, taus + start, X + start) : *wide));
     }
-    return all_finite(std::ptrdiff_t(columns) * nv, X)
+    return !out || all_finite(std::ptrdiff_t(columns) * nv, X)
                ? out
                : Outcome{.status = Outcome::Status::not_finite};
   }
 
  private:
   double root_of_nv() const { return std::sqrt(static_cast<double>(models_.lowered.nv())); }
-  double fine() const { return 64 * 0x1p-53 * root_of_nv(); }
+  double fine() const { return enough_of_parts * 0x1p-53 * root_of_nv(); }
 
   // By factors of which, or of what is made of them, error(eps) is enough, with eps the error of a
   // D; else by last().
@@ -129,15 +124,18 @@ class CertifiedFactors {
   Outcome by_best(const double* q, double enough, const Error& error, const Last& last) {
     if (!all_finite(models_.lowered.nq(), q)) return {.status = Outcome::Status::not_finite};
     covariance_factor(models_.lowered, q, factors_);
-    const double of_D = factors_.margin > 0 ? suspected_error_of_D<double>
+    const double of_D = factors_.margin > 0 ? error_of_D_let_pass<double>
                                             : second_.error_of_D(models_.lowered, q, factors_, 0);
-    if (of_D < largest_error_of_D) {
+    if (of_D < error_of_D_to_refine) {
       probes_.set_position(models_.twice, q);
       Outcome out;
       out.error = error(of_D);
       if (out.error <= enough) return out;
     }
-    Outcome out = last();
+    return suspect(last());
+  }
+
+  static Outcome suspect(Outcome out) {
     out.suspect = static_cast<bool>(out);
     return out;
   }
@@ -164,13 +162,13 @@ class CertifiedFactors {
   CovarianceForm::Second<double> second_;
   Refiner<double> refiner_;
   BoundedSolve<double> bounded_;
-  std::unique_ptr<Fallback<double>> last_;
+  WideFactors wide_;
   std::optional<InverseColumns<double>> inverse_;
   std::optional<InverseDiagonal<double>> diagonal_;
   SelectedColumns<double> selected_;
   std::vector<double> q_;  // of the factors that are kept
   Outcome kept_;           // of them
-  bool by_last_ = false;   // they are
+  bool by_wide_ = false;   // they are
 };
 
 }  // namespace kalmarm

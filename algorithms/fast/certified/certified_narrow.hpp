@@ -25,14 +25,14 @@ class CertifiedNarrowInverse {
     covariance_factor(models.twice, q_.data(), factors_);
     Verdict out;
     const double of_D = factors_.margin > 0
-                            ? suspected_error_of_D<double>
+                            ? error_of_D_let_pass<double>
                             : second_.error_of_D(models.twice, q_.data(), factors_, 0);
-    if (!(of_D < largest_error_of_D)) return out;
+    if (!(of_D < error_of_D_to_refine)) return out;
     round_factors(nv);
     inverse_.fill(models.lowered, narrow_, X);
     probes_.set_position(models.twice, q_.data());
     out.error = probes_.of_matrix(models.twice, models.twice, factors_, X, of_D);
-    out.settled = out.error <= 64 * 0x1p-24 * std::sqrt(static_cast<double>(nv));
+    out.settled = out.error <= enough_of_parts * 0x1p-24 * std::sqrt(static_cast<double>(nv));
     return out;
   }
 
@@ -140,5 +140,9 @@ class CertifiedNarrowFactors {
   int selected_;
   std::vector<double> q_, tau_, X_;
 };
+
+template <class S>
+using CertifiedFactorsOf =
+    std::conditional_t<std::is_same_v<S, double>, CertifiedFactors, CertifiedNarrowFactors>;
 
 }  // namespace kalmarm

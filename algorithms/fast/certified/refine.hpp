@@ -33,6 +33,7 @@
 #include <vector>
 
 #include "algorithms/fast/certified/residual.hpp"
+#include "algorithms/fast/claims/constants.hpp"
 
 namespace kalmarm {
 
@@ -80,10 +81,8 @@ class Refiner {
 
   // (4) and (5), of squares.
   bool trusted(double xx, double bound, double first) const {
-    constexpr bool narrow = std::is_same_v<S, float>;
-    constexpr double trust = narrow ? 3e-3 : 1e-7, far = narrow ? 1 : 1e-9;
-    return bound <= square(trust) * size(xx) &&
-           first <= square(far) * std::max(xx, square(0.1 * gravity_));
+    return bound <= square(trusted_error<S>) * size(xx) &&
+           first <= square(farthest_start<S>) * std::max(xx, square(gravity_share * gravity_));
   }
 
   // Whether the noise of d(0) is below what is left.
@@ -94,7 +93,7 @@ class Refiner {
   // Whether the first step is enough in every lane: as it is in most.
   bool settles(const Norm& xx, const Norm& dd, const Norm& ratio, const Norm& bound,
                const Norm& noise, int states) const {
-    const double limit = unit_roundoff<S>() / 400;
+    const double limit = unit_roundoff<S>() / (4 * first_contraction);
     bool out = true;
     for (int i = 0; i < states; ++i)
       out = out && lane(ratio, i) <= limit && lane(xx, i) < range && lane(xx, i) > 1 / range &&
@@ -134,7 +133,7 @@ void Refiner<T>::refine(const Model& model, TwiceResidual<T>& residual, Kept&& b
     const Norm ratio = dd / xx;
     if (step == 0 && settles(xx, dd, ratio, bound, noise, states)) {
       for (int i = 0; i < states; ++i) {
-        left[i] = 100 * lane(ratio, i);
+        left[i] = first_contraction * lane(ratio, i);
         out[i] = {.settled = true, .steps = 1};
       }
       break;
@@ -147,16 +146,16 @@ void Refiner<T>::refine(const Model& model, TwiceResidual<T>& residual, Kept&& b
       const bool zero = change == 0;
       const bool comparable = (squares < range && squares > 1 / range) || (zero && squares == 0);
       const double e = zero ? 0 : lane(ratio, i);
-      const double rho = step == 0 ? 1e4 * e : zero ? 0 : change / before[i];
+      const double rho = step == 0 ? square(first_contraction) * e : zero ? 0 : change / before[i];
       if (step == 0) first[i] = change;
       before[i] = change;
       left[i] = std::sqrt(e * rho);
       out[i].steps = step + 1;
-      out[i].settled = comparable && rho <= 0.09 && left[i] <= enough &&
+      out[i].settled = comparable && rho <= square(worst_contraction) && left[i] <= enough &&
                        trusted(squares, lane(bound, i), first[i]) &&
                        (step > 0 || is_little(lane(noise, i), squares));
       // 100 e is a guess: where it is too large the next step measures rho.
-      open[i] = comparable && !out[i].settled && (step == 0 || rho <= 0.09);
+      open[i] = comparable && !out[i].settled && (step == 0 || rho <= square(worst_contraction));
       count -= !open[i];
     }
   }

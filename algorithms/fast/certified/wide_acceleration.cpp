@@ -1,10 +1,12 @@
 // In a file of its own: sums and products of DoubleDouble must not be contracted.
 #include "algorithms/fast/certified/wide_acceleration.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "algorithms/fast/certified/bounded_solve.hpp"
+#include "algorithms/fast/certified/wide_test.hpp"
 #include "algorithms/fast/covariance/forward_dynamics.hpp"
 #include "algorithms/fast/rigid/inverse_dynamics.hpp"
 #include "algorithms/model/plain.hpp"
@@ -20,6 +22,7 @@ struct WideAcceleration::Sweeps {
         sweep(model),
         inverse_dynamics(model),
         solve(model),
+        test(model),
         q(model.nq()),
         qd(model.nv()),
         tau(qd),
@@ -33,6 +36,7 @@ struct WideAcceleration::Sweeps {
   CovarianceWorkspace<T> sweep;
   InverseDynamicsWorkspace<T> inverse_dynamics;
   BoundedSolve<T> solve;
+  WideTest test;
   std::vector<T> q, qd, tau, a, r, d;
   double nothing;
 };
@@ -50,25 +54,26 @@ Outcome WideAcceleration::acceleration(const double* q, const double* qd, const 
   std::copy_n(q, w.q.size(), w.q.begin());
   std::copy_n(qd, nv, w.qd.begin());
   std::copy_n(tau, nv, w.tau.begin());
+  if (const Outcome out = w.test.of_D(w.model, w.q.data()); !out) return out;
   covariance_acceleration(w.model, w.q.data(), w.qd.data(), w.tau.data(), w.sweep, w.a.data());
   fast_inverse_dynamics(w.model, w.q.data(), w.qd.data(), w.a.data(), w.inverse_dynamics,
                         w.r.data());
   for (int k = 0; k < nv; ++k) w.r[k] = w.tau[k] - w.r[k];
   w.solve.solve(w.model, w.sweep, w.r.data(), w.d.data());
   const double bound(w.solve.closer(w.model, w.sweep, w.r.data()));
-  double size = 0, change = 0, lost = 0;
+  double size = 0, change = 0, lost = 0, check = 0;
   for (int k = 0; k < nv; ++k) {
     const DoubleDouble x = w.a[k] + w.d[k];
     a[k] = x.hi;
+    check += 0 * x.hi;
     size += x.hi * x.hi;
     lost += x.lo * x.lo;
     change += w.d[k].hi * w.d[k].hi;
   }
-  Outcome out;
-  out.near_singular = !(w.sweep.margin > DoubleDouble(0));
-  const double error = std::sqrt(change) + std::sqrt(bound) + std::sqrt(lost);
-  out.error = error > 0 ? error / std::max(std::sqrt(size), w.nothing) : error;
-  return out;
+  if (check != 0) return {.status = Outcome::Status::not_finite};
+  double error = std::sqrt(change) + std::sqrt(bound) + std::sqrt(lost);
+  if (error > 0) error /= std::max(std::sqrt(size), w.nothing);
+  return w.test.of_error(error);
 }
 
 }  // namespace kalmarm

@@ -1,10 +1,12 @@
 // Accelerations in DoubleDouble (spatial/double_double.hpp), judged in the same precision: what the
 // certified form does where double's own factors do not do.
-//   a by (4.2) to (4.11), D tested by (1) to (3) of covariance/rounding_test.hpp
+//   a by (4.2) to (4.11), D tested by wide_test.hpp
 //   r = tau - ID(q, q', a),  d = M^^-1 r,  a + d
-//   error = |d| / |a| + sqrt(bound of d) / |a|               bound: (5) of bounded_solve.hpp   (1)
-// Sweep and residual share their model, but nothing that they compute: where rounding had moved a
-// by more, they would not agree.
+//   error = |d| / |a| + sqrt(bound of d) / |a| + largest loss(k)                           (1)
+//   bound: (2) of bounded_solve.hpp; loss: (3) of covariance/rounding_bound.hpp
+// Sweep and residual share their model and its sines, for which loss(k) stands, but nothing that they
+// compute: where rounding had moved a by more, they would not agree. An error above 1e-7 warns; where
+// no digit of a D is left, M cannot be told from singular and there is no answer.
 #pragma once
 
 #include <memory>
@@ -20,8 +22,7 @@ class WideAcceleration {
   WideAcceleration(WideAcceleration&&) noexcept;
   ~WideAcceleration();
 
-  // a (nv) from q (nq), qd (nv), tau (nv), and its error by (1). near_singular: a D may be lost in
-  // rounding even so, and then the error says little.
+  // a (nv) from q (nq), qd (nv), tau (nv), all finite, and its error by (1).
   Outcome acceleration(const double* q, const double* qd, const double* tau, double* a);
 
  private:

@@ -12,7 +12,7 @@
 //   measured<slides, noise>(k, g, 1/D, P+, z)       z- becomes z+; P+ where c is not zero
 //   to_parent(link, joint, d, z), cycle(z), to_parent(phi, z)       z+ becomes z- of the parent
 // One step each way on any z and l is here too, for policies and for sweeps on stored factors:
-//   z+ = z- + g e,  e = tau - H z-,  H z+ = tau - (r / D) e                (4.2), (4.5)
+//   z+ = z- + g e,  e = tau - H z-,  H z+ = (H g) tau + (r / D) H z-       (4.2), (4.5)
 //   a  = e / D - g' l+,  l- = l+ + H' a                                    (4.9), (4.11)
 // Where r = 0, H l- = e / D - sum over j != h of g_j l+_j.
 #pragma once
@@ -72,9 +72,10 @@ void set_placements(const LoweredModel<S>& model, const T* q, Workspace& ws) {
 }
 
 // z- becomes z+, P+ c apart; e is returned. kept: r / D, looked at where there is noise, since
-//   H z+ = tau - (r / D) e
-// is exact where H z- + (H g) e would cancel: behind a small rotor the parent feels no rounding of the
-// large forces in front of it. G: type of g, T or its scalar.
+//   H z+ = (H g) tau + (r / D) H z-
+// is a mean, where H z- + (H g) e would cancel before a small rotor and tau - (r / D) e before a large
+// one: the parent would feel the rounding of forces that it does not carry. G: type of g, T or its
+// scalar.
 template <bool slides, bool noise, class T, class G>
 KALMARM_INLINE T gain(const Sixfold<G>& g, const G& kept, const T& tau, Sixfold<T>& z) {
   const T e = tau - (slides ? z.w : z.z);
@@ -84,10 +85,10 @@ KALMARM_INLINE T gain(const Sixfold<G>& g, const G& kept, const T& tau, Sixfold<
   z.v += g.v * e;
   if constexpr (slides) {
     z.z += g.z * e;
-    z.w = noise ? T(tau - kept * e) : tau;
+    z.w = noise ? T(g.w * tau + kept * z.w) : tau;
   } else {
     z.w += g.w * e;
-    z.z = noise ? T(tau - kept * e) : tau;
+    z.z = noise ? T(g.z * tau + kept * z.z) : tau;
   }
   return e;
 }

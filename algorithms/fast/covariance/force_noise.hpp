@@ -39,8 +39,8 @@
 //
 // A sweep of forward dynamics is believed where
 //   T (c u)^2 (N + E) < e^2 max(|a|, 0.01 |gravity|)^2                                    (8)
-// by (2), (6) and (7), with e = largest_error_of_a and c = rounding_constant_of_a: roundings do not
-// conspire. Beside gravity a smaller a is nothing. What this suspects gets a second look, by (3) and
+// by (2), (6) and (7), with e = largest_error_of_a (claims.hpp) and c = rounding_constant_of_a (constants.hpp):
+// roundings do not conspire. Beside gravity a smaller a is nothing. What this suspects gets a second look, by (3) and
 // (4). What the test of D suspects (rounding_test.hpp) has the error eps of D too, by
 // rounding_bound.hpp:
 //   T ((c u)^2 (N + E) + eps^2 (E + |gravity|^2 sum of m(k))) < e^2 max(|a|, 0.01 |gravity|)^2
@@ -65,20 +65,6 @@
 #include "algorithms/fast/lowering/lowered_model.hpp"
 
 namespace kalmarm {
-
-// The relative error of a that is not answered without a word.
-template <class S>
-inline constexpr double largest_error_of_a = std::is_same_v<S, float> ? 1e-2 : 1e-6;
-
-// c of (8): a number of z or of a is rounded about ten times, whose signs differ.
-inline constexpr double rounding_constant_of_a = 4;
-
-// b of (10): the least whole number with which the estimate is at least half the error on all
-// families (test_error_estimate.cpp).
-inline constexpr double rounding_constant_of_error = 3;
-
-// The error in units of u beyond which (10) gets its second look: ordinary robots are below.
-inline constexpr double coarse_error = 2048;
 
 // The share of a link in N by (2), from z-.
 template <class T, class S>
@@ -138,7 +124,7 @@ class ForceNoise {
       : pending_(model.nv()), responses_(model.nv()), variances_(model.nv()) {
     double sum = 0;
     for (const S& mu : model.least_inertias())
-      sum += mu > S(0) ? 1 / static_cast<double>(mu) : detail::no_body;
+      sum += mu > S(0) ? 1 / static_cast<double>(mu) : no_body;
     constant_trace_ = S(sum);
   }
 

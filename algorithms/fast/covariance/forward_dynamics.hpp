@@ -9,7 +9,7 @@
 //   b(k) = (w x I w;  W h)                                h = m c: bias of the link alone
 // tips to base, with P of articulated.hpp:
 //   e = tau - H z-,  e+ = e / D                                            (4.2), (4.6)
-//   z+ = z- + g e + P+ c,  H z+ = tau - (r / D) e + H P+ c                 (4.5)
+//   z+ = z- + g e + P+ c,  H z+ = (H g) tau + (r / D) H z- + H P+ c        (4.5)
 //   z-(parent) += phi z+                                                   (4.4)
 // base to tips:
 //   l+ = phi' l-(parent) + c,  a = e+ - g' l+,  l- = l+ + H' a             (4.10), (4.9), (4.11)
@@ -366,7 +366,7 @@ void smooth(const LoweredModel<S>& model, CovarianceWorkspace<T>& ws, T* a) {
 }  // namespace detail
 
 // a (nv) from q (nq), qd (nv) and tau (nv), all numbers in T; ws.margin, ws.noise, ws.energy,
-// ws.squares and ws.size say how far it can be believed (fallback/guard.hpp).
+// ws.squares and ws.size say how far it can be believed (guard.hpp).
 template <class T, class S>
 void covariance_acceleration(const LoweredModel<S>& model, const T* q, const T* qd, const T* tau,
                              CovarianceWorkspace<T>& ws, T* a) {

@@ -23,6 +23,9 @@
 //   t / c (P^(x,x) + P^(y,y)) where the angle is a sum, wrong by u t, t = |offset| + |angle|, or
 //     |offset| where sincos.hpp reduces it exactly: with a quarter turn J,
 //     u t (J P^ + P^ J') <= u t (P^ + J P^ J')                                         (5')
+//     Constants of float and double are rounded once, from a wider precision. Those of DoubleDouble
+//     are worked out in it: sin alpha is right to u, relatively, but the offset to u alone
+//     (test_double_double.cpp), and 1 takes the place of |offset|
 //   d^2 P^(j,j)          where a slide's own length is a rounded sum d + q              (6)
 // Translations need no term of their own: N before them, moved by phi, and N after them hold what
 // they sum. Six rows, each within a few roundings of sizes below N, make c = 40 or so in (3) a
@@ -38,6 +41,7 @@
 
 #include <cmath>
 #include <limits>
+#include <type_traits>
 #include <vector>
 
 #include "algorithms/fast/covariance/filter.hpp"
@@ -58,11 +62,14 @@ class RoundingBound {
   explicit RoundingBound(const LoweredModel<S>& model)
       : placed_(model), branches_(model.branch_count()) {}
 
-  // At q (nq).
-  KALMARM_NOINLINE KALMARM_SWEEP RoundingLoss look(const LoweredModel<S>& model, const S* q);
+  // At q (nq), tips to base as far as the first joint whose bound is `last` or more.
+  KALMARM_NOINLINE KALMARM_SWEEP RoundingLoss
+  look(const LoweredModel<S>& model, const S* q,
+       double last = std::numeric_limits<double>::infinity());
 
  private:
-  using Both = Pack<double, 2>;  // P's number and S's
+  using Number = std::conditional_t<(std::numeric_limits<S>::digits > 53), S, double>;
+  using Both = Pack<Number, 2>;  // P's number and S's
 
   struct Placed : Placements<S> {
     struct Link {
@@ -77,9 +84,11 @@ class RoundingBound {
     Articulated<Both> X;
   };
 
-  static Both both(double P, double of_S) { return Both::of(typename Both::Vector{P, of_S}); }
-  static Both in_P(double x) { return both(x, 0); }
-  static Both in_S(double x) { return both(0, x); }
+  static Both both(const Number& P, const Number& of_S) {
+    return Both::of(typename Both::Vector{P, of_S});
+  }
+  static Both in_P(const Number& x) { return both(x, 0); }
+  static Both in_S(const Number& x) { return both(0, x); }
 
   static LoweredBody<Both> in_P(const LoweredBody<S>& body) {
     return {in_P(body.r),
@@ -103,9 +112,9 @@ class RoundingBound {
   // P^(i,i) of the two axes of a rotation, moments and forces, for (5).
   struct Turned {
     Both &Ax, &Ay, &Cx, &Cy;
-    double ax = Ax.v[0], ay = Ay.v[0], cx = Cx.v[0], cy = Cy.v[0];
+    Number ax = Ax.v[0], ay = Ay.v[0], cx = Cx.v[0], cy = Cy.v[0];
 
-    KALMARM_INLINE void add(double w) const {
+    KALMARM_INLINE void add(const Number& w) const {
       Ax += in_S(w * ax);
       Ay += in_S(w * ay);
       Cx += in_S(w * cx);
@@ -115,7 +124,7 @@ class RoundingBound {
 
   // (5') about z.
   KALMARM_INLINE static void add_of_angle(double t, Articulated<Both>& X) {
-    const double w = t / rounding_constant;
+    const Number w(t / rounding_constant);
     const Both moments = in_S(w * (X.Axx.v[0] + X.Ayy.v[0]));
     const Both forces = in_S(w * (X.Cxx.v[0] + X.Cyy.v[0]));
     X.Axx += moments;
@@ -130,7 +139,8 @@ class RoundingBound {
             X.Bzy, X.Bxz, X.Byz, X.Bzz, X.Axx, X.Axy, X.Ayy, X.Axz, X.Ayz, X.Azz};
   }
 
-  KALMARM_INLINE static void measure(double r, Articulated<Both>& X, RoundingLoss& loss, int k);
+  KALMARM_INLINE static void measure(const Number& r, Articulated<Both>& X, RoundingLoss& loss,
+                                     int k);
   KALMARM_INLINE void to_parent(const LoweredModel<S>& model, int k, const S* q,
                                 Articulated<Both>& X) const;
 
@@ -139,19 +149,19 @@ class RoundingBound {
 };
 
 template <class S>
-void RoundingBound<S>::measure(double r, Articulated<Both>& X, RoundingLoss& loss, int k) {
+void RoundingBound<S>::measure(const Number& r, Articulated<Both>& X, RoundingLoss& loss, int k) {
   const double unit = rounding_constant * static_cast<double>(unit_roundoff<S>());
-  const double D = X.Azz.v[0] + r, S_zz = X.Azz.v[1], inverse_D = 1 / D;
-  const double scale = S_zz + r;  // r is rounded too
-  if (!(unit * scale < loss.bound * D)) {
-    loss.bound = D > 0 ? unit * scale / D : std::numeric_limits<double>::infinity();
+  const Number D = X.Azz.v[0] + r, S_zz = X.Azz.v[1], inverse_D = Number(1) / D;
+  const double size(D), scale(S_zz + r);  // r is rounded too
+  if (!(unit * scale < loss.bound * size)) {
+    loss.bound = size > 0 ? unit * scale / size : std::numeric_limits<double>::infinity();
     loss.joint = k;
-    loss.D = D;
+    loss.D = size;
     loss.scale = scale;
   }
   const auto gain = [&](const Both& x) { return Both(x.v[0] * inverse_D); };
   const Both gx = gain(X.Axz), gy = gain(X.Ayz), gu = gain(X.Bzx), gv = gain(X.Bzy),
-             gw = gain(X.Bzz), half = both(D / 2, S_zz / 2);
+             gw = gain(X.Bzz), half = both(D / Number(2), S_zz / Number(2));
   const Both bx = X.Axz - gx * half, by = X.Ayz - gy * half, bu = X.Bzx - gu * half,
              bv = X.Bzy - gv * half, bw = X.Bzz - gw * half;
   X.Axx -= gx * bx + bx * gx;
@@ -187,7 +197,7 @@ void RoundingBound<S>::to_parent(const LoweredModel<S>& model, int k, const S* q
   const auto turned_z = [&](const Turn<S>& by) {
     const Turned before{X.Axx, X.Ayy, X.Cxx, X.Cyy};
     rotate_z(by, X);
-    before.add(by.ss);
+    before.add(Number(by.ss));
   };
   switch (link.kind) {
     case Kind::cyclic:
@@ -196,7 +206,7 @@ void RoundingBound<S>::to_parent(const LoweredModel<S>& model, int k, const S* q
     case Kind::matrix: {
       const auto& phi = placed_.matrices[link.varying];
       Rotation<Both> R;
-      double reach = 0;  // (6)
+      Number reach(0);  // (6)
       for (int i = 0; i < 3; ++i) {
         for (int j = 0; j < 3; ++j) R.R[i][j] = phi.R.R[i][j];
         reach += link.p[i] * link.p[i];
@@ -215,7 +225,7 @@ void RoundingBound<S>::to_parent(const LoweredModel<S>& model, int k, const S* q
       break;
   }
   if (link.slides) {
-    const double d = placed_.links[k].d, own = link.d;
+    const Number d = placed_.links[k].d, own = link.d;
     X.Axx += in_S(own * own * X.Cyy.v[0]);
     X.Ayy += in_S(own * own * X.Cxx.v[0]);
     translate_z(d, X);
@@ -223,17 +233,19 @@ void RoundingBound<S>::to_parent(const LoweredModel<S>& model, int k, const S* q
   } else {
     if (link.d != S(0)) translate_z(link.d, X);
     const int at = link.varying;
-    if (const double offset = model.hinges().offset[at]; offset != 0) {
+    if (const double offset(model.hinges().offset[at]); offset != 0) {
+      using Narrow = std::conditional_t<std::is_same_v<S, float>, float, double>;
       const double angle = std::abs(static_cast<double>(placed_.q[at]) + offset);
-      add_of_angle(std::abs(offset) + (angle <= detail::SinCosConstants<S>::farthest ? angle : 0),
-                   X);
+      const double of_offset = std::is_same_v<Wider<S>, S> ? 1 : std::abs(offset);
+      const bool is_sum = angle <= detail::SinCosConstants<Narrow>::farthest;
+      add_of_angle(of_offset + (is_sum ? angle : 0), X);
     }
     turned_z(Turn<S>(placed_.cos[at], placed_.sin[at]));
   }
   if (link.alpha.s != S(0)) {
     const Turned before{X.Ayy, X.Azz, X.Cyy, X.Czz};
     X = rotate_x(link.alpha, X);
-    before.add(link.alpha.ss);
+    before.add(Number(link.alpha.ss));
   } else if (link.alpha.c < S(0)) {
     X = rotate_x(link.alpha, X);
   }
@@ -244,7 +256,7 @@ void RoundingBound<S>::to_parent(const LoweredModel<S>& model, int k, const S* q
 }
 
 template <class S>
-RoundingLoss RoundingBound<S>::look(const LoweredModel<S>& model, const S* q) {
+RoundingLoss RoundingBound<S>::look(const LoweredModel<S>& model, const S* q, double last) {
   detail::set_placements(model, q, placed_);
   for (Branch& branch : branches_) branch.begun = false;
   RoundingLoss loss;
@@ -269,7 +281,7 @@ RoundingLoss RoundingBound<S>::look(const LoweredModel<S>& model, const S* q) {
     } else {
       measure(model.body(k).r, X, loss, k);
     }
-    if (!(loss.bound < std::numeric_limits<double>::infinity())) break;
+    if (!(loss.bound < last)) break;
     carried = link.hangs_on_previous;
     if (link.parent < 0) continue;
     to_parent(model, k, q + link.q_index, X);

@@ -22,26 +22,18 @@
 #include <type_traits>
 #include <vector>
 
+#include "algorithms/fast/claims/claims.hpp"
+#include "algorithms/fast/claims/constants.hpp"
 #include "algorithms/fast/lowering/factored_body.hpp"
 #include "algorithms/fast/lowering/least_inertia.hpp"
 #include "algorithms/spatial/spatial.hpp"
 
 namespace kalmarm {
 
-// c, for roundings that do not conspire, and the relative error of D that is not answered.
-inline constexpr double rounding_constant = 8, largest_error_of_D = 0.01;
-
-// The relative error of D that a sweep suspects: double keeps more digits of a than two.
-template <class S>
-inline constexpr double suspected_error_of_D = std::is_same_v<S, float> ? largest_error_of_D : 1e-6;
-
-// c of (1), whose trace is up to six times the largest eigenvalue, which is what counts.
-inline constexpr double rounding_constant_of_traces = rounding_constant / 3;
-
-// The latter, times u, in units of the error.
+// c of (1), times u, in units of the error that is let pass.
 template <class S>
 S rounding_unit() {
-  return S(rounding_constant_of_traces / suspected_error_of_D<S>) * unit_roundoff<S>();
+  return S(rounding_constant_of_traces / error_of_D_let_pass<S>) * unit_roundoff<S>();
 }
 
 namespace detail {
@@ -62,9 +54,6 @@ BiasTerms bias_terms(const LoweredBody<S>& body) {
   return {{y + z, x + z, x + y}, square(body.h[0]) + square(body.h[1]) + square(body.h[2])};
 }
 
-// Of a link that absorbs nothing.
-inline constexpr double no_body = 1e30;
-
 // The largest that P's moments and forces of a link can be, wherever the joints stand.
 struct Largest {
   double moment = 0, force = 0;
@@ -77,8 +66,8 @@ class WeightsOfLinks {
   static void set(const std::vector<LoweredLink<S>>& links, const std::vector<LinkRun>& runs,
                   const std::vector<Eigen::Matrix<double, 6, 6>>& covariances,
                   std::vector<LoweredBody<S>>& bodies, std::vector<FactoredBody<S>>& factored) {
-    const double root_unit =
-        32 * static_cast<double>(unit_roundoff<S>()) * suspected_error_of_D<S> / largest_error_of_D;
+    const double root_unit = rounding_constant_of_roots * static_cast<double>(unit_roundoff<S>()) *
+                             error_of_D_let_pass<S> / error_of_D_to_refine;
     const int n = static_cast<int>(links.size());
     WeightsOfLinks all(links);
     std::vector<char> between(n, 0);

@@ -1,18 +1,19 @@
 // Planar mechanisms (plane.hpp) behind the interface of every solver: what moves in the plane by
 // planar_filter.hpp, what slides along its normal by translational.hpp.
 //
-// What the guard suspects gets its accelerations from the certified form, all else from the fallback
-// (fallback/guard.hpp). Where some D can be lost, P of the spatial form is looked at: its roundings
-// are those of more sums than there are in the plane.
+// What the guard suspects is answered by the certified form (guard.hpp). Where some D can be
+// lost, P of the spatial form is looked at: its roundings are those of more sums than there are in
+// the plane.
 #pragma once
 
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "algorithms/fast/common_engine.hpp"
-#include "algorithms/fast/fallback/guard.hpp"
+#include "algorithms/fast/guard.hpp"
 #include "algorithms/fast/planar/planar_columns.hpp"
 #include "algorithms/fast/planar/planar_selection.hpp"
 #include "algorithms/spatial/flush_subnormals.hpp"
@@ -34,15 +35,12 @@ class PlanarEngine final : public CommonEngine<T> {
                            a[along_.dofs[i]] = x + along_factors_.by_weight()[i];
                            squares += a[along_.dofs[i]] * a[along_.dofs[i]];
                          });
-    const auto by = guard_.believed(noise(), ws_.energy, squares, size(a));
+    const auto by = guard_->believed(noise(), ws_.energy, squares, size(a));
     if (!along_factors_.suspect()) {
-      const double error = guard_.error(this->lowered(), q, qd, tau, a, ws_, by);
+      const double error = guard_->error(this->lowered(), q, qd, tau, a, ws_, by);
       if (error >= 0) return {.error = error};
     }
-    // The last bits of the axes, which are off the plane, do not make it regular.
-    if (along_factors_.suspect() || !(ws_.margin > T(0)))
-      if (const Outcome out = guard_.fallback().factor(q); !out) return out;
-    return guard_.certified().acceleration(q, qd, tau, a);
+    return guard_->certified().acceleration(q, qd, tau, a);
   }
 
   void reserve_workers(int count) override {
@@ -66,22 +64,15 @@ class PlanarEngine final : public CommonEngine<T> {
   }
 
   Outcome factor(const T* q) override {
-    planar_factor(model_, q, ws_);
-    T check = T(0);
-    for (const auto& at : ws_.links) check += at.inverse_D * T(0);
-    by_fallback_ = suspects(q, check);
-    return kept_ = by_fallback_ ? guard_.fallback().factor(q) : Outcome{};
+    by_certified_ = suspects_factors(q);
+    return by_certified_ ? guard_->certified().factor(q) : Outcome{};
   }
 
   // About 26 flops a hinge and column.
   Outcome solve(int columns, const T* taus, T* X) override {
+    if (by_certified_) return guard_->certified().solve(columns, taus, X);
     const int nv = this->lowered().nv(), last = model_.nv() - 1;
     T check = T(0);
-    if (by_fallback_) {
-      guard_.fallback().solve(columns, taus, X);
-      for (std::ptrdiff_t i = 0; i < std::ptrdiff_t(columns) * nv; ++i) check += X[i] * T(0);
-      columns = 0;
-    }
     for (int j = 0; j < columns; ++j) {
       const T* const tau = taus + std::ptrdiff_t(j) * nv;
       T* const x = X + std::ptrdiff_t(j) * nv;
@@ -97,7 +88,7 @@ class PlanarEngine final : public CommonEngine<T> {
                              x[along_.dofs[i]] = a;
                            });
     }
-    return check == T(0) ? kept_ : Outcome{.status = Outcome::Status::not_finite};
+    return check == T(0) ? Outcome{} : Outcome{.status = Outcome::Status::not_finite};
   }
 
   Outcome inverse(const T* q, T* result) override {
@@ -117,41 +108,30 @@ class PlanarEngine final : public CommonEngine<T> {
         for (int i = 0; i < along_factors_.nv(); ++i)
           X(along_.dofs[i], along_.dofs[j]) = along_factors_.inverse()(i, j);
     }
-    return suspects(q, check) ? guard_.fallback().inverse(q, result) : Outcome{};
+    return suspects(q, check) ? guard_->certified().inverse(q, result) : Outcome{};
   }
 
   Outcome diagonal(const T* q, T* x) override {
-    const Outcome out = factor(q);
-    if (!out) return out;
-    if (by_fallback_) {
-      guard_.fallback().kept_diagonal(x);
-      return out;
-    }
+    if (suspects_factors(q)) return guard_->certified().diagonal(q, x);
     planar_diagonal(model_, ws_, covariances_,
                     [&](int k, const T& alpha) { x[model_.link(k).dof] = alpha; });
     for (int i = 0; i < along_factors_.nv(); ++i)
       x[along_.dofs[i]] = along_factors_.inverse()(i, i);
-    return out;
+    return {};
   }
 
   Outcome log_det(const T* q, T& x) override {
     using std::log;
-    const Outcome out = factor(q);
-    if (!out) return out;
-    if (by_fallback_) {
-      x = guard_.fallback().kept_log_det();
-      return out;
-    }
+    if (suspects_factors(q)) return guard_->certified().log_det(q, x);
     x = along_factors_.log_det();
     for (const auto& at : ws_.links) x += log(at.D);
-    return out;
+    return {};
   }
 
   Outcome selected(const T* q, T* X) override {
-    const Outcome out = factor(q);
-    if (by_fallback_) return guard_.fallback().selected(q, X);
+    if (suspects_factors(q)) return guard_->certified().selected(q, X);
     selection_.fill(model_, ws_, X);
-    return out;
+    return {};
   }
 
   // By the spatial kernels, which are looked at by their own numbers.
@@ -159,9 +139,11 @@ class PlanarEngine final : public CommonEngine<T> {
                       T* a) override {
     this->set_derivatives(q, qd, tau, da_dq, da_dqd, da_dtau, a);
     const T check = this->terms().check;
-    if (check == T(0) && !this->derivatives_lose(q)) return {};
-    const Outcome out = guard_.fallback().factor(q);
-    return out && check != T(0) ? Outcome{.status = Outcome::Status::not_finite} : out;
+    const RoundingLoss loss = this->loss_of_derivatives(q);
+    if (check == T(0) && loss.bound < error_of_D_let_pass<T>) return {};
+    const Outcome out = guard_->certified().factor(q);
+    if (out && check != T(0)) return {.status = Outcome::Status::not_finite};
+    return out ? of_derivatives(out, loss) : out;
   }
 
  private:
@@ -177,22 +159,23 @@ class PlanarEngine final : public CommonEngine<T> {
         along_(this->model().template cast<W>(), plane),
         along_factors_(along_.slides,
                        Vector3<W>(plane.axes * this->model().gravity().template cast<W>()),
-                       W(SingularityTest<T, 1>::threshold())),
+                       W(least_D_over_size<T>(1))),
         model_(this->model(), plane),
         ws_(model_),
         one_(model_),
         many_(model_),
         paths_(model_, options.wants(Want::inverse) ? model_.nv() : 0, lanes),
         all_(model_.nv(), 1),
-        covariances_(model_.branch_count()),
-        guard_(robot, this->lowered()) {
+        covariances_(model_.branch_count()) {
     assert(static_cast<int>(plane.home.size()) == this->lowered().nv());
     model_.set_weights(this->lowered());
     rows_.want = {Want::acceleration};
     if (options.wants(Want::inverse)) in_plane_.resize(model_.nv(), model_.nv());
-    if (options.selection.size() == 0) return;
-    selection_ = PlanarSelection<T>(model_, along_, along_factors_, plane_, options.selection);
-    guard_.fallback().select(options.selection);
+    if (options.wants(Want::acceleration) || options.wants_factors() ||
+        options.wants(Want::derivatives))
+      guard_.emplace(robot, this->lowered(), options);
+    if (options.selection.size() > 0)
+      selection_ = PlanarSelection<T>(model_, along_, along_factors_, plane_, options.selection);
   }
 
  private:
@@ -216,7 +199,15 @@ class PlanarEngine final : public CommonEngine<T> {
   }
 
   bool suspects(const T* q, const T& check) {
-    return along_factors_.suspect() || guard_.suspects(this->lowered(), q, ws_, check);
+    return along_factors_.suspect() || guard_->suspects(this->lowered(), q, ws_, check);
+  }
+
+  // Of the factors at q, which are made.
+  bool suspects_factors(const T* q) {
+    planar_factor(model_, q, ws_);
+    T check = T(0);
+    for (const auto& at : ws_.links) check += at.inverse_D * T(0);
+    return suspects(q, check);
   }
 
   // M^-1 of the DoF in the plane, column-major, without subnormal entries (factors/inverse.hpp).
@@ -255,9 +246,8 @@ class PlanarEngine final : public CommonEngine<T> {
   std::vector<detail::PlanarCovariance<T>> covariances_;
   MatrixX<T> in_plane_;
   PlanarSelection<T> selection_;
-  Outcome kept_;              // of the factors that are kept
-  bool by_fallback_ = false;  // they are
-  Guard<T, CovarianceForm> guard_;
+  bool by_certified_ = false;  // the factors that are kept
+  std::optional<Guard<T, CovarianceForm>> guard_;
   EngineOptions rows_;  // of further workers, who answer rows alone
   std::vector<std::unique_ptr<PlanarEngine>> workers_;
 };

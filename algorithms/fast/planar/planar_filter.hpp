@@ -2,7 +2,8 @@
 // rotation at all, P of six numbers, [J b'; b C]. t, c and f are of planar_state.hpp, g, P+ and D
 // of planar_joint.hpp. Tips to base:
 //
-//   e = tau - H z-,  z+ = z- + g e + P+ c,  H z+ = tau - (r / D) e + H P+ c    (4.2), (4.5)
+//   e = tau - H z-,  z+ = z- + g e + P+ c                                      (4.2), (4.5)
+//   H z+ = (H g) tau + (r / D) H z- + H P+ c                                   as in filter.hpp
 //   b-(parent) += b+ + C+ t,  J-(parent) += J+ + 2 t'b+ + t'C+ t               phi P+ phi', (3.6)
 //   z-(parent) += z+, the moment + t'z+                                        (4.4)
 // base to tips:

@@ -72,15 +72,15 @@ KALMARM_INLINE T gain_turn(const Planar<G>& g, const G& kept, const T& tau, Plan
   const T e = tau - z.n;
   z.x += g.x * e;
   z.y += g.y * e;
-  z.n = noise ? T(tau - kept * e) : tau;
+  z.n = noise ? T(g.n * tau + kept * z.n) : tau;
   return e;
 }
 
 template <bool noise, class T, class G>
 KALMARM_INLINE T gain_slide(const G& ux, const G& uy, const Planar<G>& g, const G& kept,
                             const T& tau, Planar<T>& z) {
-  const T e = tau - (ux * z.x + uy * z.y);
-  const T along = noise ? T(tau - kept * e) : tau, aside = (ux * z.y - uy * z.x) + g.y * e;
+  const T u = ux * z.x + uy * z.y, e = tau - u;
+  const T along = noise ? T(g.x * tau + kept * u) : tau, aside = (ux * z.y - uy * z.x) + g.y * e;
   z.n += g.n * e;
   z.x = along * ux - aside * uy;
   z.y = along * uy + aside * ux;

@@ -44,7 +44,7 @@ class TranslationalFactors {
  public:
   static constexpr int few = 6;
 
-  // threshold: a D below threshold times the masses it is made of is no sure one (singularity.hpp).
+  // threshold: a D below threshold times the masses it is made of is no sure one (rounding_scale.hpp).
   template <class W>
   TranslationalFactors(const std::vector<Slide<W>>& slides, const Vector3<W>& gravity,
                        const W& threshold)

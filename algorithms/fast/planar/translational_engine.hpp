@@ -1,8 +1,8 @@
 // The engine of robots of slides alone. Neither M nor what is asked of it depends on q: all is worked
 // out once, and a call costs a product or two sweeps (translational.hpp). Where some D is small
-// beside what it is summed from, the fallback gives its verdict once. The error of accelerations is
-// (10), and what is believed (8), of covariance/force_noise.hpp, by (1) of translational.hpp; what is
-// not, the certified form answers.
+// beside what it is summed from, the certified form says once whether M is singular, and answers
+// every call if it is not. Else the error of accelerations is (10), and what is believed (8), of
+// covariance/force_noise.hpp, by (1) of translational.hpp; the rest the certified form answers.
 #pragma once
 
 #include <cmath>
@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "algorithms/fast/common_engine.hpp"
-#include "algorithms/fast/fallback/guard.hpp"
+#include "algorithms/fast/guard.hpp"
 #include "algorithms/fast/planar/translational.hpp"
 
 namespace kalmarm {
@@ -24,93 +24,109 @@ class TranslationalEngine final : public CommonEngine<T> {
   }
 
   Outcome forward_dynamics(const T* q, const T* qd, const T* tau, T* a) override {
-    return acceleration(factors_, *guard_, q, qd, tau, a);
+    return acceleration(own_, q, qd, tau, a);
   }
 
   void reserve_workers(int count) override {
     CommonEngine<T>::reserve_workers(count);
-    while (static_cast<int>(workers_.size()) < count)
-      workers_.push_back({factors_, Guarding(robot_, this->lowered())});
+    EngineOptions rows;
+    rows.want = {Want::acceleration};
+    while (static_cast<int>(workers_.size()) < count) {
+      Worker& worker = workers_.emplace_back(own_.factors);
+      worker.guard.emplace(robot_, this->lowered(), rows);
+    }
   }
 
   int forward_dynamics(int worker, int count, const T* q, const T* qd, const T* tau, T* a,
                        Outcome* outcomes) override {
-    Worker& w = workers_[worker];
-    const int nv = factors_.nv();
+    const int nv = this->lowered().nv();
     int failed = 0;
     for (int i = 0; i < count; ++i, q += nv, qd += nv, tau += nv, a += nv) {
-      outcomes[i] = acceleration(w.factors, w.guard, q, qd, tau, a);
+      outcomes[i] = acceleration(workers_[worker], q, qd, tau, a);
       failed += !outcomes[i];
     }
     return failed;
   }
 
-  Outcome factor(const T*) override { return outcome_; }
+  Outcome factor(const T* q) override {
+    return answered() ? own_.guard->certified().factor(q) : refusal_;
+  }
 
   Outcome solve(int columns, const T* taus, T* X) override {
-    const std::ptrdiff_t nv = factors_.nv();
+    if (answered()) return own_.guard->certified().solve(columns, taus, X);
+    const std::ptrdiff_t nv = this->lowered().nv();
     T check = T(0);
     for (int j = 0; j < columns; ++j)
-      factors_.solve([&](int k) { return taus[j * nv + k]; },
-                     [&](int k, const T& a) {
-                       check += a * T(0);
-                       X[j * nv + k] = a;
-                     });
-    return check == T(0) ? outcome_ : Outcome{.status = Outcome::Status::not_finite};
+      own_.factors.solve([&](int k) { return taus[j * nv + k]; },
+                         [&](int k, const T& a) {
+                           check += a * T(0);
+                           X[j * nv + k] = a;
+                         });
+    return check == T(0) ? refusal_ : Outcome{.status = Outcome::Status::not_finite};
   }
 
-  Outcome inverse(const T*, T* X) override {
-    std::copy_n(factors_.inverse().data(), factors_.inverse().size(), X);
-    return outcome_;
+  Outcome inverse(const T* q, T* X) override {
+    if (answered()) return own_.guard->certified().inverse(q, X);
+    std::copy_n(own_.factors.inverse().data(), own_.factors.inverse().size(), X);
+    return refusal_;
   }
 
-  Outcome diagonal(const T*, T* x) override {
-    for (int k = 0; k < factors_.nv(); ++k) x[k] = factors_.inverse()(k, k);
-    return outcome_;
+  Outcome diagonal(const T* q, T* x) override {
+    if (answered()) return own_.guard->certified().diagonal(q, x);
+    for (int k = 0; k < own_.factors.nv(); ++k) x[k] = own_.factors.inverse()(k, k);
+    return refusal_;
   }
 
-  Outcome log_det(const T*, T& x) override {
-    x = factors_.log_det();
-    return outcome_;
+  Outcome log_det(const T* q, T& x) override {
+    if (answered()) return own_.guard->certified().log_det(q, x);
+    x = own_.factors.log_det();
+    return refusal_;
   }
 
-  Outcome selected(const T*, T* X) override {
+  Outcome selected(const T* q, T* X) override {
+    if (answered()) return own_.guard->certified().selected(q, X);
     std::copy_n(selected_.data(), selected_.size(), X);
-    return outcome_;
+    return refusal_;
   }
 
   Outcome derivatives(const T* q, const T* qd, const T* tau, T* da_dq, T* da_dqd, T* da_dtau,
                       T* a) override {
     this->set_derivatives(q, qd, tau, da_dq, da_dqd, da_dtau, a);
-    const bool finite = this->terms().check == T(0);
-    return outcome_ && !finite ? Outcome{.status = Outcome::Status::not_finite} : outcome_;
+    if (!refusal_) return refusal_;
+    if (this->terms().check != T(0)) return {.status = Outcome::Status::not_finite};
+    if (!own_.factors.suspect()) return {};
+    Outcome out;
+    out.suspect = true;
+    return of_derivatives(out, loss_);
   }
 
  private:
   using W = Lowering<T>;
 
-  using Guarding = Guard<T, AtRest>;  // velocities do not count
-
   struct Worker {
-    TranslationalFactors<T> factors;  // a solve keeps its sums in them
-    Guarding guard;
+    TranslationalFactors<T> factors;        // a solve keeps its sums in them
+    std::optional<Guard<T, AtRest>> guard;  // velocities do not count
+
+    explicit Worker(const TranslationalFactors<T>& of_robot) : factors(of_robot) {}
   };
 
-  Outcome acceleration(TranslationalFactors<T>& factors, Guarding& guard, const T* q, const T* qd,
-                       const T* tau, T* a) const {
-    if (!outcome_) return outcome_;
+  // Whether calls are answered by the certified form.
+  bool answered() const { return own_.factors.suspect() && refusal_; }
+
+  Outcome acceleration(Worker& worker, const T* q, const T* qd, const T* tau, T* a) const {
+    if (!refusal_) return refusal_;
+    auto& guard = *worker.guard;
+    if (answered()) return guard.certified().acceleration(q, qd, tau, a);
     T squares = T(0), size = T(0);
-    factors.solve([&](int k) { return tau[k]; },
-                  [&](int k, const T& x) {
-                    a[k] = x + factors.by_weight()[k];
-                    squares += a[k] * a[k];
-                    size += this->lowered().least_inertias()[k] * (a[k] * a[k]);
-                  });
-    const auto by = guard.believed(T(0), factors.energy(tau), squares, size);
-    if (!(by.margin > T(0))) return guard.certified().acceleration(q, qd, tau, a);
-    Outcome out = outcome_;
-    out.error = by.error;
-    return out;
+    worker.factors.solve([&](int k) { return tau[k]; },
+                         [&](int k, const T& x) {
+                           a[k] = x + worker.factors.by_weight()[k];
+                           squares += a[k] * a[k];
+                           size += this->lowered().least_inertias()[k] * (a[k] * a[k]);
+                         });
+    const auto by = guard.believed(T(0), worker.factors.energy(tau), squares, size);
+    if (by.margin > T(0)) return {.error = by.error};
+    return guard.certified().acceleration(q, qd, tau, a);
   }
 
   TranslationalEngine(const RobotModel& robot, const EngineOptions& options, const Model<W>& wide)
@@ -118,17 +134,22 @@ class TranslationalEngine final : public CommonEngine<T> {
         robot_(robot),
         axes_(axes_of(wide)),
         slides_(slides_of(wide, axes_)),
-        factors_(slides_, wide.gravity(), W(SingularityTest<T, 1>::threshold())) {
-    if (options.wants(Want::acceleration)) guard_.emplace(robot, this->lowered());
-    if (factors_.suspect()) {
+        own_(TranslationalFactors<T>(slides_, wide.gravity(), W(least_D_over_size<T>(1)))) {
+    EngineOptions able = options;
+    if (own_.factors.suspect()) able.want.insert(Want::solve);
+    if (able.wants(Want::acceleration) || own_.factors.suspect())
+      own_.guard.emplace(robot, this->lowered(), able);
+    if (own_.factors.suspect()) {
       const VectorX<T> q = VectorX<T>::Zero(wide.nq());
-      outcome_ = make_fallback<T>(robot, Form::conventional)->factor(q.data());
+      if (const Outcome verdict = own_.guard->certified().factor(q.data()); !verdict)
+        refusal_ = verdict;
+      loss_ = RoundingBound<T>(this->lowered()).look(this->lowered(), q.data());
     }
     select(options.selection);
   }
 
   void select(const Selection& selection) {
-    const int nv = factors_.nv();
+    const int nv = own_.factors.nv();
     MatrixX<T> B = MatrixX<T>::Zero(nv, selection.size());
     int column = 0;
     for (const int dof : selection.dofs) B(dof, column++) = T(1);
@@ -136,7 +157,7 @@ class TranslationalEngine final : public CommonEngine<T> {
       set_site(site_of(frame).template cast<W>(), column, B);
       column += 6;
     }
-    selected_ = B.transpose() * factors_.inverse() * B;
+    selected_ = B.transpose() * own_.factors.inverse() * B;
     selected_.template triangularView<Eigen::StrictlyUpper>() = selected_.transpose();
   }
 
@@ -172,11 +193,11 @@ class TranslationalEngine final : public CommonEngine<T> {
   RobotModel robot_;
   std::vector<Matrix3<W>> axes_;  // of the links, in the world's axes
   std::vector<Slide<W>> slides_;
-  TranslationalFactors<T> factors_;
-  std::optional<Guarding> guard_;  // where accelerations are wanted
+  Worker own_;
   std::vector<Worker> workers_;
   MatrixX<T> selected_;
-  Outcome outcome_;
+  RoundingLoss loss_;  // of the spatial kernels, whose D do not depend on q either
+  Outcome refusal_;    // of every call, where M is singular
 };
 
 }  // namespace kalmarm

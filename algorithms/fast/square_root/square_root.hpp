@@ -37,7 +37,6 @@
 
 #include "algorithms/fast/factors/factors.hpp"
 #include "algorithms/fast/square_root/square_root_parent.hpp"
-#include "algorithms/riccati/array.hpp"
 #include "algorithms/spatial/inlining.hpp"
 
 namespace kalmarm {
@@ -220,7 +219,7 @@ KALMARM_SWEEP void filter(const LoweredModel<S>& model, const T* tau, SquareRoot
 }  // namespace detail
 
 // a (nv) from q (nq), qd (nv) and tau (nv), all numbers in T; ws.margin, ws.noise, ws.energy,
-// ws.squares and ws.size say how far it can be believed (fallback/guard.hpp).
+// ws.squares and ws.size say how far it can be believed (guard.hpp).
 template <class T, class S>
 void square_root_acceleration(const LoweredModel<S>& model, const T* q, const T* qd, const T* tau,
                               SquareRootWorkspace<T>& ws, T* a) {

@@ -6,7 +6,7 @@
 
 #include "algorithms/fast/covariance/forward_dynamics.hpp"
 #include "algorithms/fast/square_root/square_root_rows.hpp"
-#include "algorithms/inverse_mass/singularity.hpp"
+#include "algorithms/model/rounding_scale.hpp"
 #include "algorithms/spatial/inlining.hpp"
 
 namespace kalmarm {
@@ -173,7 +173,7 @@ KALMARM_INLINE void keep(const LoweredModel<S>& model, int k, const T& tau,
   using std::min;
   const FactoredBody<S>& body = model.factored(k);
   auto& link = ws.links[k];
-  const S threshold = SingularityTest<S, 2>::threshold();
+  const S threshold = least_D_over_size<S>(2);
   const S size_m = threshold * body.outboard_mass, least = S(65536) * least_weight<S>();
   const T D = pivot.weight;
   const T size =

@@ -18,7 +18,6 @@
 #include <type_traits>
 
 #include "algorithms/fast/square_root/square_root_measure.hpp"
-#include "algorithms/riccati/array.hpp"
 #include "algorithms/spatial/inlining.hpp"
 
 namespace kalmarm {

@@ -114,9 +114,7 @@ TYPED_TEST(Certified, InverseIsAsRightAsItSays) {
       ASSERT_TRUE(out);
       const double error = Truth(model, state.template cast<double>()).inverse(X);
       EXPECT_LE(error, 400 * this->u);
-      if (!std::isnan(out.error)) {
-        EXPECT_LE(error, 10 * out.error + this->u);
-      }
+      EXPECT_LE(error, 10 * out.error + this->u);
     }
   }
 }
@@ -132,7 +130,11 @@ TYPED_TEST(Certified, PartsOfTheInverseAndSolvesAreRight) {
     const Truth truth(model, state.template cast<double>());
     VectorX<T> x = poisoned<T>(nv);
     ASSERT_TRUE(dynamics.factor(state.q));
-    ASSERT_TRUE(dynamics.solve(state.tau, x));
+    const Outcome solved = dynamics.solve(state.tau, x);
+    ASSERT_TRUE(solved);
+    // In float the answer of float64, whose error is below 1e-12, is rounded: by u of every entry,
+    // and so of Euclid's norm.
+    EXPECT_LE(solved.error, (std::is_same_v<T, float> ? 1.01 : 1) * this->u);
     EXPECT_LE(truth.solution(x), 400 * this->u);  // in the norm of M: x is right to u in Euclid's
     ASSERT_TRUE(dynamics.diagonal(state.q, x));
     EXPECT_LE(truth.diagonal(x), 400 * this->u);
@@ -189,10 +191,146 @@ TYPED_TEST(Certified, SingularMechanismsAreRefusedAndRegularOnesAreNot) {
       const Outcome outcome = outcome_of(mechanism);
       EXPECT_EQ(outcome.status, Outcome::Status::singular) << mechanism.name << " seed " << seed;
       EXPECT_TRUE(std::ranges::count(mechanism.joints, outcome.joint)) << mechanism.name;
+      EXPECT_LE(std::abs(outcome.D), outcome.scale) << mechanism.name;
     }
     for (const Mechanism& mechanism : regular_mechanisms(seed))
       EXPECT_TRUE(outcome_of(mechanism)) << mechanism.name << " seed " << seed;
   }
+}
+
+// What every form answers about a state in all ways: an answer that is ok is as right as it says, or
+// it warns and names a joint; one of the certified form says how wrong it is. Returns how many took
+// the certified form's factors, or as that form, the last resort. last_resort: no others are judged,
+// since one torque may miss an error (probe.hpp).
+template <class T>
+int expect_no_silent_error(const Model<double>& model, const VectorX<double>& position, Form form,
+                           bool last_resort = false) {
+  const auto u = static_cast<double>(unit_roundoff<T>());
+  const int nv = model.nv();
+  State<T> state = random_state(model, 7).template cast<T>();
+  state.q = position.template cast<T>();
+  const Truth truth(model, state.template cast<double>());
+  DynamicsOptions options =
+      spatial({Want::inverse, Want::solve, Want::diagonal, Want::log_det, Want::operational}, form);
+  const Selection selection{{}, {{nv - 1}, {nv / 2}}};
+  options.question.frames = selection.frames;
+  Dynamics<T> robot = dynamics_of<T>(model, options);
+  int suspects = 0;
+  // most: what a right answer may lose that comes without an error.
+  const auto judge = [&](const char* what, const Outcome& out, double error, double most) {
+    suspects += out.suspect;
+    if (out && (out.suspect || form == Form::certified)) {
+      EXPECT_GE(out.error, 0) << what;
+    }
+    if (!out || out.warns()) {
+      EXPECT_GE(out.joint, 0) << what;
+    } else if (out.suspect || !last_resort) {
+      EXPECT_LE(error, std::isnan(out.error) ? most : 10 * out.error + 8 * u) << what;
+    }
+  };
+  MatrixX<T> X = poisoned<T>(nv, nv), J = poisoned<T>(12, 12);
+  VectorX<T> x = poisoned<T>(nv);
+  T log_det(0);
+  Outcome out = robot.inverse_mass(state.q, X);
+  judge("inverse", out, truth.inverse(X), 0.01);
+  out = robot.diagonal(state.q, x);
+  judge("diagonal", out, truth.diagonal(x), 0.01);
+  out = robot.log_det(state.q, log_det);
+  judge("log det", out, truth.log_det(log_det) / (nv * truth.log_det_size()), 0.01);
+  out = robot.operational(state.q, J);
+  judge("operational", out, truth.selected(selection, J), 0.01);
+  if (robot.factor(state.q)) {
+    out = robot.solve(state.tau, x);
+    // of Euclid's norm, which the error is told in, and that of M
+    const VectorX<double> exact = truth.solution();
+    const double relative = (x.template cast<double>() - exact).norm() / exact.norm();
+    judge("solve", out, std::min(truth.solution(x), relative), 0.01);
+  }
+  return suspects;
+}
+
+// Loads beyond what float64 carries: D of the links that bear them are lost in rounding.
+TYPED_TEST(Certified, NoAnswerIsSilentlyWrongHoweverHeavyTheTip) {
+  using T = TypeParam;
+  int suspects = 0;
+  for (const Form form : {Form::conventional, Form::square_root, Form::certified})
+    for (const double ratio : {1e4, 1e8, 1e12, 1e16, 1e20})
+      for (int seed = 0; seed < 4; ++seed) {
+        SCOPED_TRACE(testing::Message()
+                     << to_string(form) << " ratio " << ratio << " seed " << seed);
+        const Model<double> model = rounded<T>(heavy_tip(seed, ratio));
+        suspects += expect_no_silent_error<T>(model, random_state(model, seed).q, form);
+      }
+  EXPECT_GT(suspects, 100);
+}
+
+TEST(CertifiedInFloat64, WildMechanismsAreAnsweredRightByTheLastResort) {
+  int answers = 0;
+  for (int seed = 0; seed < 60; ++seed) {
+    SCOPED_TRACE(seed);
+    const Model<double> model = wild(seed);
+    const VectorX<double> q = random_state(model, seed).q;
+    answers += expect_no_silent_error<double>(model, q, Form::certified, true);
+  }
+  EXPECT_GT(answers, 60);
+}
+
+// Two hinges that are parallel but for an angle, with a massless link between them: by constants of
+// the model, or where the hinge between them stands at `ref` and that angle.
+Mechanism parallel_but_for(double angle) {
+  Grown grown(3);
+  const int middle = grown.add_massless(grown.joint(grown.root));
+  grown.add(grown.gimbal(middle, Eigen::Quaterniond(1, angle / 2, 0, 0)));
+  return grown.mechanism("nearly_parallel", {});
+}
+Mechanism gimbal_lock_but_for(double angle, double ref) {
+  Grown grown(3);
+  Joint<double> between = grown.gimbal(grown.add_massless(grown.joint(grown.root)), z_to_x);
+  between.ref = ref;
+  const int middle = grown.add_massless(between);
+  grown.add(grown.gimbal(middle, x_to_z));
+  Mechanism out = grown.mechanism("near_gimbal_lock", {}, true);
+  out.q[out.model.joint(middle).q_index] = ref + angle;
+  return out;
+}
+
+// From what two doubles cannot tell from singular to what one can. M is singular to the square of the
+// angle, so that of the 50 digits of truth 18 are left at the least. Answers of the last resort are
+// as right as they say, others as errors.md has it.
+TEST(CertifiedInFloat64, FromSingularToRegularNothingIsSilentlyWrong) {
+  int refused = 0, warned = 0, answered = 0;
+  for (int exponent = -16; exponent <= -6; ++exponent) {
+    const double angle = std::pow(10, exponent);
+    for (const Mechanism& mechanism :
+         {parallel_but_for(angle), gimbal_lock_but_for(angle, 0), gimbal_lock_but_for(angle, 0.3)})
+      for (const Form form : {Form::conventional, Form::square_root, Form::certified}) {
+        SCOPED_TRACE(testing::Message()
+                     << mechanism.name << " " << to_string(form) << " angle " << angle);
+        const bool certified = form == Form::certified;
+        if (certified) expect_no_silent_error<double>(mechanism.model, mechanism.q, form, true);
+        Dynamics<double> robot =
+            dynamics_of<double>(mechanism.model, spatial({Want::solve, Want::acceleration}, form));
+        const State<double> drawn = random_state(mechanism.model, 7);
+        VectorX<double> a = poisoned<double>(mechanism.model.nv());
+        const Outcome out = robot.forward_dynamics(mechanism.q, drawn.qd, drawn.tau, a);
+        EXPECT_EQ(static_cast<bool>(robot.factor(mechanism.q)), static_cast<bool>(out));
+        if (!out) {
+          ++refused;
+          EXPECT_GE(out.joint, 0);
+          EXPECT_LE(std::abs(out.D), out.scale);
+          continue;
+        }
+        (out.warns() ? warned : answered)++;
+        const Truth truth(mechanism.model, {mechanism.q, drawn.qd, drawn.tau});
+        const double most = certified ? 1e-7 : 1e-6;
+        EXPECT_LE(truth.relative(a),
+                  certified && out.suspect ? 10 * out.error + 8 * 0x1p-53 : most);
+        EXPECT_TRUE(!out.warns() || out.joint >= 0);
+      }
+  }
+  EXPECT_GT(refused, 4);
+  EXPECT_GT(warned, 4);
+  EXPECT_GT(answered, 40);
 }
 
 TYPED_TEST(Certified, StatesThatAreNotFiniteAreSaidToBe) {

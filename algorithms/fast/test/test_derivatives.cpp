@@ -141,6 +141,30 @@ TYPED_TEST(DerivativesOf, SingularMechanismIsRefusedAndItsNeighbourIsNot) {
   }
 }
 
+// The error of an a, or of a solve that judged the state, is not theirs.
+TYPED_TEST(DerivativesOf, ClaimNoErrorAndWarnWhereAnInnovationCovarianceIsLost) {
+  using T = TypeParam;
+  for (const Form form : {Form::conventional, Form::square_root, Form::certified})
+    for (const double ratio : {1.0, 1e20}) {
+      SCOPED_TRACE(testing::Message() << to_string(form) << " ratio " << ratio);
+      const Model<double> even = chain(3, 12);
+      std::vector<Joint<double>> joints;
+      for (int k = 0; k < even.nv(); ++k) joints.push_back(even.joint(k));
+      joints.back().body.mass *= ratio;
+      const Model<double> model(std::move(joints), even.names(), even.nq(), even.gravity());
+      const State<T> state = random_state(model, 4).template cast<T>();
+      AccelerationDerivatives<T> out(model.nv());
+      const Outcome outcome =
+          dynamics_of<T>(model, spatial({Want::derivatives}, form))
+              .derivatives(state.q, state.qd, state.tau,
+                           {.dq = out.dq, .dqd = out.dqd, .dtau = out.dtau}, out.a);
+      ASSERT_TRUE(outcome);
+      EXPECT_TRUE(std::isnan(outcome.error));
+      EXPECT_EQ(outcome.warns(), ratio > 1);
+      EXPECT_EQ(outcome.joint >= 0, ratio > 1);
+    }
+}
+
 TYPED_TEST(DerivativesOf, StateThatIsNotANumberIsRefused) {
   using T = TypeParam;
   const Model<double> model = chain(3);

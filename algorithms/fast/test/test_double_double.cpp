@@ -6,7 +6,9 @@
 #include <limits>
 #include <random>
 
+#include "algorithms/fast/lowering/lowered_model.hpp"
 #include "algorithms/spatial/double_double.hpp"
+#include "algorithms/test/models.hpp"
 #include "algorithms/test/multiprecision.hpp"
 
 namespace kalmarm::test {
@@ -84,6 +86,35 @@ TEST_F(DoubleDoubleTest, SinesAndCosinesAreRight) {
     const Mp turned = exact(x[i]) + Mp(quarters[i]) * quarter;
     EXPECT_LE(static_cast<double>(abs(exact(s[i]) - sin(turned))), 0x1p-101);
     EXPECT_LE(static_cast<double>(abs(exact(c[i]) - cos(turned))), 0x1p-101);
+  }
+}
+
+// What rounding_bound.hpp takes for granted: sin alpha of nearly parallel axes has all its digits, and
+// no angle is wrong by more than u.
+TEST_F(DoubleDoubleTest, FramesOfLinksAreTurnedByTheRightAngles) {
+  constexpr double u = 0x1p-102;
+  for (int seed = 0; seed < 40; ++seed) {
+    Random random(seed);
+    const double tilt = std::pow(10, random.uniform(-12, 0));
+    const auto draw = [&] { return random.uniform(-1, 1); };
+    Builder builder;
+    for (int k = 0; k < 10; ++k) {
+      Joint<double> joint = random_joint(random, k % 3 == 2 ? k - 2 : k - 1);
+      if (k % 2 == 0) joint.rotation = {draw(), tilt * draw(), tilt * draw(), draw()};
+      if (k % 4 == 1) joint.rotation = {tilt * draw(), draw(), draw(), tilt * draw()};
+      builder.add(joint);
+    }
+    const Model<double> model = builder.build();
+    const LoweredModel<DoubleDouble> lowered(model.cast<DoubleDouble>());
+    const LoweredModel<Mp> truth(model.cast<Mp>());
+    for (int k = 0; k < model.nv(); ++k) {
+      EXPECT_LE(relative(lowered.link(k).alpha.s, truth.link(k).alpha.s), u);
+      EXPECT_LE(abs(exact(lowered.link(k).alpha.c) - truth.link(k).alpha.c), u);
+    }
+    for (int i = 0; i < lowered.angles(); ++i) {
+      EXPECT_EQ(lowered.hinges().quarters[i], truth.hinges().quarters[i]);
+      EXPECT_LE(abs(exact(lowered.hinges().offset[i]) - truth.hinges().offset[i]), u);
+    }
   }
 }
 

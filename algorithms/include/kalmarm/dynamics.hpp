@@ -165,7 +165,7 @@ class KALMARM_EXPORT Dynamics {
     return solve(checked_columns("solve", tau, x), tau.data(), x.data());
   }
 
-  // Derivatives of forward dynamics, and a itself (asked). 1300 n + 60 n^2.
+  // Derivatives of forward dynamics, and a itself (asked). Outcome::error is NaN. 1300 n + 60 n^2.
   Outcome derivatives(VectorView<const T> q, VectorView<const T> qd, VectorView<const T> tau,
                       const Derivatives<T>& out, VectorView<T> a) {
     check("derivatives", q, qd, "tau", tau, a.size(), asked_);

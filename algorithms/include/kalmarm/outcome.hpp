@@ -18,7 +18,7 @@ struct [[nodiscard]] Outcome {
   bool suspect = false;        // ok, after a second look at some small D(joint)
   int joint = -1;    // DoF at which the factorisation stopped, or nearly did; -1 where it did not
   double D = 0;      // its innovation covariance, or Cholesky pivot [kg m^2 or kg]
-  double scale = 0;  // the size that D was compared with, same unit
+  double scale = 0;  // what D was compared with, same unit: its size, or the error that it may have
   // Estimated relative error of the answer; NaN if there is none. In which norm: docs/errors.md.
   double error = std::numeric_limits<double>::quiet_NaN();
   int steps = 0;         // of refinement that were accepted

@@ -4,18 +4,16 @@
 // accelerations the noise N of its forces, the energy E of its motions, |a|^2 and |a|_s^2
 // (force_noise.hpp), for the rest check, which is zero where every result is finite. Only a state
 // that fails a test, or whose estimated error is coarse, pays for more: a second look, then the
-// certified form for an acceleration, the fallback for what is made of factors alone.
+// certified form.
 #pragma once
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
-#include <memory>
 #include <vector>
 
 #include "algorithms/fast/certified/certified_answer.hpp"
-#include "algorithms/fast/fallback/fallback.hpp"
 #include "algorithms/fast/forms.hpp"
 #include "algorithms/fast/instances.hpp"
 
@@ -31,21 +29,19 @@ struct Believed {
 template <class S, class F>
 class Guard {
  public:
-  Guard(const RobotModel& robot, const LoweredModel<S>& lowered)
+  Guard(const RobotModel& robot, const LoweredModel<S>& lowered, const EngineOptions& options)
       : second_(lowered),
         forces_(lowered),
         allowed_(S(largest_error_of_a<S> * largest_error_of_a<S>) * rounding_unit<S>() /
                  square(S(rounding_constant_of_a) * unit_roundoff<S>())),
-        least_(S(0.01 * 0.01) * squares_of(robot.gravity)),
+        least_(S(least_beside_gravity * least_beside_gravity) * squares_of(robot.gravity)),
         least_size_(least_ * square(mean_root(lowered.least_inertias()))),
         weight_(weight(robot)),
         loses_(F::loses(lowered)),
         own_(lowered),
         a_(lowered.nv()),
-        fallback_(make_fallback<S>(robot, F::form)),
-        certified_(robot, lowered, F::at_rest) {}
+        certified_(robot, lowered, options, F::at_rest) {}
 
-  Fallback<S>& fallback() { return *fallback_; }
   CertifiedAnswer<S>& certified() { return certified_; }
 
   // From what a sweep has left: N, E, |a|^2 and |a|_s^2. NaN where a is not finite.
@@ -69,7 +65,7 @@ class Guard {
     if (std::isnan(of_a)) return answer_anew;
     const bool every_D = D > S(0) && !loses_;
     const double of_D = every_D ? 0 : second_.error_of_D(lowered, q, swept, lane);
-    if (!(of_D < largest_error_of_D)) return answer_anew;
+    if (!(of_D < error_of_D_to_refine)) return answer_anew;
     if constexpr (std::is_same_v<Swept, typename F::template Workspace<S>>)
       return closer(lowered, swept, a, of_D);
     else
@@ -89,7 +85,7 @@ class Guard {
                 int lane = 0) {
     if (detail::number(check, lane) != S(0)) return true;
     if (detail::number(swept.margin, lane) > S(0)) return false;
-    return !(second_.error_of_D(lowered, q, swept, lane) < suspected_error_of_D<S>);
+    return !(second_.error_of_D(lowered, q, swept, lane) < error_of_D_let_pass<S>);
   }
 
  private:
@@ -102,7 +98,7 @@ class Guard {
   double closer(const LoweredModel<S>& lowered, const Swept& swept, const S* a, double error_of_D) {
     const S trace = forces_.trace(lowered, swept);
     const S most = allowed_ * std::max(swept.squares, least_) / trace;
-    const S little = S(0.01) * most;
+    const S little = S(little_share) * most;
     S N = rounding_unit<S>() * swept.energy, size = S(0);
     forces_.begin();
     for (int k = lowered.nv() - 1; k >= 0; --k) {
@@ -157,7 +153,6 @@ class Guard {
   bool loses_;                      // F::loses
   typename F::template Workspace<S> own_;
   std::vector<S> a_;
-  std::unique_ptr<Fallback<S>> fallback_;
   CertifiedAnswer<S> certified_;
 };
 

@@ -1,0 +1,36 @@
+// What the calls of the fast path promise, in one place; docs/errors.md says it to users. `silent`:
+// an Outcome without a warning (Outcome::warns) that is no refusal.
+//
+//   call                   form           promised where silent                   norm
+//   acceleration           conventional   |da| <= largest_error_of_a |a|          Euclid's    (1)
+//                          and the rest   error ~ |da|_M / |a|_M                  energy      (2)
+//                          certified      error ~ |da| / |a|                      Euclid's    (3)
+//   M^-1, selected         conventional   every D within error_of_D_let_pass      Loewner's   (4)
+//                          certified      |dX_ij| <= error sqrt(X_ii X_jj)        entries     (5)
+//   diagonal               certified      |dx_i| <= error x_i                     entries     (5)
+//   log det M              certified      |dL| <= error max(1, |L|)               number      (5)
+//   solve                  certified      |dx| <= error |x|, columns alone        Euclid's    (5)
+//   derivatives            all            (4); no error is told
+//
+// (1) by (8) and (9) of force_noise.hpp, beside a hundredth of gravity where |a| is less;
+// (2) by (10) there; (3) by (3) of refine.hpp; (4) by rounding_test.hpp and rounding_bound.hpp: in
+// the order of positive semidefinite matrices M of the factors is within 1 +- e of M;
+// (5) by (3) and (4) of probe.hpp, which are measured on random torques.
+// Square roots are tested as (1) and (2) say, and are known not to hold (1): docs/errors.md.
+#pragma once
+
+#include <type_traits>
+
+namespace kalmarm {
+
+template <class S>
+inline constexpr double largest_error_of_a = std::is_same_v<S, float> ? 1e-2 : 1e-6;
+
+// Of D, where the factors answer: double keeps more digits of an answer than two.
+template <class S>
+inline constexpr double error_of_D_let_pass = std::is_same_v<S, float> ? 1e-2 : 1e-6;
+
+// Of D, where the factors refine or measure an answer: they have to be right to a digit.
+inline constexpr double error_of_D_to_refine = 1e-2;
+
+}  // namespace kalmarm

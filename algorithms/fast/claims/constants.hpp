@@ -1,0 +1,62 @@
+// Every number of the fast path's tests that is chosen, not derived: what it is for, and what it was
+// measured or chosen by. No other header has one.
+#pragma once
+
+#include <type_traits>
+
+namespace kalmarm {
+
+// How far roundings add up, in units of u. A proof needs about 40, if all had one sign; with 8 the
+// bound was never below the error of any sweep against multi-precision (test_rounding_bound.cpp).
+inline constexpr double rounding_constant = 8;
+
+// The same of sums of traces, which are up to six times the largest eigenvalue that counts.
+inline constexpr double rounding_constant_of_traces = rounding_constant / 3;
+
+// The same of forces and motions in what is believed of accelerations: a number is rounded about ten
+// times. With 1 a search found errors four times the bound.
+inline constexpr double rounding_constant_of_a = 4;
+
+// The same in Outcome::error: the least whole number with which it is at least half the error on all
+// families (test_error_estimate.cpp).
+inline constexpr double rounding_constant_of_error = 3;
+
+// Outcome::error in units of u beyond which it is worked out more closely: robots of ordinary
+// proportions are below (test_scenes.cpp, IsNotSuspectedInRandomStates).
+inline constexpr double coarse_error = 2048;
+
+// Of what a closer sum may add to the promise, the share that is not looked at more closely.
+inline constexpr double little_share = 0.01;
+
+// Beside gravity a smaller |a| is nothing.
+inline constexpr double least_beside_gravity = 0.01;
+
+// A weight for what a link cannot absorb: beyond any that a body has, and its square in range.
+inline constexpr double no_body = 1e30;
+
+// D of square roots lose about this many u^2 where covariances lose u: which of their D are tested.
+inline constexpr double rounding_constant_of_roots = 32;
+
+// Refinement (certified/refine.hpp).
+//   The first step leaves at most this many times its own relative size: a rule of experience.
+inline constexpr double first_contraction = 100;
+//   What a later step may leave of the one before.
+inline constexpr double worst_contraction = 0.3;
+//   A bound of the last correction's error over |x|, a third or a tenth of what is promised of a.
+template <class S>
+inline constexpr double trusted_error = std::is_same_v<S, float> ? 3e-3 : 1e-7;
+//   The first correction over |x|, or over gravity_share of gravity: pairs keep no more digits of what
+//   cancels within a link than double has, which a search found at 1e-8.
+template <class S>
+inline constexpr double farthest_start = std::is_same_v<S, float> ? 1.0 : 1e-9;
+inline constexpr double gravity_share = 0.1;
+
+// Errors of parts of M^-1 that are not refined, in units of u sqrt(nv); beyond, the next precision
+// answers. Families of the tests are below (test_certified.cpp).
+inline constexpr double enough_of_parts = 64;
+// Of factors by which solves are refined.
+inline constexpr double enough_of_factors = 1e-3;
+// Of what is worked out in DoubleDouble; beyond, it warns.
+inline constexpr double enough_in_two_doubles = 1e-7;
+
+}  // namespace kalmarm
