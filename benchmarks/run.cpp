@@ -3,6 +3,7 @@
 #include <benchmark/benchmark.h>
 #include <sys/mman.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
@@ -70,17 +71,21 @@ class ErrorStream : public std::stringbuf {
   std::streambuf* before_;
 };
 
-// Google Benchmark does not look at the values of its flags, and aborts on a negative number of
-// repetitions. What is wrong with them; empty where nothing is.
-std::string wrong_flag(int argc, char** argv) {
+// Google Benchmark aborts on a negative number of repetitions, and says in a line of its own where
+// one is too large. What is wrong with the first wrong flag, which it does not see then; empty where
+// none is.
+std::string take_wrong_flag(int& argc, char** argv) {
   const std::pair<std::string, CLI::Validator> flags[] = {
       {"--benchmark_repetitions", between(1, 1'000'000)}, {"--benchmark_min_time", positive()}};
   for (int i = 1; i < argc; ++i)
     for (const auto& [name, range] : flags) {
       const std::string argument = argv[i];
       if (!argument.starts_with(name + "=")) continue;
-      if (const std::string wrong = range(argument.substr(name.size() + 1)); !wrong.empty())
-        return name + ": " + wrong;
+      const std::string wrong = range(argument.substr(name.size() + 1));
+      if (wrong.empty()) continue;
+      std::copy(argv + i + 1, argv + argc + 1, argv + i);  // with the null at the end
+      --argc;
+      return name + ": " + wrong;
     }
   return "";
 }
@@ -90,7 +95,7 @@ std::string wrong_flag(int argc, char** argv) {
 Benchmarks::Benchmarks(int& argc, char** argv, const std::string& of) {
   start_program(argv);  // before Initialize takes its flags out of argv
   usage = of;
-  wrong_ = wrong_flag(argc, argv);
+  wrong_ = take_wrong_flag(argc, argv);
   std::string in_memory;
   for (int i = 1; i < argc; ++i) {
     const std::string_view flag = argv[i];

@@ -1,7 +1,8 @@
 """What `recommend` and `limits` recorded: what to take for a robot, and how far that holds."""
 
-import math
 from typing import NamedTuple
+
+from values import count, number, optional, text
 
 ADVISED = ("acceleration", "inverse")
 
@@ -84,16 +85,16 @@ class Limits(NamedTuple):
 def advice(document: dict) -> Advice:
     return Advice(
         document["robot"],
-        _text(document["file"]),
-        _text(document["load_options"]),
-        int(document["states"]),
-        _text(document["sentence"]),
+        text(document["file"]),
+        text(document["load_options"]),
+        count("states", document["states"]),
+        text(document["sentence"]),
         {
             task: [_record(Contender, entry) for entry in part["contenders"]]
             for task, part in document["tasks"].items()
         },
         {
-            task: [_record(Pick, entry) for entry in part["choices"]]
+            task: [_pick(entry) for entry in part["choices"]]
             for task, part in document["tasks"].items()
         },
     )
@@ -102,27 +103,34 @@ def advice(document: dict) -> Advice:
 def limits(document: dict) -> Limits:
     return Limits(
         document["robot"],
-        _number("seconds", document["seconds"]),
-        int(document["evaluations"]),
-        _text(document["sentence"]),
+        number("seconds", document["seconds"], 0),
+        count("evaluations", document["evaluations"]),
+        text(document["sentence"]),
         [_load(entry) for entry in document["stresses"]],
     )
 
 
 def _load(entry: dict) -> Load:
-    values = [_number("value", value) for value in entry["values"]]
+    values = [number("value", value) for value in entry["values"]]
     curves = {
         task: [_curve(row, len(values)) for row in rows] for task, rows in entry["tasks"].items()
     }
-    return Load(*(_text(entry[name]) for name in ("name", "title", "unit")), values, curves)
+    return Load(*(text(entry[name]) for name in ("name", "title", "unit")), values, curves)
 
 
-def _curve(row: dict, count: int) -> Curve:
-    worst = [_optional("worst", value) for value in row["worst"]]
-    if len(worst) != count or len(row["silent"]) != count:
-        raise ValueError(f"{row['variant']} has not {count} values")
-    silent = [int(number) for number in row["silent"]]
-    return Curve(_text(row["variant"]), _text(row["precision"]), worst, silent)
+def _curve(row: dict, length: int) -> Curve:
+    worst = [optional("worst", value, 0) for value in row["worst"]]
+    if len(worst) != length or len(row["silent"]) != length:
+        raise ValueError(f"{row['variant']} has not {length} values")
+    silent = [count("silent", errors) for errors in row["silent"]]
+    return Curve(text(row["variant"]), text(row["precision"]), worst, silent)
+
+
+def _pick(entry: dict) -> Pick:
+    pick = _record(Pick, entry)
+    if not pick.tolerance > 0:
+        raise ValueError(f"tolerance is {pick.tolerance}")
+    return pick
 
 
 def _record(kind, entry: dict):
@@ -130,26 +138,13 @@ def _record(kind, entry: dict):
     values = []
     for name, of in kind.__annotations__.items():
         value = entry[name]
-        if of in (str, bool, int):
+        if of in (str, bool):
             if not isinstance(value, of):
                 raise ValueError(f"{name} is {value!r}")
             values.append(value)
+        elif of is int:
+            values.append(count(name, value))
         else:
-            values.append(_optional(name, value) if of == float | None else _number(name, value))
+            values.append((optional if of == float | None else number)(name, value, 0))
     return kind(*values)
 
-
-def _text(value) -> str:
-    if not isinstance(value, str):
-        raise ValueError(f"{value!r} is no text")
-    return value
-
-
-def _number(name: str, value) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise ValueError(f"{name} is {value!r}")
-    return float(value)
-
-
-def _optional(name: str, value) -> float | None:
-    return None if value is None else _number(name, value)

@@ -5,6 +5,7 @@ import statistics
 
 from checks import checked_scene
 from data import Call, Jacobian, Time
+from values import count, number, text
 
 NO_SCENE = "none"
 PEAK = "peak/"  # begins the names of what measures the machine
@@ -47,7 +48,7 @@ def _time(name: str, rows: list[dict]) -> Time:
     if len(parts) < 4:
         raise ValueError(f"name '{name}' is not task/variant/scene/precision")
     task, variant, scene, precision = parts[:4]
-    refused = next((row["error_message"] for row in rows if row.get("error_occurred")), "")
+    refused = text(next((row["error_message"] for row in rows if row.get("error_occurred")), ""))
     single = [row for row in rows if row.get("run_type") != "aggregate"]
     aggregates = {row["aggregate_name"]: row for row in rows if row.get("run_type") == "aggregate"}
     median = variation = None
@@ -57,8 +58,8 @@ def _time(name: str, rows: list[dict]) -> Time:
         else:
             median = statistics.median(_nanoseconds(row) for row in single)
         if "cv" in aggregates:
-            variation = float(aggregates["cv"]["real_time"])
-    repetitions = max((int(row.get("repetitions", 1)) for row in rows), default=1)
+            variation = number("cv", aggregates["cv"]["real_time"], 0)
+    repetitions = max((count("repetitions", row.get("repetitions", 1)) for row in rows), default=1)
     if scene != NO_SCENE:
         checked_scene(scene)
     return Time(scene, variant, precision, task, median, variation, repetitions, refused)

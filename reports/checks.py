@@ -8,9 +8,12 @@ from pathlib import Path
 
 from data import Data, DataError
 
+DEEPEST = 32  # our own files have six levels
+MOST_DIGITS = 20
+
 
 def checked_scene(text: str) -> str:
-    if not re.fullmatch(r".+:\d+", text):
+    if not re.fullmatch(r".+:[0-9]{1,9}", text):
         raise ValueError(f"scene '{text}' is not NAME:NV")
     return text
 
@@ -20,16 +23,36 @@ def refusing(path: Path, what: str):
     """Turns what goes wrong with a document's contents into one line: the file is not `what`."""
     try:
         yield
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
         reason = f"{error} is missing" if isinstance(error, KeyError) else str(error)
         raise DataError(f"{path}: not {what}: {reason}") from None
 
 
 def read_json(path: Path):
     try:
-        return json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
+        text = path.read_text(encoding="utf-8")
+        document = json.loads(text, parse_int=_integer)
+        _refuse_depth(document)
+        if "\\u" in text:  # half a letter, which no file can hold
+            json.dumps(document, ensure_ascii=False).encode()
+        return document
+    except (ValueError, RecursionError) as error:
         raise DataError(f"{path}: not JSON: {error}") from None
+
+
+def _integer(text: str) -> int:
+    if len(text) > MOST_DIGITS:
+        raise ValueError(f"an integer of {len(text)} digits")
+    return int(text)
+
+
+def _refuse_depth(document) -> None:
+    level = [document] if isinstance(document, (dict, list)) else []
+    for _ in range(DEEPEST):
+        inside = [it.values() if isinstance(it, dict) else it for it in level]
+        level = [it for values in inside for it in values if isinstance(it, (dict, list))]
+    if level:
+        raise ValueError(f"arrays and objects are nested more than {DEEPEST} deep")
 
 
 # A file's kind is its name up to the first dash.

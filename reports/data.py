@@ -11,8 +11,15 @@ from laboratory import Laboratory
 from stress import Family, Integration, Stress, Variant
 
 
+LONGEST = 1000  # letters of an error
+
+
 class DataError(Exception):
-    """Bad input; the message is one line that names the file and the value."""
+    """Bad input; the message is one short line that names the file and the value."""
+
+    def __init__(self, message: str):
+        line = "".join(letter if letter.isprintable() else " " for letter in message)
+        super().__init__(line if len(line) <= LONGEST else f"{line[:LONGEST]} …")
 
 
 class Error(NamedTuple):

@@ -1,7 +1,8 @@
 """The records of `identify`, fits of inertial parameters, and what is checked of them."""
 
-import math
 from typing import NamedTuple
+
+from values import count, number, optional, text
 
 
 class Iteration(NamedTuple):
@@ -71,30 +72,33 @@ def identification(record: dict) -> Identification:
     base = [_base_parameter(entry) for entry in record.get("base_parameters", [])]
     nrmse = record.get("torque_nrmse", {})
     bodies = record.get("pseudo_inertia", [])
-    eigenvalues = [_finite(body["smallest_eigenvalue"]) for body in bodies]
+    eigenvalues = [number("smallest_eigenvalue", body["smallest_eigenvalue"]) for body in bodies]
     return Identification(
-        record["robot"],
-        record["residual"],
-        record["jacobian"],
-        _optional(record.get("noise")),
-        int(record["samples"]),
-        int(record["held_out"]),
+        text(record["robot"]),
+        text(record["residual"]),
+        text(record["jacobian"]),
+        optional("noise", record.get("noise")),
+        count("samples", record["samples"]),
+        count("held_out", record["held_out"]),
         bool(record["usable"]),
-        _finite(record["seconds"]),
+        number("seconds", record["seconds"]),
         len(record["columns"]),
-        [str(warning) for warning in record["warnings"]],
+        [text(warning) for warning in record["warnings"]],
         [
-            Iteration(_finite(entry["seconds"]), _optional(entry.get("base_error")))
+            Iteration(
+                number("seconds", entry["seconds"]),
+                optional("base_error", entry.get("base_error")),
+            )
             for entry in record["iterations"]
         ],
-        int(record["rank"]) if "rank" in record else None,
-        _optional(record.get("condition")),
-        [str(name) for name in record.get("unseen", [])],
-        [str(name) for name in record.get("lost", [])],
-        _optional(record.get("base_error")),
-        _optional(record.get("base_error_of_start")),
-        _optional(nrmse.get("fitted")),
-        _optional(nrmse.get("start")),
+        count("rank", record["rank"]) if "rank" in record else None,
+        optional("condition", record.get("condition")),
+        [text(name) for name in record.get("unseen", [])],
+        [text(name) for name in record.get("lost", [])],
+        optional("base_error", record.get("base_error")),
+        optional("base_error_of_start", record.get("base_error_of_start")),
+        optional("fitted", nrmse.get("fitted")),
+        optional("start", nrmse.get("start")),
         min(eigenvalues, default=None),
         base,
         _predictions(record.get("prediction", {"time": [], "joints": []})),
@@ -102,30 +106,22 @@ def identification(record: dict) -> Identification:
 
 
 def _base_parameter(entry: dict) -> BaseParameter:
-    numbers = [_finite(entry[name]) for name in ("unit", "fitted", "low", "high")]
-    parameter = BaseParameter(str(entry["name"]), *numbers, _optional(entry.get("true")))
+    numbers = [number(name, entry[name]) for name in ("unit", "fitted", "low", "high")]
+    parameter = BaseParameter(text(entry["name"]), *numbers, optional("true", entry.get("true")))
     if not (parameter.unit > 0 and parameter.low <= parameter.fitted <= parameter.high):
         raise ValueError(f"{parameter.name} is {parameter.fitted}, {numbers[2:]}")
     return parameter
 
 
 def _predictions(record: dict) -> list[Prediction]:
-    time = [_finite(value) for value in record["time"]]
+    time = [number("time", value) for value in record["time"]]
     out = []
     for joint in record["joints"]:
-        torques = [[_finite(x) for x in joint[name]] for name in ("measured", "fitted", "start")]
+        torques = [
+            [number(name, x) for x in joint[name]] for name in ("measured", "fitted", "start")
+        ]
         if any(len(torque) != len(time) for torque in torques):
             raise ValueError(f"torques of {joint['name']} are not {len(time)}")
-        out.append(Prediction(str(joint["name"]), time, *torques))
+        out.append(Prediction(text(joint["name"]), time, *torques))
     return out
 
-
-def _finite(value) -> float:
-    number = float(value)
-    if not math.isfinite(number):
-        raise ValueError(f"{value} is not finite")
-    return number
-
-
-def _optional(value) -> float | None:
-    return None if value is None else _finite(value)

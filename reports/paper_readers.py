@@ -6,6 +6,7 @@ from pathlib import Path
 
 from checks import checked_scene, read_json, refusing
 from data import Data, Equation, Paper, Precision, Residual
+from values import count, number, text
 
 VERDICTS = ("holds", "misprint", "fails")
 
@@ -14,14 +15,18 @@ def read_paper(path: Path, data: Data) -> None:
     document = read_json(path)
     with refusing(path, "a record of the paper"):
         precisions = [
-            Precision(entry["precision"], int(entry["digits"]), float(entry["condition"]))
+            Precision(
+                text(entry["precision"]),
+                count("digits", entry["digits"]),
+                number("condition", entry["condition"]),
+            )
             for entry in document["precisions"]
         ]
         names = [precision.name for precision in precisions]
         equations = [_equation(row, names) for row in document["rows"]]
-        for id, count in Counter(equation.id for equation in equations).items():
-            if count > 1:
-                raise ValueError(f"{id} is recorded {count} times")
+        for id, times in Counter(equation.id for equation in equations).items():
+            if times > 1:
+                raise ValueError(f"{id} is recorded {times} times")
         if not (precisions and equations):
             raise ValueError("no equation in any precision")
         scene = checked_scene(document["scene"])
@@ -30,9 +35,7 @@ def read_paper(path: Path, data: Data) -> None:
 
 
 def _equation(row: dict, precisions: list[str]) -> Equation:
-    texts = [row[name] for name in Equation._fields[:-1]]
-    if not all(isinstance(text, str) for text in texts):
-        raise ValueError(f"{texts} are not all text")
+    texts = [text(row[name]) for name in Equation._fields[:-1]]
     residuals = {name: _residual(row["id"], row["residuals"][name]) for name in precisions}
     equation = Equation(*texts, residuals)
     if not equation.corrected and any(r.verdict == "misprint" for r in residuals.values()):

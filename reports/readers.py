@@ -20,11 +20,13 @@ from data import (
 )
 from fits import identification
 from stress import U, Family, Integration, Variant
+from values import MOST, count, count_in, number_in, optional, text
 
 COLUMNS = ["scene", "n", "variant", "precision", "task", "state", "measure", "value", "outcome"]
 SAMPLE_COLUMNS = "scene,n,quantity,method,samples,replica,error,seconds,threads".split(",")
 INTEGRATION_COLUMNS = list(Integration._fields)
 BOOLEANS = {"1": True, "0": False, "true": True, "false": False}
+LARGEST_OF_SAMPLES = 1e100  # errors, whose squares are taken
 HOWS = ("whole", "pruned", "alone")  # ways to answer a question
 
 
@@ -71,7 +73,7 @@ def _error(row: dict) -> Error:
         row["variant"],
         row["precision"],
         row["task"],
-        int(row["state"]),
+        count_in(row, "state"),
         row["measure"],
         float(row["value"]),
         row["outcome"],
@@ -84,12 +86,12 @@ def _sample(row: dict) -> Sample:
         row["quantity"],
         row["method"],
         int(row["samples"]),
-        int(row["replica"]),
+        count_in(row, "replica"),
         float(row["error"]),
         float(row["seconds"]),
-        int(row["threads"]),
+        count_in(row, "threads"),
     )
-    if not (sample.samples >= 0 and math.isfinite(sample.error) and sample.error >= 0):
+    if not (0 <= sample.samples <= MOST and 0 <= sample.error <= LARGEST_OF_SAMPLES):
         raise ValueError(f"error {row['error']} of {row['samples']} samples")
     if not (math.isfinite(sample.seconds) and sample.seconds > 0):
         raise ValueError(f"took {row['seconds']} s")
@@ -126,12 +128,12 @@ def _integration(row: dict) -> Integration:
         raise ValueError(f"finished is '{row['finished']}', none of {', '.join(BOOLEANS)}")
     return Integration(
         row["family"],
-        float(row["value"]),
-        int(row["n"]),
-        int(row["seed"]),
+        number_in(row, "value"),
+        count_in(row, "n"),
+        count_in(row, "seed"),
         row["precision"],
         row["variant"],
-        int(row["calls"]),
+        count_in(row, "calls"),
         BOOLEANS[row["finished"]],
         float(row["energy_drift"] or "nan"),
     )
@@ -154,8 +156,8 @@ def read_questions(path: Path, data: Data) -> None:
     for call in calls:
         by_want[call.time.scene, call.time.task].append(call)
     with refusing(path, "a record of a question"):
-        title, asked = context.pop("title", ""), context.pop("question")
-        rules = [rule for rule in context.pop("rules").split(",") if rule]
+        title, asked = text(context.pop("title", "")), text(context.pop("question"))
+        rules = [rule for rule in text(context.pop("rules")).split(",") if rule]
         dofs, left = int(context.pop("dofs")), int(context.pop("dofs_left"))
     data.questions += [
         Question(title, scene, want, asked, rules, dofs, left, own)
@@ -171,23 +173,39 @@ def _benchmarks(path: Path, records) -> tuple[list, dict]:
     with refusing(path, "Google Benchmark's JSON"):
         for row in document["benchmarks"]:
             runs[row.get("run_name", row["name"])].append(row)
-        return records(runs), document.get("context", {})
+        context = document.get("context", {})
+        if not isinstance(context, dict):
+            raise ValueError(f"context is {context!r}")
+        return records(runs), context
 
 
 def read_mujoco(path: Path, data: Data) -> None:
     document = read_json(path)
     with refusing(path, "an agreement record"):
         for robot in document["robots"]:
-            checked_scene(robot["scene"])
-            if not all(isinstance(note, str) for note in robot["notes"]):
-                raise ValueError("a note is no text")
-            for entry in (robot["mass"], *(v["acceleration"] for v in robot["variants"])):
-                entry["max"], entry["median"], entry["bound"]
-            for variant in robot["mass_variants"]:
-                variant["variant"], variant["mass"]["max"], variant["mass"]["median"]
-            for variant in robot["variants"]:
-                variant["variant"], variant["precision"], variant["failures"], variant["inverse"]
-            data.mujoco.append(robot | {"mujoco": document["mujoco"], "pass": bool(robot["pass"])})
+            _check_agreement(robot)
+            version = text(document["mujoco"])
+            data.mujoco.append(robot | {"mujoco": version, "pass": bool(robot["pass"])})
+
+
+def _check_agreement(robot: dict) -> None:
+    checked_scene(robot["scene"])
+    if not all(isinstance(note, str) for note in robot["notes"]):
+        raise ValueError("a note is no text")
+    count("states", robot["states"])
+    measured, variants = [], robot["variants"]  # an error that is missing is null
+    for entry in (robot["mass"], *(variant["acceleration"] for variant in variants)):
+        optional("bound", entry["bound"], 0)
+        measured.append(entry)
+    for variant in robot["mass_variants"]:
+        text(variant["variant"])
+        measured.append(variant["mass"])
+    for variant in variants:
+        text(variant["variant"]), text(variant["precision"])
+        count("failures", variant["failures"])
+        measured.append(variant["inverse"])
+    for entry in measured:
+        optional("max", entry["max"], 0), optional("median", entry["median"], 0)
 
 
 def read_fit(path: Path, data: Data) -> None:

@@ -2,6 +2,7 @@
 
 from data import Asked, Find, FoundBody
 from stress import U
+from values import count_in, number, number_in
 
 COLUMNS = (
     "variant,precision,task,objective,kernel,rows,seed,method,evaluations,error,kS,nv,file,bodies"
@@ -20,19 +21,21 @@ def find(row: dict) -> Find:
     known = asked.task in TASKS and asked.objective in OBJECTIVES and asked.kernel in KERNELS
     if not known or row["rows"] not in ("0", "1"):
         raise ValueError(f"nothing is asked as {' '.join(row[name] for name in COLUMNS[2:6])}")
-    error = float(row["error"]) if row["error"] else None
-    if error is not None and not error > 0:
+    error = number_in(row, "error", 0) if row["error"] else None
+    if error == 0:
         raise ValueError(f"error is {row['error']}")
+    if error is None and row["bodies"]:
+        raise ValueError("bodies of nothing that was found")
     return Find(
         row["variant"],
         row["precision"],
         asked,
         int(row["seed"]),
         row["method"],
-        int(row["evaluations"]),
+        count_in(row, "evaluations"),
         error,
-        float(row["kS"]) if row["kS"] else None,
-        int(row["nv"]) if row["nv"] else None,
+        number_in(row, "kS", 0) if row["kS"] else None,
+        count_in(row, "nv") if row["nv"] else None,
         _bodies(row["bodies"]),
     )
 
@@ -43,8 +46,9 @@ def _bodies(text: str) -> tuple[FoundBody, ...]:
         if len(words) != len(FoundBody._fields):
             raise ValueError(f"no body is '{' '.join(words)}'")
         parent, joint, *numbers = words
-        body = FoundBody(int(parent), joint, *map(float, numbers))
-        if joint not in JOINTS or not 0 <= body.parent <= len(bodies) or not min(body[2:]) >= 0:
+        sizes = [number("a size", float(size), 0) for size in numbers]
+        body = FoundBody(int(parent), joint, *sizes)
+        if joint not in JOINTS or not 0 <= body.parent <= len(bodies):
             raise ValueError(f"no body is '{' '.join(words)}'")
         bodies.append(body)
     return tuple(bodies)

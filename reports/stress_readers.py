@@ -9,6 +9,7 @@ import numpy as np
 
 from data import DataError
 from stress import COLUMNS, TEXTS, U
+from values import MOST
 
 STATUSES = ("ok", "singular", "indefinite", "not_finite")
 WARNINGS = ("", "near_singular", "inaccurate")
@@ -66,8 +67,8 @@ def _check_numbers(block: dict, ok: np.ndarray) -> None:
             raise ValueError(f"{name} is not finite")
     for name in WHOLE:
         values = block[name][~np.isnan(block[name])]
-        if (values != np.floor(values)).any():
-            raise ValueError(f"{name} is no whole number")
+        if (values != np.floor(values)).any() or (values > MOST).any():
+            raise ValueError(f"{name} is no whole number up to {MOST}")
     for name in COLUMNS:
         if name not in TEXTS and name not in SIGNED and (block[name] < 0).any():
             raise ValueError(f"{name} is negative")

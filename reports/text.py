@@ -1,5 +1,7 @@
 """Names and numbers as the page writes them."""
 
+import math
+
 from summary import Fit
 
 TASKS = {
@@ -74,6 +76,8 @@ def error_text(value: float | None) -> str:
         return "–"
     if value == 0:
         return "0"
+    if not math.isfinite(value):
+        return str(value)
     digits, exponent = f"{value:.1e}".split("e")
     return f"{digits}e{int(exponent)}"
 

@@ -28,24 +28,32 @@ std::string reason(const json::exception& e) {
 
 }  // namespace
 
-json read_json(const std::string& path) {
-  const std::string text = read_text_or_stream(path);
+json parsed_json(const std::string& text) {
   std::vector<std::set<std::string>> keys;  // of the objects that are open
   const auto look = [&](int depth, json::parse_event_t event, json& parsed) {
     using Event = json::parse_event_t;
     if (depth > deepest)
-      throw InputError(path + ": arrays and objects are nested more than " +
-                       std::to_string(deepest) + " deep");
+      throw InputError("arrays and objects are nested more than " + std::to_string(deepest) +
+                       " deep");
     if (event == Event::object_start) keys.emplace_back();
     if (event == Event::object_end) keys.pop_back();
     if (event == Event::key && !keys.back().insert(parsed.get<std::string>()).second)
-      throw InputError(path + ": an object has the key " + shortened(parsed.dump()) + " twice");
+      throw InputError("an object has the key " + shortened(parsed.dump()) + " twice");
     return true;
   };
   try {
     return json::parse(text, look);
   } catch (const json::exception& e) {
-    throw InputError(path + ": not a JSON file: " + reason(e));
+    throw InputError("not a JSON file: " + reason(e));
+  }
+}
+
+json read_json(const std::string& path) {
+  const std::string text = read_text_or_stream(path);
+  try {
+    return parsed_json(text);
+  } catch (const InputError& e) {
+    throw InputError(path + ": " + e.what());
   }
 }
 

@@ -43,8 +43,11 @@ struct Search {
 
   Search(const Asked& what, const Options& options) : asked(what), judge(make_judge(what.of)) {
     if (options.out.empty()) return;
-    const std::string path = (fs::path(options.out) / (asked.slug() + ".rounds.json")).string();
+    const std::string base = (fs::path(options.out) / asked.slug()).string();
+    const std::string path = base + ".rounds.json";
     file = OutputFile(path);
+    for (const char* find : {".xml", ".json"})
+      OutputFile(base + find);  // refused now, not at the end
     if (options.resumes) rounds = read_rounds(path, asked);
   }
 };

@@ -158,8 +158,6 @@ class JudgeOf final : public Judge {
 
 }  // namespace
 
-const char* to_string(Goal goal) { return goal == Goal::error ? "error" : "claim"; }
-
 double promise(const std::string& precision) { return precision == "float32" ? 1e-2 : 1e-6; }
 
 bool Verdict::claims() const { return outcome.error > 0 && std::isfinite(outcome.error); }

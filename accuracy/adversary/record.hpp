@@ -1,34 +1,14 @@
-// What the adversary writes: finished rounds, to go on from; mechanisms and states that `evaluate`
-// repeats; rows of a CSV.
+// What the adversary writes besides its rounds: mechanisms and states that `evaluate` repeats; rows
+// of a CSV.
 #pragma once
 
-#include <cstdint>
 #include <string>
 #include <vector>
 
 #include "accuracy/adversary/judge.hpp"
-#include "accuracy/adversary/search.hpp"
+#include "accuracy/adversary/rounds.hpp"
 
 namespace kalmarm::adversary {
-
-struct Asked {
-  Case of;
-  std::uint64_t seed = 1;
-  bool searches = true;                // false: random genomes alone
-  double condition = usual_condition;  // K (judge.hpp)
-
-  const char* method() const { return searches ? "search" : "random"; }
-  // Of file names: "Fast-Conventional-float32-search-1", with the task, the goal, the kernel and
-  // rows after the precision where they are not the usual ones: "-inverse-claim".
-  std::string slug() const;
-};
-
-// The rounds as JSON, with what was asked.
-std::string to_json(const Asked& asked, const std::vector<Round>& rounds);
-
-// From a file; none where it is not there. Throws InputError where it is no such file, or was
-// written for something else.
-std::vector<Round> read_rounds(const std::string& path, const Asked& asked);
 
 inline constexpr const char* csv_header =
     "variant,precision,task,objective,kernel,rows,seed,method,evaluations,error,kS,nv,file,"

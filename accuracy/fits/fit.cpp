@@ -12,6 +12,7 @@
 
 #include "accuracy/fits/costs.hpp"
 #include "accuracy/fits/identifiability.hpp"
+#include "robots/input_error.hpp"
 
 namespace kalmarm {
 namespace {
@@ -163,7 +164,7 @@ class Fitter {
     ceres::Solve(solver, &problem, &summary);
     out_.usable = summary.IsSolutionUsable();
     out_.converged = summary.termination_type == ceres::CONVERGENCE;
-    out_.message = summary.message;
+    out_.message = one_line(summary.message);
     free_.apply(blocks_.pointers.data(), out_.robot);
   }
 

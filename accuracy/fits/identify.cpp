@@ -69,7 +69,7 @@ int main(int argc, char** argv) {
       ->check(not_negative())
       ->capture_default_str();
   app.add_option("--mass-within", o.fit.mass_within, "factor within which masses stay; 0: any")
-      ->check(not_negative())
+      ->check(zero_or_above_one())
       ->capture_default_str();
   app.add_option("--com-within", o.fit.com_within,
                  "metres within which centres of mass stay; 0: anywhere")

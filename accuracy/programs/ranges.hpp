@@ -71,6 +71,12 @@ inline CLI::Validator not_negative() {
                                      "from zero on");
 }
 
+// A factor within which something stays.
+inline CLI::Validator zero_or_above_one() {
+  return detail::number_that<double>([](double x) { return x == 0 || (std::isfinite(x) && x > 1); },
+                                     "that is 0 or above 1");
+}
+
 inline CLI::Validator finite() {
   return detail::number_that<double>([](double x) { return std::isfinite(x); }, "that is finite");
 }

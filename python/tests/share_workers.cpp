@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cstdio>
 #include <kalmarm/model_builder.hpp>
+#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
@@ -38,8 +39,9 @@ std::vector<double> answer(kalmarm::python::Workers<double>& workers, int seed, 
   worker->outcomes.resize(count);
   if (many) {
     const kalmarm::RowsView<const double> in(x.data(), count, links);
-    worker->dynamics.forward_dynamics(in, in, in, kalmarm::RowsView<double>(a.data(), count, links),
-                                      worker->outcomes, 2);
+    const int failed = worker->dynamics.forward_dynamics(
+        in, in, in, kalmarm::RowsView<double>(a.data(), count, links), worker->outcomes, 2);
+    if (failed != 0) throw std::logic_error("a state without an answer");
   } else {
     const kalmarm::VectorView<const double> in(x.data(), links);
     worker->outcomes[0] = worker->dynamics.forward_dynamics(in, in, in, {a.data(), links});

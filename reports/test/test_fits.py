@@ -103,7 +103,7 @@ def test_held_out_torques_are_those_of_the_noisy_fit_joint_by_joint(read):
     ("changes", "reason"),
     [
         ({"robot": "arm"}, "scene 'arm' is not NAME:NV"),
-        ({"seconds": float("nan")}, "nan is not finite"),
+        ({"seconds": float("nan")}, "seconds is nan"),
         ({"columns": None}, "object of type 'NoneType' has no len()"),
         ({"prediction": {"time": [], "joints": fit("x")["prediction"]["joints"]}}, "are not 0"),
         (
