@@ -94,8 +94,9 @@ class RowsView {
       : data_(data), rows_(rows), width_(width), size_(rows * width) {}
 
   // Of rows that may be written those that may only be read.
-  RowsView(const RowsView<std::remove_const_t<T>>& rows)  // NOLINT(google-explicit-constructor)
-      requires std::is_const_v<T>
+  template <std::same_as<std::remove_const_t<T>> U>
+  requires std::is_const_v<T> RowsView(
+      const RowsView<U>& rows)  // NOLINT(google-explicit-constructor)
       : data_(rows.data_), rows_(rows.rows_), width_(rows.width_), size_(rows.size_) {}
 
   template <class V>

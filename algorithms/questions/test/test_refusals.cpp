@@ -38,6 +38,8 @@ static_assert(!takes<RowsView<const double>, const MatrixX<double>&>, "its state
 static_assert(!takes<RowsView<double>, MatrixX<double>&>);
 static_assert(!takes<RowsView<const double>, Eigen::Block<MatrixX<double>>>);
 static_assert(takes<RowsView<const double>, RowsView<double>>);
+static_assert(takes<RowsView<const double>, RowsView<double>&>);
+static_assert(takes<RowsView<double>, RowsView<double>&>, "a view with a name");
 static_assert(!takes<RowsView<double>, RowsView<const double>>);
 
 static_assert(takes<MatrixView<double>, MatrixX<double>&>);
