@@ -24,10 +24,10 @@
 
 namespace kalmarm::limits {
 
-// Forms of the fast path, a Cholesky factorisation and the certified form of the fast path.
-inline constexpr std::array variants = {"Fast<Conventional>", "Fast<SquareRoot>",
-                                        "Batch<SparseLTDL>", "Fast<Certified>"};
-inline constexpr int searched_variants = 3;  // the first; the last is as accurate as its judge
+// The conventional form of the fast path, a Cholesky factorisation and the certified form.
+inline constexpr std::array variants = {"Fast<Conventional>", "Batch<SparseLTDL>",
+                                        "Fast<Certified>"};
+inline constexpr int searched_variants = 2;  // the first; the last is as accurate as its judge
 
 struct Answer {
   double error = 0;  // NaN where it was refused, 1e300 for what is larger or no number

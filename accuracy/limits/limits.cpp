@@ -102,19 +102,18 @@ void print(const json& out) {
       "%s: digits left in the worst states of %d that were searched; * where some were "
       "refused, - where all\n\n",
       out["robot"].get<std::string>().c_str(), out["evaluations"].get<int>());
-  std::printf("%9s  %-48s  %s\n%9s", "", "acceleration", "inverse", "");
+  std::printf("%9s  %-36s  %s\n%9s", "", "acceleration", "inverse", "");
   for (std::size_t task = 0; task < tasks.size(); ++task)
-    std::printf("   %-24s%-23s", precisions[0], precisions[1]);
+    std::printf("   %-18s%-17s", precisions[0], precisions[1]);
   std::printf("\n%9s", "");
   for (std::size_t task = 0; task < tasks.size(); ++task) {
     std::printf("  ");
     for (std::size_t i = 0; i < precisions.size(); ++i)
-      for (const char* form : {"fast", "root", "chol", "cert"}) std::printf(" %5s", form);
+      for (const char* form : {"fast", "chol", "cert"}) std::printf(" %5s", form);
   }
   std::printf("\n");
   for (const json& stress : out["stresses"]) print_stress(stress);
-  std::printf("\nfast, root, chol, cert: %s, %s, %s, %s\n", variants[0], variants[1], variants[2],
-              variants[3]);
+  std::printf("\nfast, chol, cert: %s, %s, %s\n", variants[0], variants[1], variants[2]);
   std::printf("\n%s\n", out["sentence"].get<std::string>().c_str());
 }
 

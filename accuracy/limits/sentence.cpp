@@ -12,27 +12,18 @@ constexpr int fewest_digits = 3;
 
 // As in Found::tallies.
 constexpr int precision_step = static_cast<int>(variants.size());
-constexpr int fast_float32 = 0, root_float32 = 1, fast_float64 = precision_step,
-              root_float64 = precision_step + 1, certified_float64 = 2 * precision_step - 1;
+constexpr int fast_float32 = 0, fast_float64 = precision_step,
+              certified_float64 = 2 * precision_step - 1;
+constexpr std::array in_order = {fast_float32, fast_float64, certified_float64};
 
 bool is_float32(int contender) { return contender < precision_step; }
 
 int most_digits(int contender) { return is_float32(contender) ? 5 : 9; }
 
-// precise: with its precision.
-std::string name(int contender, bool precise) {
-  switch (contender) {
-    case fast_float32:
-      return "float32";
-    case fast_float64:
-      return "float64";
-    case certified_float64:
-      return "the certified form in float64";
-    default:
-      return std::string("the square-root form") + (!precise                ? ""
-                                                    : is_float32(contender) ? " in float32"
-                                                                            : " in float64");
-  }
+std::string name(int contender) {
+  return contender == fast_float32   ? "float32"
+         : contender == fast_float64 ? "float64"
+                                     : "the certified form in float64";
 }
 
 std::string digits_text(int digits) {
@@ -63,17 +54,13 @@ std::string listed(const std::vector<std::string>& parts) {
 // 3 of the rule. hard: the robot as given, and the stresses that are limits.
 std::string beyond(const std::vector<const Swept*>& all, const std::vector<const Swept*>& hard,
                    const Promise& promise) {
-  const bool narrow = is_float32(promise.contender);
-  const int root = narrow ? root_float32 : root_float64;
-  const std::array choices = {root, fast_float64, root_float64, certified_float64};
-  const auto better = std::ranges::find_if(choices, [&](int contender) {
+  const auto better = std::ranges::find_if(in_order, [&](int contender) {
     return contender > promise.contender && digits_everywhere(hard, contender) >= promise.digits;
   });
-  if (better == choices.end()) return "; beyond that no form is right to as many";
-  std::string out = "; beyond that take " + name(*better, *better != root);
+  if (better == in_order.end()) return "; beyond that no form is right to as many";
+  const std::string out = "; beyond that take " + name(*better);
   const int wide = digits_everywhere(all, fast_float64);
-  if (!narrow || *better > fast_float64 || wide < promise.digits) return out;
-  if (*better != fast_float64) out += ", or float64";
+  if (*better != fast_float64 || wide < promise.digits) return out;
   return out + ", right to " + digits_text(wide) + " in all that was searched";
 }
 
@@ -90,7 +77,7 @@ int digits_kept(const Swept& swept, std::size_t value, int contender) {
 }
 
 Promise promise_of(const Swept& given) {
-  for (const int contender : {fast_float32, root_float32, fast_float64, root_float64})
+  for (const int contender : in_order)
     if (const int digits = digits_kept(given, 0, contender); digits >= fewest_digits)
       return {contender, std::min(digits, most_digits(contender))};
   return {};
@@ -124,7 +111,7 @@ std::string sentence_of(const std::vector<Swept>& swept) {
   if (promise.contender != fast_float32)
     out = "float32 keeps " + digits_text(digits_kept(swept[0], 0, fast_float32)) +
           " of the robot as given; ";
-  out += name(promise.contender, true) + " is right to " + digits_text(promise.digits);
+  out += name(promise.contender) + " is right to " + digits_text(promise.digits);
   if (hard.size() == 1) return out + " in every pose and under every stress searched";
   out += " in every pose searched";
   if (!holds.empty()) out += ", " + listed(holds);

@@ -2,16 +2,15 @@
 //
 // Right to d digits: in both tasks, no state that was searched was refused, and no error is larger
 // than 10^-d. The rule:
-//   1. The promise is about the first of Fast<Conventional> in float32, Fast<SquareRoot> in
-//      float32, Fast<Conventional> and Fast<SquareRoot> in float64, that is right to at least 3
-//      digits on the robot as given; d is the number of its digits there, at most 5 in float32, 9
-//      in float64. Where it is not the first, the sentence begins with what float32 keeps.
+//   1. The promise is about the first of Fast<Conventional> in float32 and in float64 and
+//      Fast<Certified> in float64 that is right to at least 3 digits on the robot as given; d is the
+//      number of its digits there, at most 5 in float32, 9 in float64. Where it is not the first,
+//      the sentence begins with what float32 keeps.
 //   2. A stress is a limit where the promise does not hold at all of its values. It holds up to the
 //      last value before the first at which it does not.
-//   3. Beyond the limits: the first of Fast<SquareRoot> in the same precision, then the two forms
-//      and Fast<Certified> in float64, that is right to d digits on the robot as given and at all
-//      values of the stresses that are limits. What float64 keeps in all that was searched is said
-//      too, if that is d digits or more.
+//   3. Beyond the limits: the first of those after it that is right to d digits on the robot as given
+//      and at all values of the stresses that are limits. What float64 keeps in all that was
+//      searched is said too, if that is d digits or more.
 #pragma once
 
 #include <string>
