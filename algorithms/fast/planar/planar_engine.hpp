@@ -2,7 +2,8 @@
 // planar_filter.hpp, what slides along its normal by translational.hpp.
 //
 // A suspect, of which some D is small beside what it is summed from, is answered by the certified form
-// (fallback/guard.hpp).
+// (fallback/guard.hpp), but where D is no more than rounding in T: the axes are parallel, or lie in
+// the plane, but for their last bits, and what these make of D does not make M regular.
 #pragma once
 
 #include <algorithm>
@@ -15,6 +16,7 @@
 #include "algorithms/fast/fallback/guard.hpp"
 #include "algorithms/fast/planar/planar_columns.hpp"
 #include "algorithms/fast/planar/planar_selection.hpp"
+#include "algorithms/model/rounding_scale.hpp"
 #include "algorithms/spatial/flush_subnormals.hpp"
 
 namespace kalmarm {
@@ -40,6 +42,8 @@ class PlanarEngine final : public CommonEngine<T> {
         return {.error = by.error};
       const double error = guard_->closer(this->lowered(), q, qd, tau, 0);
       if (error >= 0) return {.error = error};
+    } else if (const Outcome out = verdict(q); !out) {
+      return out;
     }
     return guard_->certified().acceleration(q, qd, tau, a);
   }
@@ -66,7 +70,9 @@ class PlanarEngine final : public CommonEngine<T> {
 
   Outcome factor(const T* q) override {
     by_certified_ = suspects_factors(q);
-    return by_certified_ ? guard_->certified().factor(q) : Outcome{};
+    if (!by_certified_) return {};
+    const Outcome out = verdict(q);
+    return out ? guard_->certified().factor(q) : out;
   }
 
   // About 26 flops a hinge and column.
@@ -109,11 +115,16 @@ class PlanarEngine final : public CommonEngine<T> {
         for (int i = 0; i < along_factors_.nv(); ++i)
           X(along_.dofs[i], along_.dofs[j]) = along_factors_.inverse()(i, j);
     }
-    return suspects(check) ? guard_->certified().inverse(q, result) : Outcome{};
+    if (!suspects(check)) return {};
+    const Outcome out = verdict(q);
+    return out ? guard_->certified().inverse(q, result) : out;
   }
 
   Outcome diagonal(const T* q, T* x) override {
-    if (suspects_factors(q)) return guard_->certified().diagonal(q, x);
+    if (suspects_factors(q)) {
+      const Outcome out = verdict(q);
+      return out ? guard_->certified().diagonal(q, x) : out;
+    }
     planar_diagonal(model_, ws_, covariances_,
                     [&](int k, const T& alpha) { x[model_.link(k).dof] = alpha; });
     for (int i = 0; i < along_factors_.nv(); ++i)
@@ -123,14 +134,20 @@ class PlanarEngine final : public CommonEngine<T> {
 
   Outcome log_det(const T* q, T& x) override {
     using std::log;
-    if (suspects_factors(q)) return guard_->certified().log_det(q, x);
+    if (suspects_factors(q)) {
+      const Outcome out = verdict(q);
+      return out ? guard_->certified().log_det(q, x) : out;
+    }
     x = along_factors_.log_det();
     for (const auto& at : ws_.links) x += log(at.D);
     return {};
   }
 
   Outcome selected(const T* q, T* X) override {
-    if (suspects_factors(q)) return guard_->certified().selected(q, X);
+    if (suspects_factors(q)) {
+      const Outcome out = verdict(q);
+      return out ? guard_->certified().selected(q, X) : out;
+    }
     selection_.fill(model_, ws_, X);
     return {};
   }
@@ -141,6 +158,7 @@ class PlanarEngine final : public CommonEngine<T> {
     this->set_derivatives(q, qd, tau, da_dq, da_dqd, da_dtau, a);
     const T check = this->terms().check;
     if (!grows_ && check == T(0) && this->terms().margin > T(0)) return {};
+    if (const Outcome out = verdict(q); !out) return out;
     const Outcome out = guard_->certified().factor(q);
     if (out && check != T(0)) return {.status = Outcome::Status::not_finite};
     return out ? of_derivatives(out, bound_->look(this->lowered(), q)) : out;
@@ -167,6 +185,8 @@ class PlanarEngine final : public CommonEngine<T> {
         paths_(model_, options.wants(Want::inverse) ? model_.nv() : 0, lanes),
         all_(model_.nv(), 1),
         covariances_(model_.branch_count()),
+        placed_(this->model()),
+        scale_(this->model()),
         grows_(RoundingGrowth<T>(this->model()).grows()) {
     assert(static_cast<int>(plane.home.size()) == this->lowered().nv());
     for (int k = 0; k < model_.nv(); ++k) {
@@ -201,6 +221,26 @@ class PlanarEngine final : public CommonEngine<T> {
     for (int k = 0; k < this->lowered().nv(); ++k)
       sum += this->lowered().least_inertias()[k] * (a[k] * a[k]);
     return sum;
+  }
+
+  // singular where some D is no more than rounding in T (rounding_scale.hpp).
+  Outcome verdict(const T* q) {
+    const Model<T>& model = this->model();
+    set_position(model, q, placed_);
+    scale_.begin(model);
+    for (int k = model.nv() - 1; k >= 0; --k) {
+      const Joint<T>& joint = model.joint(k);
+      const Vector6<T> column = scale_.P[k].col(joint.axis());
+      const T D = column[joint.axis()] + joint.r, scale = scale_.scale(model, k);
+      if (!std::isfinite(D)) return {.status = Outcome::Status::not_finite};
+      if (!(D > least_D_over_scale<T>(1) * scale))
+        return {.status = Outcome::Status::singular,
+                .joint = k,
+                .D = static_cast<double>(D),
+                .scale = static_cast<double>(scale)};
+      if (joint.parent >= 0) scale_.propagate(model, placed_.phi[k], k, Vector6<T>(column / D));
+    }
+    return {};
   }
 
   bool suspects(const T& check) const {
@@ -253,6 +293,8 @@ class PlanarEngine final : public CommonEngine<T> {
   MatrixX<T> in_plane_;
   PlanarSelection<T> selection_;
   bool by_certified_ = false;  // the factors that are kept
+  RandomModel<T> placed_;      // these two for the verdict
+  RoundingScale<T> scale_;
   std::optional<Guard<T, CovarianceForm>> guard_;
   std::optional<RoundingBound<T>> bound_;  // for derivatives
   bool grows_;          // errors do along this robot, so that every state is a suspect

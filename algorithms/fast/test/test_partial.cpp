@@ -184,7 +184,7 @@ template <class K>
 Mechanism suspect(std::uint64_t seed) {
   const bool is_float = std::is_same_v<typename K::T, float>;
   const bool square_roots = K::form == Form::square_root;
-  const double ratio = is_float ? (square_roots ? 1e8 : 4e4) : (square_roots ? 1e25 : 1.5e13);
+  const double ratio = is_float ? (square_roots ? 1e8 : 4e4) : (square_roots ? 1e19 : 1.5e13);
   Grown m(seed);
   int link = m.root;
   for (int i = 0; i < 8; ++i) link = m.add(m.joint(link));
