@@ -1,9 +1,10 @@
 // Planar mechanisms (plane.hpp) behind the interface of every solver: what moves in the plane by
 // planar_filter.hpp, what slides along its normal by translational.hpp.
 //
-// What the guard suspects is answered by the certified form (guard.hpp). Where some D can be
-// lost, P of the spatial form is looked at: its roundings are those of more sums than there are in
-// the plane.
+// What the guard suspects is answered by the certified form (guard.hpp), but where no digit of a D is
+// left in T: the axes are parallel, or lie in the plane, but for their last bits, and what these
+// make of D does not make M regular. Where some D can be lost, P of the spatial form is looked at:
+// its roundings are those of more sums than there are in the plane.
 #pragma once
 
 #include <algorithm>
@@ -40,7 +41,8 @@ class PlanarEngine final : public CommonEngine<T> {
       const double error = guard_->error(this->lowered(), q, qd, tau, a, ws_, by);
       if (error >= 0) return {.error = error};
     }
-    return guard_->certified().acceleration(q, qd, tau, a);
+    const Outcome out = verdict(q);
+    return out ? guard_->certified().acceleration(q, qd, tau, a) : out;
   }
 
   void reserve_workers(int count) override {
@@ -65,7 +67,9 @@ class PlanarEngine final : public CommonEngine<T> {
 
   Outcome factor(const T* q) override {
     by_certified_ = suspects_factors(q);
-    return by_certified_ ? guard_->certified().factor(q) : Outcome{};
+    if (!by_certified_) return {};
+    const Outcome out = verdict(q);
+    return out ? guard_->certified().factor(q) : out;
   }
 
   // About 26 flops a hinge and column.
@@ -108,11 +112,16 @@ class PlanarEngine final : public CommonEngine<T> {
         for (int i = 0; i < along_factors_.nv(); ++i)
           X(along_.dofs[i], along_.dofs[j]) = along_factors_.inverse()(i, j);
     }
-    return suspects(q, check) ? guard_->certified().inverse(q, result) : Outcome{};
+    if (!suspects(q, check)) return {};
+    const Outcome out = verdict(q);
+    return out ? guard_->certified().inverse(q, result) : out;
   }
 
   Outcome diagonal(const T* q, T* x) override {
-    if (suspects_factors(q)) return guard_->certified().diagonal(q, x);
+    if (suspects_factors(q)) {
+      const Outcome out = verdict(q);
+      return out ? guard_->certified().diagonal(q, x) : out;
+    }
     planar_diagonal(model_, ws_, covariances_,
                     [&](int k, const T& alpha) { x[model_.link(k).dof] = alpha; });
     for (int i = 0; i < along_factors_.nv(); ++i)
@@ -122,14 +131,20 @@ class PlanarEngine final : public CommonEngine<T> {
 
   Outcome log_det(const T* q, T& x) override {
     using std::log;
-    if (suspects_factors(q)) return guard_->certified().log_det(q, x);
+    if (suspects_factors(q)) {
+      const Outcome out = verdict(q);
+      return out ? guard_->certified().log_det(q, x) : out;
+    }
     x = along_factors_.log_det();
     for (const auto& at : ws_.links) x += log(at.D);
     return {};
   }
 
   Outcome selected(const T* q, T* X) override {
-    if (suspects_factors(q)) return guard_->certified().selected(q, X);
+    if (suspects_factors(q)) {
+      const Outcome out = verdict(q);
+      return out ? guard_->certified().selected(q, X) : out;
+    }
     selection_.fill(model_, ws_, X);
     return {};
   }
@@ -141,6 +156,7 @@ class PlanarEngine final : public CommonEngine<T> {
     const T check = this->terms().check;
     const RoundingLoss loss = this->loss_of_derivatives(q);
     if (check == T(0) && loss.bound < error_of_D_let_pass<T>) return {};
+    if (const Outcome out = verdict(q); !out) return out;
     const Outcome out = guard_->certified().factor(q);
     if (out && check != T(0)) return {.status = Outcome::Status::not_finite};
     return out ? of_derivatives(out, loss) : out;
@@ -166,7 +182,8 @@ class PlanarEngine final : public CommonEngine<T> {
         many_(model_),
         paths_(model_, options.wants(Want::inverse) ? model_.nv() : 0, lanes),
         all_(model_.nv(), 1),
-        covariances_(model_.branch_count()) {
+        covariances_(model_.branch_count()),
+        bound_(this->lowered()) {
     assert(static_cast<int>(plane.home.size()) == this->lowered().nv());
     model_.set_weights(this->lowered());
     rows_.want = {Want::acceleration};
@@ -196,6 +213,17 @@ class PlanarEngine final : public CommonEngine<T> {
     for (int k = 0; k < this->lowered().nv(); ++k)
       sum += this->lowered().least_inertias()[k] * (a[k] * a[k]);
     return sum;
+  }
+
+  // singular where no digit of some D is left in T.
+  Outcome verdict(const T* q) {
+    const RoundingLoss loss = bound_.look(this->lowered(), q);
+    if (loss.bound < 1) return {};
+    if (!std::isfinite(loss.D)) return {.status = Outcome::Status::not_finite};
+    return {.status = Outcome::Status::singular,
+            .joint = loss.joint,
+            .D = loss.D,
+            .scale = rounding_constant * static_cast<double>(unit_roundoff<T>()) * loss.scale};
   }
 
   bool suspects(const T* q, const T& check) {
@@ -247,6 +275,7 @@ class PlanarEngine final : public CommonEngine<T> {
   MatrixX<T> in_plane_;
   PlanarSelection<T> selection_;
   bool by_certified_ = false;  // the factors that are kept
+  RoundingBound<T> bound_;     // for the verdict
   std::optional<Guard<T, CovarianceForm>> guard_;
   EngineOptions rows_;  // of further workers, who answer rows alone
   std::vector<std::unique_ptr<PlanarEngine>> workers_;

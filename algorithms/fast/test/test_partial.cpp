@@ -179,7 +179,8 @@ TYPED_TEST(Partial, CallsDoNotDisturbEachOther) {
   }
 }
 
-// A tip so heavy that a form looks twice, and so light that the answer can be used.
+// A tip so heavy that a form looks twice, and, but in square roots of float64, so light that the answer
+// can be used.
 template <class K>
 Mechanism suspect(std::uint64_t seed) {
   const bool is_float = std::is_same_v<typename K::T, float>;
@@ -226,8 +227,8 @@ TYPED_TEST(Partial, SingularMechanismIsReportedAndSuspectsAreAnswered) {
     for (const Mechanism& mechanism : regular) {
       const Answers answers(mechanism.model, mechanism.q);
       for (const Outcome& outcome : answers.outcomes) EXPECT_TRUE(outcome) << mechanism.name;
+      suspects += answers.outcomes[0].suspect;
       if (!answers.outcomes[0].suspect || answers.outcomes[0].warns()) continue;
-      ++suspects;
       State<double> state = random_state(mechanism.model, 1);
       state.q = rounded<T>(mechanism.q);
       const Truth truth(rounded<T>(mechanism.model), state);
