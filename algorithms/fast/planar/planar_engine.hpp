@@ -1,8 +1,8 @@
 // Planar mechanisms (plane.hpp) behind the interface of every solver: what moves in the plane by
 // planar_filter.hpp, what slides along its normal by translational.hpp.
 //
-// What the guard suspects is answered by the certified form (guard.hpp), but where no digit of a D is
-// left in T: the axes are parallel, or lie in the plane, but for their last bits, and what these
+// What the guard suspects is answered by the certified form (guard.hpp), but where a D is no more than
+// rounding in T: the axes are parallel, or lie in the plane, but for their last bits, and what these
 // make of D does not make M regular. Where some D can be lost, P of the spatial form is looked at:
 // its roundings are those of more sums than there are in the plane.
 #pragma once
@@ -17,6 +17,7 @@
 #include "algorithms/fast/guard.hpp"
 #include "algorithms/fast/planar/planar_columns.hpp"
 #include "algorithms/fast/planar/planar_selection.hpp"
+#include "algorithms/model/rounding_scale.hpp"
 #include "algorithms/spatial/flush_subnormals.hpp"
 
 namespace kalmarm {
@@ -183,7 +184,8 @@ class PlanarEngine final : public CommonEngine<T> {
         paths_(model_, options.wants(Want::inverse) ? model_.nv() : 0, lanes),
         all_(model_.nv(), 1),
         covariances_(model_.branch_count()),
-        bound_(this->lowered()) {
+        placed_(this->model()),
+        scale_(this->model()) {
     assert(static_cast<int>(plane.home.size()) == this->lowered().nv());
     model_.set_weights(this->lowered());
     rows_.want = {Want::acceleration};
@@ -215,15 +217,26 @@ class PlanarEngine final : public CommonEngine<T> {
     return sum;
   }
 
-  // singular where no digit of some D is left in T.
+  // singular where some D is no more than rounding in T, of the axes too: of two that are parallel but
+  // for their last bits D is right to its own digits, by rounding_bound.hpp, and nothing beside P
+  // (rounding_scale.hpp).
   Outcome verdict(const T* q) {
-    const RoundingLoss loss = bound_.look(this->lowered(), q);
-    if (loss.bound < 1) return {};
-    if (!std::isfinite(loss.D)) return {.status = Outcome::Status::not_finite};
-    return {.status = Outcome::Status::singular,
-            .joint = loss.joint,
-            .D = loss.D,
-            .scale = rounding_constant * static_cast<double>(unit_roundoff<T>()) * loss.scale};
+    const Model<T>& model = this->model();
+    set_position(model, q, placed_);
+    scale_.begin(model);
+    for (int k = model.nv() - 1; k >= 0; --k) {
+      const Joint<T>& joint = model.joint(k);
+      const Vector6<T> column = scale_.P[k].col(joint.axis());
+      const T D = column[joint.axis()] + joint.r, scale = scale_.scale(model, k);
+      if (!std::isfinite(D)) return {.status = Outcome::Status::not_finite};
+      if (!(D > least_D_over_scale<T>(1) * scale))
+        return {.status = Outcome::Status::singular,
+                .joint = k,
+                .D = static_cast<double>(D),
+                .scale = static_cast<double>(scale)};
+      if (joint.parent >= 0) scale_.propagate(model, placed_.phi[k], k, Vector6<T>(column / D));
+    }
+    return {};
   }
 
   bool suspects(const T* q, const T& check) {
@@ -275,7 +288,8 @@ class PlanarEngine final : public CommonEngine<T> {
   MatrixX<T> in_plane_;
   PlanarSelection<T> selection_;
   bool by_certified_ = false;  // the factors that are kept
-  RoundingBound<T> bound_;     // for the verdict
+  RandomModel<T> placed_;      // these two for the verdict
+  RoundingScale<T> scale_;
   std::optional<Guard<T, CovarianceForm>> guard_;
   EngineOptions rows_;  // of further workers, who answer rows alone
   std::vector<std::unique_ptr<PlanarEngine>> workers_;
