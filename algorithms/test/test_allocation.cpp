@@ -165,7 +165,7 @@ TYPED_TEST(Allocation, DynamicsForMAloneMakeOneModel) {
     return allocations_of(
         [&] { (void)dynamics_of<TypeParam>(model, {.question = {.want = std::move(want)}}); });
   };
-  EXPECT_LT(taken({Want::mass}) + 400, taken({Want::mass, Want::inverse}));  // both take a plan
+  EXPECT_LT(taken({Want::mass}) + 300, taken({Want::mass, Want::inverse}));  // both take a plan
   EXPECT_LT(taken({Want::inverse}), taken({Want::inverse, Want::acceleration}));
 }
 
