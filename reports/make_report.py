@@ -4,9 +4,7 @@
 import argparse
 import base64
 import gzip
-import os
 import sys
-import tempfile
 from pathlib import Path
 
 import altair as alt
@@ -19,6 +17,7 @@ import figures
 import palette
 from data import Data, DataError, scene_name
 from drawing import VEGA_LITE, bundle, compiled
+from output import write
 from readers import load
 from section import slug
 from sections import SECTIONS
@@ -115,23 +114,6 @@ def figure(data: Data) -> str:
         vl_version=VEGA_LITE,
         config=theme,
     )
-
-
-def write(path: Path, text: str) -> None:
-    """All or nothing: a run that dies leaves the old file or none."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-        try:
-            with os.fdopen(handle, "w", encoding="utf-8") as file:
-                file.write(text)
-            os.chmod(name, 0o644)
-            os.replace(name, path)
-        except BaseException:
-            os.unlink(name)
-            raise
-    except OSError as error:
-        raise DataError(f"{path}: {error.strerror}") from None
 
 
 def main() -> None:

@@ -1,0 +1,35 @@
+"""Adds up units and merged units of one campaign, to the byte the same in whatever order.
+
+Refuses another key, other sums, and mechanisms that would count twice.
+"""
+
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+
+sys.path.append(str(Path(__file__).parents[2] / "reports"))
+from campaign import Campaign, MergeError  # noqa: E402
+from campaign_files import read, written  # noqa: E402
+from data import DataError  # noqa: E402
+from output import write  # noqa: E402
+
+
+def merged(files: Iterable[Path]) -> Campaign:
+    """One file is held at a time."""
+    campaign, first = None, None
+    for file in files:
+        part = read(file)
+        if campaign is None:
+            # not `part` itself: what is counted twice is found in the first file as well
+            campaign, first = Campaign(part.key, summed=part.summed), file
+        try:
+            campaign.add(part)
+        except MergeError as error:
+            raise DataError(f"{file}: not to be merged with {first}: {error}") from None
+    if campaign is None:
+        raise DataError("no file to merge")
+    return campaign
+
+
+def run(files: list[Path], out: Path, sum_over: list[str]) -> None:
+    write(out, written(merged(files).sum_over(sum_over)))
