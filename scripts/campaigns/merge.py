@@ -3,15 +3,13 @@
 Refuses another key, other sums, and mechanisms that would count twice.
 """
 
-import sys
 from collections.abc import Iterable
 from pathlib import Path
 
-sys.path.append(str(Path(__file__).parents[2] / "reports"))
-from campaign import Campaign, MergeError  # noqa: E402
-from campaign_files import read, written  # noqa: E402
-from data import DataError  # noqa: E402
-from output import write  # noqa: E402
+from campaign import Campaign, MergeError
+from campaign_files import read, written
+from data import DataError
+from output import write
 
 
 def merged(files: Iterable[Path]) -> Campaign:
