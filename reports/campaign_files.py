@@ -69,15 +69,15 @@ def _campaign(document: dict) -> Campaign:
         units, summed = [_unit(document["unit"])], ()
     else:
         _expect(document, expected | {"units", "summed_over"})
-        units, summed = joined([], [parse_name(name) for name in document["units"]]), _summed(document)
+        units, summed = joined([], [parse_name(name) for name in _list(document, "units")]), _summed(document)
     key = _key(document["key"])
-    worst = [_worst(case) for case in document["worst"]]
+    worst = [_worst(case) for case in _list(document, "worst")]
     if worst != cut(worst, key["campaign"]["worst"]):
         raise ValueError("worst is not in order, or too long")
     campaign = Campaign(key, units, _counter(document["no_truth"]), {}, worst, summed)
     if count("mechanisms", document["mechanisms"]) != campaign.mechanisms:
         raise ValueError(f"mechanisms is {campaign.mechanisms} by its units")
-    for group in document["groups"]:
+    for group in _list(document, "groups"):
         cell, counts = _group(group, summed)
         if cell in campaign.groups:
             raise ValueError(f"a group stands twice: {'/'.join(map(str, cell))}")
@@ -94,6 +94,12 @@ def _expect(document: dict, known: set[str], also: set[str] = frozenset()) -> No
         raise ValueError(f"{missing[0]!r} is missing")
 
 
+def _list(document: dict, name: str) -> list:
+    if not isinstance(document[name], list):
+        raise ValueError(f"{name} is {document[name]!r}")
+    return document[name]
+
+
 def _key(key: dict) -> dict:
     _expect(key, KEY)
     for name in KEY - {"campaign"}:
@@ -101,7 +107,7 @@ def _key(key: dict) -> dict:
     _expect(key["campaign"], OPTIONS)
     count("worst", key["campaign"]["worst"])
     for name in OPTIONS - {"worst"}:
-        if not isinstance(key["campaign"][name], list) or not all(map(text, key["campaign"][name])):
+        if not all(map(text, _list(key["campaign"], name))):
             raise ValueError(f"{name} is {key['campaign'][name]!r}")
     if not re.fullmatch("[0-9a-f]{40}", key["program"]):
         raise ValueError(f"program is {key['program']!r}")
@@ -132,7 +138,7 @@ def parse_name(name: str) -> Range:
 
 
 def _summed(document: dict) -> tuple[str, ...]:
-    summed = tuple(document["summed_over"])
+    summed = tuple(_list(document, "summed_over"))
     if list(summed) != sorted(set(summed) & set(SUMMABLE)):
         raise ValueError(f"summed_over is {document['summed_over']!r}")
     return summed
@@ -167,6 +173,8 @@ def _group(group: dict, summed: tuple[str, ...]) -> tuple[Cell, Counts]:
     )
     if unknown := set(counts.status) - set(STATUSES):
         raise ValueError(f"status '{min(unknown)}' is none of {', '.join(STATUSES)}")
+    if not counts.status:
+        raise ValueError(f"no outcome of {'/'.join(map(str, cell))}")
     answers, errors = counts.status["ok"], counts.silent.total + counts.warned.total
     if errors != answers or (counts.beyond_claim or 0) > answers:
         raise ValueError(f"{errors} errors of {answers} answers")

@@ -6,6 +6,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 from advice import Advice, Limits
+from campaign import Campaign
 from fits import Identification
 from laboratory import Laboratory
 from stress import Family, Integration, Stress, Variant
@@ -203,6 +204,7 @@ class Data:
     stress_variants: list[Variant] = field(default_factory=list)
     integrations: list[Integration] = field(default_factory=list)
     finds: list[Find] = field(default_factory=list)  # of each search in order
+    campaign: Campaign | None = None
     baseline: "Data | None" = None  # another run, to compare with
 
     @cached_property

@@ -7,9 +7,11 @@ from pathlib import Path
 
 import advice
 import benchmark_readers as benchmarks
+import campaign_files
 import paper_readers
 import search_readers
 import stress_readers
+from campaign import MergeError
 from checks import checked_scene, read_json, refuse_repeats, refuse_unlisted, refusing
 from data import (
     Data,
@@ -230,6 +232,18 @@ def read_limits(path: Path, data: Data) -> None:
         data.limits.append(advice.limits(document))
 
 
+def read_campaign(path: Path, data: Data) -> None:
+    """Several are one, if they are parts of one."""
+    campaign = campaign_files.read(path)
+    if data.campaign is None:
+        data.campaign = campaign
+        return
+    try:
+        data.campaign.add(campaign)
+    except MergeError as error:
+        raise DataError(f"{path}: no part of the campaign beside it: {error}") from None
+
+
 READERS = {
     "errors": _csv_reader("errors", COLUMNS, _error),
     "times": read_times,
@@ -248,6 +262,7 @@ READERS = {
     "stress": read_stress,
     "families": read_families,
     "adversary": _csv_reader("finds", search_readers.COLUMNS, search_readers.find),
+    "campaign": read_campaign,
     "integration": _csv_reader("integrations", INTEGRATION_COLUMNS, _integration),
 }
 
@@ -299,4 +314,5 @@ def _records(data: Data) -> tuple:
         data.stress,
         data.integrations,
         data.finds,
+        [data.campaign] if data.campaign else [],
     )

@@ -89,6 +89,11 @@ def sentence(text: str) -> str:
     return (text if named else text[:1].upper() + text[1:]) + ("" if text.endswith(".") else ".")
 
 
+def thousands_text(value: float, digits: int = 3) -> str:
+    """So many digits, and a narrow space between thousands."""
+    return f"{float(f'{value:.{digits}g}'):,.10g}".replace(",", "\u202f")
+
+
 def tolerance_text(tolerance: float) -> str:
     return f"{tolerance:g}".replace("e-0", "e-")
 

@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import fake_advice
+import fake_campaign
 import fake_estimation
 import fake_peers
 import fake_questions
@@ -227,6 +228,8 @@ def write(folder: Path) -> None:
     for scene in fake_estimation.PAPERS:
         file = folder / f"paper-{scene.replace(':', '-')}.json"
         file.write_text(json.dumps(fake_estimation.paper(scene)))
+    campaign = fake_campaign.unit("wild", 1.0, 1, 300)
+    (folder / "campaign-wild.json").write_text(json.dumps(campaign))
     with (folder / "simulation-panda-7.csv").open("w", newline="") as file:
         lines = csv.writer(file, lineterminator="\n")
         lines.writerow("scene,n,quantity,method,samples,replica,error,seconds,threads".split(","))

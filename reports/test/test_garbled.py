@@ -8,11 +8,13 @@ import random
 from dataclasses import fields, is_dataclass
 
 import fake_advice
+import fake_campaign
 import fake_fits
 import fake_questions
 import fake_stress
 import numpy as np
 import pytest
+from campaign import Worst
 from data import DataError, Error
 from readers import COLUMNS, READERS, SAMPLE_COLUMNS, load
 from records import ROBOT, ROW, SAMPLE, fast, paper, peak, timed
@@ -60,6 +62,7 @@ DOCUMENTS = {
     "recommend": shortened(fake_advice.recommend("panda:7")),
     "limits": shortened(fake_advice.limits("panda:7")),
     "families": shortened(fake_stress.described()),
+    "campaign": fake_campaign.unit("wild", 1.0, 1, 2),
 }
 BESIDE = {"families": "paper"}  # nothing to draw is in the one alone
 
@@ -122,7 +125,7 @@ def refused(take, kind: str, content: bytes, drawn: bool = True) -> bool:
 
 def expect_finite(value):
     """But for errors, which may be no numbers, and what the page repeats as it stands."""
-    if isinstance(value, (Error, Integration)):
+    if isinstance(value, (Error, Integration, Worst)):
         return
     if isinstance(value, Stress):
         for name in ("value", "n", "seed"):

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import running as campaign
 import pytest
-import units
+import fake_campaign as units
 from running import begun, has_ended, result, wait_for, wild
 from campaign_files import written
 from merge import merged

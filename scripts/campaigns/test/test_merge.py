@@ -7,7 +7,7 @@ import random
 from pathlib import Path
 
 import pytest
-import units
+import fake_campaign as units
 from campaign import Campaign, Range, joined
 from campaign_files import read, written
 from data import DataError
@@ -177,6 +177,8 @@ def changed(document: dict, path: str, value) -> dict:
         ("mechanisms", 41, "mechanisms is 40 by its units"),
         ("timings", [], "'timings' is not known"),
         ("groups.0.status.ok", 10**6, "errors of 1000000 answers"),
+        ("groups.0.status", {}, "no outcome of wild/1.0"),
+        ("groups", {}, "groups is {}"),
         ("groups.0.status.perhaps", 1, "status 'perhaps' is none of"),
         ("groups.0.precision", "float16", "in 'float16'"),
         ("groups.0.kS", 0.5, "kS is 0.5"),

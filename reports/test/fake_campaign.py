@@ -1,4 +1,4 @@
-"""Made-up units: what an answer is depends on its mechanism alone, as that of a real worker does."""
+"""Made-up units of a campaign: an answer depends on its mechanism alone, as a real worker's does."""
 
 import json
 import math
