@@ -70,7 +70,7 @@ def _campaign(document: dict) -> Campaign:
     else:
         _expect(document, expected | {"units", "summed_over"})
         units, summed = joined([], [parse_name(name) for name in _list(document, "units")]), _summed(document)
-    key = _key(document["key"])
+    key = checked_key(document["key"])
     worst = [_worst(case) for case in _list(document, "worst")]
     if worst != cut(worst, key["campaign"]["worst"]):
         raise ValueError("worst is not in order, or too long")
@@ -100,7 +100,7 @@ def _list(document: dict, name: str) -> list:
     return document[name]
 
 
-def _key(key: dict) -> dict:
+def checked_key(key: dict) -> dict:
     _expect(key, KEY)
     for name in KEY - {"campaign"}:
         text(key[name])

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from campaign import Range
-from campaign_files import parse_name
+from campaign_files import checked_key, parse_name, read
 from checks import read_json, refusing
 from data import DataError
 from output import write
@@ -23,17 +23,16 @@ PROBED = 2.0  # CPU seconds, beside which the start of a program is small
 
 @dataclass(frozen=True)
 class Plan:
-    program: str  # SHA-1 of the worker
+    program: str  # SHA-1 of the worker's file
+    key: dict  # of every unit that it writes, by its own account
     options: list[str]  # that it is given beside the unit
     units: list[Range]
-
-    def document(self) -> dict:
-        names = [unit.name for unit in self.units]
-        own = {"program": self.program, "options": self.options, "units": names}
-        return {"format": FORMAT, "version": 1, **own}
+    rows: bool  # whether all rows are kept too
 
     def write(self, path: Path) -> None:
-        write(path, json.dumps(self.document(), indent=1) + "\n")
+        document = {"format": FORMAT, "version": 1, "program": self.program, "key": self.key}
+        document |= {"options": self.options, "rows": self.rows, "units": [unit.name for unit in self.units]}
+        write(path, json.dumps(document, indent=1) + "\n")
 
     @staticmethod
     def read(path: Path) -> "Plan":
@@ -42,7 +41,13 @@ class Plan:
             if (document["format"], document["version"]) != (FORMAT, 1):
                 raise ValueError(f"format is {document['format']!r} {document['version']!r}")
             units = [parse_name(name) for name in document["units"]]
-            return Plan(text(document["program"]), [*map(text, document["options"])], units)
+            if not units:
+                raise ValueError("it has no unit")
+            if not isinstance(document["rows"], bool):
+                raise ValueError(f"rows is {document['rows']!r}")
+            options = [*map(text, document["options"])]
+            key = checked_key(document["key"])
+            return Plan(text(document["program"]), key, options, units, document["rows"])
 
 
 def file_name(unit: Range) -> str:
@@ -66,23 +71,21 @@ def divided(family: str, value: float, first: int, mechanisms: int, most: int) -
     return [Range(family, value, first + at, min(size, mechanisms - at)) for at in starts]
 
 
-def seconds_each(worker: Path, options: list[str], family: str, value: float) -> float:
-    """CPU seconds that a mechanism takes, measured on ever more of them."""
-    count = 16
+def probed(worker: Path, options: list[str], first: Range, timed: bool) -> tuple[dict, float]:
+    """The key of the worker's units, and if `timed` the CPU seconds that a mechanism takes."""
     with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "probe.json"
         while True:
-            probe = Range(family, value, 1, count)
             began = resource.getrusage(resource.RUSAGE_CHILDREN)
-            out = Path(folder) / "probe.json"
-            command = [worker, f"--unit={probe.name}", *options, f"--out={out}"]
+            command = [worker, f"--unit={first.name}", *options, f"--out={out}"]
             done = subprocess.run(command, check=False, capture_output=True, text=True)
             if done.returncode:
-                raise DataError(f"{probe.name}: {last_line(done.stderr)}")
+                raise DataError(f"{first.name}: {last_line(done.stderr)}")
             ended = resource.getrusage(resource.RUSAGE_CHILDREN)
             took = ended.ru_utime + ended.ru_stime - began.ru_utime - began.ru_stime
-            if took >= PROBED or count >= 1 << 20:
-                return max(took, 1e-3) / count
-            count *= 4
+            if not timed or took >= PROBED or first.count >= 1 << 20:
+                return read(out).key, max(took, 1e-3) / first.count
+            first = first._replace(count=4 * first.count)
 
 
 def last_line(output: str) -> str:

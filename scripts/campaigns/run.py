@@ -6,6 +6,7 @@ what was finished is kept. Exit code: 2 on bad input or where a unit failed.
 
 import argparse
 import fcntl
+import math
 import os
 import signal
 import subprocess
@@ -18,12 +19,12 @@ HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
 sys.path[1:1] = [str(ROOT / "scripts"), str(ROOT / "reports")]
 import merge  # noqa: E402
-from campaign import Campaign, MergeError  # noqa: E402
+from campaign import Campaign, MergeError, Range  # noqa: E402
 from campaign_files import parse_name, read, written  # noqa: E402
 from data import DataError  # noqa: E402
 from engine import Engine, profile_folder  # noqa: E402
 from output import write  # noqa: E402
-from plan import FEWEST, Plan, divided, file_name, last_line, seconds_each, sha1  # noqa: E402
+from plan import FEWEST, Plan, divided, file_name, last_line, probed, sha1  # noqa: E402
 from progress import clock  # noqa: E402
 from values import MOST, number  # noqa: E402
 
@@ -49,16 +50,15 @@ def worker_options(options: argparse.Namespace) -> list[str]:
 
 
 def made(options: argparse.Namespace, worker: Path) -> Plan:
-    program, given = sha1(worker), worker_options(options)
-    units = []
-    for text in options.family:
-        family, value = case(text)
-        most = options.count
-        if not most:
-            each = seconds_each(worker, given, family, value)
-            most = max(1, min(int(options.minutes * 60 / each), -(-options.mechanisms // FEWEST)))
+    given = worker_options(options)
+    units, key = [], {}
+    for family, value in map(case, options.family):
+        some = Range(family, value, options.first, 1)
+        key, seconds = probed(worker, given, some, timed=not options.count)
+        within = int(options.minutes * 60 / seconds)
+        most = options.count or max(1, min(within, math.ceil(options.mechanisms / FEWEST)))
         units += divided(family, value, options.first, options.mechanisms, most)
-    return Plan(program, given, units)
+    return Plan(sha1(worker), key, given, units, options.rows)
 
 
 def case(text: str) -> tuple[str, float]:
@@ -82,7 +82,7 @@ def planned(options: argparse.Namespace, worker: Path) -> Plan:
         totals[unit.family, unit.value].append(unit)
     ranges = {key: (own[0].first, sum(unit.count for unit in own)) for key, own in totals.items()}
     wanted = dict.fromkeys(asked, (options.first, options.mechanisms))
-    if (plan.options, ranges) != (worker_options(options), wanted):
+    if (plan.options, plan.rows, ranges) != (worker_options(options), options.rows, wanted):
         raise DataError(f"{path}: of other options than these; give --out another folder")
     if plan.program != sha1(worker):
         raise DataError(f"{path}: of another program than {worker}; give --out another folder")
@@ -95,7 +95,7 @@ class Sum:
     def __init__(self, plan: Plan, folder: Path):
         self.left = {file_name(unit): unit for unit in plan.units}
         self.plan, self.folder = plan, folder
-        self.campaign: Campaign | None = None
+        self.campaign = Campaign(plan.key)
 
     def look(self) -> int:
         """Takes what is new; returns how many units that were."""
@@ -110,9 +110,6 @@ class Sum:
             part = read(file)
             if part.units != [unit]:
                 raise DataError(f"{file}: it is {part.units[0].name}")
-            if part.key["program"] != self.plan.program:
-                raise DataError(f"{file}: another program: {part.key['program']}")
-            self.campaign = self.campaign or Campaign(part.key)
             self.campaign.add(part)
         except (DataError, MergeError) as error:
             refused = file.with_suffix(".refused")
@@ -240,6 +237,7 @@ def parser() -> argparse.ArgumentParser:
     wild.add_argument("--precision", default="float32,float64")
     wild.add_argument("--task", default="dynamics,white")
     wild.add_argument("--worst", type=whole, default=20, help="cases kept whole, of each series")
+    wild.add_argument("--rows", action="store_true", help="keep every answer, as Parquet in rows/")
     wild.add_argument("--profile", default="local", help="local, slurm, or a folder of your own")
     wild.add_argument("--out", type=Path, metavar="FOLDER", help="default: in reports/out/campaigns")
     wild.add_argument("--minutes", type=minutes, default=30, help="CPU time of a unit")

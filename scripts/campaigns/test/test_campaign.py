@@ -1,5 +1,6 @@
 """The command on this machine: it resumes, keeps what is finished, and says in a line what is wrong."""
 
+import ast
 import os
 import re
 import signal
@@ -89,7 +90,7 @@ def test_a_worker_that_dies_is_named_and_the_next_start_goes_on(tmp_path, whole)
 
 @needs_engine
 @pytest.mark.parametrize(
-    "mode, why", [("half", "not JSON: .*"), ("other", "another program: f{40}")]
+    "mode, why", [("half", "not JSON: .*"), ("other", "another program: f{40}, not [0-9a-f]{40}")]
 )
 def test_a_unit_that_is_none_is_set_aside_whole_and_measured_anew(tmp_path, whole, mode, why):
     out, fault = tmp_path / "out", tmp_path / "fault"
@@ -174,6 +175,30 @@ def test_units_of_a_time_follow_from_what_a_mechanism_takes(tmp_path):
     sizes = [int(name.split("+")[1]) for name in plan["units"]]
     assert sum(sizes) == 2000 and len(sizes) >= 16 and max(sizes) - min(sizes) < len(sizes)
     assert f"{len(sizes)} units" in done.stdout
+
+
+@needs_engine
+def test_rows_are_kept_on_demand_sorted_and_as_they_were(tmp_path, whole):
+    out = tmp_path / "out"
+    assert wild(out, "--rows").returncode == 0
+    assert result(out) == whole
+    assert sorted(file.suffix for file in (out / "rows").iterdir()) == [".parquet"] * 8
+    ask = "import duckdb; t = duckdb.read_parquet('{}/rows/*.parquet'); print(t.{}.fetchall())"
+    aggregate = ask.format(out, "aggregate('count(*), sum(seed), min(eta), max(kS)')")
+    first = ask.format(out, "limit(21).project('task, seed, relative')")
+    shown = [
+        subprocess.run([ENGINE.parent / "python", "-c", it], capture_output=True, text=True).stdout
+        for it in (aggregate, first)
+    ]
+    assert shown[0] == f"[(320, {2 * sum(range(1, 161))}, inf, None)]\n"
+    rows = [("dynamics", seed) for seed in range(1, 21)] + [("white", 1)]
+    assert ast.literal_eval(shown[1]) == [(task, seed, float(f"{seed}e-17")) for task, seed in rows]
+
+
+@needs_engine
+def test_a_folder_without_rows_is_not_one_with_them(tmp_path):
+    wild(tmp_path)
+    expect_refusal(wild(tmp_path, "--rows"), "plan.json: of other options than these")
 
 
 @pytest.fixture
