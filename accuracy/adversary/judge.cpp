@@ -5,9 +5,9 @@
 #include <stdexcept>
 
 #include "accuracy/adversary/exact.hpp"
-#include "accuracy/contender.hpp"
-#include "algorithms/questions/plan.hpp"
-#include "robots/input_error.hpp"
+#include "accuracy/contenders/contender.hpp"
+#include "algorithms/dynamics/plan.hpp"
+#include "robots/loader/input_error.hpp"
 
 namespace kalmarm::adversary {
 namespace {
@@ -28,13 +28,13 @@ double nearness(const Outcome& outcome) {
 double capped(double error) { return error <= largest_error ? error : largest_error; }
 
 // The error as Outcome::error tells it: in the measure of the task, but of an acceleration that is
-// nothing beside gravity, beside u |gravity| (certified/refine.hpp).
+// nothing beside gravity and what velocities bring, beside u (|gravity| + |qd|^2) (claims.hpp).
 double error_as_claimed(Want task, const Answer<Wide>& difference, const Answer<Wide>& exact,
-                        double u_gravity) {
+                        double nothing) {
   const double error = error_of(task, difference, exact);
   if (task != Want::acceleration) return error;
   const auto size = static_cast<double>(exact[0].norm());
-  return size < u_gravity ? static_cast<double>(difference[0].norm()) / u_gravity : error;
+  return size < nothing ? static_cast<double>(difference[0].norm()) / nothing : error;
 }
 
 template <class T>
@@ -65,7 +65,7 @@ class JudgeOf final : public Judge {
     for (std::size_t i = 0; i < exact.answer.size(); ++i)
       difference.push_back(given.answer[i].template cast<Wide>() - exact.answer[i]);
     return verdict_of(asked_, given.outcome, difference, exact.answer, exact.kS,
-                      m.model.gravity().norm());
+                      m.model.gravity().norm() + m.state.qd.squaredNorm());
   }
 
   Kernel kernel(const Mechanism& m) override {
@@ -174,12 +174,12 @@ double Verdict::value(Goal goal, double K) const {
 }
 
 Verdict verdict_of(const Case& asked, const Outcome& outcome, const Answer<Wide>& difference,
-                   const Answer<Wide>& exact, double kS, double gravity) {
+                   const Answer<Wide>& exact, double kS, double brought) {
   Verdict out{.outcome = outcome};
   out.error = capped(error_of(asked.task, difference, exact));
   const double roundoff = asked.precision == "float32" ? 0x1p-24 : 0x1p-53;
   out.excess =
-      capped(out.claims() ? error_as_claimed(asked.task, difference, exact, roundoff * gravity) /
+      capped(out.claims() ? error_as_claimed(asked.task, difference, exact, roundoff * brought) /
                                 std::max(outcome.error, roundoff)
                           : out.error / promise(asked.precision));
   out.kS = kS;

@@ -9,10 +9,10 @@
 #include <map>
 #include <memory>
 
-#include "accuracy/csv.hpp"
-#include "accuracy/measures.hpp"
-#include "accuracy/truth_cache.hpp"
-#include "algorithms/solver.hpp"
+#include "accuracy/measures/measures.hpp"
+#include "accuracy/programs/common/csv.hpp"
+#include "accuracy/truth/truth_cache.hpp"
+#include "algorithms/study/solver.hpp"
 
 namespace kalmarm::stress {
 namespace {
