@@ -28,13 +28,11 @@ double nearness(const Outcome& outcome) {
 double capped(double error) { return error <= largest_error ? error : largest_error; }
 
 // The error as Outcome::error tells it: in the measure of the task, but of an acceleration that is
-// nothing beside gravity, beside u |gravity| (certified/refine.hpp).
+// nothing beside gravity.
 double error_as_claimed(Want task, const Answer<Wide>& difference, const Answer<Wide>& exact,
                         double u_gravity) {
-  const double error = error_of(task, difference, exact);
-  if (task != Want::acceleration) return error;
-  const auto size = static_cast<double>(exact[0].norm());
-  return size < u_gravity ? static_cast<double>(difference[0].norm()) / u_gravity : error;
+  if (task != Want::acceleration) return error_of(task, difference, exact);
+  return error_beside_gravity<Wide>(difference[0].norm(), exact[0].norm(), u_gravity);
 }
 
 template <class T>

@@ -31,6 +31,7 @@
 #include "accuracy/stress/measure_advice.hpp"
 #include "accuracy/stress/measure_case.hpp"
 #include "accuracy/stress/selection.hpp"
+#include "accuracy/truth.hpp"
 #include "robots/memory_limit.hpp"
 
 namespace kalmarm::stress {
@@ -128,12 +129,13 @@ struct Shared {
 };
 
 std::string records(const Job& job, const Options& options) {
+  const Family& family = *job.family;
   try {
-    return options.advice.empty()
-               ? measure_case(*job.family, job.value, job.seed, job.precision,
-                              selection(*job.family, options))
-               : measure_advice(*job.family, job.value, job.seed, options.advice);
-  } catch (const std::runtime_error& e) {
+    if (!options.advice.empty()) return measure_advice(family, job.value, job.seed, options.advice);
+    return csv_rows(family, job.value, job.seed, job.precision,
+                    measure_case(family.make(job.value, job.seed), job.seed, job.precision,
+                                 selection(family, options)));
+  } catch (const NoTruth& e) {
     std::fprintf(stderr, "stress: note: %s: %s\n", job.name().c_str(), e.what());
     return "";
   }
