@@ -27,9 +27,11 @@ bool refine(const Enclosure& enclosure, LinkFilter<Wide>& filter, const Task<T>&
                    .template cast<Real>();
   for (int step = 0;; ++step) {
     const VectorX<Ball> r = enclosure.residual(qd, tau, gravity, response.a);
-    response.width = enclosure.acceleration_width(r, response.a);
-    if (response.width.relative <= required_width && response.width.energy <= required_width)
-      return true;
+    if (step > 0) {  // before, a has no more digits than long double
+      response.width = enclosure.acceleration_width(r, response.a);
+      if (response.width.relative <= required_width && response.width.energy <= required_width)
+        return true;
+    }
     if (step == most_steps) return false;
     const VectorX<Wide> correction =
         filter.solve(r.unaryExpr([](const Ball& x) { return static_cast<Wide>(rounded(x)); }));

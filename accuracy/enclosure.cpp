@@ -143,7 +143,8 @@ AccelerationWidth Enclosure::acceleration_width(const VectorX<Ball>& residual,
   if (!definite_) return {};
   const VectorX<Ball> given = balls(a), zero = VectorX<Ball>::Zero(a.size());
   const Ball error = theta_norm(residual);
-  const VectorX<Ball> Ma = world_.torque(zero, given, Vector3<Ball>::Zero());
+  const VectorX<Ball> Ma =
+      M_.size() > 0 ? VectorX<Ball>(M_ * given) : world_.torque(zero, given, Vector3<Ball>::Zero());
   Ball componentwise = 0;
   for (Eigen::Index k = 0; k < a.size(); ++k)
     enlarge(componentwise, relative(upper_end(error * root_[k]), abs(given[k])));

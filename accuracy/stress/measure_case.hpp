@@ -64,9 +64,9 @@ struct Record {
 
 struct Measurement {
   int nv = 0;
-  Outcome truth;  // not ok: there is no answer, and no error
+  Outcome truth = {};  // not ok: there is no answer, and no error
   Condition condition{none, none};
-  std::vector<Record> records;
+  std::vector<Record> records = {};
 };
 
 // `precision` is float32 or float64. Throws NoTruth.
