@@ -7,12 +7,12 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <memory>
+#include <optional>
 
 #include "accuracy/acceleration_truth.hpp"
 #include "accuracy/csv.hpp"
+#include "accuracy/stress/forward_dynamics.hpp"
 #include "accuracy/truth_cache.hpp"
-#include "algorithms/solver.hpp"
 
 namespace kalmarm::stress {
 namespace {
@@ -109,14 +109,15 @@ class Measured {
   }
 
   void add_accelerations(const RegisteredVariant<T>& variant, std::vector<Record>& out) const {
-    const auto heavy = variant.make(model_), weightless = variant.make(weightless_);
+    std::optional<ForwardDynamics<T>> heavy, weightless;
     for (std::size_t i = 0; i < tasks_.size(); ++i) {
       const auto& [name, task] = tasks_[i];
       Record record{.task = name, .variant = variant.name};
       VectorX<T> a = VectorX<T>::Constant(nv_, std::numeric_limits<T>::quiet_NaN());
-      Solver<T>& solver = task.gravity ? *heavy : *weightless;
+      auto& dynamics = task.gravity ? heavy : weightless;
+      if (!dynamics) dynamics.emplace(variant, task.gravity ? model_ : weightless_);
       const VectorX<T> tau = truth_.outcome ? truth_.responses[i].tau : task.value;
-      record.outcome = solver.acceleration(q_, task.qd, tau, a);
+      record.outcome = dynamics->acceleration(q_, task.qd, tau, a);
       if (truth_.outcome && truth_.responses[i].kS.relative > 0)
         record.kS = truth_.responses[i].kS.relative;
       if (truth_.outcome && record.outcome) judge(i, a, record);
