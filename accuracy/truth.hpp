@@ -62,7 +62,7 @@ struct TruthOptions {
 struct NoTruth : std::runtime_error {
   enum class Why {
     digits,  // (1) cannot be proven within the digits
-    range,   // the torque of a task is beyond the range of T
+    range,   // a parameter, or the torque of a task, is beyond the range of T
   };
 
   Why why;

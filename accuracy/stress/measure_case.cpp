@@ -13,6 +13,7 @@
 #include "accuracy/csv.hpp"
 #include "accuracy/stress/forward_dynamics.hpp"
 #include "accuracy/truth_cache.hpp"
+#include "algorithms/questions/check_model.hpp"
 
 namespace kalmarm::stress {
 namespace {
@@ -221,6 +222,8 @@ class Measured {
 
 Measurement measure_case(const Case& c, std::uint64_t seed, const std::string& precision,
                          const Selection& selection) {
+  if (precision == "float32" && !fits_float(plain(c.model)))
+    throw NoTruth(NoTruth::Why::range, "a parameter is beyond the range of its precision");
   return precision == "float32" ? Measured<float>(c, seed, selection).measurement()
                                 : Measured<double>(c, seed, selection).measurement();
 }

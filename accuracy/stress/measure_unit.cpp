@@ -2,11 +2,14 @@
 
 #include <cmath>
 #include <cstdio>
+#include <exception>
+#include <new>
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "accuracy/truth.hpp"
 #include "algorithms/solver.hpp"
+#include "robots/input_error.hpp"
 
 namespace kalmarm::stress {
 namespace {
@@ -83,14 +86,20 @@ Tally measure_unit(const Unit& unit, const Campaign& campaign, const Seen& seen)
   Tally tally(claiming_variants(), campaign.worst);
   std::vector<Measurement> measured;
   for (std::uint64_t seed = unit.first; seed < unit.first + unit.count; ++seed) {
-    const Case c = unit.family->make(unit.value, seed);
-    if (const std::string why = measure_mechanism(c, seed, campaign, measured); !why.empty()) {
-      tally.leave_out(why);
-      continue;
-    }
-    for (std::size_t i = 0; i < measured.size(); ++i) {
-      tally.add(seed, mass_ratio(c.model), campaign.precisions[i], measured[i]);
-      seen(measured[i], campaign.precisions[i], seed);
+    try {
+      const Case c = unit.family->make(unit.value, seed);
+      if (const std::string why = measure_mechanism(c, seed, campaign, measured); !why.empty()) {
+        tally.leave_out(why);
+        continue;
+      }
+      for (std::size_t i = 0; i < measured.size(); ++i) {
+        tally.add(seed, mass_ratio(c.model), campaign.precisions[i], measured[i]);
+        seen(measured[i], campaign.precisions[i], seed);
+      }
+    } catch (const std::bad_alloc&) {
+      throw;
+    } catch (const std::exception& e) {  // of millions, which one?
+      throw InputError("seed " + std::to_string(seed) + ": " + e.what());
     }
   }
   return tally;

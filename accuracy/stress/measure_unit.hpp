@@ -25,6 +25,7 @@ struct Campaign {
 using Seen =
     std::function<void(const Measurement& measured, const std::string& precision, std::uint64_t)>;
 
+// Throws InputError with the seed where something else goes wrong.
 Tally measure_unit(const Unit& unit, const Campaign& campaign, const Seen& seen);
 
 // As JSON (docs/data-formats.md).

@@ -119,6 +119,7 @@ TEST(Unit, LeavesOutWhatHasNoTruth) {
   EXPECT_EQ(none["groups"], json::array());
   EXPECT_EQ(none["worst"], json::array());
   EXPECT_EQ(none["mechanisms"], 3);
+  EXPECT_EQ(measured("mass_unit/1e+40/1+2")["no_truth"], json({{"range", 2}}));  // in float32
 }
 
 }  // namespace
