@@ -18,8 +18,7 @@
 #include "algorithms/model/plain.hpp"
 #include "kalmarm/dynamics.hpp"
 #include "robots/file_options.hpp"
-#include "robots/files/attached.hpp"
-#include "robots/files/text_file.hpp"
+#include "robots/files/model_files.hpp"
 #include "robots/mujoco_shim.hpp"
 #include "robots/mujoco_solver.hpp"
 #include "robots/mujoco_spec.hpp"
@@ -108,7 +107,7 @@ std::optional<Scene> load_ours(const std::string& path, const LoadOptions& read,
 json compare(const std::string& path, const LoadOptions& read, int states, std::uint64_t seed) {
   json record{
       {"file", path}, {"mujoco", nullptr}, {"ours", nullptr}, {"mujoco_version", mujoco_version()}};
-  refuse_bad_attachments(path, xml_tags(read_text(path)));  // MuJoCo hangs on them, or crashes
+  model_files(path);  // refuses attachments on which MuJoCo hangs or crashes
   const auto original = load_original(path, record["mujoco"]);
   const std::optional<Scene> scene = load_ours(path, read, record["ours"]);
   if (original) record["mujoco_nv"] = static_cast<int>(original->get()->nv);

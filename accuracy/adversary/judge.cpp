@@ -28,11 +28,11 @@ double nearness(const Outcome& outcome) {
 double capped(double error) { return error <= largest_error ? error : largest_error; }
 
 // The error as Outcome::error tells it: in the measure of the task, but of an acceleration that is
-// nothing beside gravity.
+// nothing beside gravity and what velocities bring (measures.hpp).
 double error_as_claimed(Want task, const Answer<Wide>& difference, const Answer<Wide>& exact,
-                        double u_gravity) {
+                        double nothing) {
   if (task != Want::acceleration) return error_of(task, difference, exact);
-  return error_beside_gravity<Wide>(difference[0].norm(), exact[0].norm(), u_gravity);
+  return error_as_told<Wide>(difference[0].norm(), exact[0].norm(), nothing);
 }
 
 template <class T>
@@ -63,7 +63,7 @@ class JudgeOf final : public Judge {
     for (std::size_t i = 0; i < exact.answer.size(); ++i)
       difference.push_back(given.answer[i].template cast<Wide>() - exact.answer[i]);
     return verdict_of(asked_, given.outcome, difference, exact.answer, exact.kS,
-                      m.model.gravity().norm());
+                      m.model.gravity().norm() + m.state.qd.squaredNorm());
   }
 
   Kernel kernel(const Mechanism& m) override {
@@ -172,12 +172,12 @@ double Verdict::value(Goal goal, double K) const {
 }
 
 Verdict verdict_of(const Case& asked, const Outcome& outcome, const Answer<Wide>& difference,
-                   const Answer<Wide>& exact, double kS, double gravity) {
+                   const Answer<Wide>& exact, double kS, double brought) {
   Verdict out{.outcome = outcome};
   out.error = capped(error_of(asked.task, difference, exact));
   const double roundoff = asked.precision == "float32" ? 0x1p-24 : 0x1p-53;
   out.excess =
-      capped(out.claims() ? error_as_claimed(asked.task, difference, exact, roundoff * gravity) /
+      capped(out.claims() ? error_as_claimed(asked.task, difference, exact, roundoff * brought) /
                                 std::max(outcome.error, roundoff)
                           : out.error / promise(asked.precision));
   out.kS = kS;

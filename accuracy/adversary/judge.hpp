@@ -67,9 +67,9 @@ struct Verdict {
   double value(Goal goal, double K) const;  // what the search maximises
 };
 
-// Of a known difference from the exact answer, which is not empty. gravity: its norm.
+// Of a known difference from the exact answer, which is not empty. brought: |gravity| + |qd|^2.
 Verdict verdict_of(const Case& asked, const Outcome& outcome, const Answer<long double>& difference,
-                   const Answer<long double>& exact, double kS, double gravity);
+                   const Answer<long double>& exact, double kS, double brought);
 
 class Judge {
  public:

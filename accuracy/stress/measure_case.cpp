@@ -140,8 +140,10 @@ class Measured {
       record.backward = b.normwise;
       record.oettli_prager = b.componentwise;
     }
-    const Wide gravity = tasks_[task].second.gravity ? Wide(model_.gravity().norm()) : Wide(0);
-    record.told = error_beside_gravity<Wide>(error, exact.norm(), unit_roundoff<T>() * gravity);
+    const Task<T>& asked = tasks_[task].second;
+    Wide brought = asked.qd.template cast<Wide>().squaredNorm();
+    if (asked.gravity) brought += Wide(model_.gravity().norm());
+    record.told = error_as_told<Wide>(error, exact.norm(), unit_roundoff<T>() * brought);
     if (record.kS > 0) record.eta = eta<T>(record.relative, record.kS);
   }
 

@@ -54,22 +54,25 @@ class Guard {
             sqrt(T(unit_of_error()) * sum / larger(size, T(least_size_))) + nothing};
   }
 
-  // The estimated error of a lane of `swept`, accelerations that `by` is said of; NaN where they are
-  // to be answered anew.
+  // The estimated error of a lane of `swept`, accelerations a that `by` is said of; NaN where they are
+  // to be answered anew. A look at another kernel's state, whose numbers are rounded elsewhere, is one
+  // at a sweep of the form itself, which then has answered.
   template <class Swept, class T>
-  double error(const LoweredModel<S>& lowered, const S* q, const S* qd, const S* tau, const S* a,
+  double error(const LoweredModel<S>& lowered, const S* q, const S* qd, const S* tau, S* a,
                const Swept& swept, const Believed<T>& by, int lane = 0) {
     const S D = detail::number(swept.margin, lane), of_a = detail::number(by.margin, lane);
     const S error = detail::number(by.error, lane);
     if (D > S(0) && of_a > S(0) && error <= S(coarse_error) * unit_roundoff<S>()) return error;
     if (std::isnan(of_a)) return answer_anew;
-    const bool every_D = D > S(0) && !loses_;
-    const double of_D = every_D ? 0 : second_.error_of_D(lowered, q, swept, lane);
-    if (!(of_D < error_of_D_to_refine)) return answer_anew;
-    if constexpr (std::is_same_v<Swept, typename F::template Workspace<S>>)
-      return closer(lowered, swept, a, of_D);
-    else
-      return closer(lowered, q, qd, tau, of_D);
+    if constexpr (!std::is_same_v<Swept, typename F::template Workspace<T>>) {
+      F::acceleration(lowered, q, qd, tau, own_, a);
+      return look(lowered, q, own_, a);
+    } else if constexpr (std::is_same_v<T, S>) {
+      return look(lowered, q, swept, a);
+    } else {
+      const double of_D = error_of_D(lowered, q, swept, lane);
+      return of_D < error_of_D_to_refine ? closer(lowered, q, qd, tau, of_D) : answer_anew;
+    }
   }
 
   // The same by a sweep of its own, with the relative error of D.
@@ -89,6 +92,20 @@ class Guard {
   }
 
  private:
+  // How wrong a D of a lane can be, relatively, where it may count.
+  template <class Swept>
+  double error_of_D(const LoweredModel<S>& lowered, const S* q, const Swept& swept, int lane) {
+    const bool every_D = detail::number(swept.margin, lane) > S(0) && !loses_;
+    return every_D ? 0 : second_.error_of_D(lowered, q, swept, lane);
+  }
+
+  // A second look at accelerations a of one state; the estimated error, or NaN.
+  template <class Swept>
+  double look(const LoweredModel<S>& lowered, const S* q, const Swept& swept, const S* a) {
+    const double of_D = error_of_D(lowered, q, swept, 0);
+    return of_D < error_of_D_to_refine ? closer(lowered, swept, a, of_D) : answer_anew;
+  }
+
   static S squares_of(const std::array<double, 3>& x) {
     return S(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
   }

@@ -3,11 +3,12 @@
 #include <filesystem>
 
 #include "robots/files/armature.hpp"
-#include "robots/files/attached.hpp"
+#include "robots/files/drawn_parts.hpp"
 #include "robots/files/file_kind.hpp"
 #include "robots/files/floating.hpp"
 #include "robots/files/given_inertia.hpp"
 #include "robots/files/ignored.hpp"
+#include "robots/files/model_files.hpp"
 #include "robots/files/packages.hpp"
 #include "robots/files/text_file.hpp"
 #include "robots/files/urdf.hpp"
@@ -20,14 +21,45 @@ std::vector<XmlTag> checked_tags(const std::string& path) {
   const std::string text = read_text(path);
   std::vector<XmlTag> tags = xml_tags(text);
   refuse_other_kinds(path, text, tags);
-  refuse_bad_attachments(path, tags);
   return tags;
 }
 
-SpecPtr parse(const std::string& path) {
+// Files that stand in for those on the disk.
+class StandIns {
+ public:
+  StandIns() { mj_defaultVFS(&vfs_); }
+  StandIns(const StandIns&) = delete;
+  StandIns& operator=(const StandIns&) = delete;
+  ~StandIns() { mj_deleteVFS(&vfs_); }
+
+  void add(const std::string& path, const std::string& text) {
+    mj_addBufferVFS(&vfs_, path.c_str(), text.data(), static_cast<int>(text.size()));
+  }
+  const mjVFS* get() const { return &vfs_; }
+
+ private:
+  mjVFS vfs_;
+};
+
+// Null, and the reason, where MuJoCo's reader refuses it.
+SpecPtr parse(const std::string& path, const StandIns& files, std::string& reason) {
   char error[1024] = "";
-  SpecPtr spec(mj_parseXML(path.c_str(), nullptr, error, sizeof error), mj_deleteSpec);
-  if (!spec) throw InputError(path + ": " + error);
+  SpecPtr spec(mj_parseXML(path.c_str(), files.get(), error, sizeof error), mj_deleteSpec);
+  if (!spec) reason = error;
+  return spec;
+}
+
+// MuJoCo's reader refuses a file also for what it does not need here, such as a link that is
+// painted twice: then that is left out, and `note` says so.
+SpecPtr parse(const std::string& path, std::string& note) {
+  const std::vector<ModelFile> files = model_files(path);  // refuses what the reader cannot bear
+  std::string reason;
+  if (SpecPtr spec = parse(path, {}, reason)) return spec;
+  note = "read without what only draws, which MuJoCo refuses: " + reason;
+  StandIns plain;
+  for (const ModelFile& file : without_drawn_parts(files)) plain.add(file.path, file.text);
+  SpecPtr spec = parse(path, plain, reason);
+  if (!spec) throw InputError(path + ": " + reason);
   return spec;
 }
 
@@ -46,11 +78,13 @@ void refuse_meshes_that_are_no_files(mjSpec* spec, const std::string& path) {
 
 ReadFile read_file(const std::string& path, const LoadOptions& options) {
   const std::vector<XmlTag> tags = checked_tags(path);
-  ReadFile out{parse(path), {}, {}, {}};
+  std::string left_out;
+  ReadFile out{parse(path, left_out), {}, {}, {}};
   mjSpec* spec = out.spec.get();
   const auto note = [&](const std::string& text) {
     if (!text.empty()) out.notes.push_back(one_line(text));
   };
+  note(left_out);
   try {
     if (is_urdf(tags)) refuse_several_roots(tags);
     if (is_urdf(tags)) refuse_two_of_a_name(tags);

@@ -15,11 +15,11 @@ function(kalmarm_one_object result name)
   set(${result} ${object} PARENT_SCOPE)
 endfunction()
 
-# kalmarm_sealed_library(TARGET SOURCES source… [OBJECTS object…]): TARGET shows KALMARM_EXPORT alone. In the study,
-# whose tests reach inside, all of the archive can be linked to.
+# kalmarm_sealed_library(TARGET SOURCES source… [OBJECTS object…]): TARGET shows KALMARM_EXPORT alone. Where tests
+# reach inside, all of the archive can be linked to.
 function(kalmarm_sealed_library target)
   cmake_parse_arguments(ARG "" "" "SOURCES;OBJECTS" ${ARGN})
-  if(KALMARM_STUDY OR KALMARM_SANITIZE)
+  if(KALMARM_TESTED OR KALMARM_SANITIZE)
     target_sources(${target} PRIVATE ${ARG_SOURCES} ${ARG_OBJECTS})
     return()
   endif()

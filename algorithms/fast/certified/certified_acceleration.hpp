@@ -8,6 +8,14 @@
 // in between: a search found mechanisms on which they are too stiff without a sign of it. In float32
 // what comes after the sweep's own factors is float64, certified; in float64 two numbers for one
 // (wide_acceleration.hpp). What these cannot tell from singular is refused.
+//
+// The residual is rounded too, in a precision of roundoff u2 = 2^-53 in float and 2^-104 in double:
+//   |da|_M / |a|_M <= b u2 sqrt((N + E) / |a|_s^2)                                        (1)
+// by (10) of force_noise.hpp, whose sums the sweep has left. Where a first step is enough
+// (refine.hpp), the sweep was right to sqrt(u) / 20 and (1) is far below u. Else, where it is above
+// enough_of_residuals u, float64 answers for float32; in float64 1 / enough_of_residuals of it counts
+// in the error, since the truth was at most a tenth of (1) wherever it was above u
+// (test_certified.cpp, EquilibriumIsRefinedNotRefused).
 #pragma once
 
 #include <algorithm>
@@ -48,7 +56,8 @@ class CertifiedSweep {
         residual_(models.twice),
         refiner_(models.lowered.nv(), std::hypot(models.robot.gravity[0], models.robot.gravity[1],
                                                  models.robot.gravity[2])),
-        second_(models.lowered) {}
+        second_(models.lowered),
+        forces_(models.lowered) {}
 
   // a (nv) of the first `states` lanes. Where out[i] is not settled, or is not trusted, it is not to
   // be used.
@@ -57,6 +66,8 @@ class CertifiedSweep {
     covariance_acceleration(models.lowered, q, qd, tau, sweep_, a);
     residual_.set_motion(models.twice, q, qd, tau);
     refiner_.refine(models.twice, residual_, solve_.on(models.lowered, sweep_), states, a, out);
+    for (int i = 0; i < states; ++i)
+      if (out[i].settled && out[i].steps > 1) add_rounding_of_residual(models, a, i, out[i]);
   }
 
   // Whether no D of the last call is lost in rounding, in a lane whose position is q (nq).
@@ -66,11 +77,47 @@ class CertifiedSweep {
   }
 
  private:
+  // (1), by (2) of force_noise.hpp, or where that is coarse by (3) and (4) there.
+  void add_rounding_of_residual(const CertifiedModels<S>& models, const T* a, int lane,
+                                Verdict& out) {
+    const double u = unit_roundoff<S>(), u2 = std::is_same_v<S, float> ? 0x1p-53 : 0x1p-104;
+    const double unit = rounding_unit<S>(), limit = enough_of_residuals * u;
+    const double energy = unit * detail::number(sweep_.energy, lane);
+    const int nv = models.lowered.nv();
+    const auto size = [&](const auto& scale) {
+      double sum = 0;
+      for (int k = 0; k < nv; ++k) sum += scale(k) * square(detail::number(a[k], lane));
+      return sum;
+    };
+    const auto of = [&](double noise, double squares) {
+      return rounding_constant_of_error * u2 * std::sqrt(noise / (unit * squares));
+    };
+    double error = of(detail::number(sweep_.noise, lane) + energy,
+                      size([&](int k) { return double(models.lowered.least_inertias()[k]); }));
+    if (error <= limit) return;
+    if constexpr (Lanes<T>::count == 1) {
+      forces_.trace(models.lowered, sweep_);
+      const double squares = size([&](int k) { return 1 / double(forces_.variance(k)); });
+      const S little = S(square(limit / u2) * little_share * unit * squares);
+      double noise = energy;
+      forces_.begin();
+      for (int k = nv - 1; k >= 0; --k)
+        noise += forces_.charge(models.lowered, sweep_, k, sweep_.z[k], little);
+      error = std::min(error, of(noise, squares));
+      if (error <= limit) return;
+    }
+    out.settled = Lanes<T>::count == 1 && std::is_same_v<S, double> && std::isfinite(error);
+    out.error += error / enough_of_residuals;
+  }
+
+  static double square(double x) { return x * x; }
+
   CovarianceWorkspace<T> sweep_;
   BoundedSolve<T> solve_;
   TwiceResidual<T> residual_;
   Refiner<T> refiner_;
   CovarianceForm::Second<S> second_;
+  ForceNoise<T> forces_;
 };
 
 inline Outcome outcome_of(const Verdict& refined) {

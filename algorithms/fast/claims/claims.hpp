@@ -13,7 +13,8 @@
 //   derivatives            all            (4); no error is told
 //
 // (1) by (8) and (9) of force_noise.hpp, beside a hundredth of gravity where |a| is less;
-// (2) by (10) there; (3) by (3) of refine.hpp; (4) by rounding_test.hpp and rounding_bound.hpp: in
+// (2) by (10) there; (3) by (3) of refine.hpp, beside u (|gravity| + |qd|^2) where |a| is less: where
+// forces cancel to their last digits there is none left to be right; (4) by rounding_test.hpp and rounding_bound.hpp: in
 // the order of positive semidefinite matrices M of the factors is within 1 +- e of M;
 // (5) by (3) and (4) of probe.hpp, which are measured on random torques.
 // Square roots are tested as (1) and (2) say, and are known not to hold (1): docs/errors.md.

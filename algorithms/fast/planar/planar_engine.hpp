@@ -113,7 +113,7 @@ class PlanarEngine final : public CommonEngine<T> {
         for (int i = 0; i < along_factors_.nv(); ++i)
           X(along_.dofs[i], along_.dofs[j]) = along_factors_.inverse()(i, j);
     }
-    if (!suspects(q, check)) return {};
+    if (!suspects(check)) return {};
     const Outcome out = verdict(q);
     return out ? guard_->certified().inverse(q, result) : out;
   }
@@ -239,8 +239,10 @@ class PlanarEngine final : public CommonEngine<T> {
     return {};
   }
 
-  bool suspects(const T* q, const T& check) {
-    return along_factors_.suspect() || guard_->suspects(this->lowered(), q, ws_, check);
+  // No second look: that is at the roundings of frames on the axes, where much is zero exactly that is
+  // rounded here.
+  bool suspects(const T& check) const {
+    return along_factors_.suspect() || check != T(0) || !(ws_.margin > T(0));
   }
 
   // Of the factors at q, which are made.
@@ -248,7 +250,7 @@ class PlanarEngine final : public CommonEngine<T> {
     planar_factor(model_, q, ws_);
     T check = T(0);
     for (const auto& at : ws_.links) check += at.inverse_D * T(0);
-    return suspects(q, check);
+    return suspects(check);
   }
 
   // M^-1 of the DoF in the plane, column-major, without subnormal entries (factors/inverse.hpp).

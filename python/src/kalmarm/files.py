@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from . import _inertia, _urdf
+from . import _drawn, _inertia, _model_files, _urdf
 from . import mujoco as lowering
 from ._names import unknown
 from .robot import Robot
@@ -59,8 +59,8 @@ def load(
     if not os.path.isfile(path):
         raise FileNotFoundError(f"{path}: no such file")
     try:
-        spec = mujoco.MjSpec.from_file(os.fspath(path))
-        notes = _read_as_told(
+        spec, notes = _read(mujoco, Path(path))
+        notes += _read_as_told(
             mujoco, spec, Path(path), floating, armature, inertia, urdf_inertia, package_path
         )
         _strip_files(mujoco, spec)
@@ -75,6 +75,19 @@ def load(
     for note in robot.notes:
         warnings.warn(f"{path}: {note}", UserWarning, stacklevel=2)
     return robot
+
+
+def _read(mujoco: Any, file: Path) -> tuple[Any, list[str]]:
+    """MuJoCo's reader refuses a file also for what only draws: then that is left out."""
+    files = _model_files.model_files(file)  # refuses what that reader cannot bear
+    try:
+        return mujoco.MjSpec.from_file(str(file)), []
+    except ValueError as error:
+        refused = " ".join(str(error).split())
+    texts = _drawn.all_without_drawn_parts(files)
+    include = {path: text.encode(errors="surrogateescape") for path, text in texts.items()}
+    spec = mujoco.MjSpec.from_file(str(file), include=include)
+    return spec, [f"read without what only draws, which MuJoCo refuses: {refused}"]
 
 
 def _load_error(path: str | os.PathLike[str], error: ValueError) -> LoadError:
