@@ -1,5 +1,5 @@
 // bench_estimation: what the paper's sections cost against N, on the random chain. The recursions
-// of algorithms/estimation/ are O(N), Result 6.1 is O(N^2), the literal operators are O(N^3) and
+// of algorithms/study/estimation/ are O(N), Result 6.1 is O(N^2), the literal operators are O(N^3) and
 // end at largest_dense. The fast path goes on to a million links.
 //
 // Names are task/variant/chain:N/precision. Each case is verified before it is timed: the filter
@@ -14,16 +14,16 @@
 #include <type_traits>
 #include <vector>
 
-#include "accuracy/programs/command_line.hpp"
-#include "accuracy/programs/ranges.hpp"
-#include "algorithms/derivatives/log_det.hpp"
-#include "algorithms/estimation/filter_smoother.hpp"
-#include "algorithms/estimation/operators.hpp"
+#include "accuracy/programs/common/command_line.hpp"
+#include "accuracy/programs/common/ranges.hpp"
 #include "algorithms/model/plain.hpp"
-#include "algorithms/solver.hpp"
+#include "algorithms/study/derivatives/log_det.hpp"
+#include "algorithms/study/estimation/filter_smoother.hpp"
+#include "algorithms/study/estimation/operators.hpp"
+#include "algorithms/study/solver.hpp"
 #include "benchmarks/run.hpp"
-#include "robots/families.hpp"
-#include "robots/scene.hpp"
+#include "robots/scene/families.hpp"
+#include "robots/scene/scene.hpp"
 
 namespace kalmarm {
 namespace {
@@ -67,10 +67,10 @@ struct Chain {
   }
 
   static Process<double> at(const Model<double>& model, const State& state) {
-    RandomModel<double> rm(model);
-    set_position(model, state.q, rm);
-    set_velocity(model, state.qd, rm);
-    return Process<double>(model, rm);
+    LinkKinematics<double> kin(model);
+    set_position(model, state.q, kin);
+    set_velocity(model, state.qd, kin);
+    return Process<double>(model, kin);
   }
 };
 

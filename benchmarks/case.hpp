@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "algorithms/solver.hpp"
-#include "robots/scene.hpp"
+#include "algorithms/study/solver.hpp"
+#include "robots/scene/scene.hpp"
 
 namespace kalmarm {
 

@@ -7,8 +7,8 @@
 #include <random>
 
 #include "algorithms/model/model.hpp"
-#include "algorithms/solver.hpp"
-#include "robots/scene.hpp"
+#include "algorithms/study/solver.hpp"
+#include "robots/scene/scene.hpp"
 
 namespace kalmarm {
 

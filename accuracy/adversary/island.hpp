@@ -11,7 +11,7 @@
 
 #include "accuracy/adversary/judge.hpp"
 #include "accuracy/adversary/rounds.hpp"
-#include "accuracy/programs/provenance.hpp"
+#include "accuracy/programs/common/provenance.hpp"
 
 namespace kalmarm::adversary {
 

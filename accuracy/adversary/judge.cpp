@@ -5,9 +5,9 @@
 #include <stdexcept>
 
 #include "accuracy/adversary/exact.hpp"
-#include "accuracy/contender.hpp"
-#include "algorithms/questions/plan.hpp"
-#include "robots/input_error.hpp"
+#include "accuracy/contenders/contender.hpp"
+#include "algorithms/dynamics/plan.hpp"
+#include "robots/loader/input_error.hpp"
 
 namespace kalmarm::adversary {
 namespace {

@@ -6,10 +6,10 @@
 #include <utility>
 
 #include "accuracy/adversary/search_json.hpp"
-#include "accuracy/programs/digest.hpp"
-#include "robots/files/text_file.hpp"
-#include "robots/input_error.hpp"
-#include "robots/json_file.hpp"
+#include "accuracy/programs/common/digest.hpp"
+#include "robots/loader/files/text_file.hpp"
+#include "robots/loader/input_error.hpp"
+#include "robots/scene/json_file.hpp"
 
 namespace kalmarm::adversary {
 namespace {

@@ -1,7 +1,7 @@
 #include "accuracy/adversary/search_json.hpp"
 
-#include "robots/input_error.hpp"
-#include "robots/json_file.hpp"
+#include "robots/loader/input_error.hpp"
+#include "robots/scene/json_file.hpp"
 
 namespace kalmarm::adversary {
 

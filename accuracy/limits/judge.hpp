@@ -19,8 +19,8 @@
 #include <optional>
 #include <vector>
 
-#include "algorithms/solver.hpp"
-#include "robots/scene.hpp"
+#include "algorithms/study/solver.hpp"
+#include "robots/scene/scene.hpp"
 
 namespace kalmarm::limits {
 

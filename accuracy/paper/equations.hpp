@@ -2,8 +2,8 @@
 #pragma once
 
 #include "accuracy/paper/rows.hpp"
-#include "algorithms/estimation/operators.hpp"
-#include "robots/scene.hpp"
+#include "algorithms/study/estimation/operators.hpp"
+#include "robots/scene/scene.hpp"
 
 namespace kalmarm {
 

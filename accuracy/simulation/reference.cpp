@@ -2,9 +2,9 @@
 
 #include <stdexcept>
 
-#include "accuracy/udu.hpp"
-#include "accuracy/world_mechanics.hpp"
-#include "algorithms/estimation/operators.hpp"
+#include "accuracy/truth/udu.hpp"
+#include "accuracy/truth/world_mechanics.hpp"
+#include "algorithms/study/estimation/operators.hpp"
 
 namespace kalmarm {
 namespace {
@@ -28,11 +28,11 @@ const MatrixX<Real>& Reference::operator[](Quantity quantity) const {
 
 Reference reference(const Model<Real>& model, const VectorX<Real>& q) {
   const int n = model.nv();
-  RandomModel<Real> rm(model);
+  LinkKinematics<Real> kin(model);
   const VectorX<Real> at_rest = VectorX<Real>::Zero(n);
-  set_position(model, q, rm);
-  set_velocity(model, at_rest, rm);
-  const Process<Real> process(model, rm);
+  set_position(model, q, kin);
+  set_velocity(model, at_rest, kin);
+  const Process<Real> process(model, kin);
   const Operators<Real> op(process);
   const MatrixX<Real> HR = op.H * op.R;
 

@@ -11,8 +11,8 @@
 //   Lambda   = cov l+ = Phi* H* M^-1 H Phi
 #pragma once
 
-#include "accuracy/real.hpp"
-#include "algorithms/estimation/simulation.hpp"
+#include "accuracy/measures/real.hpp"
+#include "algorithms/study/estimation/simulation.hpp"
 
 namespace kalmarm {
 

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "algorithms/model/plain.hpp"
-#include "algorithms/solver.hpp"
+#include "algorithms/study/solver.hpp"
 #include "kalmarm/dynamics.hpp"
 
 namespace kalmarm::stress {

@@ -9,11 +9,11 @@
 #include <map>
 #include <optional>
 
-#include "accuracy/acceleration_truth.hpp"
-#include "accuracy/csv.hpp"
+#include "accuracy/programs/common/csv.hpp"
 #include "accuracy/stress/forward_dynamics.hpp"
-#include "accuracy/truth_cache.hpp"
-#include "algorithms/questions/check_model.hpp"
+#include "accuracy/truth/acceleration_truth.hpp"
+#include "accuracy/truth/truth_cache.hpp"
+#include "algorithms/dynamics/check_model.hpp"
 
 namespace kalmarm::stress {
 namespace {

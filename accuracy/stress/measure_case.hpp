@@ -29,7 +29,7 @@
 #include <string>
 #include <vector>
 
-#include "accuracy/measures.hpp"
+#include "accuracy/measures/measures.hpp"
 #include "accuracy/stress/families.hpp"
 #include "kalmarm/outcome.hpp"
 

@@ -7,9 +7,9 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "accuracy/truth.hpp"
-#include "algorithms/solver.hpp"
-#include "robots/input_error.hpp"
+#include "accuracy/truth/truth.hpp"
+#include "algorithms/study/solver.hpp"
+#include "robots/loader/input_error.hpp"
 
 namespace kalmarm::stress {
 namespace {

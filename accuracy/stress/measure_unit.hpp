@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "accuracy/programs/provenance.hpp"
+#include "accuracy/programs/common/provenance.hpp"
 #include "accuracy/stress/tally.hpp"
 #include "accuracy/stress/unit.hpp"
 

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "accuracy/stress/families.hpp"
-#include "algorithms/solver.hpp"
-#include "robots/input_error.hpp"
+#include "algorithms/study/solver.hpp"
+#include "robots/loader/input_error.hpp"
 
 namespace kalmarm::stress {
 

@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "robots/input_error.hpp"
+#include "robots/loader/input_error.hpp"
 
 namespace kalmarm::stress {
 namespace {

@@ -1,12 +1,12 @@
-// How large the terms are that D(k) of a covariance form is summed from, S of inverse_mass/singularity.hpp,
+// How large the terms are that D(k) of a covariance form is summed from, S of study/inverse_mass/singularity.hpp,
 // and from which D on nothing is lost in rounding.
 #pragma once
 
 #include <cmath>
 #include <vector>
 
+#include "algorithms/model/link_kinematics.hpp"
 #include "algorithms/model/polar_moment.hpp"
-#include "algorithms/model/random_model.hpp"
 
 namespace kalmarm {
 

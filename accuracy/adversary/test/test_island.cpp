@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include "accuracy/adversary/island.hpp"
-#include "robots/input_error.hpp"
-#include "robots/test/temporary_file.hpp"
+#include "robots/loader/input_error.hpp"
+#include "robots/loader/test/temporary_file.hpp"
 
 namespace kalmarm::adversary {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <limits>
 
-#include "accuracy/real.hpp"
+#include "accuracy/measures/real.hpp"
 #include "accuracy/stress/error_bins.hpp"
 
 namespace kalmarm::stress {

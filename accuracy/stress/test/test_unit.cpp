@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "accuracy/stress/measure_unit.hpp"
-#include "robots/input_error.hpp"
+#include "robots/loader/input_error.hpp"
 
 namespace kalmarm::stress {
 namespace {

@@ -36,10 +36,10 @@ namespace kalmarm {
 
 enum class Form {
   conventional,  // covariances P of the filter
-  square_root,   // their square roots, for the study alone: a search finds answers that are wrong by
-                 // any factor without a warning (docs/errors.md). Take `certified` for heavy loads
-  certified,  // covariances, refined by residuals in twice the precision: Outcome::error says how
-              // wrong an answer is, mostly its last bit; 3 to 4 times the time in float64
+  square_root,  // their square roots, for the study alone: a search finds answers that are wrong by
+                // any factor without a warning (docs/errors.md). Take `certified` for heavy loads
+  certified,    // covariances, refined by residuals in twice the precision: Outcome::error says how
+                // wrong an answer is, mostly its last bit; 3 to 4 times the time in float64
 };
 
 KALMARM_EXPORT const char* to_string(Form form);
@@ -76,7 +76,7 @@ class KALMARM_EXPORT Dynamics {
   // or masses below zero, numbers that are not finite or that T does not hold.
   explicit Dynamics(const RobotModel& model, const DynamicsOptions& options = {});
 
-  // The same by other engines (algorithms/questions/solver_engine.hpp).
+  // The same by other engines (algorithms/dynamics/solver_engine.hpp).
   Dynamics(const RobotModel& model, const DynamicsOptions& options, const MakeEngine<T>& make);
 
   ~Dynamics();
@@ -204,23 +204,23 @@ class KALMARM_EXPORT Dynamics {
     if (!X.fits(n, n)) refuse(call, what, X.shape(), detail::shape(n, n));
   }
   void check(const char* call, const VectorView<const T>& q, const VectorView<const T>& qd,
-             const char* name, const VectorView<const T>& third, std::ptrdiff_t result,
+             const char* name, const VectorView<const T>& tau_or_qdd, std::ptrdiff_t result,
              int needed) const {
-    if (q.size() == nq_ && qd.size() == nv_ && third.size() == nv_ && result == needed) return;
+    if (q.size() == nq_ && qd.size() == nv_ && tau_or_qdd.size() == nv_ && result == needed) return;
     check(call, "q", q.size(), nq_);
     check(call, "qd", qd.size(), nv_);
-    check(call, name, third.size(), nv_);
+    check(call, name, tau_or_qdd.size(), nv_);
     check(call, "the result", result, needed);
   }
   void check(const char* call, std::ptrdiff_t count, const RowsView<const T>& q,
-             const RowsView<const T>& qd, const char* name, const RowsView<const T>& third,
+             const RowsView<const T>& qd, const char* name, const RowsView<const T>& tau_or_qdd,
              const RowsView<T>& result, int needed) const {
     const auto fit = [&](const char* what, const auto& rows, int width) {
       if (!rows.fits(count, width)) refuse(call, what, rows.shape(), detail::shape(count, width));
     };
     fit("q", q, nq_);
     fit("qd", qd, nv_);
-    fit(name, third, nv_);
+    fit(name, tau_or_qdd, nv_);
     fit("the result", result, needed);
   }
   int checked_columns(const char* call, const MatrixView<const T>& tau,
