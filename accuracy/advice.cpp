@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "algorithms/dynamics/check_model.hpp"
 #include "algorithms/model/plain.hpp"
-#include "algorithms/questions/check_model.hpp"
 #include "robots/input_error.hpp"
 
 namespace kalmarm {

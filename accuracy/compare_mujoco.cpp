@@ -13,10 +13,10 @@
 #include "accuracy/programs/open_scene.hpp"
 #include "accuracy/programs/output_file.hpp"
 #include "accuracy/programs/ranges.hpp"
-#include "algorithms/inverse_mass/condition.hpp"
+#include "algorithms/dynamics/check_model.hpp"
 #include "algorithms/model/plain.hpp"
-#include "algorithms/questions/check_model.hpp"
-#include "algorithms/solver.hpp"
+#include "algorithms/study/inverse_mass/condition.hpp"
+#include "algorithms/study/solver.hpp"
 #include "robots/memory_limit.hpp"
 #include "robots/mujoco_solver.hpp"
 

@@ -3,8 +3,8 @@
 #include <optional>
 
 #include "accuracy/real.hpp"
-#include "algorithms/questions/plan.hpp"
-#include "algorithms/questions/solver_engine.hpp"
+#include "algorithms/dynamics/plan.hpp"
+#include "algorithms/dynamics/solver_engine.hpp"
 #include "robots/input_error.hpp"
 #include "robots/mujoco_solver.hpp"
 

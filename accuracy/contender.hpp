@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "algorithms/solver.hpp"
+#include "algorithms/study/solver.hpp"
 #include "kalmarm/dynamics.hpp"
 #include "robots/question.hpp"
 #include "robots/scene.hpp"

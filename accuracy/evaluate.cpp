@@ -1,6 +1,6 @@
 // evaluate: one variant on given or random states -> JSON.
 //
-// What the question does not need is left out (questions/plan.hpp), unless --no-pruning says so.
+// What the question does not need is left out (dynamics/plan.hpp), unless --no-pruning says so.
 // "asked" names the DoF of the results where these are not all, "sites" those of J M^-1 J'.
 //
 // A variant that answers but warns (kalmarm/outcome.hpp) says so in the state: "warning", with the
@@ -27,8 +27,8 @@
 #include "accuracy/programs/progress.hpp"
 #include "accuracy/programs/ranges.hpp"
 #include "accuracy/real.hpp"
-#include "algorithms/questions/plan.hpp"
-#include "algorithms/solver.hpp"
+#include "algorithms/dynamics/plan.hpp"
+#include "algorithms/study/solver.hpp"
 #include "robots/memory_limit.hpp"
 #include "robots/state_file.hpp"
 

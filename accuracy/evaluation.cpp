@@ -5,7 +5,7 @@
 #include <set>
 
 #include "accuracy/real.hpp"
-#include "algorithms/solver.hpp"
+#include "algorithms/study/solver.hpp"
 #include "robots/input_error.hpp"
 #include "robots/mujoco_solver.hpp"
 

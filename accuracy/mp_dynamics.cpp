@@ -1,6 +1,6 @@
 // Dynamics in multi-precision: by the variants of the study, which are its engines.
 #include "accuracy/real.hpp"
-#include "algorithms/questions/dynamics_members.hpp"
+#include "algorithms/dynamics/dynamics_members.hpp"
 
 namespace kalmarm {
 

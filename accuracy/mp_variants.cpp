@@ -1,6 +1,6 @@
 // The registry's variants in multi-precision.
 #include "accuracy/real.hpp"
-#include "algorithms/registry.hpp"
+#include "algorithms/study/registry.hpp"
 
 namespace kalmarm {
 

@@ -21,7 +21,7 @@
 #include "accuracy/programs/progress.hpp"
 #include "accuracy/programs/ranges.hpp"
 #include "accuracy/truth_cache.hpp"
-#include "algorithms/solver.hpp"
+#include "algorithms/study/solver.hpp"
 #include "robots/mujoco_solver.hpp"
 
 namespace kalmarm {

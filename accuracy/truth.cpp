@@ -8,8 +8,8 @@
 
 #include "accuracy/enclosure.hpp"
 #include "accuracy/structured_condition.hpp"
-#include "algorithms/inverse_mass/sequential.hpp"
-#include "algorithms/riccati/array.hpp"
+#include "algorithms/study/inverse_mass/sequential.hpp"
+#include "algorithms/study/riccati/array.hpp"
 
 namespace kalmarm {
 namespace {

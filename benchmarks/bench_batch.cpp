@@ -14,9 +14,9 @@
 #include <thread>
 #include <vector>
 
+#include "algorithms/dynamics/flops.hpp"
 #include "algorithms/model/plain.hpp"
-#include "algorithms/questions/flops.hpp"
-#include "algorithms/solver.hpp"
+#include "algorithms/study/solver.hpp"
 #include "benchmarks/case.hpp"
 #include "benchmarks/driver.hpp"
 #include "kalmarm/dynamics.hpp"

@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "algorithms/questions/flops.hpp"
-#include "algorithms/solver.hpp"
+#include "algorithms/dynamics/flops.hpp"
+#include "algorithms/study/solver.hpp"
 #include "benchmarks/case.hpp"
 #include "benchmarks/driver.hpp"
 

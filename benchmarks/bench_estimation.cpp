@@ -1,5 +1,5 @@
 // bench_estimation: what the paper's sections cost against N, on the random chain. The recursions
-// of algorithms/estimation/ are O(N), Result 6.1 is O(N^2), the literal operators are O(N^3) and
+// of algorithms/study/estimation/ are O(N), Result 6.1 is O(N^2), the literal operators are O(N^3) and
 // end at largest_dense. The fast path goes on to a million links.
 //
 // Names are task/variant/chain:N/precision. Each case is verified before it is timed: the filter
@@ -16,11 +16,11 @@
 
 #include "accuracy/programs/command_line.hpp"
 #include "accuracy/programs/ranges.hpp"
-#include "algorithms/derivatives/log_det.hpp"
-#include "algorithms/estimation/filter_smoother.hpp"
-#include "algorithms/estimation/operators.hpp"
 #include "algorithms/model/plain.hpp"
-#include "algorithms/solver.hpp"
+#include "algorithms/study/derivatives/log_det.hpp"
+#include "algorithms/study/estimation/filter_smoother.hpp"
+#include "algorithms/study/estimation/operators.hpp"
+#include "algorithms/study/solver.hpp"
 #include "benchmarks/run.hpp"
 #include "robots/families.hpp"
 #include "robots/scene.hpp"

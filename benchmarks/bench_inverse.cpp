@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "algorithms/solver.hpp"
+#include "algorithms/study/solver.hpp"
 #include "benchmarks/case.hpp"
 #include "benchmarks/driver.hpp"
 #include "robots/mujoco_solver.hpp"

@@ -1,5 +1,5 @@
 // bench_pruning: time of an answer with and without what the question leaves out
-// (questions/plan.hpp), in one run.
+// (dynamics/plan.hpp), in one run.
 //
 // Names are want/how/scene/precision; how is "whole" (no rule), "pruned" (all rules, or those left
 // by --without), or "alone": the scene of --alone, asked the same of all of its joints. Pruned
@@ -13,9 +13,9 @@
 #include <vector>
 
 #include "accuracy/programs/open_scene.hpp"
+#include "algorithms/dynamics/flops.hpp"
+#include "algorithms/dynamics/plan.hpp"
 #include "algorithms/model/plain.hpp"
-#include "algorithms/questions/flops.hpp"
-#include "algorithms/questions/plan.hpp"
 #include "benchmarks/case.hpp"
 #include "benchmarks/driver.hpp"
 #include "kalmarm/dynamics.hpp"

@@ -2,8 +2,8 @@
 
 #include <cstdio>
 
-#include "algorithms/inverse_mass/condition.hpp"
 #include "algorithms/model/mass_matrix.hpp"
+#include "algorithms/study/inverse_mass/condition.hpp"
 
 namespace kalmarm {
 

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "algorithms/solver.hpp"
+#include "algorithms/study/solver.hpp"
 #include "robots/scene.hpp"
 
 namespace kalmarm {

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "algorithms/model/model.hpp"
-#include "algorithms/solver.hpp"
+#include "algorithms/study/solver.hpp"
 #include "robots/scene.hpp"
 
 namespace kalmarm {

@@ -12,12 +12,12 @@
 #include <utility>
 #include <vector>
 
-#include "algorithms/derivatives/acceleration_jacobian.hpp"
-#include "algorithms/derivatives/fit_filter.hpp"
-#include "algorithms/derivatives/innovation_jacobian.hpp"
-#include "algorithms/derivatives/mass_jacobian.hpp"
-#include "algorithms/inverse_mass/sequential.hpp"
 #include "algorithms/model/mass_matrix.hpp"
+#include "algorithms/study/derivatives/acceleration_jacobian.hpp"
+#include "algorithms/study/derivatives/fit_filter.hpp"
+#include "algorithms/study/derivatives/innovation_jacobian.hpp"
+#include "algorithms/study/derivatives/mass_jacobian.hpp"
+#include "algorithms/study/inverse_mass/sequential.hpp"
 
 namespace kalmarm {
 namespace {

@@ -27,7 +27,7 @@ class Family(NamedTuple):
 
 
 class Variant(NamedTuple):
-    """What a variant is and can do (algorithms/variant_traits.hpp)."""
+    """What a variant is and can do (algorithms/study/variant_traits.hpp)."""
 
     name: str
     equation: str

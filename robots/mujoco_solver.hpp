@@ -8,7 +8,7 @@
 
 #include <memory>
 
-#include "algorithms/solver.hpp"
+#include "algorithms/study/solver.hpp"
 #include "robots/mujoco_model.hpp"
 
 namespace kalmarm {

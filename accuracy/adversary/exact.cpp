@@ -5,10 +5,10 @@
 
 #include "accuracy/move.hpp"
 #include "accuracy/truth.hpp"
-#include "algorithms/inverse_mass/sequential.hpp"
 #include "algorithms/model/inverse_dynamics.hpp"
 #include "algorithms/model/mass_matrix.hpp"
-#include "algorithms/riccati/array.hpp"
+#include "algorithms/study/inverse_mass/sequential.hpp"
+#include "algorithms/study/riccati/array.hpp"
 
 namespace kalmarm::adversary {
 namespace {

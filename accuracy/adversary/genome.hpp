@@ -36,7 +36,7 @@
 
 #include <vector>
 
-#include "algorithms/fast/engine.hpp"
+#include "algorithms/fast/engine/engine.hpp"
 #include "robots/scene.hpp"
 
 namespace kalmarm::adversary {

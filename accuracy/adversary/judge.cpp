@@ -6,7 +6,7 @@
 
 #include "accuracy/adversary/exact.hpp"
 #include "accuracy/contender.hpp"
-#include "algorithms/questions/plan.hpp"
+#include "algorithms/dynamics/plan.hpp"
 #include "robots/input_error.hpp"
 
 namespace kalmarm::adversary {

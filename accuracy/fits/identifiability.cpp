@@ -8,7 +8,7 @@
 #include <numeric>
 
 #include "accuracy/fits/jacobians.hpp"
-#include "algorithms/derivatives/regressor.hpp"
+#include "algorithms/study/derivatives/regressor.hpp"
 
 namespace kalmarm {
 namespace {

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "accuracy/fits/residuals.hpp"
-#include "algorithms/derivatives/acceleration_jacobian.hpp"
-#include "algorithms/derivatives/log_D_jacobian.hpp"
+#include "algorithms/study/derivatives/acceleration_jacobian.hpp"
+#include "algorithms/study/derivatives/log_D_jacobian.hpp"
 
 namespace kalmarm {
 

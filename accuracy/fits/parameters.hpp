@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "algorithms/derivatives/inertial_parameters.hpp"
 #include "algorithms/model/model.hpp"
+#include "algorithms/study/derivatives/inertial_parameters.hpp"
 
 namespace kalmarm {
 

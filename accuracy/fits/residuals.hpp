@@ -17,11 +17,11 @@
 
 #include "accuracy/fits/parameters.hpp"
 #include "accuracy/fits/samples.hpp"
-#include "algorithms/derivatives/fit_filter.hpp"
-#include "algorithms/derivatives/innovation_jacobian.hpp"
-#include "algorithms/derivatives/mass_jacobian.hpp"
-#include "algorithms/inverse_mass/sequential.hpp"
 #include "algorithms/model/mass_matrix.hpp"
+#include "algorithms/study/derivatives/fit_filter.hpp"
+#include "algorithms/study/derivatives/innovation_jacobian.hpp"
+#include "algorithms/study/derivatives/mass_jacobian.hpp"
+#include "algorithms/study/inverse_mass/sequential.hpp"
 
 namespace kalmarm {
 

@@ -5,7 +5,7 @@
 #include <boost/random/normal_distribution.hpp>
 
 #include "accuracy/fits/prediction.hpp"
-#include "algorithms/derivatives/mass_jacobian.hpp"
+#include "algorithms/study/derivatives/mass_jacobian.hpp"
 #include "robots/input_error.hpp"
 #include "robots/memory_limit.hpp"
 #include "robots/mujoco_solver.hpp"

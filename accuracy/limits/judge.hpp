@@ -19,7 +19,7 @@
 #include <optional>
 #include <vector>
 
-#include "algorithms/solver.hpp"
+#include "algorithms/study/solver.hpp"
 #include "robots/scene.hpp"
 
 namespace kalmarm::limits {

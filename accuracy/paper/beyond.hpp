@@ -7,7 +7,7 @@
 #include "accuracy/paper/rows.hpp"
 #include "accuracy/paper/section_5.hpp"
 #include "accuracy/paper/setting.hpp"
-#include "algorithms/derivatives/log_det.hpp"
+#include "algorithms/study/derivatives/log_det.hpp"
 
 namespace kalmarm {
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "accuracy/paper/rows.hpp"
-#include "algorithms/estimation/operators.hpp"
+#include "algorithms/study/estimation/operators.hpp"
 #include "robots/scene.hpp"
 
 namespace kalmarm {

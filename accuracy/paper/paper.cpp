@@ -19,8 +19,8 @@
 #include "accuracy/programs/output_file.hpp"
 #include "accuracy/programs/progress.hpp"
 #include "accuracy/programs/ranges.hpp"
-#include "algorithms/inverse_mass/condition.hpp"
-#include "algorithms/solver.hpp"
+#include "algorithms/study/inverse_mass/condition.hpp"
+#include "algorithms/study/solver.hpp"
 #include "robots/families.hpp"
 
 namespace kalmarm {

@@ -6,7 +6,7 @@
 #include "accuracy/paper/rows.hpp"
 #include "accuracy/paper/section_2.hpp"
 #include "accuracy/paper/setting.hpp"
-#include "algorithms/estimation/covariance_analysis.hpp"
+#include "algorithms/study/estimation/covariance_analysis.hpp"
 
 namespace kalmarm {
 

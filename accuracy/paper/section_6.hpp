@@ -4,7 +4,7 @@
 #include "accuracy/paper/rows.hpp"
 #include "accuracy/paper/section_5.hpp"
 #include "accuracy/paper/setting.hpp"
-#include "algorithms/solver.hpp"
+#include "algorithms/study/solver.hpp"
 
 namespace kalmarm {
 

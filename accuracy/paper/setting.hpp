@@ -18,9 +18,9 @@
 #include "accuracy/real.hpp"
 #include "accuracy/udu.hpp"
 #include "accuracy/world_mechanics.hpp"
-#include "algorithms/estimation/batch_estimate.hpp"
-#include "algorithms/estimation/simulation.hpp"
 #include "algorithms/model/inverse_dynamics.hpp"
+#include "algorithms/study/estimation/batch_estimate.hpp"
+#include "algorithms/study/estimation/simulation.hpp"
 
 namespace kalmarm {
 

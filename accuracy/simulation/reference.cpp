@@ -4,7 +4,7 @@
 
 #include "accuracy/udu.hpp"
 #include "accuracy/world_mechanics.hpp"
-#include "algorithms/estimation/operators.hpp"
+#include "algorithms/study/estimation/operators.hpp"
 
 namespace kalmarm {
 namespace {

@@ -12,7 +12,7 @@
 #pragma once
 
 #include "accuracy/real.hpp"
-#include "algorithms/estimation/simulation.hpp"
+#include "algorithms/study/estimation/simulation.hpp"
 
 namespace kalmarm {
 

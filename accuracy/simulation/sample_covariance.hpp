@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "accuracy/simulation/sampler.hpp"
-#include "algorithms/estimation/simulation.hpp"
+#include "algorithms/study/estimation/simulation.hpp"
 
 namespace kalmarm {
 

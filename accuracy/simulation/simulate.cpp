@@ -27,9 +27,9 @@
 #include "accuracy/programs/ranges.hpp"
 #include "accuracy/simulation/reference.hpp"
 #include "accuracy/simulation/sample_covariance.hpp"
-#include "algorithms/estimation/covariance_analysis.hpp"
-#include "algorithms/estimation/operators.hpp"
 #include "algorithms/model/mass_matrix.hpp"
+#include "algorithms/study/estimation/covariance_analysis.hpp"
+#include "algorithms/study/estimation/operators.hpp"
 
 namespace kalmarm {
 namespace {

@@ -19,7 +19,7 @@
 #include <string>
 #include <vector>
 
-#include "algorithms/solver.hpp"
+#include "algorithms/study/solver.hpp"
 
 namespace kalmarm::stress {
 

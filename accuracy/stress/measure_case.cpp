@@ -12,7 +12,7 @@
 #include "accuracy/csv.hpp"
 #include "accuracy/measures.hpp"
 #include "accuracy/truth_cache.hpp"
-#include "algorithms/solver.hpp"
+#include "algorithms/study/solver.hpp"
 
 namespace kalmarm::stress {
 namespace {

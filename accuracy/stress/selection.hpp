@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "accuracy/stress/families.hpp"
-#include "algorithms/solver.hpp"
+#include "algorithms/study/solver.hpp"
 #include "robots/input_error.hpp"
 
 namespace kalmarm::stress {

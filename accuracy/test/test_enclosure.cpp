@@ -9,7 +9,7 @@
 #include "accuracy/enclosure.hpp"
 #include "accuracy/measures.hpp"
 #include "accuracy/truth.hpp"
-#include "algorithms/solver.hpp"
+#include "algorithms/study/solver.hpp"
 #include "algorithms/test/models.hpp"
 
 namespace kalmarm {

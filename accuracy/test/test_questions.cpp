@@ -10,9 +10,9 @@
 
 #include "accuracy/move.hpp"
 #include "accuracy/real.hpp"
+#include "algorithms/dynamics/plan.hpp"
+#include "algorithms/dynamics/solver_engine.hpp"
 #include "algorithms/model/mass_matrix.hpp"
-#include "algorithms/questions/plan.hpp"
-#include "algorithms/questions/solver_engine.hpp"
 #include "robots/question.hpp"
 #include "robots/scene.hpp"
 #include "robots/sites.hpp"

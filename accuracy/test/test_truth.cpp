@@ -8,7 +8,7 @@
 #include "accuracy/real.hpp"
 #include "accuracy/truth.hpp"
 #include "accuracy/udu.hpp"
-#include "algorithms/solver.hpp"
+#include "algorithms/study/solver.hpp"
 #include "algorithms/test/models.hpp"
 
 namespace kalmarm {

@@ -7,9 +7,9 @@
 #include <stdexcept>
 #include <tuple>
 
+#include "algorithms/dynamics/check_model.hpp"
+#include "algorithms/dynamics/plan.hpp"
 #include "algorithms/model/short_text.hpp"
-#include "algorithms/questions/check_model.hpp"
-#include "algorithms/questions/plan.hpp"
 
 namespace kalmarm {
 namespace {

@@ -1,4 +1,4 @@
-// How large the terms are that D(k) of a covariance form is summed from, S of inverse_mass/singularity.hpp,
+// How large the terms are that D(k) of a covariance form is summed from, S of study/inverse_mass/singularity.hpp,
 // and from which D on nothing is lost in rounding.
 #pragma once
 

@@ -6,14 +6,14 @@
 #include <memory>
 #include <set>
 
-#include "algorithms/derivatives/acceleration_jacobian.hpp"
-#include "algorithms/derivatives/factor_gradient.hpp"
-#include "algorithms/derivatives/innovation_jacobian.hpp"
-#include "algorithms/derivatives/mass_jacobian.hpp"
 #include "algorithms/fast/test/planar_support.hpp"
-#include "algorithms/inverse_mass/sequential.hpp"
-#include "algorithms/riccati/conventional.hpp"
-#include "algorithms/solver.hpp"
+#include "algorithms/study/derivatives/acceleration_jacobian.hpp"
+#include "algorithms/study/derivatives/factor_gradient.hpp"
+#include "algorithms/study/derivatives/innovation_jacobian.hpp"
+#include "algorithms/study/derivatives/mass_jacobian.hpp"
+#include "algorithms/study/inverse_mass/sequential.hpp"
+#include "algorithms/study/riccati/conventional.hpp"
+#include "algorithms/study/solver.hpp"
 #include "algorithms/test/allocations.hpp"
 
 namespace kalmarm::test {

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <type_traits>
 
+#include "algorithms/dynamics/flops.hpp"
+#include "algorithms/dynamics/plan.hpp"
 #include "algorithms/model/plain.hpp"
-#include "algorithms/questions/flops.hpp"
-#include "algorithms/questions/plan.hpp"
 #include "benchmarks/peers/peer.hpp"
 #include "kalmarm/dynamics.hpp"
 

@@ -4,7 +4,7 @@
 //   M aB = tauB + weight - v x* M v,  v in the body's axes
 #include <gtest/gtest.h>
 
-#include "algorithms/solver.hpp"
+#include "algorithms/study/solver.hpp"
 #include "algorithms/test/models.hpp"
 #include "benchmarks/derivative_check.hpp"
 #include "benchmarks/peers/body_axes.hpp"

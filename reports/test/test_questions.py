@@ -13,7 +13,7 @@ from readers import load
 from sections import questions
 
 TITLE = "What a question does not need"
-RULES = (  # of Rule in algorithms/questions/question.hpp
+RULES = (  # of Rule in algorithms/dynamics/question.hpp
     "locked_joints untouched_trees massless_branches separate_trees translations planes zero_terms "
     "rest partial_answers"
 ).split()

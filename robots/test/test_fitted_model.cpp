@@ -5,8 +5,8 @@
 #include <boost/random/uniform_real_distribution.hpp>
 #include <filesystem>
 
-#include "algorithms/derivatives/inertial_parameters.hpp"
 #include "algorithms/model/mass_matrix.hpp"
+#include "algorithms/study/derivatives/inertial_parameters.hpp"
 #include "robots/fitted_model.hpp"
 #include "robots/input_error.hpp"
 #include "robots/mujoco_solver.hpp"

@@ -6,7 +6,7 @@
 
 #include "accuracy/adversary/judge.hpp"
 #include "accuracy/stress/families.hpp"
-#include "algorithms/solver.hpp"
+#include "algorithms/study/solver.hpp"
 #include "robots/generate.hpp"
 #include "robots/input_error.hpp"
 

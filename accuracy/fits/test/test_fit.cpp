@@ -15,7 +15,7 @@
 #include "accuracy/fits/fit.hpp"
 #include "accuracy/fits/identifiability.hpp"
 #include "accuracy/fits/prediction.hpp"
-#include "algorithms/derivatives/mass_jacobian.hpp"
+#include "algorithms/study/derivatives/mass_jacobian.hpp"
 #include "algorithms/test/models.hpp"
 
 namespace kalmarm::test {

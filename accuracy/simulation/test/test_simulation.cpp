@@ -3,7 +3,7 @@
 #include <limits>
 
 #include "accuracy/simulation/test/robot.hpp"
-#include "algorithms/estimation/covariance_analysis.hpp"
+#include "algorithms/study/estimation/covariance_analysis.hpp"
 
 namespace kalmarm::test {
 namespace {

@@ -13,7 +13,7 @@
 #include "accuracy/real.hpp"
 #include "accuracy/stress/families.hpp"
 #include "algorithms/model/mass_matrix.hpp"
-#include "algorithms/solver.hpp"
+#include "algorithms/study/solver.hpp"
 #include "robots/families.hpp"
 #include "robots/scene.hpp"
 

@@ -25,8 +25,8 @@
 #include "algorithms/fast/certified/bounded_solve.hpp"
 #include "algorithms/fast/certified/refine.hpp"
 #include "algorithms/fast/certified/wide_acceleration.hpp"
-#include "algorithms/fast/forms.hpp"
-#include "algorithms/fast/instances.hpp"
+#include "algorithms/fast/engine/forms.hpp"
+#include "algorithms/fast/engine/instances.hpp"
 #include "algorithms/model/plain.hpp"
 
 namespace kalmarm {

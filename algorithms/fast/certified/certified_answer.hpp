@@ -5,7 +5,7 @@
 
 #include <memory>
 
-#include "algorithms/fast/engine.hpp"
+#include "algorithms/fast/engine/engine.hpp"
 #include "algorithms/fast/lowering/lowered_model.hpp"
 
 namespace kalmarm {

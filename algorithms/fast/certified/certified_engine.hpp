@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "algorithms/fast/certified/certified_narrow.hpp"
-#include "algorithms/fast/common_engine.hpp"
+#include "algorithms/fast/engine/common_engine.hpp"
 
 namespace kalmarm {
 

@@ -13,7 +13,7 @@
 #include "algorithms/fast/certified/certified_acceleration.hpp"
 #include "algorithms/fast/certified/probe.hpp"
 #include "algorithms/fast/certified/wide_factors.hpp"
-#include "algorithms/fast/engine.hpp"
+#include "algorithms/fast/engine/engine.hpp"
 #include "algorithms/fast/factors/diagonal.hpp"
 #include "algorithms/fast/factors/log_det.hpp"
 

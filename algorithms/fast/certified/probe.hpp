@@ -23,8 +23,8 @@
 #include <vector>
 
 #include "algorithms/fast/certified/residual.hpp"
+#include "algorithms/fast/engine/instances.hpp"
 #include "algorithms/fast/factors/columns.hpp"
-#include "algorithms/fast/instances.hpp"
 
 namespace kalmarm {
 

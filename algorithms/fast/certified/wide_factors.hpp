@@ -17,7 +17,7 @@
 
 #include <memory>
 
-#include "algorithms/fast/engine.hpp"
+#include "algorithms/fast/engine/engine.hpp"
 
 namespace kalmarm {
 

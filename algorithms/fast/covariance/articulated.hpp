@@ -1,4 +1,4 @@
-// The articulated inertia of the fast path: P of the conventional form (riccati/conventional.hpp)
+// The articulated inertia of the fast path: P of the conventional form (study/riccati/conventional.hpp)
 // as 21 numbers, and its arithmetic.
 //
 //   P = [A B; B' C]       A and C symmetric: A of moments, C of forces, B between them

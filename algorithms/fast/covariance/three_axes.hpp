@@ -17,7 +17,7 @@
 #include <algorithm>
 
 #include "algorithms/fast/covariance/rounding_test.hpp"
-#include "algorithms/fast/lowering/transforms.hpp"
+#include "algorithms/fast/covariance/transforms.hpp"
 #include "algorithms/spatial/inlining.hpp"
 
 namespace kalmarm {

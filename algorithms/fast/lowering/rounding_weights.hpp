@@ -13,7 +13,7 @@
 // parallel axes, moments about z and forces along x and y are a problem of their own, and the only
 // one on which a D depends: the weights of the others are 0.
 //
-// Square roots lose about 32 u^2 where P loses u (inverse_mass/singularity.hpp): (1) in that unit
+// Square roots lose about 32 u^2 where P loses u (study/inverse_mass/singularity.hpp): (1) in that unit
 // says which of their D are worth a test.
 #pragma once
 

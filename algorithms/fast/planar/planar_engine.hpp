@@ -13,8 +13,8 @@
 #include <optional>
 #include <vector>
 
-#include "algorithms/fast/common_engine.hpp"
-#include "algorithms/fast/guard.hpp"
+#include "algorithms/fast/engine/common_engine.hpp"
+#include "algorithms/fast/guard/guard.hpp"
 #include "algorithms/fast/planar/planar_columns.hpp"
 #include "algorithms/fast/planar/planar_selection.hpp"
 #include "algorithms/model/rounding_scale.hpp"

@@ -9,8 +9,8 @@
 #include <optional>
 #include <vector>
 
-#include "algorithms/fast/common_engine.hpp"
-#include "algorithms/fast/guard.hpp"
+#include "algorithms/fast/engine/common_engine.hpp"
+#include "algorithms/fast/guard/guard.hpp"
 #include "algorithms/fast/planar/translational.hpp"
 
 namespace kalmarm {

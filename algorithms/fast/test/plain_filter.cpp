@@ -1,9 +1,9 @@
 #include "algorithms/fast/test/plain_filter.hpp"
 
-#include "algorithms/inverse_mass/sequential.hpp"
 #include "algorithms/model/inverse_dynamics.hpp"
 #include "algorithms/model/mass_matrix.hpp"
-#include "algorithms/riccati/conventional.hpp"
+#include "algorithms/study/inverse_mass/sequential.hpp"
+#include "algorithms/study/riccati/conventional.hpp"
 
 namespace kalmarm::test {
 

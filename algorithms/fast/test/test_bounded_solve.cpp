@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "algorithms/fast/certified/bounded_solve.hpp"
-#include "algorithms/fast/instances.hpp"
+#include "algorithms/fast/engine/instances.hpp"
 #include "algorithms/fast/test/mechanisms_that_lose.hpp"
 #include "algorithms/fast/test/support.hpp"
 

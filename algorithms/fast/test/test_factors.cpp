@@ -2,8 +2,8 @@
 // replaces another.
 #include <gtest/gtest.h>
 
+#include "algorithms/fast/engine/instances.hpp"
 #include "algorithms/fast/factors/limbs.hpp"
-#include "algorithms/fast/instances.hpp"
 #include "algorithms/fast/test/support.hpp"
 
 namespace kalmarm::test {

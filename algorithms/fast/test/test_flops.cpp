@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "algorithms/fast/derivatives/derivatives.hpp"
+#include "algorithms/fast/engine/flops.hpp"
 #include "algorithms/fast/factors/lambda.hpp"
-#include "algorithms/fast/flops.hpp"
 #include "algorithms/fast/planar/planar_filter.hpp"
 #include "algorithms/fast/rigid/inverse_dynamics.hpp"
 #include "algorithms/fast/rigid/mass.hpp"

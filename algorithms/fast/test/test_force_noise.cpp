@@ -6,7 +6,7 @@
 #include <cmath>
 #include <string>
 
-#include "algorithms/fast/instances.hpp"
+#include "algorithms/fast/engine/instances.hpp"
 #include "algorithms/fast/test/mechanisms_that_lose.hpp"
 #include "algorithms/fast/test/support.hpp"
 

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "algorithms/fast/engine.hpp"
+#include "algorithms/fast/engine/engine.hpp"
 #include "algorithms/fast/test/support.hpp"
 #include "algorithms/test/singular.hpp"
 

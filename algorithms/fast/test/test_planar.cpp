@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "algorithms/fast/engine.hpp"
+#include "algorithms/fast/engine/engine.hpp"
 #include "algorithms/fast/planar/plane.hpp"
 #include "algorithms/fast/planar/translational.hpp"
 #include "algorithms/fast/test/planar_support.hpp"

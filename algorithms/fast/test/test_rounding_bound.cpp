@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "algorithms/fast/instances.hpp"
+#include "algorithms/fast/engine/instances.hpp"
 #include "algorithms/fast/test/mechanisms_that_lose.hpp"
 #include "algorithms/fast/test/support.hpp"
 

@@ -5,9 +5,9 @@
 #include <set>
 #include <vector>
 
+#include "algorithms/dynamics/plan.hpp"
 #include "algorithms/fast/lowering/zero_terms.hpp"
 #include "algorithms/fast/test/zero_terms_support.hpp"
-#include "algorithms/questions/plan.hpp"
 
 namespace kalmarm::test {
 namespace {

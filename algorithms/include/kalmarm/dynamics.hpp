@@ -36,10 +36,10 @@ namespace kalmarm {
 
 enum class Form {
   conventional,  // covariances P of the filter
-  square_root,   // their square roots, for the study alone: a search finds answers that are wrong by
-                 // any factor without a warning (docs/errors.md). Take `certified` for heavy loads
-  certified,  // covariances, refined by residuals in twice the precision: Outcome::error says how
-              // wrong an answer is, mostly its last bit; 3 to 4 times the time in float64
+  square_root,  // their square roots, for the study alone: a search finds answers that are wrong by
+                // any factor without a warning (docs/errors.md). Take `certified` for heavy loads
+  certified,    // covariances, refined by residuals in twice the precision: Outcome::error says how
+                // wrong an answer is, mostly its last bit; 3 to 4 times the time in float64
 };
 
 KALMARM_EXPORT const char* to_string(Form form);
@@ -76,7 +76,7 @@ class KALMARM_EXPORT Dynamics {
   // or masses below zero, numbers that are not finite or that T does not hold.
   explicit Dynamics(const RobotModel& model, const DynamicsOptions& options = {});
 
-  // The same by other engines (algorithms/questions/solver_engine.hpp).
+  // The same by other engines (algorithms/dynamics/solver_engine.hpp).
   Dynamics(const RobotModel& model, const DynamicsOptions& options, const MakeEngine<T>& make);
 
   ~Dynamics();

@@ -1,0 +1,20 @@
+#include "algorithms/dynamics/dynamics_members.hpp"
+
+namespace kalmarm {
+
+template <class T>
+Dynamics<T>::Dynamics(const RobotModel& model, const DynamicsOptions& options)
+    : Dynamics(
+          model,
+          [&] {
+            DynamicsOptions able = options;
+            const std::set<Rule> rules = rules_for(options.form);
+            std::erase_if(able.rules, [&](Rule rule) { return !rules.contains(rule); });
+            return able;
+          }(),
+          make_engine<T>) {}
+
+template class Dynamics<float>;
+template class Dynamics<double>;
+
+}  // namespace kalmarm

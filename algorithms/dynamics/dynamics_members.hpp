@@ -1,0 +1,122 @@
+// The members of Dynamics<T>, for the files that instantiate it: dynamics.cpp for float and double,
+// the study for multi-precision.
+#pragma once
+
+#include "algorithms/dynamics/check_model.hpp"
+#include "algorithms/dynamics/execution.hpp"
+#include "algorithms/model/plain.hpp"
+#include "kalmarm/dynamics.hpp"
+
+namespace kalmarm {
+
+template <class T>
+Dynamics<T>::Dynamics(const RobotModel& model, const DynamicsOptions& options,
+                      const MakeEngine<T>& make)
+    : nq_(model.nq), nv_(model.nv()), form_(options.form) {
+  check_form(form_);
+  check_model(model, std::is_same_v<T, float> ? std::numeric_limits<float>::max()
+                                              : std::numeric_limits<double>::max());
+  execution_ = std::make_unique<Execution<T>>(
+      make_plan(model_of(model), options.question, options.rules), nq_, form_, make);
+  asked_ = execution_->asked();
+  rows_ = execution_->rows();
+}
+
+template <class T>
+Dynamics<T>::~Dynamics() = default;
+template <class T>
+Dynamics<T>::Dynamics(Dynamics&&) noexcept = default;
+template <class T>
+Dynamics<T>& Dynamics<T>::operator=(Dynamics&&) noexcept = default;
+
+template <class T>
+Execution<T>& Dynamics<T>::execution() const {
+  if (!execution_) throw std::logic_error("Dynamics: was moved from, and answers nothing");
+  return *execution_;
+}
+
+template <class T>
+const Plan& Dynamics<T>::plan() const {
+  return execution().plan();
+}
+
+template <class T>
+void Dynamics<T>::refuse(const char* call, const char* what, const std::string& given,
+                         const std::string& needed) {
+  throw std::invalid_argument(std::string(call) + ": " + what + " has size " + given + ", " +
+                              needed + " is needed");
+}
+
+template <class T>
+int Dynamics<T>::checked_columns(const char* call, const MatrixView<const T>& tau,
+                                 const MatrixView<T>& x) const {
+  const std::ptrdiff_t columns = tau.columns_of(asked_);
+  if (!tau.fits(asked_, columns) || tau.is_row_major())
+    refuse(call, "tau", tau.shape(), std::to_string(asked_) + " x any, column-major,");
+  if (!x.fits(asked_, columns) || x.is_row_major())
+    refuse(call, "x", x.shape(), detail::shape(asked_, columns) + ", column-major,");
+  return static_cast<int>(columns);
+}
+
+template <class T>
+void Dynamics<T>::check_derivatives(const Derivatives<T>& out) const {
+  const std::pair<const char*, const MatrixView<T>*> all[] = {
+      {"dq", &out.dq}, {"dqd", &out.dqd}, {"dtau", &out.dtau}};
+  for (const auto& [name, X] : all)
+    if (*X && (!X->fits(asked_, asked_) || (X->is_row_major() && X != &out.dtau)))
+      refuse("derivatives", name, X->shape(), detail::shape(asked_, asked_) + ", column-major,");
+}
+
+template <class T>
+Outcome Dynamics<T>::forward_dynamics(const T* q, const T* qd, const T* tau, T* a) {
+  return execution().forward_dynamics(q, qd, tau, a);
+}
+template <class T>
+int Dynamics<T>::forward_dynamics(int count, const T* q, const T* qd, const T* tau, T* a,
+                                  Outcome* outcomes, int threads) {
+  return execution().forward_dynamics(count, q, qd, tau, a, outcomes, std::max(threads, 1));
+}
+template <class T>
+void Dynamics<T>::inverse_dynamics(const T* q, const T* qd, const T* qdd, T* tau) {
+  execution().inverse_dynamics(q, qd, qdd, tau);
+}
+template <class T>
+void Dynamics<T>::inverse_dynamics(int count, const T* q, const T* qd, const T* qdd, T* tau,
+                                   int threads) {
+  execution().inverse_dynamics(count, q, qd, qdd, tau, std::max(threads, 1));
+}
+template <class T>
+void Dynamics<T>::mass(const T* q, T* M) {
+  execution().mass(q, M);
+}
+template <class T>
+Outcome Dynamics<T>::inverse_mass(const T* q, T* X) {
+  return execution().inverse(q, X);
+}
+template <class T>
+Outcome Dynamics<T>::factor(const T* q) {
+  return execution().factor(q);
+}
+template <class T>
+Outcome Dynamics<T>::solve(int columns, const T* taus, T* X) {
+  return execution().solve(columns, taus, X);
+}
+template <class T>
+Outcome Dynamics<T>::derivatives(const T* q, const T* qd, const T* tau, const Derivatives<T>& out,
+                                 T* a) {
+  return execution().derivatives(q, qd, tau, out.dq.data(), out.dqd.data(), out.dtau.data(), a);
+}
+template <class T>
+Outcome Dynamics<T>::diagonal(const T* q, T* x) {
+  return execution().diagonal(q, x);
+}
+template <class T>
+Outcome Dynamics<T>::log_det(const T* q, T& x) {
+  return execution().log_det(q, x);
+}
+template <class T>
+Outcome Dynamics<T>::operational(const T* q, T* X) {
+  return execution().operational(q, X);
+}
+
+}  // namespace kalmarm

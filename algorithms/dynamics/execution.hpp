@@ -1,0 +1,331 @@
+// Executes a plan: gathers each part's state from the robot's, asks the part's engine, scatters the
+// result. Engines, memory and what is copied where are settled when the object is made.
+#pragma once
+
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "algorithms/dynamics/part_state.hpp"
+#include "algorithms/dynamics/threads.hpp"
+
+namespace kalmarm {
+
+// Only what the question wants may be called: else std::logic_error. Pointers are those of
+// Dynamics, whose header says what they hold.
+template <class T>
+class Execution {
+ public:
+  Execution(Plan plan, int nq, Form form, const MakeEngine<T>& make)
+      : plan_(std::move(plan)),
+        nq_(nq),
+        asked_(static_cast<int>(plan_.asked.size())),
+        rows_(6 * static_cast<int>(plan_.question.frames.size())),
+        at_rest_(plan_.question.at_rest),
+        zero_(plan_.nv, T(0)),
+        factored_q_(nq, T(0)) {
+    for (const Want want : plan_.question.want) wanted_ |= bit(want);
+    const bool nothing_to_copy = plan_.parts.size() == 1 && asked_ == plan_.nv &&
+                                 plan_.parts[0].reduction.model.nv() == plan_.nv &&
+                                 plan_.question.locked.empty();
+    for (const Part& part : plan_.parts)
+      parts_.emplace_back(plan_, part, form, make, nothing_to_copy);
+    if (nothing_to_copy) whole_ = parts_[0].engine.get();
+  }
+
+  const Plan& plan() const { return plan_; }
+  int asked() const { return asked_; }
+  int rows() const { return rows_; }  // of J
+
+  Outcome forward_dynamics(const T* q, const T* qd, const T* tau, T* a) {
+    need(Want::acceleration);
+    if (whole_) return whole_->forward_dynamics(q, at_rest_ ? zero_.data() : qd, tau, a);
+    return each([&](PartState<T>& p) {
+      p.gather(q, qd, tau);
+      const Outcome outcome =
+          p.engine->forward_dynamics(p.q.data(), p.qd.data(), p.third.data(), p.a.data());
+      p.asked(p.a.data(), a);
+      return outcome;
+    });
+  }
+
+  int forward_dynamics(int count, const T* q, const T* qd, const T* tau, T* a, Outcome* outcomes,
+                       int threads) {
+    need(Want::acceleration);
+    reserve(threads);
+    failed_.assign(threads, 0);
+    for_each_block(count, threads, [&](int worker, int first, int states) {
+      const std::ptrdiff_t i = first, nv = plan_.nv;
+      const T* const velocities = qd + i * nv;
+      if (whole_ && !at_rest_) {
+        failed_[worker] += whole_->forward_dynamics(worker, states, q + i * nq_, velocities,
+                                                    tau + i * nv, a + i * nv, outcomes + first);
+        return;
+      }
+      std::fill_n(outcomes + first, states, Outcome{});
+      for (PartState<T>& p : parts_) {
+        typename PartState<T>::Rows& rows = p.rows[worker];
+        p.gather_rows(rows, states, q + i * nq_, nq_, velocities, tau + i * nv, nv);
+        p.engine->forward_dynamics(worker, states, rows.q.data(), rows.qd.data(), rows.third.data(),
+                                   rows.out.data(), rows.outcomes.data());
+        for (int state = 0; state < states; ++state) {
+          p.asked(rows.out.data() + state * p.nv, a + (i + state) * asked_);
+          Outcome& out = outcomes[first + state];
+          if (out) out = worse(out, p.of_whole(rows.outcomes[state]));
+        }
+      }
+      for (int state = 0; state < states; ++state) failed_[worker] += !outcomes[first + state];
+    });
+    int sum = 0;
+    for (const int one : failed_) sum += one;
+    return sum;
+  }
+
+  // qd, qdd: null where they are zero.
+  void inverse_dynamics(const T* q, const T* qd, const T* qdd, T* tau) {
+    need(Want::inverse_dynamics);
+    if (!qd || at_rest_) qd = zero_.data();
+    if (!qdd) qdd = zero_.data();
+    if (whole_) return whole_->inverse_dynamics(q, qd, qdd, tau);
+    for (PartState<T>& p : parts_) {
+      p.gather(q, qd, qdd);
+      p.engine->inverse_dynamics(p.q.data(), p.qd.data(), p.third.data(), p.a.data());
+      p.asked(p.a.data(), tau);
+    }
+  }
+
+  void inverse_dynamics(int count, const T* q, const T* qd, const T* qdd, T* tau, int threads) {
+    need(Want::inverse_dynamics);
+    reserve(threads);
+    for_each_block(count, threads, [&](int worker, int first, int states) {
+      const std::ptrdiff_t i = first, nv = plan_.nv;
+      if (whole_ && !at_rest_) {
+        whole_->inverse_dynamics(worker, states, q + i * nq_, qd + i * nv, qdd + i * nv,
+                                 tau + i * nv);
+        return;
+      }
+      for (PartState<T>& p : parts_) {
+        typename PartState<T>::Rows& rows = p.rows[worker];
+        p.gather_rows(rows, states, q + i * nq_, nq_, qd + i * nv, qdd + i * nv, nv);
+        p.engine->inverse_dynamics(worker, states, rows.q.data(), rows.qd.data(), rows.third.data(),
+                                   rows.out.data());
+        for (int state = 0; state < states; ++state)
+          p.asked(rows.out.data() + state * p.nv, tau + (i + state) * asked_);
+      }
+    });
+  }
+
+  void mass(const T* q, T* M) {
+    need(Want::mass);
+    if (whole_) return whole_->mass(q, M);
+    std::fill_n(M, std::ptrdiff_t(asked_) * asked_, T(0));
+    for (PartState<T>& p : parts_) {
+      p.gather_q(q);
+      p.engine->mass(p.q.data(), p.X.data());
+      p.asked.block(p.X.data(), p.nv, M, asked_);
+    }
+  }
+
+  Outcome inverse(const T* q, T* X) {
+    need(Want::inverse);
+    if (whole_) return whole_->inverse(q, X);
+    std::fill_n(X, std::ptrdiff_t(asked_) * asked_, T(0));
+    return each([&](PartState<T>& p) {
+      p.gather_q(q);
+      if (p.block) {
+        const Outcome outcome = p.engine->selected(p.q.data(), p.selection.data());
+        p.block_out.block(p.selection.data(), p.selected, X, asked_);
+        return outcome;
+      }
+      const Outcome outcome = p.engine->inverse(p.q.data(), p.X.data());
+      p.asked.block(p.X.data(), p.nv, X, asked_);
+      return outcome;
+    });
+  }
+
+  Outcome factor(const T* q) {
+    need(Want::solve);
+    std::copy_n(q, nq_, factored_q_.data());
+    factor_again();
+    return kept_;
+  }
+
+  // Torques of joints that are not asked about are zero. NaN after a factorisation that failed.
+  Outcome solve(int columns, const T* taus, T* X) {
+    need(Want::solve);
+    if (factors_ == Kept::none) throw std::logic_error("solve: nothing has been factored");
+    if (factors_ == Kept::overwritten) factor_again();
+    if (!kept_) {
+      std::fill_n(X, std::ptrdiff_t(columns) * asked_, std::numeric_limits<T>::quiet_NaN());
+      return kept_;
+    }
+    if (whole_) return whole_->solve(columns, taus, X);
+    Outcome out = kept_;
+    for (PartState<T>& p : parts_)
+      for (int j = 0; j < columns; ++j) {
+        const std::ptrdiff_t start = std::ptrdiff_t(j) * asked_;
+        p.third.setZero();
+        p.asked.back(taus + start, p.third.data());
+        out = worse(out, p.of_whole(p.engine->solve(1, p.third.data(), p.a.data())));
+        p.asked(p.a.data(), X + start);
+      }
+    return out;
+  }
+
+  Outcome diagonal(const T* q, T* x) {
+    need(Want::diagonal);
+    return each([&](PartState<T>& p) {
+      p.gather_q(q);
+      Outcome outcome;
+      if (p.in_part) {
+        outcome = p.engine->diagonal(p.q.data(), p.a.data());
+      } else {
+        outcome = p.engine->inverse(p.q.data(), p.X.data());
+        p.a = p.X.diagonal();
+      }
+      p.asked(p.a.data(), x);
+      return outcome;
+    });
+  }
+
+  Outcome log_det(const T* q, T& x) {
+    need(Want::log_det);
+    x = T(0);
+    return each([&](PartState<T>& p) {
+      p.gather_q(q);
+      T part(0);
+      const Outcome outcome =
+          p.sums_D ? p.engine->log_det(p.q.data(), part) : p.log_det_by_cholesky(part);
+      x += part;
+      return outcome;
+    });
+  }
+
+  Outcome operational(const T* q, T* X) {
+    need(Want::operational);
+    std::fill_n(X, std::ptrdiff_t(rows_) * rows_, T(0));
+    return each([&](PartState<T>& p) {
+      if (p.sites.empty()) return Outcome{};
+      p.gather_q(q);
+      if (p.in_part) {
+        const Outcome outcome = p.engine->selected(p.q.data(), p.selection.data());
+        p.frames_out.block(p.selection.data(), p.selected, X, rows_);
+        return outcome;
+      }
+      const Outcome outcome = p.engine->inverse(p.q.data(), p.X.data());
+      set_position(p.kinematics->model, p.q, p.kinematics->rm);
+      site_jacobian<T>(p.kinematics->model, p.kinematics->rm, p.sites, p.J);
+      p.XJ.noalias() = p.X * p.J.transpose();
+      p.selection.noalias() = p.J * p.XJ;
+      p.frames_out.block(p.selection.data(), p.selected, X, rows_);
+      return outcome;
+    });
+  }
+
+  // Null: not asked for.
+  Outcome derivatives(const T* q, const T* qd, const T* tau, T* dq, T* dqd, T* dtau, T* a) {
+    need(Want::derivatives);
+    T* results[] = {dq, dqd, dtau};
+    if (whole_) {
+      for (int i = 0; i < 3; ++i)
+        if (!results[i]) results[i] = unwanted(i);
+      return whole_->derivatives(q, at_rest_ ? zero_.data() : qd, tau, results[0], results[1],
+                                 results[2], a);
+    }
+    for (T* X : results)
+      if (X) std::fill_n(X, std::ptrdiff_t(asked_) * asked_, T(0));
+    return each([&](PartState<T>& p) {
+      p.gather(q, qd, tau);
+      const Outcome outcome =
+          p.engine->derivatives(p.q.data(), p.qd.data(), p.third.data(), p.derivatives[0].data(),
+                                p.derivatives[1].data(), p.derivatives[2].data(), p.a.data());
+      p.asked(p.a.data(), a);
+      for (int i = 0; i < 3; ++i)
+        if (results[i]) p.asked.block(p.derivatives[i].data(), p.nv, results[i], asked_);
+      return outcome;
+    });
+  }
+
+ private:
+  static constexpr unsigned bit(Want want) { return 1u << static_cast<int>(want); }
+  [[noreturn]] static void refuse(Want what) {
+    throw std::logic_error(std::string("the question does not want ") + to_string(what));
+  }
+  // What engines work out they may leave where their factors stood.
+  void need(Want what) {
+    if (!(wanted_ & bit(what))) refuse(what);
+    const bool factors =
+        what != Want::solve && what != Want::mass && what != Want::inverse_dynamics;
+    if (factors && factors_ == Kept::there) factors_ = Kept::overwritten;
+  }
+
+  void factor_again() {
+    factors_ = Kept::there;
+    kept_ = whole_ ? whole_->factor(factored_q_.data()) : each([&](PartState<T>& p) {
+      p.gather_q(factored_q_.data());
+      return p.engine->factor(p.q.data());
+    });
+  }
+
+  // f(part) of all, until one fails.
+  template <class F>
+  Outcome each(const F& f) {
+    Outcome out;
+    for (PartState<T>& p : parts_) {
+      const Outcome outcome = p.of_whole(f(p));
+      if (!outcome) return outcome;
+      out = worse(out, outcome);
+    }
+    return out;
+  }
+
+  // Memory for so many cores; more than before allocate it.
+  void reserve(int threads) {
+    if (threads <= workers_) return;
+    workers_ = threads;
+    for (PartState<T>& p : parts_) {
+      p.engine->reserve_workers(threads);
+      if (!whole_ || at_rest_) p.reserve_rows(threads);
+    }
+  }
+
+  // f(worker, first, states) of blocks of rows.
+  template <class F>
+  void for_each_block(int count, int threads, const F& f) {
+    const int largest =
+        whole_ && !at_rest_ && threads == 1 ? std::max(count, 1) : PartState<T>::rows_at_once;
+    const int blocks = (count + largest - 1) / largest;
+    const auto one = [&](int worker, int i) {
+      f(worker, i * largest, std::min(largest, count - i * largest));
+    };
+    if (threads == 1)
+      for (int i = 0; i < blocks; ++i) one(0, i);
+    else
+      threads_.run(threads, blocks, one);
+  }
+
+  // Where a derivative goes that is not asked for.
+  T* unwanted(int i) {
+    if (spare_[i].size() == 0) spare_[i].resize(asked_, asked_);
+    return spare_[i].data();
+  }
+
+  Plan plan_;
+  int nq_, asked_, rows_;
+  bool at_rest_;
+  unsigned wanted_ = 0;  // bits: a lookup in the question's set is 5 ns of every call
+  std::vector<T> zero_;  // velocities of a robot at rest
+  std::vector<T> factored_q_;
+  enum class Kept { none, there, overwritten } factors_ = Kept::none;
+  Outcome kept_;  // of them
+  MatrixX<T> spare_[3];
+  std::vector<PartState<T>> parts_;
+  Engine<T>* whole_ = nullptr;  // where nothing is left out but by the engine itself
+  int workers_ = 0;
+  std::vector<int> failed_;
+  Threads threads_;
+};
+
+}  // namespace kalmarm

@@ -1,0 +1,194 @@
+// A part of a plan at work: its engine, its state, and what is copied to and from it.
+#pragma once
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <vector>
+
+#include "algorithms/dynamics/copies.hpp"
+#include "algorithms/dynamics/plan.hpp"
+#include "algorithms/model/plain.hpp"
+
+namespace kalmarm {
+
+template <class T>
+struct PartState {
+  static constexpr int rows_at_once = 64;  // states that are gathered at once
+
+  struct Rows {
+    std::vector<T> q, qd, third, out;
+    std::vector<Outcome> outcomes;
+  };
+
+  struct Kinematics {
+    Model<T> model;
+    RandomModel<T> rm;
+
+    explicit Kinematics(const Model<T>& m) : model(m), rm(model) {}
+  };
+
+  std::unique_ptr<Engine<T>> engine;
+  bool in_part = false;
+  bool block = false;   // M^-1 by `selected`: not all of it is asked for
+  bool sums_D = false;  // log det M by it: no D is that of a locked joint
+  bool at_rest = false;
+  int nq, nv, selected = 0;
+  std::vector<int> dofs;  // of the whole
+  std::vector<Site<T>> sites;
+  std::unique_ptr<Kinematics> kinematics;  // of the sites, where M^-1 is formed
+  Copies q_in, v_in;                       // state of the whole -> of the part
+  std::vector<int> free_dofs;              // of the part: those that are not locked
+  Copies asked;                            // DoF of the part -> of the result
+  Copies block_out, frames_out;            // row of `selected`, or of J -> row of the result
+  VectorX<T> q, qd, third, a;              // third: tau or qdd
+  MatrixX<T> X, selection, J, XJ, M, derivatives[3];
+  Eigen::LLT<MatrixX<T>> llt;
+  std::vector<Rows> rows;  // of every worker
+
+  PartState(const Plan& plan, const Part& part, Form form, const MakeEngine<T>& make,
+            bool nothing_to_copy);
+
+  void gather_q(const T* from) { q_in(from, q.data()); }
+
+  void gather(const T* q_whole, const T* qd_whole, const T* third_whole) {
+    q_in(q_whole, q.data());
+    if (!at_rest) v_in(qd_whole, qd.data());
+    v_in(third_whole, third.data());
+  }
+
+  void gather_rows(Rows& r, int states, const T* q_rows, std::ptrdiff_t q_width, const T* qd_rows,
+                   const T* third_rows, std::ptrdiff_t v_width) const {
+    for (int i = 0; i < states; ++i) {
+      q_in(q_rows + i * q_width, r.q.data() + i * nq);
+      if (!at_rest) v_in(qd_rows + i * v_width, r.qd.data() + i * nv);
+      v_in(third_rows + i * v_width, r.third.data() + i * nv);
+    }
+  }
+
+  Outcome of_whole(Outcome outcome) const {
+    if (outcome.joint >= 0) outcome.joint = dofs[outcome.joint];
+    return outcome;
+  }
+
+  // Memory for the rows of so many workers.
+  void reserve_rows(int workers) {
+    while (static_cast<int>(rows.size()) < workers) {
+      Rows& r = rows.emplace_back();
+      for (int i = 0; i < rows_at_once; ++i) r.q.insert(r.q.end(), q.begin(), q.end());
+      r.qd.assign(std::size_t(rows_at_once) * nv, T(0));
+      r.third = r.out = r.qd;
+      r.outcomes.resize(rows_at_once);
+    }
+  }
+
+  // Of all DoF that are free.
+  Outcome log_det_by_cholesky(T& x);
+};
+
+template <class T>
+PartState<T>::PartState(const Plan& plan, const Part& part, Form form, const MakeEngine<T>& make,
+                        bool nothing_to_copy)
+    : nq(part.reduction.model.nq()),
+      nv(part.reduction.model.nv()),
+      dofs(part.reduction.dofs),
+      q(nq),
+      qd(VectorX<T>::Zero(nv)),
+      third(qd),
+      a(nv) {
+  const auto wants = [&](Want what) { return plan.question.want.contains(what); };
+  const Reduction& reduction = part.reduction;
+  const Question& question = plan.question;
+  Model<double> model = reduction.model;
+  // Large enough for g = P H' / D to vanish beside 1, small enough for g^2 not to underflow.
+  const T infinite = T(1) / (unit_roundoff<T>() * unit_roundoff<T>());
+  const double infinite_noise = infinite < T(1e300) ? static_cast<double>(infinite) : 1e300;
+  std::vector<char> locked(plan.nv, 0);
+  for (const int k : question.locked) locked[k] = 1;
+  bool holds_locked = false;
+  for (int k = 0; k < model.nv(); ++k)
+    if (locked[reduction.dofs[k]]) {
+      model.set_noise(k, infinite_noise);
+      holds_locked = true;
+    }
+
+  at_rest = question.at_rest;
+  // What is locked by noise keeps its place and stands still.
+  for (int i = 0; i < nq; ++i) q[i] = T(question.q[reduction.q_whole[i]]);
+  for (int k = 0; k < nv; ++k) {
+    if (locked[reduction.dofs[k]]) continue;
+    free_dofs.push_back(k);
+    v_in.add(reduction.dofs[k], k);
+    const Joint<double>& joint = model.joint(k);
+    for (int i = 0; i < q_entries(joint.coordinate); ++i)
+      q_in.add(reduction.q_whole[joint.q_index + i], joint.q_index + i);
+  }
+
+  EngineOptions options;
+  options.form = form;
+  options.kernel = part.kernel;
+  options.zeros = part.zeros;
+  options.want = question.want;
+  if (part.block) options.selection.dofs = part.asked;
+  if (wants(Want::operational)) options.selection.frames = part.frames;
+  if (!plan.partial_answers || holds_locked) {
+    if (wants(Want::log_det)) options.want.insert(Want::mass);
+  }
+  if (!plan.partial_answers) {
+    options.selection = {};
+    if (wants(Want::diagonal) || wants(Want::operational)) options.want.insert(Want::inverse);
+  }
+  engine = make(plain(model), options);
+  in_part = plan.partial_answers && engine->answers_in_part();
+  block = in_part && part.block;
+  sums_D = in_part && !holds_locked;
+
+  int row = 0;
+  for (const int k : part.asked) {
+    const int place =
+        static_cast<int>(std::lower_bound(plan.asked.begin(), plan.asked.end(), reduction.dofs[k]) -
+                         plan.asked.begin());
+    asked.add(k, place);
+    if (block) block_out.add(row++, place);
+  }
+  if (wants(Want::operational)) {
+    for (const int frame : part.frame_index)
+      for (int i = 0; i < 6; ++i) frames_out.add(row++, 6 * frame + i);
+    for (const Frame& frame : part.frames) sites.push_back(site_of(frame).template cast<T>());
+  }
+  selected = row;
+  selection.resize(row, row);
+  if (!in_part && !sites.empty()) {
+    kinematics = std::make_unique<Kinematics>(model.template cast<T>());
+    J.resize(6 * static_cast<int>(sites.size()), nv);
+    XJ.resize(nv, J.rows());
+  }
+  const bool by_cholesky = wants(Want::log_det) && !sums_D;
+  const bool copies = !nothing_to_copy;
+  const bool whole = (copies && wants(Want::inverse) && !block) || (copies && wants(Want::mass)) ||
+                     by_cholesky ||
+                     (!in_part && (wants(Want::diagonal) || wants(Want::operational)));
+  if (whole) X.resize(nv, nv);
+  if (copies && wants(Want::derivatives))
+    for (MatrixX<T>& X : derivatives) X.resize(nv, nv);
+  if (by_cholesky) {
+    M.resize(free_dofs.size(), free_dofs.size());
+    llt = Eigen::LLT<MatrixX<T>>(M.rows());
+  }
+}
+
+template <class T>
+Outcome PartState<T>::log_det_by_cholesky(T& x) {
+  using std::log;
+  engine->mass(q.data(), X.data());
+  for (int j = 0; j < M.cols(); ++j)
+    for (int i = 0; i < M.rows(); ++i) M(i, j) = X(free_dofs[i], free_dofs[j]);
+  llt.compute(M);
+  if (llt.info() != Eigen::Success) return {.status = Outcome::Status::indefinite};
+  x = T(0);
+  for (int k = 0; k < M.rows(); ++k) x += T(2) * log(llt.matrixLLT()(k, k));
+  return {};
+}
+
+}  // namespace kalmarm

@@ -1,0 +1,124 @@
+// What every engine of the fast path answers in the same way, whatever its kernels for M^-1 are: M,
+// inverse dynamics and derivatives, by the spatial kernels.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "algorithms/fast/engine/engine.hpp"
+#include "algorithms/fast/engine/instances.hpp"
+#include "algorithms/model/plain.hpp"
+#include "algorithms/spatial/lanes.hpp"
+
+namespace kalmarm {
+
+// Rows of states, which are taken lanes at a time: the memory of one worker.
+template <class S>
+struct RowBlock {
+  using P = StateLanes<S>;
+  static constexpr int lanes = Lanes<P>::count;
+
+  std::vector<P> q, qd, third, out;
+
+  explicit RowBlock(const LoweredModel<S>& model)
+      : q(model.nq()), qd(model.nv()), third(model.nv()), out(model.nv()) {}
+
+  // f(first, states) of every block of rows, which `out` then has the answers to.
+  template <class F>
+  void for_each(const LoweredModel<S>& model, int count, const S* q_rows, const S* qd_rows,
+                const S* third_rows, S* out_rows, const F& f) {
+    const int nq = model.nq(), nv = model.nv();
+    for (int first = 0; first < count; first += lanes) {
+      const int left = count - first, states = std::min(lanes, left);
+      const std::ptrdiff_t i = first;
+      to_lanes(q_rows + i * nq, nq, states, left, q);
+      to_lanes(qd_rows + i * nv, nv, states, left, qd);
+      to_lanes(third_rows + i * nv, nv, states, left, third);
+      f(first, states, [&] { from_lanes(out, nv, states, out_rows + i * nv); });
+    }
+  }
+};
+
+// Of derivatives, which carry no error of their own: `judged`, which is ok, without its error. They
+// warn where a D of their sweep may be wrong by 1 per cent, as `loss` says.
+inline Outcome of_derivatives(Outcome judged, const RoundingLoss& loss) {
+  judged.error = Outcome{}.error;
+  if (loss.bound < error_of_D_to_refine || judged.near_singular) return judged;
+  judged.near_singular = true;
+  judged.joint = loss.joint;
+  judged.D = loss.D;
+  judged.scale = std::isfinite(loss.bound) ? loss.bound * loss.D : loss.scale;
+  return judged;
+}
+
+template <class S>
+class CommonEngine : public Engine<S> {
+ public:
+  CommonEngine(const RobotModel& robot, const EngineOptions& options)
+      : model_(model_of(robot).template cast<S>()), lowered_(model_, options.zeros) {
+    if (options.wants(Want::mass)) mass_.emplace(lowered_);
+    if (options.wants(Want::inverse_dynamics)) inverse_dynamics_.emplace(lowered_);
+    if (!options.wants(Want::derivatives)) return;
+    derivatives_.emplace(lowered_);
+    if (lowered_.loses()) bound_.emplace(lowered_);
+  }
+
+  bool answers_in_part() const final { return true; }
+
+  void reserve_workers(int count) override {
+    while (inverse_dynamics_ && static_cast<int>(workers_.size()) < count)
+      workers_.emplace_back(lowered_);
+  }
+
+  void inverse_dynamics(int worker, int count, const S* q, const S* qd, const S* qdd,
+                        S* tau) final {
+    Worker& w = workers_[worker];
+    w.rows.for_each(lowered_, count, q, qd, qdd, tau, [&](int, int, const auto& store) {
+      fast_inverse_dynamics(lowered_, w.rows.q.data(), w.rows.qd.data(), w.rows.third.data(),
+                            w.workspace, w.rows.out.data());
+      store();
+    });
+  }
+
+  void inverse_dynamics(const S* q, const S* qd, const S* qdd, S* tau) final {
+    fast_inverse_dynamics(lowered_, q, qd, qdd, *inverse_dynamics_, tau);
+  }
+
+  void mass(const S* q, S* M) final { mass_->fill(lowered_, q, M); }
+
+ protected:
+  // Whether the results are finite stands in terms().
+  void set_derivatives(const S* q, const S* qd, const S* tau, S* da_dq, S* da_dqd, S* da_dtau,
+                       S* a) {
+    fast_derivatives(lowered_, q, qd, tau, *derivatives_, da_dq, da_dqd, da_dtau, a);
+  }
+  const DerivativeTerms<S>& terms() const { return derivatives_->terms; }
+
+  // How wrong a D that derivatives at q stand on can be: their sweep has no test of its own.
+  RoundingLoss loss_of_derivatives(const S* q) {
+    return bound_ ? bound_->look(lowered_, q) : RoundingLoss{};
+  }
+
+  const Model<S>& model() const { return model_; }
+  const LoweredModel<S>& lowered() const { return lowered_; }
+
+ private:
+  struct Worker {
+    InverseDynamicsWorkspace<StateLanes<S>> workspace;
+    RowBlock<S> rows;
+
+    explicit Worker(const LoweredModel<S>& model) : workspace(model), rows(model) {}
+  };
+
+  Model<S> model_;
+  LoweredModel<S> lowered_;
+  std::optional<FastMass<S>> mass_;
+  std::optional<InverseDynamicsWorkspace<S>> inverse_dynamics_;
+  std::optional<DerivativeWorkspace<S>> derivatives_;
+  std::optional<RoundingBound<S>> bound_;  // for derivatives, of robots that can lose a D
+  std::vector<Worker> workers_;
+};
+
+}  // namespace kalmarm

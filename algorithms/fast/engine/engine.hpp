@@ -1,0 +1,86 @@
+// What answers for one part of a robot (dynamics/plan.hpp). Those of the fast path are compiled
+// once a scalar and an instruction set; plain numbers cross the boundary, as in kalmarm/views.hpp.
+//
+// q holds nq numbers, vectors nv of the part's model; matrices are column-major, nv x nv. Of rows,
+// one state is one row. On failure a result is not to be used. Only what was wanted when the engine
+// was made may be called.
+#pragma once
+
+#include <cmath>
+#include <memory>
+#include <set>
+
+#include "algorithms/fast/lowering/zeros.hpp"
+#include "algorithms/model/selection.hpp"
+#include "kalmarm/dynamics.hpp"
+
+namespace kalmarm {
+
+template <class T>
+class Engine {
+ public:
+  virtual ~Engine() = default;
+
+  // Whether diagonal, log_det and selected are answered without the whole of M^-1.
+  virtual bool answers_in_part() const = 0;
+
+  virtual Outcome forward_dynamics(const T* q, const T* qd, const T* tau, T* a) = 0;
+
+  // Rows: returns how many failed. Workers, numbered from 0, may be called at the same time.
+  virtual void reserve_workers(int count) = 0;
+  virtual int forward_dynamics(int worker, int count, const T* q, const T* qd, const T* tau, T* a,
+                               Outcome* outcomes) = 0;
+  virtual void inverse_dynamics(int worker, int count, const T* q, const T* qd, const T* qdd,
+                                T* tau) = 0;
+
+  virtual void inverse_dynamics(const T* q, const T* qd, const T* qdd, T* tau) = 0;
+  virtual void mass(const T* q, T* M) = 0;
+  virtual Outcome inverse(const T* q, T* X) = 0;
+  virtual Outcome factor(const T* q) = 0;
+  // By the factors of the last `factor`, which was ok: its outcome, or not_finite.
+  virtual Outcome solve(int columns, const T* taus, T* X) = 0;
+  virtual Outcome diagonal(const T* q, T* x) = 0;
+  virtual Outcome log_det(const T* q, T& x) = 0;
+  virtual Outcome selected(const T* q, T* X) = 0;  // of EngineOptions::selection
+  virtual Outcome derivatives(const T* q, const T* qd, const T* tau, T* da_dq, T* da_dqd,
+                              T* da_dtau, T* a) = 0;
+};
+
+// Of two answers that are one result: a failure, else the first warning, else what took a second
+// look; with the largest estimate of an error.
+inline Outcome worse(const Outcome& a, const Outcome& b) {
+  if (!a) return a;
+  if (!b) return b;
+  const auto rank = [](const Outcome& one) { return one.warns() ? 2 : one.suspect ? 1 : 0; };
+  Outcome out = rank(b) > rank(a) ? b : a;
+  out.error = std::fmax(a.error, b.error);  // NaN: there is none
+  out.suspect = a.suspect || b.suspect;
+  return out;
+}
+
+// By which kernels: those of 6-D vectors, the same without velocity terms, of mechanisms that stay
+// in a plane, of slides alone.
+enum class Kernel { spatial, spatial_at_rest, planar, translational };
+
+const char* to_string(Kernel kernel);
+
+struct EngineOptions {
+  Form form = Form::conventional;
+  Kernel kernel = Kernel::spatial;
+  Zeros zeros = Zeros::left_out;
+  std::set<Want> want;  // what memory is taken for
+  Selection selection;  // of `selected`
+
+  bool wants(Want what) const { return want.contains(what); }
+  // Whether any of it is made of factors alone.
+  bool wants_factors() const {
+    return wants(Want::solve) || wants(Want::inverse) || wants(Want::diagonal) ||
+           wants(Want::log_det) || selection.size() > 0;
+  }
+};
+
+// Of the fast path, for float and double: kernels for the best instruction set there is.
+template <class T>
+std::unique_ptr<Engine<T>> make_engine(const RobotModel& robot, const EngineOptions& options);
+
+}  // namespace kalmarm

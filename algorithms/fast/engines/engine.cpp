@@ -1,0 +1,86 @@
+#include "algorithms/fast/engine/engine.hpp"
+
+#include <cstdlib>
+#include <cstring>
+#include <iterator>
+
+#include "algorithms/fast/engines/engines.hpp"
+
+namespace kalmarm {
+namespace {
+
+struct InstructionSet {
+  const char* name;
+  const Engines* engines;
+  bool available;
+};
+
+// The best that the processor has and KALMARM_INSTRUCTION_SET does not rule out; chosen once.
+const InstructionSet& chosen() {
+  static const InstructionSet set = [] {
+#ifdef KALMARM_DISPATCH
+    const InstructionSet sets[] = {
+        {"x86-64-v4", &kalmarm_engines_v4,
+         __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+             __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
+             __builtin_cpu_supports("avx512vl")},
+        {"x86-64-v3", &kalmarm_engines_v3,
+         __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
+             __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2")},
+        {"x86-64-v2", &kalmarm_engines_v2, true}};
+    const char* const highest = std::getenv("KALMARM_INSTRUCTION_SET");
+    bool allowed = !highest;
+    for (const InstructionSet& one : sets) allowed = allowed || std::strcmp(one.name, highest) == 0;
+    bool reached = !highest || !allowed;  // a name that is none of these rules nothing out
+    for (const InstructionSet& one : sets) {
+      reached = reached || std::strcmp(one.name, highest) == 0;
+      if (reached && one.available) return one;
+    }
+    return sets[std::size(sets) - 1];
+#else
+    return InstructionSet{"native", &kalmarm_engines_native, true};
+#endif
+  }();
+  return set;
+}
+
+}  // namespace
+
+template <>
+std::unique_ptr<Engine<float>> make_engine(const RobotModel& robot, const EngineOptions& options) {
+  return chosen().engines->make_float(robot, options);
+}
+template <>
+std::unique_ptr<Engine<double>> make_engine(const RobotModel& robot, const EngineOptions& options) {
+  return chosen().engines->make_double(robot, options);
+}
+
+const char* instruction_set() { return chosen().name; }
+
+const char* to_string(Kernel kernel) {
+  switch (kernel) {
+    case Kernel::spatial:
+      return "spatial";
+    case Kernel::spatial_at_rest:
+      return "spatial_at_rest";
+    case Kernel::planar:
+      return "planar";
+    case Kernel::translational:
+      return "translational";
+  }
+  return "?";
+}
+
+const char* to_string(Form form) {
+  switch (form) {
+    case Form::conventional:
+      return "conventional";
+    case Form::square_root:
+      return "square_root";
+    case Form::certified:
+      return "certified";
+  }
+  return "?";
+}
+
+}  // namespace kalmarm

@@ -1,0 +1,8 @@
+#include "algorithms/fast/engine/instances.hpp"
+
+namespace kalmarm {
+
+KALMARM_FACTOR_INSTANCES(, float)
+KALMARM_FACTOR_INSTANCES(, double)
+
+}  // namespace kalmarm

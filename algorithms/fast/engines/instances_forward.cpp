@@ -1,0 +1,10 @@
+#include "algorithms/fast/engine/instances.hpp"
+
+namespace kalmarm {
+
+KALMARM_FORWARD_INSTANCES(, float, float)
+KALMARM_FORWARD_INSTANCES(, float, StateLanes<float>)
+KALMARM_FORWARD_INSTANCES(, double, double)
+KALMARM_FORWARD_INSTANCES(, double, StateLanes<double>)
+
+}  // namespace kalmarm

@@ -1,0 +1,9 @@
+#include "algorithms/fast/engine/instances.hpp"
+
+namespace kalmarm {
+
+KALMARM_SQUARE_ROOT_INSTANCES(, double, double)
+KALMARM_SQUARE_ROOT_INSTANCES(, double, StateLanes<double>)
+KALMARM_SQUARE_ROOT_FACTOR_INSTANCES(, double)
+
+}  // namespace kalmarm

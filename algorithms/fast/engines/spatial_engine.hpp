@@ -1,0 +1,161 @@
+// The fast path's kernels on 6-D vectors, in the form F (forms.hpp), behind an Outcome: what a
+// kernel leaves is looked at by the guard, which answers in its place where it has to.
+#pragma once
+
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+#include "algorithms/fast/engine/common_engine.hpp"
+#include "algorithms/fast/factors/log_det.hpp"
+#include "algorithms/fast/guard/guard.hpp"
+
+namespace kalmarm {
+
+template <class S, class F>
+class SpatialEngine final : public CommonEngine<S> {
+ public:
+  SpatialEngine(const RobotModel& robot, const EngineOptions& options)
+      : CommonEngine<S>(robot, options),
+        robot_(robot),
+        rows_wanted_(options.wants(Want::acceleration)) {
+    const auto wants = [&](Want want) { return options.wants(want); };
+    if (rows_wanted_ || options.wants_factors() || wants(Want::derivatives))
+      guard_.emplace(robot, lowered(), options);
+    if (wants(Want::acceleration)) one_.emplace(lowered());
+    if (options.wants_factors()) {
+      factoring_.emplace(lowered());
+      factors_.emplace(lowered());
+    }
+    if (wants(Want::inverse)) inverse_.emplace(lowered());
+    if (wants(Want::solve)) solver_.emplace(lowered());
+    if (wants(Want::diagonal)) diagonal_.emplace(lowered(), InverseDiagonal<S>::Terms::fewest);
+    if (options.selection.size() > 0) selected_.select(lowered(), options.selection);
+  }
+
+  Outcome forward_dynamics(const S* q, const S* qd, const S* tau, S* a) override {
+    F::acceleration(lowered(), q, qd, tau, *one_, a);
+    const auto by = guard_->believed(one_->noise, one_->energy, one_->squares, one_->size);
+    const double error = guard_->error(lowered(), q, qd, tau, a, *one_, by);
+    if (error >= 0) return {.error = error};
+    return guard_->certified().acceleration(q, qd, tau, a);
+  }
+
+  void reserve_workers(int count) override {
+    CommonEngine<S>::reserve_workers(count);
+    EngineOptions rows;
+    rows.want = {Want::acceleration};
+    while (rows_wanted_ && static_cast<int>(workers_.size()) < count)
+      workers_.emplace_back(lowered(), Guard<S, F>(robot_, lowered(), rows));
+  }
+
+  int forward_dynamics(int worker, int count, const S* q, const S* qd, const S* tau, S* a,
+                       Outcome* outcomes) override {
+    Worker& w = workers_[worker];
+    const std::ptrdiff_t nq = lowered().nq(), nv = lowered().nv();
+    int failed = 0;
+    std::fill_n(outcomes, count, Outcome{});
+    w.rows.for_each(lowered(), count, q, qd, tau, a, [&](int first, int states, const auto& store) {
+      F::acceleration(lowered(), w.rows.q.data(), w.rows.qd.data(), w.rows.third.data(),
+                      w.workspace, w.rows.out.data());
+      store();
+      const auto& swept = w.workspace;
+      const auto by = w.guard.believed(swept.noise, swept.energy, swept.squares, swept.size);
+      for (int lane = 0; lane < states; ++lane) {
+        const std::ptrdiff_t i = first + lane;
+        const S *const q_i = q + i * nq, *const qd_i = qd + i * nv, *const tau_i = tau + i * nv;
+        const double error =
+            w.guard.error(lowered(), q_i, qd_i, tau_i, a + i * nv, swept, by, lane);
+        outcomes[i].error = error;
+        if (error >= 0) continue;
+        outcomes[i] = w.guard.certified().acceleration(q_i, qd_i, tau_i, a + i * nv);
+        failed += !outcomes[i];
+      }
+    });
+    return failed;
+  }
+
+  Outcome inverse(const S* q, S* X) override {
+    set_factors(q);
+    const S check = inverse_->fill(lowered(), *factors_, X);
+    return suspects(q, check) ? guard_->certified().inverse(q, X) : Outcome{};
+  }
+
+  Outcome factor(const S* q) override {
+    set_factors(q);
+    S check = S(0);
+    for (const auto& at : factors_->links) check += at.inverse_D * S(0);
+    by_certified_ = suspects(q, check);
+    return by_certified_ ? guard_->certified().factor(q) : Outcome{};
+  }
+
+  Outcome solve(int columns, const S* taus, S* X) override {
+    if (by_certified_) return guard_->certified().solve(columns, taus, X);
+    const S check = solver_->solve(lowered(), *factors_, columns, taus, X);
+    return check == S(0) ? Outcome{} : Outcome{.status = Outcome::Status::not_finite};
+  }
+
+  Outcome diagonal(const S* q, S* x) override {
+    set_factors(q);
+    const S check = diagonal_->fill(lowered(), *factors_, x);
+    return suspects(q, check) ? guard_->certified().diagonal(q, x) : Outcome{};
+  }
+
+  Outcome log_det(const S* q, S& x) override {
+    set_factors(q);
+    x = kalmarm::log_det(*factors_);
+    return suspects(q, S(x * S(0))) ? guard_->certified().log_det(q, x) : Outcome{};
+  }
+
+  Outcome selected(const S* q, S* X) override {
+    set_factors(q);
+    const S check = selected_.fill(lowered(), *factors_, X);
+    return suspects(q, check) ? guard_->certified().selected(q, X) : Outcome{};
+  }
+
+  // By the covariance form, whatever F is. The certified form has no derivatives: it says whether M
+  // is singular. Where a D may be wrong by 1 per cent, they warn.
+  Outcome derivatives(const S* q, const S* qd, const S* tau, S* da_dq, S* da_dqd, S* da_dtau,
+                      S* a) override {
+    this->set_derivatives(q, qd, tau, da_dq, da_dqd, da_dtau, a);
+    const S check = this->terms().check;
+    const RoundingLoss loss = this->loss_of_derivatives(q);
+    if (check == S(0) && loss.bound < error_of_D_let_pass<S>) return {};
+    const Outcome out = guard_->certified().factor(q);
+    if (out && check != S(0)) return {.status = Outcome::Status::not_finite};
+    return out ? of_derivatives(out, loss) : out;
+  }
+
+ private:
+  using CommonEngine<S>::lowered;
+  using CommonEngine<S>::model;
+
+  struct Worker {
+    typename F::template Workspace<StateLanes<S>> workspace;
+    RowBlock<S> rows;
+    Guard<S, F> guard;
+
+    Worker(const LoweredModel<S>& model, Guard<S, F> g)
+        : workspace(model), rows(model), guard(std::move(g)) {}
+  };
+
+  void set_factors(const S* q) { factoring_->factor(lowered(), q, *factors_); }
+  bool suspects(const S* q, const S& check) {
+    return guard_->suspects(lowered(), q, *factors_, check);
+  }
+
+  RobotModel robot_;
+  bool rows_wanted_;
+  std::optional<Guard<S, F>> guard_;
+  std::optional<typename F::template Workspace<S>> one_;
+  std::vector<Worker> workers_;
+  std::optional<typename F::template Factoring<S>> factoring_;
+  std::optional<FastFactors<S>> factors_;
+  std::optional<InverseColumns<S>> inverse_;
+  std::optional<FactorSolver<S>> solver_;
+  std::optional<InverseDiagonal<S>> diagonal_;
+  SelectedColumns<S> selected_;
+  bool by_certified_ = false;  // the factors that are kept
+};
+
+}  // namespace kalmarm

@@ -1,0 +1,176 @@
+// Whether the answer of a kernel can be used, and what answers in its place where not.
+//
+// A sweep leaves for every lane: margin, positive where rounding cannot have moved a D far; for
+// accelerations the noise N of its forces, the energy E of its motions, |a|^2 and |a|_s^2
+// (force_noise.hpp), for the rest check, which is zero where every result is finite. Only a state
+// that fails a test, or whose estimated error is coarse, pays for more: a second look, then the
+// certified form.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "algorithms/fast/certified/certified_answer.hpp"
+#include "algorithms/fast/engine/forms.hpp"
+#include "algorithms/fast/engine/instances.hpp"
+
+namespace kalmarm {
+
+// What the sums of a sweep say of its accelerations, of one state or one in every lane.
+template <class T>
+struct Believed {
+  T margin;  // (8) of force_noise.hpp: positive where rounding cannot have moved a far
+  T error;   // (10)
+};
+
+template <class S, class F>
+class Guard {
+ public:
+  Guard(const RobotModel& robot, const LoweredModel<S>& lowered, const EngineOptions& options)
+      : second_(lowered),
+        forces_(lowered),
+        allowed_(S(largest_error_of_a<S> * largest_error_of_a<S>) * rounding_unit<S>() /
+                 square(S(rounding_constant_of_a) * unit_roundoff<S>())),
+        least_(S(least_beside_gravity * least_beside_gravity) * squares_of(robot.gravity)),
+        least_size_(least_ * square(mean_root(lowered.least_inertias()))),
+        weight_(weight(robot)),
+        loses_(F::loses(lowered)),
+        own_(lowered),
+        a_(lowered.nv()),
+        certified_(robot, lowered, options, F::at_rest) {}
+
+  CertifiedAnswer<S>& certified() { return certified_; }
+
+  // From what a sweep has left: N, E, |a|^2 and |a|_s^2. NaN where a is not finite.
+  template <class T>
+  Believed<T> believed(const T& noise, const T& energy, const T& squares, const T& size) const {
+    using std::sqrt;
+    const T nothing = squares * T(S(0));
+    const T sum = noise + T(rounding_unit<S>()) * energy;
+    return {T(allowed_ / forces_.constant_trace()) * larger(squares, T(least_)) - sum + nothing,
+            sqrt(T(unit_of_error()) * sum / larger(size, T(least_size_))) + nothing};
+  }
+
+  // The estimated error of a lane of `swept`, accelerations a that `by` is said of; NaN where they are
+  // to be answered anew. A look at another kernel's state, whose numbers are rounded elsewhere, is one
+  // at a sweep of the form itself, which then has answered.
+  template <class Swept, class T>
+  double error(const LoweredModel<S>& lowered, const S* q, const S* qd, const S* tau, S* a,
+               const Swept& swept, const Believed<T>& by, int lane = 0) {
+    const S D = detail::number(swept.margin, lane), of_a = detail::number(by.margin, lane);
+    const S error = detail::number(by.error, lane);
+    if (D > S(0) && of_a > S(0) && error <= S(coarse_error) * unit_roundoff<S>()) return error;
+    if (std::isnan(of_a)) return answer_anew;
+    if constexpr (!std::is_same_v<Swept, typename F::template Workspace<T>>) {
+      F::acceleration(lowered, q, qd, tau, own_, a);
+      return look(lowered, q, own_, a);
+    } else if constexpr (std::is_same_v<T, S>) {
+      return look(lowered, q, swept, a);
+    } else {
+      const double of_D = error_of_D(lowered, q, swept, lane);
+      return of_D < error_of_D_to_refine ? closer(lowered, q, qd, tau, of_D) : answer_anew;
+    }
+  }
+
+  // The same by a sweep of its own, with the relative error of D.
+  double closer(const LoweredModel<S>& lowered, const S* q, const S* qd, const S* tau,
+                double error_of_D) {
+    F::acceleration(lowered, q, qd, tau, own_, a_.data());
+    return closer(lowered, own_, a_.data(), error_of_D);
+  }
+
+  // Of factors, from what the sweeps have left of a state q.
+  template <class Swept, class T>
+  bool suspects(const LoweredModel<S>& lowered, const S* q, const Swept& swept, const T& check,
+                int lane = 0) {
+    if (detail::number(check, lane) != S(0)) return true;
+    if (detail::number(swept.margin, lane) > S(0)) return false;
+    return !(second_.error_of_D(lowered, q, swept, lane) < error_of_D_let_pass<S>);
+  }
+
+ private:
+  // How wrong a D of a lane can be, relatively, where it may count.
+  template <class Swept>
+  double error_of_D(const LoweredModel<S>& lowered, const S* q, const Swept& swept, int lane) {
+    const bool every_D = detail::number(swept.margin, lane) > S(0) && !loses_;
+    return every_D ? 0 : second_.error_of_D(lowered, q, swept, lane);
+  }
+
+  // A second look at accelerations a of one state; the estimated error, or NaN.
+  template <class Swept>
+  double look(const LoweredModel<S>& lowered, const S* q, const Swept& swept, const S* a) {
+    const double of_D = error_of_D(lowered, q, swept, 0);
+    return of_D < error_of_D_to_refine ? closer(lowered, swept, a, of_D) : answer_anew;
+  }
+
+  static S squares_of(const std::array<double, 3>& x) {
+    return S(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
+  }
+
+  // (9), and then the second look of (10).
+  template <class Swept>
+  double closer(const LoweredModel<S>& lowered, const Swept& swept, const S* a, double error_of_D) {
+    const S trace = forces_.trace(lowered, swept);
+    const S most = allowed_ * std::max(swept.squares, least_) / trace;
+    const S little = S(little_share) * most;
+    S N = rounding_unit<S>() * swept.energy, size = S(0);
+    forces_.begin();
+    for (int k = lowered.nv() - 1; k >= 0; --k) {
+      N += forces_.charge(lowered, swept, k, F::forces(lowered, swept, k), little);
+      size += a[k] * a[k] / forces_.variance(k);
+    }
+    const double E = static_cast<double>(rounding_unit<S>() * (swept.energy + weight_));
+    const auto of_D = [&](double c) {
+      return square(error_of_D / (c * static_cast<double>(unit_roundoff<S>())));
+    };
+    if (!(static_cast<double>(N) + of_D(rounding_constant_of_a) * E < static_cast<double>(most)))
+      return answer_anew;
+    return std::sqrt(static_cast<double>(unit_of_error()) *
+                     (static_cast<double>(N) + of_D(rounding_constant_of_error) * E) /
+                     static_cast<double>(std::max(size, least_size_)));
+  }
+
+  template <class T>
+  static T square(const T& x) {
+    return x * x;
+  }
+  template <class T>
+  static T larger(const T& a, const T& b) {
+    using std::min;
+    return -min(T(-a), T(-b));
+  }
+
+  // (b u)^2, of N in units of its weights.
+  static S unit_of_error() {
+    return square(S(rounding_constant_of_error) * unit_roundoff<S>()) / rounding_unit<S>();
+  }
+
+  static S mean_root(const std::vector<S>& x) {
+    S sum = S(0);
+    for (const S& one : x) sum += std::sqrt(one);
+    return x.empty() ? S(0) : sum / S(x.size());
+  }
+
+  // |gravity|^2 sum of m(k)
+  static S weight(const RobotModel& robot) {
+    double mass = 0;
+    for (const LinkParameters& link : robot.links) mass += link.mass;
+    return S(mass) * squares_of(robot.gravity);
+  }
+
+  typename F::template Second<S> second_;
+  ForceNoise<S> forces_;
+  static constexpr double answer_anew = std::numeric_limits<double>::quiet_NaN();
+
+  S allowed_, least_, least_size_;  // e^2 / (c u)^2, the least |a|^2 and |a|_s^2
+  S weight_;                        // |gravity|^2 sum of m(k)
+  bool loses_;                      // F::loses
+  typename F::template Workspace<S> own_;
+  std::vector<S> a_;
+  CertifiedAnswer<S> certified_;
+};
+
+}  // namespace kalmarm

@@ -1,8 +1,0 @@
-#include "algorithms/fast/instances.hpp"
-
-namespace kalmarm {
-
-KALMARM_DERIVATIVE_INSTANCES(, float)
-KALMARM_DERIVATIVE_INSTANCES(, double)
-
-}  // namespace kalmarm

@@ -1,8 +1,0 @@
-#include "algorithms/fast/instances.hpp"
-
-namespace kalmarm {
-
-KALMARM_FACTOR_INSTANCES(, float)
-KALMARM_FACTOR_INSTANCES(, double)
-
-}  // namespace kalmarm

@@ -1,9 +1,0 @@
-#include "algorithms/fast/instances.hpp"
-
-namespace kalmarm {
-
-KALMARM_SQUARE_ROOT_INSTANCES(, double, double)
-KALMARM_SQUARE_ROOT_INSTANCES(, double, StateLanes<double>)
-KALMARM_SQUARE_ROOT_FACTOR_INSTANCES(, double)
-
-}  // namespace kalmarm

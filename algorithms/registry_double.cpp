@@ -1,7 +1,0 @@
-#include "algorithms/registry.hpp"
-
-namespace kalmarm {
-
-template std::vector<RegisteredVariant<double>> registered_variants<double>(Want);
-
-}  // namespace kalmarm

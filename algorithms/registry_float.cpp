@@ -1,7 +1,0 @@
-#include "algorithms/registry.hpp"
-
-namespace kalmarm {
-
-template std::vector<RegisteredVariant<float>> registered_variants<float>(Want);
-
-}  // namespace kalmarm

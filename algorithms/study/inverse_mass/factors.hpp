@@ -1,0 +1,41 @@
+// The filter's factors of the mass matrix, M = (I + K) D (I + K*): D(k) and g(k) of every joint,
+// from any covariance update. Tips to base:
+//   P-(k) = M(k) + sum over children c of phi(k,c) P+(c) phi'(k,c)       (3.6)
+//   D, g, P+ of k                                                        by Update: (3.6), (3.10)
+// A D(k) that may be lost in rounding gets a second look by singularity.hpp.
+#pragma once
+
+#include <vector>
+
+#include "algorithms/model/random_model.hpp"
+#include "algorithms/study/inverse_mass/singularity.hpp"
+#include "algorithms/study/riccati/covariance_update.hpp"
+#include "kalmarm/outcome.hpp"
+
+namespace kalmarm {
+
+template <class T, CovarianceUpdate<T> Update_>
+struct Factors : Gains<T> {
+  using Update = Update_;
+
+  typename Update::template Workspace<T> update;
+  SingularityTest<T, Update::resolution> test;
+
+  explicit Factors(const Model<T>& model)
+      : Gains<T>(model, Update::exact_constraint), update(model), test(model) {}
+};
+
+// D and g of every joint. On failure the outcome names the joint, and ws is not to be used.
+template <class T, class Update>
+Outcome factor(const Model<T>& model, const RandomModel<T>& rm, Factors<T, Update>& ws) {
+  ws.test.begin();
+  Update::start(model, rm, ws.update);
+  for (int k = model.nv() - 1; k >= 0; --k) {
+    ws.D[k] = Update::measure(model, k, ws.update, ws.g[k]);
+    if (!ws.test.passes(model, rm, k, ws.D[k])) return ws.test.look(model, rm, k, ws);
+    if (model.parent(k) >= 0) Update::propagate(model, rm, k, ws.update);
+  }
+  return ws.test.suspect() ? ws.test.look(model, rm, 0, ws) : Outcome{};
+}
+
+}  // namespace kalmarm

@@ -1,0 +1,64 @@
+// The fast path as variants of the registry: one Dynamics behind the interface of the study, so
+// that programs, benchmarks and tests judge it like any other.
+#include "algorithms/model/plain.hpp"
+#include "algorithms/study/solver.hpp"
+#include "kalmarm/dynamics.hpp"
+
+namespace kalmarm {
+namespace {
+
+template <class T>
+class FastSolver final : public Solver<T> {
+ public:
+  FastSolver(const Model<T>& model, Form form)
+      : dynamics_(
+            plain(model.template cast<double>()),
+            {.form = form,
+             .question = {.want = {Want::acceleration, Want::solve, Want::inverse, Want::mass}}}) {}
+
+  Outcome acceleration(const VectorX<T>& q, const VectorX<T>& qd, const VectorX<T>& tau,
+                       VectorX<T>& a) override {
+    return dynamics_.forward_dynamics(q, qd, tau, a);
+  }
+  Outcome factor(const VectorX<T>& q) override { return dynamics_.factor(q); }
+  void solve(const VectorX<T>& tau, VectorX<T>& x) override {
+    (void)dynamics_.solve(VectorView<const T>(tau), VectorView<T>(x));
+  }
+  Outcome inverse(const VectorX<T>& q, MatrixX<T>& X) override {
+    return dynamics_.inverse_mass(q, X);
+  }
+  void mass(const VectorX<T>& q, MatrixX<T>& M) override { dynamics_.mass(q, M); }
+
+ private:
+  Dynamics<T> dynamics_;
+};
+
+template <class T>
+RegisteredVariant<T> variant(Form form, const char* name, const char* equation) {
+  return {name,
+          equation,
+          {.kind = VariantKind::fast,
+           .form = form,
+           .wants = {Want::acceleration, Want::solve, Want::inverse, Want::mass},
+           .citation = "Rodriguez 1987; frames after Denavit and Hartenberg"},
+          [form](const Model<T>& model) {
+            return std::unique_ptr<Solver<T>>(std::make_unique<FastSolver<T>>(model, form));
+          }};
+}
+
+}  // namespace
+
+template <class T>
+std::vector<RegisteredVariant<T>> fast_variants() {
+  return {variant<T>(Form::conventional, "Fast<Conventional>",
+                     "(3.6), (4.1) to (4.11), written out for frames on the axes"),
+          variant<T>(Form::square_root, "Fast<SquareRoot>",
+                     "the same in square roots: rows of Gauss' principle"),
+          variant<T>(Form::certified, "Fast<Certified>",
+                     "the conventional form, refined by residuals in twice the precision")};
+}
+
+template std::vector<RegisteredVariant<float>> fast_variants<float>();
+template std::vector<RegisteredVariant<double>> fast_variants<double>();
+
+}  // namespace kalmarm

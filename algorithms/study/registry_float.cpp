@@ -1,0 +1,7 @@
+#include "algorithms/study/registry.hpp"
+
+namespace kalmarm {
+
+template std::vector<RegisteredVariant<float>> registered_variants<float>(Want);
+
+}  // namespace kalmarm

@@ -1,9 +1,0 @@
-// The registry's variants in the tests' multi-precision.
-#include "algorithms/registry.hpp"
-#include "algorithms/test/dense_mechanics.hpp"
-
-namespace kalmarm {
-
-template std::vector<RegisteredVariant<test::Mp>> registered_variants<test::Mp>(Want);
-
-}  // namespace kalmarm
