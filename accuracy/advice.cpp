@@ -5,7 +5,7 @@
 
 #include "algorithms/dynamics/check_model.hpp"
 #include "algorithms/model/plain.hpp"
-#include "robots/input_error.hpp"
+#include "robots/loader/input_error.hpp"
 
 namespace kalmarm {
 namespace {

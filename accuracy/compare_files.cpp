@@ -17,12 +17,12 @@
 #include "accuracy/programs/ranges.hpp"
 #include "algorithms/model/plain.hpp"
 #include "kalmarm/dynamics.hpp"
-#include "robots/file_options.hpp"
-#include "robots/files/model_files.hpp"
-#include "robots/mujoco_shim.hpp"
-#include "robots/mujoco_solver.hpp"
-#include "robots/mujoco_spec.hpp"
-#include "robots/scene.hpp"
+#include "robots/loader/files/model_files.hpp"
+#include "robots/loader/mujoco_shim.hpp"
+#include "robots/loader/mujoco_spec.hpp"
+#include "robots/scene/file_options.hpp"
+#include "robots/scene/mujoco_solver.hpp"
+#include "robots/scene/scene.hpp"
 
 namespace kalmarm {
 namespace {

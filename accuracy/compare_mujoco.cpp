@@ -17,8 +17,8 @@
 #include "algorithms/model/plain.hpp"
 #include "algorithms/study/inverse_mass/condition.hpp"
 #include "algorithms/study/solver.hpp"
-#include "robots/memory_limit.hpp"
-#include "robots/mujoco_solver.hpp"
+#include "robots/scene/memory_limit.hpp"
+#include "robots/scene/mujoco_solver.hpp"
 
 namespace kalmarm {
 namespace {

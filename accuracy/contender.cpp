@@ -5,8 +5,8 @@
 #include "accuracy/real.hpp"
 #include "algorithms/dynamics/plan.hpp"
 #include "algorithms/dynamics/solver_engine.hpp"
-#include "robots/input_error.hpp"
-#include "robots/mujoco_solver.hpp"
+#include "robots/loader/input_error.hpp"
+#include "robots/scene/mujoco_solver.hpp"
 
 namespace kalmarm {
 namespace {

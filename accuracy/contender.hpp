@@ -7,8 +7,8 @@
 
 #include "algorithms/study/solver.hpp"
 #include "kalmarm/dynamics.hpp"
-#include "robots/question.hpp"
-#include "robots/scene.hpp"
+#include "robots/scene/question.hpp"
+#include "robots/scene/scene.hpp"
 
 namespace kalmarm {
 

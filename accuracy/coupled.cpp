@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "robots/input_error.hpp"
+#include "robots/loader/input_error.hpp"
 
 namespace kalmarm {
 namespace {

@@ -1,9 +1,9 @@
-// Answers of a robot with its couplings imposed (robots/couplings.hpp), made in float64 from what a
+// Answers of a robot with its couplings imposed (robots/scene/couplings.hpp), made in float64 from what a
 // variant answers without them.
 #pragma once
 
 #include "accuracy/evaluation.hpp"
-#include "robots/couplings.hpp"
+#include "robots/scene/couplings.hpp"
 
 namespace kalmarm {
 

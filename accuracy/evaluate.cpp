@@ -29,8 +29,8 @@
 #include "accuracy/real.hpp"
 #include "algorithms/dynamics/plan.hpp"
 #include "algorithms/study/solver.hpp"
-#include "robots/memory_limit.hpp"
-#include "robots/state_file.hpp"
+#include "robots/scene/memory_limit.hpp"
+#include "robots/scene/state_file.hpp"
 
 namespace kalmarm {
 namespace {

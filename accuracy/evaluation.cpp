@@ -6,8 +6,8 @@
 
 #include "accuracy/real.hpp"
 #include "algorithms/study/solver.hpp"
-#include "robots/input_error.hpp"
-#include "robots/mujoco_solver.hpp"
+#include "robots/loader/input_error.hpp"
+#include "robots/scene/mujoco_solver.hpp"
 
 namespace kalmarm {
 namespace {

@@ -14,9 +14,9 @@
 #include "accuracy/programs/ranges.hpp"
 #include "algorithms/dynamics/flops.hpp"
 #include "algorithms/fast/lowering/zero_terms.hpp"
-#include "robots/inventory.hpp"
-#include "robots/names.hpp"
-#include "robots/question.hpp"
+#include "robots/loader/names.hpp"
+#include "robots/scene/inventory.hpp"
+#include "robots/scene/question.hpp"
 
 namespace kalmarm {
 namespace {

@@ -22,7 +22,7 @@
 #include "accuracy/programs/ranges.hpp"
 #include "accuracy/truth_cache.hpp"
 #include "algorithms/study/solver.hpp"
-#include "robots/mujoco_solver.hpp"
+#include "robots/scene/mujoco_solver.hpp"
 
 namespace kalmarm {
 namespace {

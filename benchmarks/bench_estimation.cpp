@@ -22,8 +22,8 @@
 #include "algorithms/study/estimation/operators.hpp"
 #include "algorithms/study/solver.hpp"
 #include "benchmarks/run.hpp"
-#include "robots/families.hpp"
-#include "robots/scene.hpp"
+#include "robots/scene/families.hpp"
+#include "robots/scene/scene.hpp"
 
 namespace kalmarm {
 namespace {

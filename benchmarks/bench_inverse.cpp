@@ -16,7 +16,7 @@
 #include "algorithms/study/solver.hpp"
 #include "benchmarks/case.hpp"
 #include "benchmarks/driver.hpp"
-#include "robots/mujoco_solver.hpp"
+#include "robots/scene/mujoco_solver.hpp"
 
 namespace kalmarm {
 namespace {

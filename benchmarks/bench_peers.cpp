@@ -29,8 +29,8 @@
 #include "benchmarks/peak.hpp"
 #include "benchmarks/peers/mechanism.hpp"
 #include "benchmarks/peers/peer.hpp"
-#include "robots/input_error.hpp"
-#include "robots/mujoco_solver.hpp"
+#include "robots/loader/input_error.hpp"
+#include "robots/scene/mujoco_solver.hpp"
 
 namespace kalmarm {
 namespace {

@@ -19,8 +19,8 @@
 #include "benchmarks/case.hpp"
 #include "benchmarks/driver.hpp"
 #include "kalmarm/dynamics.hpp"
-#include "robots/input_error.hpp"
-#include "robots/question.hpp"
+#include "robots/loader/input_error.hpp"
+#include "robots/scene/question.hpp"
 
 namespace kalmarm {
 namespace {

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "revision.hpp"
-#include "robots/mujoco_solver.hpp"
+#include "robots/scene/mujoco_solver.hpp"
 
 namespace kalmarm {
 namespace {

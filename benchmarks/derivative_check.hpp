@@ -8,7 +8,7 @@
 
 #include "algorithms/model/model.hpp"
 #include "algorithms/study/solver.hpp"
-#include "robots/scene.hpp"
+#include "robots/scene/scene.hpp"
 
 namespace kalmarm {
 

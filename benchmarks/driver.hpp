@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "robots/scene.hpp"
+#include "robots/scene/scene.hpp"
 
 namespace CLI {
 class App;

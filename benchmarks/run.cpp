@@ -18,7 +18,7 @@
 #include "accuracy/programs/output_file.hpp"
 #include "accuracy/programs/ranges.hpp"
 #include "benchmarks/context.hpp"
-#include "robots/input_error.hpp"
+#include "robots/loader/input_error.hpp"
 
 namespace kalmarm {
 namespace {

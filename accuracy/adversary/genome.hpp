@@ -37,7 +37,7 @@
 #include <vector>
 
 #include "algorithms/fast/engine/engine.hpp"
-#include "robots/scene.hpp"
+#include "robots/scene/scene.hpp"
 
 namespace kalmarm::adversary {
 
@@ -49,7 +49,7 @@ struct Genome {
 };
 
 struct Mechanism {
-  Model<double> model;  // as the loader gives it from to_mjcf (robots/write_mjcf.hpp)
+  Model<double> model;  // as the loader gives it from to_mjcf (robots/scene/write_mjcf.hpp)
   State state;
 };
 

@@ -7,7 +7,7 @@
 #include "accuracy/adversary/exact.hpp"
 #include "accuracy/contender.hpp"
 #include "algorithms/dynamics/plan.hpp"
-#include "robots/input_error.hpp"
+#include "robots/loader/input_error.hpp"
 
 namespace kalmarm::adversary {
 namespace {

@@ -8,9 +8,9 @@
 
 #include "accuracy/csv.hpp"
 #include "accuracy/programs/output_file.hpp"
-#include "robots/input_error.hpp"
-#include "robots/state_file.hpp"
-#include "robots/write_mjcf.hpp"
+#include "robots/loader/input_error.hpp"
+#include "robots/scene/state_file.hpp"
+#include "robots/scene/write_mjcf.hpp"
 
 namespace kalmarm::adversary {
 namespace {

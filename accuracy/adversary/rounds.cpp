@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "accuracy/programs/digest.hpp"
-#include "robots/files/text_file.hpp"
-#include "robots/input_error.hpp"
-#include "robots/json_file.hpp"
+#include "robots/loader/files/text_file.hpp"
+#include "robots/loader/input_error.hpp"
+#include "robots/scene/json_file.hpp"
 
 namespace kalmarm::adversary {
 namespace {

@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "accuracy/fits/quaternion_rates.hpp"
-#include "robots/input_error.hpp"
+#include "robots/loader/input_error.hpp"
 
 namespace kalmarm {
 namespace {

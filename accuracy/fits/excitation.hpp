@@ -9,7 +9,7 @@
 #include <cstdint>
 
 #include "accuracy/fits/samples.hpp"
-#include "robots/scene.hpp"
+#include "robots/scene/scene.hpp"
 
 namespace kalmarm {
 

@@ -12,7 +12,7 @@
 
 #include "accuracy/fits/costs.hpp"
 #include "accuracy/fits/identifiability.hpp"
-#include "robots/input_error.hpp"
+#include "robots/loader/input_error.hpp"
 
 namespace kalmarm {
 namespace {

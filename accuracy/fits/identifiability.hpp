@@ -13,7 +13,7 @@
 
 #include "accuracy/fits/parameters.hpp"
 #include "accuracy/fits/residuals.hpp"
-#include "robots/scene.hpp"
+#include "robots/scene/scene.hpp"
 
 namespace kalmarm {
 

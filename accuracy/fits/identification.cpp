@@ -7,8 +7,8 @@
 #include "accuracy/fits/identifiability.hpp"
 #include "accuracy/fits/start.hpp"
 #include "accuracy/programs/open_scene.hpp"
-#include "robots/fitted_model.hpp"
-#include "robots/names.hpp"
+#include "robots/loader/names.hpp"
+#include "robots/scene/fitted_model.hpp"
 
 namespace kalmarm {
 namespace {

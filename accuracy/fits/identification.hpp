@@ -18,7 +18,7 @@
 #include "accuracy/fits/fit.hpp"
 #include "accuracy/fits/prediction.hpp"
 #include "accuracy/fits/simulated_samples.hpp"
-#include "robots/scene.hpp"
+#include "robots/scene/scene.hpp"
 
 namespace kalmarm {
 

@@ -10,8 +10,8 @@
 #include <numeric>
 
 #include "accuracy/csv.hpp"
-#include "robots/files/text_file.hpp"
-#include "robots/input_error.hpp"
+#include "robots/loader/files/text_file.hpp"
+#include "robots/loader/input_error.hpp"
 
 namespace kalmarm {
 namespace {

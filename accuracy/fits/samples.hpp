@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-#include "robots/scene.hpp"
+#include "robots/scene/scene.hpp"
 
 namespace kalmarm {
 

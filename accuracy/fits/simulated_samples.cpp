@@ -6,9 +6,9 @@
 
 #include "accuracy/fits/prediction.hpp"
 #include "algorithms/study/derivatives/mass_jacobian.hpp"
-#include "robots/input_error.hpp"
-#include "robots/memory_limit.hpp"
-#include "robots/mujoco_solver.hpp"
+#include "robots/loader/input_error.hpp"
+#include "robots/scene/memory_limit.hpp"
+#include "robots/scene/mujoco_solver.hpp"
 
 namespace kalmarm {
 namespace {

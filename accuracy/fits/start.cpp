@@ -5,7 +5,7 @@
 #include <cmath>
 #include <set>
 
-#include "robots/input_error.hpp"
+#include "robots/loader/input_error.hpp"
 
 namespace kalmarm {
 namespace {

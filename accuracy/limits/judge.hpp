@@ -20,7 +20,7 @@
 #include <vector>
 
 #include "algorithms/study/solver.hpp"
-#include "robots/scene.hpp"
+#include "robots/scene/scene.hpp"
 
 namespace kalmarm::limits {
 

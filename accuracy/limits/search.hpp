@@ -1,6 +1,6 @@
 // The worst states of a robot for the searched variants (judge.hpp), found by optimisers.
 //
-//   1. random states (random_states of robots/scene.hpp), and those that are given to begin with
+//   1. random states (random_states of robots/scene/scene.hpp), and those that are given to begin with
 //   2. for every variant in float32, from the worst state so far: q by controlled random search
 //      within the joints' ranges (NLopt's GN_CRS2_LM), then by a subspace simplex (LN_SBPLX)
 //   3. for every variant in float64, from the worst of some random states and of those of float32:

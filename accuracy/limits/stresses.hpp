@@ -22,7 +22,7 @@
 #include <vector>
 
 #include "algorithms/model/model.hpp"
-#include "robots/scene.hpp"
+#include "robots/scene/scene.hpp"
 
 namespace kalmarm::limits {
 

@@ -3,7 +3,7 @@
 
 #include "accuracy/paper/rows.hpp"
 #include "algorithms/study/estimation/operators.hpp"
-#include "robots/scene.hpp"
+#include "robots/scene/scene.hpp"
 
 namespace kalmarm {
 

@@ -21,7 +21,7 @@
 #include "accuracy/programs/ranges.hpp"
 #include "algorithms/study/inverse_mass/condition.hpp"
 #include "algorithms/study/solver.hpp"
-#include "robots/families.hpp"
+#include "robots/scene/families.hpp"
 
 namespace kalmarm {
 namespace {

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "accuracy/programs/output_file.hpp"
-#include "robots/input_error.hpp"
+#include "robots/loader/input_error.hpp"
 
 extern "C" char* openblas_get_corename() __attribute__((weak));  // null where it is not linked
 

@@ -5,7 +5,7 @@
 #include <functional>
 #include <string>
 
-#include "robots/input_error.hpp"
+#include "robots/loader/input_error.hpp"
 
 namespace kalmarm {
 

@@ -10,7 +10,7 @@
 #include <system_error>
 
 #include "accuracy/programs/digest.hpp"
-#include "robots/input_error.hpp"
+#include "robots/loader/input_error.hpp"
 
 namespace kalmarm {
 namespace {

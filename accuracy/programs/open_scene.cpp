@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "accuracy/programs/output_file.hpp"
-#include "robots/files/xml_tags.hpp"
+#include "robots/loader/files/xml_tags.hpp"
 
 namespace kalmarm {
 namespace {

@@ -4,8 +4,8 @@
 #include <string>
 
 #include "accuracy/programs/command_line.hpp"
-#include "robots/file_options.hpp"
-#include "robots/scene.hpp"
+#include "robots/scene/file_options.hpp"
+#include "robots/scene/scene.hpp"
 
 namespace kalmarm {
 

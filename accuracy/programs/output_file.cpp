@@ -18,7 +18,7 @@
 
 #include "accuracy/programs/digest.hpp"
 #include "accuracy/programs/held_signals.hpp"
-#include "robots/input_error.hpp"
+#include "robots/loader/input_error.hpp"
 
 namespace kalmarm {
 namespace {

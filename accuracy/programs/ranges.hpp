@@ -86,7 +86,7 @@ inline CLI::Validator any_seed() {
   return between<std::uint64_t>(0, std::numeric_limits<std::uint64_t>::max());
 }
 
-// What --random takes: what the states hold may need less (robots/memory_limit.hpp).
+// What --random takes: what the states hold may need less (robots/scene/memory_limit.hpp).
 inline CLI::Validator number_of_states() { return between(1, 1'000'000); }
 
 }  // namespace kalmarm

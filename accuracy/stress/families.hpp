@@ -1,7 +1,7 @@
 // Mechanisms that are hard on the algorithms. A family is a mechanism with one number to turn up,
 // `value`.
 //
-// The base model is a random chain of N = 12 hinges (robots/families.hpp): links of length l = 1
+// The base model is a random chain of N = 12 hinges (robots/scene/families.hpp): links of length l = 1
 // and mass m = 1 in random directions, com at mid-link, principal moments J from 0.04 to 0.12,
 // gravity along -z, positions uniform in (-pi, pi). A family changes the base model unless it names
 // another. Links are counted from 1. To scale a body is to scale m and J; to scale a length, l and

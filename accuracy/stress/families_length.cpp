@@ -2,7 +2,7 @@
 #include <numbers>
 
 #include "accuracy/stress/parts.hpp"
-#include "robots/families.hpp"
+#include "robots/scene/families.hpp"
 
 namespace kalmarm::stress {
 namespace {

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "accuracy/stress/parts.hpp"
-#include "robots/scene.hpp"
+#include "robots/scene/scene.hpp"
 
 namespace kalmarm::stress {
 namespace {

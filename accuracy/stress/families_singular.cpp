@@ -1,6 +1,6 @@
 // Mechanisms close to those that can move without moving any mass, and some that only look so.
 #include "accuracy/stress/parts.hpp"
-#include "robots/families.hpp"
+#include "robots/scene/families.hpp"
 
 namespace kalmarm::stress {
 namespace {

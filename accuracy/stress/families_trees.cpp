@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "accuracy/stress/parts.hpp"
-#include "robots/families.hpp"
+#include "robots/scene/families.hpp"
 
 namespace kalmarm::stress {
 namespace {

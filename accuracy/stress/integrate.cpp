@@ -14,7 +14,7 @@
 #include "accuracy/stress/integration.hpp"
 #include "accuracy/stress/parts.hpp"
 #include "accuracy/stress/selection.hpp"
-#include "robots/memory_limit.hpp"
+#include "robots/scene/memory_limit.hpp"
 
 namespace kalmarm::stress {
 namespace {

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <iterator>
 
-#include "robots/families.hpp"
-#include "robots/scene.hpp"
+#include "robots/scene/families.hpp"
+#include "robots/scene/scene.hpp"
 
 namespace kalmarm::stress {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "accuracy/stress/families.hpp"
-#include "robots/generate.hpp"
+#include "robots/scene/generate.hpp"
 
 namespace kalmarm::stress {
 

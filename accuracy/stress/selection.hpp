@@ -7,7 +7,7 @@
 
 #include "accuracy/stress/families.hpp"
 #include "algorithms/study/solver.hpp"
-#include "robots/input_error.hpp"
+#include "robots/loader/input_error.hpp"
 
 namespace kalmarm::stress {
 

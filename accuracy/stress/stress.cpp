@@ -31,7 +31,7 @@
 #include "accuracy/stress/measure_advice.hpp"
 #include "accuracy/stress/measure_case.hpp"
 #include "accuracy/stress/selection.hpp"
-#include "robots/memory_limit.hpp"
+#include "robots/scene/memory_limit.hpp"
 
 namespace kalmarm::stress {
 namespace {

@@ -7,7 +7,7 @@
 #include "accuracy/measures.hpp"
 #include "accuracy/truth_cache.hpp"
 #include "algorithms/model/plain.hpp"
-#include "robots/input_error.hpp"
+#include "robots/loader/input_error.hpp"
 
 namespace kalmarm {
 namespace {

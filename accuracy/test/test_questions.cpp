@@ -13,9 +13,9 @@
 #include "algorithms/dynamics/plan.hpp"
 #include "algorithms/dynamics/solver_engine.hpp"
 #include "algorithms/model/mass_matrix.hpp"
-#include "robots/question.hpp"
-#include "robots/scene.hpp"
-#include "robots/sites.hpp"
+#include "robots/scene/question.hpp"
+#include "robots/scene/scene.hpp"
+#include "robots/scene/sites.hpp"
 
 namespace kalmarm {
 namespace {

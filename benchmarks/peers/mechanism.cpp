@@ -4,7 +4,7 @@
 #include <string>
 #include <utility>
 
-#include "robots/input_error.hpp"
+#include "robots/loader/input_error.hpp"
 
 namespace kalmarm {
 namespace {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "benchmarks/peers/peer.hpp"
-#include "robots/scene.hpp"
+#include "robots/scene/scene.hpp"
 
 namespace kalmarm {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "accuracy/adversary/exact.hpp"
-#include "robots/generate.hpp"
+#include "robots/scene/generate.hpp"
 
 namespace kalmarm::adversary {
 namespace {

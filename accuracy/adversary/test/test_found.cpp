@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include "accuracy/adversary/record.hpp"
-#include "robots/state_file.hpp"
+#include "robots/scene/state_file.hpp"
 
 namespace kalmarm::adversary {
 namespace {

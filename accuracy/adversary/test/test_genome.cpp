@@ -9,8 +9,8 @@
 
 #include "accuracy/adversary/record.hpp"
 #include "algorithms/fast/planar/translational.hpp"
-#include "robots/test/temporary_file.hpp"
-#include "robots/write_mjcf.hpp"
+#include "robots/loader/test/temporary_file.hpp"
+#include "robots/scene/write_mjcf.hpp"
 
 namespace kalmarm::adversary {
 namespace {

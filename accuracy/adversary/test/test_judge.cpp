@@ -7,8 +7,8 @@
 #include "accuracy/adversary/judge.hpp"
 #include "accuracy/stress/families.hpp"
 #include "algorithms/study/solver.hpp"
-#include "robots/generate.hpp"
-#include "robots/input_error.hpp"
+#include "robots/loader/input_error.hpp"
+#include "robots/scene/generate.hpp"
 
 namespace kalmarm::adversary {
 namespace {

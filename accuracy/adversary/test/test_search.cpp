@@ -6,9 +6,9 @@
 #include "accuracy/adversary/judge.hpp"
 #include "accuracy/adversary/record.hpp"
 #include "accuracy/adversary/search.hpp"
-#include "robots/input_error.hpp"
-#include "robots/scene.hpp"
-#include "robots/test/temporary_file.hpp"
+#include "robots/loader/input_error.hpp"
+#include "robots/loader/test/temporary_file.hpp"
+#include "robots/scene/scene.hpp"
 
 namespace kalmarm::adversary {
 namespace {

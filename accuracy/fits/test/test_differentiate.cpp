@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "accuracy/fits/differentiate.hpp"
-#include "robots/input_error.hpp"
+#include "robots/loader/input_error.hpp"
 
 namespace kalmarm {
 namespace {

@@ -12,7 +12,7 @@
 #include "accuracy/fits/fit.hpp"
 #include "accuracy/fits/prediction.hpp"
 #include "algorithms/model/mass_matrix.hpp"
-#include "robots/input_error.hpp"
+#include "robots/loader/input_error.hpp"
 
 namespace kalmarm {
 namespace {

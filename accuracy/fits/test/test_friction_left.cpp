@@ -7,7 +7,7 @@
 #include "accuracy/fits/excitation.hpp"
 #include "accuracy/fits/friction_left.hpp"
 #include "accuracy/fits/prediction.hpp"
-#include "robots/families.hpp"
+#include "robots/scene/families.hpp"
 
 namespace kalmarm {
 namespace {

@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "accuracy/fits/samples.hpp"
-#include "robots/input_error.hpp"
-#include "robots/test/temporary_file.hpp"
+#include "robots/loader/input_error.hpp"
+#include "robots/loader/test/temporary_file.hpp"
 
 namespace kalmarm {
 namespace {

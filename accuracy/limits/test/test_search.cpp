@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "accuracy/limits/campaign.hpp"
-#include "robots/generate.hpp"
+#include "robots/scene/generate.hpp"
 
 namespace kalmarm::limits {
 namespace {

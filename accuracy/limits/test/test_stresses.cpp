@@ -5,7 +5,7 @@
 
 #include "accuracy/limits/stresses.hpp"
 #include "algorithms/model/mass_matrix.hpp"
-#include "robots/generate.hpp"
+#include "robots/scene/generate.hpp"
 
 namespace kalmarm::limits {
 namespace {

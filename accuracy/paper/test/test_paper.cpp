@@ -10,7 +10,7 @@
 
 #include "accuracy/paper/equations.hpp"
 #include "accuracy/real.hpp"
-#include "robots/families.hpp"
+#include "robots/scene/families.hpp"
 
 namespace kalmarm {
 namespace {

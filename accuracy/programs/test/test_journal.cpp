@@ -2,7 +2,7 @@
 
 #include "accuracy/programs/journal.hpp"
 #include "accuracy/programs/test/temporary_folder.hpp"
-#include "robots/input_error.hpp"
+#include "robots/loader/input_error.hpp"
 
 namespace kalmarm {
 namespace {

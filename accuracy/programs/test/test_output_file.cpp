@@ -11,7 +11,7 @@
 #include "accuracy/programs/held_signals.hpp"
 #include "accuracy/programs/output_file.hpp"
 #include "accuracy/programs/test/temporary_folder.hpp"
-#include "robots/input_error.hpp"
+#include "robots/loader/input_error.hpp"
 
 namespace kalmarm {
 namespace {

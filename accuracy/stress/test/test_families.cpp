@@ -14,8 +14,8 @@
 #include "accuracy/stress/families.hpp"
 #include "algorithms/model/mass_matrix.hpp"
 #include "algorithms/study/solver.hpp"
-#include "robots/families.hpp"
-#include "robots/scene.hpp"
+#include "robots/scene/families.hpp"
+#include "robots/scene/scene.hpp"
 
 namespace kalmarm::stress {
 namespace {

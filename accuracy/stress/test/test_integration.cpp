@@ -8,7 +8,7 @@
 
 #include "accuracy/stress/families.hpp"
 #include "accuracy/stress/integration.hpp"
-#include "robots/generate.hpp"
+#include "robots/scene/generate.hpp"
 
 namespace kalmarm::stress {
 namespace {

@@ -11,7 +11,7 @@
 
 #include "accuracy/stress/measure_case.hpp"
 #include "accuracy/stress/selection.hpp"
-#include "robots/generate.hpp"
+#include "robots/scene/generate.hpp"
 
 namespace kalmarm::stress {
 namespace {

@@ -10,7 +10,7 @@
 #include "accuracy/programs/digest.hpp"
 #include "accuracy/programs/journal.hpp"
 #include "accuracy/programs/test/temporary_folder.hpp"
-#include "robots/test/fuzz/reader.hpp"
+#include "robots/loader/test/fuzz/reader.hpp"
 
 namespace kalmarm {
 namespace {

@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "accuracy/fits/samples.hpp"
-#include "robots/test/fuzz/reader.hpp"
+#include "robots/loader/test/fuzz/reader.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace kalmarm;

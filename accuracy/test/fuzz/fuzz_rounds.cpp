@@ -8,7 +8,7 @@
 
 #include "accuracy/adversary/rounds.hpp"
 #include "accuracy/programs/digest.hpp"
-#include "robots/test/fuzz/reader.hpp"
+#include "robots/loader/test/fuzz/reader.hpp"
 
 namespace kalmarm::adversary {
 namespace {

@@ -1,0 +1,70 @@
+#include "robots/loader/files/ignored.hpp"
+
+#include <utility>
+
+#include "robots/loader/mujoco_shim.hpp"
+#include "robots/loader/mujoco_spec.hpp"
+#include "robots/loader/names.hpp"
+
+namespace kalmarm {
+namespace {
+
+const char* name_of(mjtEq type) {
+  switch (type) {
+    case mjEQ_CONNECT:
+      return "connect constraint";
+    case mjEQ_WELD:
+      return "weld constraint";
+    case mjEQ_JOINT:
+      return "coupling of joints";
+    case mjEQ_TENDON:
+      return "coupling of tendons";
+    default:
+      return "equality of another kind";
+  }
+}
+
+}  // namespace
+
+std::string note_of_loose_couplings(mjSpec* spec) {
+  std::string out;
+  for (mjsElement* e : elements(spec, mjOBJ_EQUALITY)) {
+    const mjsEquality* equality = mjs_asEquality(e);
+    if (equality->type != mjEQ_JOINT) continue;
+    for (const mjString* joint : {equality->name1, equality->name2}) {
+      const std::string name = mjs_getString(joint);
+      if (name.empty() || mjs_findElement(spec, mjOBJ_JOINT, name.c_str())) continue;
+      out += (out.empty() ? "" : ", ") + ("'" + name + "'");
+    }
+  }
+  return out.empty() ? "" : "joints that others are coupled to, and that are not there: " + out;
+}
+
+std::string ignored_parts(mjSpec* spec, const LoadOptions& options) {
+  Counts things, forces;
+  for (mjsElement* e : elements(spec, mjOBJ_EQUALITY))
+    if (const mjsEquality* equality = mjs_asEquality(e);
+        equality->active && !(options.imposes_couplings && equality->type == mjEQ_JOINT))
+      things.add(name_of(equality->type));
+  for (const auto& [type, name] :
+       {std::pair{mjOBJ_ACTUATOR, "actuator"}, {mjOBJ_TENDON, "tendon"}, {mjOBJ_FLEX, "flex"}})
+    things.add(name, count(spec, type));
+  for (mjsElement* e : elements(spec, mjOBJ_JOINT)) {
+    mjsJoint* joint = mjs_asJoint(e);
+    if (linear(joint->damping) != 0 && !options.adds_friction) forces.add("damping");
+    if (joint->frictionloss != 0 && !options.adds_friction) forces.add("friction");
+    if (linear(joint->stiffness) != 0) forces.add("springs");
+  }
+  int compensated = 0;
+  for (mjsElement* e : elements(spec, mjOBJ_BODY)) compensated += mjs_asBody(e)->gravcomp != 0;
+
+  std::string out;
+  const auto add = [&](const std::string& text) { out += (out.empty() ? "" : ", ") + text; };
+  for (const auto& [name, count] : things.all()) add(counted(count, name));
+  for (const auto& [name, count] : forces.all()) add(name + " of " + counted(count, "joint"));
+  if (compensated > 0) add("gravity compensation of " + counted(compensated, "body"));
+  if (spec->option.density != 0 || spec->option.viscosity != 0) add("drag of a medium");
+  return out;
+}
+
+}  // namespace kalmarm

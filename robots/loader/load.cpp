@@ -1,0 +1,73 @@
+#include "kalmarm/load.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <stdexcept>
+
+#include "algorithms/model/plain.hpp"
+#include "robots/loader/input_error.hpp"
+#include "robots/loader/mujoco_model.hpp"
+#include "robots/loader/mujoco_shim.hpp"
+
+namespace kalmarm {
+namespace {
+
+// A program that uses MuJoCo itself keeps its own handlers.
+class Handlers {
+ public:
+  Handlers() { install_mujoco_handlers(); }
+  Handlers(const Handlers&) = delete;
+  Handlers& operator=(const Handlers&) = delete;
+  ~Handlers() {
+    mju_user_error = error_;
+    mju_user_warning = warning_;
+  }
+
+ private:
+  decltype(mju_user_error) error_ = mju_user_error;
+  decltype(mju_user_warning) warning_ = mju_user_warning;
+};
+
+std::vector<NamedFrame> named_frames(const MujocoModel& model) {
+  std::vector<NamedFrame> out;
+  const mjModel* m = model.get();
+  const std::vector<LinkFrame> bodies = model.body_frames();
+  const auto add = [&](mjtObj kind, int i, const LinkFrame& at) {
+    if (const char* name = mj_id2name(m, kind, i); name && *name)
+      out.push_back({name, {at.link, plain(at.R), plain(at.p)}});
+  };
+  for (int i = 0; i < m->nsite; ++i) {
+    const mjtNum *p = m->site_pos + 3 * i, *q = m->site_quat + 4 * i;
+    add(mjOBJ_SITE, i,
+        bodies[m->site_bodyid[i]].then({p[0], p[1], p[2]}, {q[0], q[1], q[2], q[3]}));
+  }
+  for (int i = 1; i < m->nbody; ++i) add(mjOBJ_BODY, i, bodies[i]);
+  return out;
+}
+
+}  // namespace
+
+LoadedRobot load_robot(const std::string& path, const LoadOptions& options) {
+  const Handlers handlers;
+  const std::shared_ptr<const MujocoModel> model = MujocoModel::load(path, options, Sites::kept);
+  return {.name = std::filesystem::path(path).stem().string(),
+          .model = plain(model->lower()),
+          .home = {model->home().q.begin(), model->home().q.end()},
+          .home_velocity = {model->home().qd.begin(), model->home().qd.end()},
+          .frames = named_frames(*model),
+          .notes = model->notes()};
+}
+
+const Frame& LoadedRobot::frame(const std::string& frame_name) const {
+  for (const NamedFrame& one : frames)
+    if (one.name == frame_name) return one.frame;
+  throw std::invalid_argument("robot '" + name + "': no site or body '" + frame_name + "'");
+}
+
+int LoadedRobot::dof(const std::string& joint) const {
+  for (int k = 0; k < model.nv(); ++k)
+    if (model.names[k] == joint || model.names[k].starts_with(joint + ":")) return k;
+  throw std::invalid_argument("robot '" + name + "': no joint '" + joint + "'");
+}
+
+}  // namespace kalmarm

@@ -1,0 +1,175 @@
+// MujocoModel::lower: from a compiled model to one-DoF joints.
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "algorithms/spatial/principal_axes.hpp"
+#include "robots/loader/input_error.hpp"
+#include "robots/loader/mujoco_model.hpp"
+#include "robots/loader/mujoco_shim.hpp"
+
+namespace kalmarm {
+namespace {
+
+using Quaternion = Eigen::Quaternion<double>;
+using Vec3 = Vector3<double>;
+using Frame = LinkFrame;
+
+// A turn that takes e_z to `axis`; exact for the coordinate axes. To an axis that points down by way
+// of the opposite one: a turn by nearly half a circle would lose half the digits.
+Quaternion turn_z_to(const Vec3& axis) {
+  const Quaternion to_x(0.5, 0.5, 0.5, 0.5), to_y(0.5, -0.5, -0.5, -0.5), flip(0, 1, 0, 0);
+  if (axis == Vec3(0, 0, 1)) return Quaternion::Identity();
+  if (axis == Vec3(1, 0, 0)) return to_x;
+  if (axis == Vec3(0, 1, 0)) return to_y;
+  if (axis == Vec3(0, 0, -1)) return flip;
+  if (axis == Vec3(-1, 0, 0)) return to_x * flip;
+  if (axis == Vec3(0, -1, 0)) return to_y * flip;
+  if (axis.z() < 0) return flip * turn_z_to({axis.x(), -axis.y(), -axis.z()});
+  return Quaternion::FromTwoVectors(Vec3::UnitZ(), axis);
+}
+
+Vec3 vec3(const mjtNum* x) { return {x[0], x[1], x[2]}; }
+Quaternion quat(const mjtNum* x) { return {x[0], x[1], x[2], x[3]}; }
+
+class Lowering {
+ public:
+  explicit Lowering(const mjModel* m) : m_(m), frames_(m->nbody) {
+    for (int body = 1; body < m->nbody; ++body) add_body(body);
+  }
+
+  // Throws InputError where the compiler let through what is no number or no inertia.
+  Model<double> model() && {
+    for (std::size_t k = 0; k < joints_.size(); ++k) {
+      const Joint<double>& joint = joints_[k];
+      const RigidBody<double>& body = joint.body;
+      const bool finite = joint.translation.allFinite() && joint.rotation.coeffs().allFinite() &&
+                          body.com.allFinite() && body.axes.coeffs().allFinite() &&
+                          std::isfinite(body.mass) && body.moments.allFinite() &&
+                          std::isfinite(joint.ref) && std::isfinite(joint.r);
+      if (!finite)
+        throw InputError("joint '" + names_[k] + "' or its body: a number is not finite");
+      const double length = joint.rotation.norm();
+      if (!(std::abs(length - 1) < 1e-6))
+        throw InputError("joint '" + names_[k] + "' or its body: a quaternion is out of range");
+      if (joint.r < 0)
+        throw InputError("joint '" + names_[k] + "' has armature " + std::to_string(joint.r) +
+                         ": must not be negative");
+    }
+    const bool falls = (m_->opt.disableflags & mjDSBL_GRAVITY) == 0;
+    const Vec3 gravity = falls ? vec3(m_->opt.gravity) : Vec3::Zero().eval();
+    if (!gravity.allFinite()) throw InputError("gravity: a number is not finite");
+    return {std::move(joints_), std::move(names_), static_cast<int>(m_->nq), gravity};
+  }
+
+  std::vector<LinkFrame> frames() && { return std::move(frames_); }
+
+ private:
+  void add_body(int body) {
+    Frame frame = frames_[m_->body_parentid[body]].then(vec3(m_->body_pos + 3 * body),
+                                                        quat(m_->body_quat + 4 * body));
+    for (int j = m_->body_jntadr[body]; j < m_->body_jntadr[body] + m_->body_jntnum[body]; ++j)
+      frame = add_joint(j, frame);
+    frames_[body] = frame;
+    if (frame.link < 0) return;
+    RigidBody<double> inertia;
+    inertia.mass = m_->body_mass[body];
+    inertia.com = frame.p + frame.R * vec3(m_->body_ipos + 3 * body);
+    inertia.axes = frame.R * quat(m_->body_iquat + 4 * body);
+    inertia.moments = vec3(m_->body_inertia + 3 * body);
+    RigidBody<double>& link = joints_[frame.link].body;
+    link = welded(link, inertia);
+  }
+
+  // Adds joint j to a body that stands at `frame` when the joint is at its reference; returns where
+  // the body stands in the joint's last link.
+  Frame add_joint(int j, const Frame& frame) {
+    const Vec3 anchor = vec3(m_->jnt_pos + 3 * j);
+    const int q = m_->jnt_qposadr[j];
+    const char* given = mj_id2name(m_, mjOBJ_JOINT, j);
+    const char* body = mj_id2name(m_, mjOBJ_BODY, m_->jnt_bodyid[j]);
+    const std::string name =
+        given ? given
+              : (body ? body : "body" + std::to_string(m_->jnt_bodyid[j])) + std::string("_joint");
+    switch (m_->jnt_type[j]) {
+      case mjJNT_HINGE: {
+        const Quaternion A = turn_z_to(vec3(m_->jnt_axis + 3 * j));
+        const int link = add_dof(frame.then(anchor, A), false, Coordinate::angle, q, name);
+        return Frame{link}.then(-(A.conjugate() * anchor), A.conjugate());
+      }
+      case mjJNT_SLIDE: {
+        const Quaternion A = turn_z_to(vec3(m_->jnt_axis + 3 * j));
+        const int link = add_dof(frame.then(Vec3::Zero(), A), true, Coordinate::distance, q, name);
+        return Frame{link}.then(Vec3::Zero(), A.conjugate());
+      }
+      case mjJNT_BALL:
+        return Frame{add_turns(frame.then(anchor, Quaternion::Identity()), q, name)}.then(
+            -anchor, Quaternion::Identity());
+      case mjJNT_FREE: {
+        Frame at = frame;
+        at.R = Quaternion::Identity();  // its q is the body's pose in the world
+        at.p.setZero();
+        const Quaternion C(0.5, 0.5, 0.5, 0.5);
+        at = Frame{add_dof(at, true, Coordinate::position, q, name + ":x")};
+        at = Frame{add_dof(at.then(Vec3::Zero(), C), true, Coordinate::follower, q, name + ":y")};
+        at = Frame{add_dof(at.then(Vec3::Zero(), C), true, Coordinate::follower, q, name + ":z")};
+        return Frame{add_turns(at, q + 3, name + ":r")};
+      }
+      default:
+        throw InputError("joint '" + name + "' is of a type that is not supported");
+    }
+  }
+
+  int add_turns(const Frame& at, int q, const std::string& name) {
+    const Quaternion C(0.5, 0.5, 0.5, 0.5);
+    int link = add_dof(at, false, Coordinate::quaternion, q, name + ":x");
+    for (const char* axis : {":y", ":z"})
+      link =
+          add_dof(Frame{link}.then(Vec3::Zero(), C), false, Coordinate::follower, q, name + axis);
+    return link;
+  }
+
+  int add_dof(const Frame& at, bool slides, Coordinate coordinate, int q, const std::string& name) {
+    const int k = static_cast<int>(joints_.size());
+    Joint<double> joint;
+    joint.parent = at.link;
+    joint.slides = slides;
+    joint.coordinate = coordinate;
+    joint.q_index = q;
+    if (coordinate == Coordinate::angle || coordinate == Coordinate::distance)
+      joint.ref = m_->qpos0[q];
+    joint.rotation = at.R;
+    joint.translation = at.p;
+    joint.r = m_->dof_armature[k] + reflected_armature(m_->dof_jntid[k], name);
+    joints_.push_back(joint);
+    names_.push_back(name);
+    return k;
+  }
+
+  // Armature of the actuators that drive a joint, as its own inertia feels it.
+  double reflected_armature(int joint, const std::string& name) const {
+    double sum = 0;
+    for (int i = 0; i < actuator_count(m_); ++i) {
+      if (m_->actuator_trnid[2 * i] != joint || m_->actuator_armature[i] == 0) continue;
+      if (m_->jnt_type[joint] != mjJNT_HINGE && m_->jnt_type[joint] != mjJNT_SLIDE)
+        throw InputError("joint '" + name +
+                         "' has several axes and an actuator with armature: not supported");
+      const double gear = m_->actuator_gear[6 * i];
+      sum += m_->actuator_armature[i] * gear * gear;
+    }
+    return sum;
+  }
+
+  const mjModel* m_;
+  std::vector<Frame> frames_;
+  std::vector<Joint<double>> joints_;
+  std::vector<std::string> names_;
+};
+
+}  // namespace
+
+Model<double> MujocoModel::lower() const { return Lowering(get()).model(); }
+std::vector<LinkFrame> MujocoModel::body_frames() const { return Lowering(get()).frames(); }
+
+}  // namespace kalmarm

@@ -1,0 +1,109 @@
+#include "robots/loader/mujoco_model.hpp"
+
+#include <utility>
+
+#include "robots/loader/files/given_inertia.hpp"
+#include "robots/loader/files/read_file.hpp"
+#include "robots/loader/input_error.hpp"
+#include "robots/loader/mujoco_shim.hpp"
+#include "robots/loader/mujoco_spec.hpp"
+#include "robots/loader/mujoco_strip.hpp"
+
+namespace kalmarm {
+namespace {
+
+// Throws InputError with `what`, MuJoCo's reason and what may be behind it.
+mjModel* compiled(mjSpec* spec, const std::string& what, const std::string& hint = "") {
+  mjModel* model = mj_compile(spec, nullptr);
+  if (!model)
+    throw InputError(what + ": " + std::string(mjs_getError(spec)) +
+                     (hint.empty() ? "" : " (" + hint + ")"));
+  return model;
+}
+
+std::shared_ptr<const MujocoModel> moving(mjModel* model, const std::string& what,
+                                          std::vector<std::string> notes = {}, Keyframe key = {}) {
+  auto out = std::make_shared<const MujocoModel>(model, std::move(notes), std::move(key));
+  if (model->nv == 0) throw InputError(what + ": no joint, so no degree of freedom");
+  return out;
+}
+
+std::string note_of(const std::vector<GivenInertia>& taken) {
+  std::string bodies;
+  for (const GivenInertia& given : taken)
+    if (given.mass > 0)
+      bodies += (bodies.empty() ? "'" : ", '") + name_of(given.body->element) + "'";
+  return bodies.empty()
+             ? ""
+             : "taken as given, although no solid body has such moments of inertia: " + bodies;
+}
+
+}  // namespace
+
+std::shared_ptr<const MujocoModel> compile(mjSpec* spec, const std::string& what) {
+  return moving(compiled(spec, what), what);
+}
+
+void install_mujoco_handlers() {
+  mju_user_error = [](const char* message) { throw InputError(std::string("MuJoCo: ") + message); };
+  mju_user_warning = [](const char*) {};
+}
+
+std::shared_ptr<const MujocoModel> MujocoModel::load(const std::string& path,
+                                                     const LoadOptions& options, Sites sites) {
+  install_mujoco_handlers();
+  auto [spec, notes, weights, key] = read_file(path, options);
+  try {
+    strip(spec.get(), sites);
+    const std::vector<GivenInertia> taken = take_out_inertias(spec.get());
+    if (const std::string note = one_line(note_of(taken)); !note.empty()) notes.push_back(note);
+    mjModel* model = compiled(spec.get(), path, weights);
+    put_back(taken, model);
+    auto out = moving(model, path, std::move(notes), std::move(key));
+    out->lower();  // refuses here what it cannot hold
+    return out;
+  } catch (const InputError& e) {
+    if (std::string(e.what()).starts_with(path)) throw;
+    throw InputError(path + ": " + e.what());
+  }
+}
+
+std::shared_ptr<const MujocoModel> MujocoModel::from(const Model<double>& model,
+                                                     const std::string& name) {
+  install_mujoco_handlers();
+  const SpecPtr spec(mj_makeSpec(), mj_deleteSpec);
+  spec->compiler.degree = 0;
+  Eigen::Map<Eigen::Vector3d>(spec->option.gravity) = model.gravity();
+  std::vector<mjsBody*> bodies;
+  for (int k = 0; k < model.nv(); ++k) {
+    const Joint<double>& from = model.joint(k);
+    mjsBody* body = mjs_addBody(
+        from.parent < 0 ? mjs_findBody(spec.get(), "world") : bodies[from.parent], nullptr);
+    bodies.push_back(body);
+    const auto set_quat = [](double* to, const Eigen::Quaternion<double>& q) {
+      to[0] = q.w(), to[1] = q.x(), to[2] = q.y(), to[3] = q.z();
+    };
+    mjs_setName(body->element, ("link" + std::to_string(k)).c_str());
+    Eigen::Map<Eigen::Vector3d>(body->pos) = from.translation;
+    set_quat(body->quat, from.rotation);
+    body->explicitinertial = 1;
+    body->mass = from.body.mass;
+    Eigen::Map<Eigen::Vector3d>(body->ipos) = from.body.com;
+    set_quat(body->iquat, from.body.axes);
+    Eigen::Map<Eigen::Vector3d>(body->inertia) = from.body.moments;
+
+    mjsJoint* joint = mjs_addJoint(body, nullptr);
+    mjs_setName(joint->element, model.name(k).c_str());
+    joint->type = from.slides ? mjJNT_SLIDE : mjJNT_HINGE;
+    Eigen::Map<Eigen::Vector3d>(joint->axis) = Eigen::Vector3d::UnitZ();
+    joint->ref = from.ref;
+    joint->armature = from.r;
+  }
+  auto out = compile(spec.get(), name);
+  for (int k = 0; k < model.nv(); ++k)
+    if (out->get()->body_parentid[k + 1] != model.parent(k) + 1)
+      throw InputError(name + ": MuJoCo numbers links depth first, this model does not");
+  return out;
+}
+
+}  // namespace kalmarm

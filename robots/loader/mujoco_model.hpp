@@ -1,0 +1,78 @@
+// Robots from MJCF and URDF files, through MuJoCo's compiler.
+//
+// What dynamics does not ask for is taken out before compiling (mjSpec): sensors, actuators,
+// tendons, contacts, equalities, keyframes, cameras, lights, sites, materials, textures, skins, the
+// inertias of bodies that cannot move, and every geom and mesh whose body cannot move or has an
+// explicit inertia. So a robot whose mesh files are missing still loads; where an inertia has to
+// come from a geom, the geom stays. Armature stays wherever MuJoCo adds it to M: on joints, and on
+// actuators that drive a single hinge or slide; armature on tendons or on other transmissions
+// couples joints, and such a file is refused.
+//
+// Lowering, body by body, to one-DoF joints (algorithms/model/model.hpp). DoF k of MuJoCo is DoF k
+// here:
+//   hinge, slide   one DoF; the link's z axis is the joint's axis, its origin the hinge's anchor
+//   ball           three turning DoF about the body's x, y, z
+//   free           three sliding DoF along the world's x, y, z, then a ball
+//   no joint       the body's inertia goes to the link that it is welded to; on the world it is
+//                  dropped
+#pragma once
+
+#include <mujoco/mujoco.h>
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "algorithms/model/model.hpp"
+#include "kalmarm/load.hpp"
+#include "robots/loader/files/keyframe.hpp"
+#include "robots/loader/mujoco_strip.hpp"
+
+namespace kalmarm {
+
+// Where a frame stands in the axes of a lowered link.
+struct LinkFrame {
+  int link = -1;  // -1: the world
+  Eigen::Quaternion<double> R = Eigen::Quaternion<double>::Identity();
+  Vector3<double> p = Vector3<double>::Zero();  // [m]
+
+  LinkFrame then(const Vector3<double>& translation,
+                 const Eigen::Quaternion<double>& rotation) const {
+    return {link, R * rotation, p + R * translation};
+  }
+};
+
+class MujocoModel {
+ public:
+  // From an MJCF or URDF file. Throws InputError with file, element and MuJoCo's reason. Notes say
+  // what was ignored and changed (files/read_file.hpp), and which inertias no solid body has
+  // (files/given_inertia.hpp).
+  static std::shared_ptr<const MujocoModel> load(const std::string& path,
+                                                 const LoadOptions& options = {},
+                                                 Sites sites = Sites::stripped);
+
+  // From a model of one-DoF joints that all carry mass, numbered depth first; for families. Throws
+  // InputError.
+  static std::shared_ptr<const MujocoModel> from(const Model<double>& model,
+                                                 const std::string& name);
+
+  // Takes the compiled model. Throws InputError where the keyframe is not the model's.
+  explicit MujocoModel(mjModel* model, std::vector<std::string> notes = {}, Keyframe key = {})
+      : model_(model, mj_deleteModel),
+        notes_(std::move(notes)),
+        home_(completed(std::move(key), model)) {}
+
+  const mjModel* get() const { return model_.get(); }
+  const std::vector<std::string>& notes() const { return notes_; }  // of load(), each a line
+  const Keyframe& home() const { return home_; }  // as the file or its keyframe starts
+  Model<double> lower() const;
+  std::vector<LinkFrame> body_frames() const;  // of MuJoCo's bodies, in its order
+
+ private:
+  std::unique_ptr<mjModel, void (*)(mjModel*)> model_;
+  std::vector<std::string> notes_;
+  Keyframe home_;
+};
+
+}  // namespace kalmarm

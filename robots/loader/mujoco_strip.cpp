@@ -1,0 +1,98 @@
+#include "robots/loader/mujoco_strip.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "robots/loader/input_error.hpp"
+#include "robots/loader/mujoco_spec.hpp"
+
+namespace kalmarm {
+namespace {
+
+void refuse_coupling_armature(mjSpec* spec) {
+  for (mjsElement* e : elements(spec, mjOBJ_TENDON))
+    if (mjs_asTendon(e)->armature != 0)
+      throw InputError("tendon '" + name_of(e) + "' has armature " +
+                       std::to_string(mjs_asTendon(e)->armature) +
+                       ", which couples joints in M: not supported");
+  for (mjsElement* e : elements(spec, mjOBJ_ACTUATOR)) {
+    const mjsActuator* actuator = mjs_asActuator(e);
+    if (actuator->armature != 0 && actuator->trntype != mjTRN_JOINT)
+      throw InputError("actuator '" + name_of(e) + "' has armature " +
+                       std::to_string(actuator->armature) +
+                       " but does not drive a joint: not supported");
+  }
+}
+
+// Bodies that cannot move need no inertia, and files often give them one that is none. Parents come
+// before their children.
+std::vector<const mjsBody*> strip_static_inertias(mjSpec* spec) {
+  std::vector<const mjsBody*> fixed = {mjs_findBody(spec, "world")};
+  for (mjsElement* e : elements(spec, mjOBJ_BODY)) {
+    mjsBody* body = mjs_asBody(e);
+    const bool moves = mjs_firstChild(body, mjOBJ_JOINT, 0) != nullptr;
+    const mjsBody* parent = mjs_getParent(e);
+    if (moves || std::find(fixed.begin(), fixed.end(), parent) == fixed.end()) continue;
+    fixed.push_back(body);
+    body->explicitinertial = 0;
+    body->mass = 0;
+    body->ipos[0] = body->fullinertia[0] = std::numeric_limits<double>::quiet_NaN();  // not given
+    std::fill(body->inertia, body->inertia + 3, 0.0);
+  }
+  return fixed;
+}
+
+}  // namespace
+
+bool inertia_from_geoms(const mjSpec* spec, const mjsBody* body) {
+  switch (spec->compiler.inertiafromgeom) {
+    case mjINERTIAFROMGEOM_FALSE:
+      return false;
+    case mjINERTIAFROMGEOM_TRUE:
+      return true;
+    default:
+      return !body->explicitinertial;
+  }
+}
+
+void strip(mjSpec* spec, Sites sites) {
+  refuse_coupling_armature(spec);
+  for (const mjtObj type : {mjOBJ_KEY, mjOBJ_SENSOR, mjOBJ_TUPLE, mjOBJ_NUMERIC, mjOBJ_TEXT,
+                            mjOBJ_EXCLUDE, mjOBJ_PAIR, mjOBJ_EQUALITY})
+    for (mjsElement* e : elements(spec, type)) mjs_delete(spec, e);
+  for (mjsElement* e : elements(spec, mjOBJ_ACTUATOR))
+    if (mjs_asActuator(e)->armature == 0) mjs_delete(spec, e);
+  for (const mjtObj type : {mjOBJ_TENDON, mjOBJ_SKIN, mjOBJ_CAMERA, mjOBJ_LIGHT})
+    for (mjsElement* e : elements(spec, type)) mjs_delete(spec, e);
+  for (mjsElement* e : elements(spec, mjOBJ_SITE))
+    if (sites == Sites::kept)
+      mjs_setString(mjs_asSite(e)->material, "");
+    else
+      mjs_delete(spec, e);
+
+  const std::vector<const mjsBody*> fixed = strip_static_inertias(spec);
+  std::vector<std::string> meshes;
+  for (mjsElement* e : elements(spec, mjOBJ_GEOM)) {
+    mjsGeom* geom = mjs_asGeom(e);
+    const mjsBody* body = mjs_getParent(e);
+    const bool is_fixed = std::find(fixed.begin(), fixed.end(), body) != fixed.end();
+    if (is_fixed || !inertia_from_geoms(spec, body)) {
+      mjs_delete(spec, e);
+      continue;
+    }
+    mjs_setString(geom->material, "");
+    geom->contype = geom->conaffinity = 0;
+    meshes.push_back(mjs_getString(geom->meshname));
+  }
+  for (mjsElement* e : elements(spec, mjOBJ_MESH))
+    if (std::find(meshes.begin(), meshes.end(), name_of(e)) == meshes.end())
+      mjs_delete(spec, e);
+    else
+      mjs_setString(mjs_asMesh(e)->material, "");
+  for (const mjtObj type : {mjOBJ_MATERIAL, mjOBJ_TEXTURE, mjOBJ_HFIELD})
+    for (mjsElement* e : elements(spec, type)) mjs_delete(spec, e);
+}
+
+}  // namespace kalmarm
