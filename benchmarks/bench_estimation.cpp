@@ -14,8 +14,8 @@
 #include <type_traits>
 #include <vector>
 
-#include "accuracy/programs/command_line.hpp"
-#include "accuracy/programs/ranges.hpp"
+#include "accuracy/programs/common/command_line.hpp"
+#include "accuracy/programs/common/ranges.hpp"
 #include "algorithms/model/plain.hpp"
 #include "algorithms/study/derivatives/log_det.hpp"
 #include "algorithms/study/estimation/filter_smoother.hpp"

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "accuracy/programs/open_scene.hpp"
+#include "accuracy/programs/common/open_scene.hpp"
 #include "algorithms/dynamics/flops.hpp"
 #include "algorithms/dynamics/plan.hpp"
 #include "algorithms/model/plain.hpp"

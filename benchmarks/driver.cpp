@@ -1,7 +1,7 @@
 #include "benchmarks/driver.hpp"
 
-#include "accuracy/programs/open_scene.hpp"
-#include "accuracy/programs/ranges.hpp"
+#include "accuracy/programs/common/open_scene.hpp"
+#include "accuracy/programs/common/ranges.hpp"
 #include "benchmarks/run.hpp"
 
 namespace kalmarm {

@@ -14,9 +14,9 @@
 #include <string_view>
 #include <utility>
 
-#include "accuracy/programs/command_line.hpp"
-#include "accuracy/programs/output_file.hpp"
-#include "accuracy/programs/ranges.hpp"
+#include "accuracy/programs/common/command_line.hpp"
+#include "accuracy/programs/common/output_file.hpp"
+#include "accuracy/programs/common/ranges.hpp"
 #include "benchmarks/context.hpp"
 #include "robots/loader/input_error.hpp"
 

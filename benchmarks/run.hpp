@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "accuracy/programs/descriptor.hpp"
+#include "accuracy/programs/common/descriptor.hpp"
 
 namespace kalmarm {
 

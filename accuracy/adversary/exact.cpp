@@ -3,8 +3,8 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "accuracy/move.hpp"
-#include "accuracy/truth.hpp"
+#include "accuracy/truth/move.hpp"
+#include "accuracy/truth/truth.hpp"
 #include "algorithms/model/inverse_dynamics.hpp"
 #include "algorithms/model/mass_matrix.hpp"
 #include "algorithms/study/inverse_mass/sequential.hpp"

@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "accuracy/adversary/exact.hpp"
-#include "accuracy/contender.hpp"
+#include "accuracy/contenders/contender.hpp"
 #include "algorithms/dynamics/plan.hpp"
 #include "robots/loader/input_error.hpp"
 

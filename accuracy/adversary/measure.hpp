@@ -13,7 +13,7 @@
 #include <cassert>
 #include <vector>
 
-#include "accuracy/measures.hpp"
+#include "accuracy/measures/measures.hpp"
 #include "kalmarm/question.hpp"
 
 namespace kalmarm::adversary {

@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "accuracy/csv.hpp"
-#include "accuracy/programs/output_file.hpp"
+#include "accuracy/programs/common/csv.hpp"
+#include "accuracy/programs/common/output_file.hpp"
 #include "robots/loader/input_error.hpp"
 #include "robots/scene/state_file.hpp"
 #include "robots/scene/write_mjcf.hpp"

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "accuracy/programs/digest.hpp"
+#include "accuracy/programs/common/digest.hpp"
 #include "robots/loader/files/text_file.hpp"
 #include "robots/loader/input_error.hpp"
 #include "robots/scene/json_file.hpp"

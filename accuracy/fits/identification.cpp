@@ -6,7 +6,7 @@
 #include "accuracy/fits/friction_left.hpp"
 #include "accuracy/fits/identifiability.hpp"
 #include "accuracy/fits/start.hpp"
-#include "accuracy/programs/open_scene.hpp"
+#include "accuracy/programs/common/open_scene.hpp"
 #include "robots/loader/names.hpp"
 #include "robots/scene/fitted_model.hpp"
 

@@ -9,7 +9,7 @@
 #include <memory>
 #include <numeric>
 
-#include "accuracy/csv.hpp"
+#include "accuracy/programs/common/csv.hpp"
 #include "robots/loader/files/text_file.hpp"
 #include "robots/loader/input_error.hpp"
 

@@ -6,8 +6,8 @@
 #include <mutex>
 #include <stdexcept>
 
-#include "accuracy/measures.hpp"
-#include "accuracy/truth.hpp"
+#include "accuracy/measures/measures.hpp"
+#include "accuracy/truth/truth.hpp"
 
 namespace kalmarm::limits {
 namespace {

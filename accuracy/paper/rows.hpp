@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "accuracy/real.hpp"
+#include "accuracy/measures/real.hpp"
 #include "algorithms/spatial/spatial.hpp"
 
 namespace kalmarm {

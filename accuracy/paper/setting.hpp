@@ -15,9 +15,9 @@
 #include <cmath>
 #include <optional>
 
-#include "accuracy/real.hpp"
-#include "accuracy/udu.hpp"
-#include "accuracy/world_mechanics.hpp"
+#include "accuracy/measures/real.hpp"
+#include "accuracy/truth/udu.hpp"
+#include "accuracy/truth/world_mechanics.hpp"
 #include "algorithms/model/inverse_dynamics.hpp"
 #include "algorithms/study/estimation/batch_estimate.hpp"
 #include "algorithms/study/estimation/simulation.hpp"

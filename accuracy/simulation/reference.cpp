@@ -2,8 +2,8 @@
 
 #include <stdexcept>
 
-#include "accuracy/udu.hpp"
-#include "accuracy/world_mechanics.hpp"
+#include "accuracy/truth/udu.hpp"
+#include "accuracy/truth/world_mechanics.hpp"
 #include "algorithms/study/estimation/operators.hpp"
 
 namespace kalmarm {

@@ -11,7 +11,7 @@
 //   Lambda   = cov l+ = Phi* H* M^-1 H Phi
 #pragma once
 
-#include "accuracy/real.hpp"
+#include "accuracy/measures/real.hpp"
 #include "algorithms/study/estimation/simulation.hpp"
 
 namespace kalmarm {

@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-#include "accuracy/measures.hpp"
+#include "accuracy/measures/measures.hpp"
 
 namespace kalmarm::stress {
 namespace {

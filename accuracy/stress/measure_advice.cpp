@@ -5,10 +5,10 @@
 #include <cmath>
 #include <limits>
 
-#include "accuracy/advice.hpp"
-#include "accuracy/csv.hpp"
-#include "accuracy/measures.hpp"
-#include "accuracy/truth_cache.hpp"
+#include "accuracy/contenders/advice.hpp"
+#include "accuracy/measures/measures.hpp"
+#include "accuracy/programs/common/csv.hpp"
+#include "accuracy/truth/truth_cache.hpp"
 
 namespace kalmarm::stress {
 namespace {

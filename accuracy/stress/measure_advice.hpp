@@ -1,4 +1,4 @@
-// One mechanism: what the advisor chooses (accuracy/advice.hpp), and what that costs against truth.
+// One mechanism: what the advisor chooses (accuracy/contenders/advice.hpp), and what that costs against truth.
 //   dynamics    gravity, velocities and tau ~ N(0,1): |da| / |a|
 //   inverse     M^-1, scaled by its diagonal
 // Parameters and state are exact in float64. A record is one line of CSV:

@@ -9,9 +9,9 @@
 #include <map>
 #include <memory>
 
-#include "accuracy/csv.hpp"
-#include "accuracy/measures.hpp"
-#include "accuracy/truth_cache.hpp"
+#include "accuracy/measures/measures.hpp"
+#include "accuracy/programs/common/csv.hpp"
+#include "accuracy/truth/truth_cache.hpp"
 #include "algorithms/study/solver.hpp"
 
 namespace kalmarm::stress {

@@ -8,8 +8,8 @@
 #include <set>
 #include <string>
 
+#include "accuracy/measures/real.hpp"
 #include "accuracy/paper/equations.hpp"
-#include "accuracy/real.hpp"
 #include "robots/scene/families.hpp"
 
 namespace kalmarm {

@@ -10,7 +10,7 @@
 #include <set>
 #include <stdexcept>
 
-#include "accuracy/real.hpp"
+#include "accuracy/measures/real.hpp"
 #include "accuracy/stress/families.hpp"
 #include "algorithms/model/mass_matrix.hpp"
 #include "algorithms/study/solver.hpp"

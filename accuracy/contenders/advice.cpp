@@ -1,0 +1,79 @@
+#include "accuracy/contenders/advice.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "algorithms/dynamics/check_model.hpp"
+#include "algorithms/model/plain.hpp"
+#include "robots/loader/input_error.hpp"
+
+namespace kalmarm {
+namespace {
+
+constexpr int largest_dense = 200;  // DoF
+
+TrialStates rows_of(const Scene& scene, const std::vector<State>& states) {
+  TrialStates out;
+  out.count = static_cast<int>(states.size());
+  out.nq = scene.model.nq();
+  out.nv = scene.model.nv();
+  const auto append = [](std::vector<double>& rows, const VectorX<double>& row) {
+    rows.insert(rows.end(), row.begin(), row.end());
+  };
+  for (const State& state : states) {
+    append(out.q, state.q);
+    append(out.qd, state.qd);
+    append(out.tau, state.tau);
+  }
+  return out;
+}
+
+// Names of the registry's contenders, the fast path first.
+std::vector<std::string> contenders(int nv) {
+  std::vector<std::string> fast, others;
+  for (const auto& variant : registered_variants<double>()) {
+    const VariantTraits& traits = variant.traits;
+    if (!traits.contender || (traits.dense && nv > largest_dense)) continue;
+    (traits.kind == VariantKind::fast ? fast : others).push_back(variant.name);
+  }
+  fast.insert(fast.end(), others.begin(), others.end());
+  return fast;
+}
+
+}  // namespace
+
+std::unique_ptr<Advisor> make_advisor(const Scene& scene, const QuestionOptions& asked,
+                                      const Question& question, const std::vector<State>& states,
+                                      const std::string& precision) {
+  auto out = std::make_unique<Advisor>(plain(scene.model), question, rows_of(scene, states));
+  const bool held = fits_float(plain(scene.model));
+  if (!held && precision == to_string(Precision::float32))
+    throw InputError(scene.name + ": float32 does not hold a number of its file");
+  const auto add = [&]<class T>(T, const std::string& variant, Precision in) {
+    const Contender by{variant, to_string(in)};
+    if (!precision.empty() && precision != by.precision) return;
+    if (in == Precision::float32 && !held) return;
+    const Advisor* const advisor = out.get();
+    out->add({variant, in, [&scene, &asked, advisor, by]() -> std::unique_ptr<Trial> {
+                const DynamicsOptions options = asked_of(by, asked, advisor->question());
+                return std::make_unique<TrialBy<T>>(
+                    make_robot<T>(by, scene, options), options.question.want,
+                    6 * static_cast<int>(options.question.frames.size()), advisor->states());
+              }});
+  };
+  for (const std::string& variant : contenders(scene.model.nv())) {
+    add(float(), variant, Precision::float32);
+    add(double(), variant, Precision::float64);
+  }
+  return out;
+}
+
+Advice advise(Advisor& advisor, double tolerance) {
+  try {
+    return advisor.advise(tolerance);
+  } catch (const std::invalid_argument& e) {
+    throw InputError(e.what());
+  }
+}
+
+}  // namespace kalmarm

@@ -1,0 +1,172 @@
+#include "accuracy/contenders/evaluation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "accuracy/measures/real.hpp"
+#include "algorithms/study/solver.hpp"
+#include "robots/loader/input_error.hpp"
+#include "robots/scene/mujoco_solver.hpp"
+
+namespace kalmarm {
+namespace {
+
+using nlohmann::json;
+
+template <class T>
+json to_json(const VectorX<T>& x) {
+  json out = json::array();
+  for (const T& entry : x) out.push_back(static_cast<double>(entry));
+  return out;
+}
+
+template <class T>
+json to_json(const MatrixX<T>& X) {
+  json rows = json::array();
+  for (int i = 0; i < X.rows(); ++i) rows.push_back(to_json<T>(VectorX<T>(X.row(i))));
+  return rows;
+}
+
+// Empty where the outcome is of no joint: two answers by different factors may disagree.
+std::string at_joint(const Outcome& outcome, const Scene& scene) {
+  if (outcome.joint < 0) return "";
+  char text[96];
+  std::snprintf(text, sizeof text, ", D = %.3g against a scale of %.3g", outcome.D, outcome.scale);
+  return " at joint '" + scene.model.name(outcome.joint) + "'" + text;
+}
+
+}  // namespace
+
+std::string describe(const Outcome& outcome, const Scene& scene) {
+  if (!outcome && outcome.joint < 0) return "the result is not finite";
+  if (!outcome)
+    return std::string("mass matrix ") + to_string(outcome.status) + at_joint(outcome, scene);
+  if (outcome.near_singular) return "mass matrix nearly singular" + at_joint(outcome, scene);
+  char text[64];
+  std::snprintf(text, sizeof text, "the estimated error is %.2g", outcome.error);
+  return text;
+}
+
+void add_outcome(const Outcome& outcome, const Scene& scene, json& entry) {
+  if (outcome.warns()) {
+    json& warning = entry["warning"];
+    warning["kind"] = outcome.near_singular ? "near_singular" : "inaccurate";
+    if (outcome.near_singular && outcome.joint >= 0)
+      warning.update(
+          {{"joint", scene.model.name(outcome.joint)}, {"D", outcome.D}, {"scale", outcome.scale}});
+  }
+  if (std::isnan(outcome.error)) return;
+  entry["error_estimate"] = outcome.error;
+  entry["refinement_steps"] = outcome.steps;
+  if (outcome.widened) entry["widened"] = true;
+}
+
+bool Result::take(Outcome next) {
+  if (std::isnan(next.error)) {
+    next.error = outcome.error;
+    next.steps = outcome.steps;
+    next.widened = outcome.widened;
+  }
+  if (!next || !outcome.near_singular) outcome = next;
+  outcome.error = next.error;
+  outcome.steps = next.steps;
+  outcome.widened = next.widened;
+  return bool(next);
+}
+
+namespace {
+
+template <class T>
+class Evaluation {
+ public:
+  Evaluation(const Contender& by, const QuestionOptions& question, const Scene& scene,
+             const DynamicsOptions& asked)
+      : want_(question.want.begin(), question.want.end()),
+        robot_(std::make_shared<Dynamics<T>>(make_robot<T>(by, scene, asked))),
+        rows_(6 * static_cast<int>(asked.question.frames.size())) {
+    if (by.variant == mujoco_variant) mujoco_ = std::make_shared<MujocoSolver>(mujoco_of(scene));
+    if (!wants("factors")) return;
+    if (question.selects()) throw InputError("factors are those of the whole robot");
+    factored_ = make_contender<T>(by, scene, scene.model.cast<T>());
+    if (!factored_->has_factors())
+      throw InputError("variant '" + by.variant + "' has no factors D and g");
+  }
+
+  Result operator()(const State& state) {
+    const VectorX<T> q = state.q.cast<T>(), qd = state.qd.cast<T>(), tau = state.tau.cast<T>();
+    const int asked = robot_->asked(), nv = static_cast<int>(tau.size());
+    Result out;
+    out.entry = {
+        {"qpos", to_json(state.q)}, {"qvel", to_json(state.qd)}, {"tau", to_json(state.tau)}};
+    if (wants("mass")) out.entry["mass"] = to_json(mass(state.q, q));
+    if (wants("inverse")) {
+      MatrixX<T> X = poisoned(asked, asked);
+      if (!out.take(robot_->inverse_mass(q, X))) return out;
+      out.entry["inverse"] = to_json(X);
+    }
+    if (wants("diagonal")) {
+      VectorX<T> x = poisoned(asked, 1);
+      if (!out.take(robot_->diagonal(q, x))) return out;
+      out.entry["diagonal"] = to_json(x);
+    }
+    if (wants("log_det")) {
+      T x = std::numeric_limits<T>::quiet_NaN();
+      if (!out.take(robot_->log_det(q, x))) return out;
+      out.entry["log_det"] = static_cast<double>(x);
+    }
+    if (wants("operational")) {
+      MatrixX<T> X = poisoned(rows_, rows_);
+      if (!out.take(robot_->operational(q, X))) return out;
+      out.entry["operational"] = to_json(X);
+    }
+    if (wants("acceleration")) {
+      VectorX<T> a = poisoned(asked, 1);
+      if (!out.take(robot_->forward_dynamics(q, qd, tau, a))) return out;
+      out.entry["acceleration"] = to_json(a);
+    }
+    if (wants("factors")) {
+      VectorX<T> D = poisoned(nv, 1);
+      MatrixX<T> g = poisoned(6, nv);
+      if (!out.take(factored_->factors(q, D, g))) return out;
+      out.entry["factors"] = {{"D", to_json(D)}, {"g", to_json<T>(MatrixX<T>(g.transpose()))}};
+    }
+    return out;
+  }
+
+ private:
+  bool wants(const char* what) const { return want_.contains(what); }
+
+  static MatrixX<T> poisoned(int rows, int columns) {
+    return MatrixX<T>::Constant(rows, columns, std::numeric_limits<T>::quiet_NaN());
+  }
+
+  MatrixX<T> mass(const VectorX<double>& position, const VectorX<T>& q) {
+    MatrixX<T> M = poisoned(robot_->asked(), robot_->asked());
+    if (mujoco_) {
+      MatrixX<double> theirs(M.rows(), M.cols());
+      mujoco_->mass(position, theirs);
+      return theirs.cast<T>();
+    }
+    robot_->mass(q, M);
+    return M;
+  }
+
+  std::set<std::string> want_;
+  std::shared_ptr<Dynamics<T>> robot_;    // shared: std::function wants to copy
+  int rows_;                              // of J
+  std::shared_ptr<Solver<T>> factored_;   // for the factors of the whole robot
+  std::shared_ptr<MujocoSolver> mujoco_;  // for its M
+};
+
+}  // namespace
+
+Evaluator make_evaluator(const Contender& by, const QuestionOptions& asked, const Scene& scene,
+                         const Question& question) {
+  const DynamicsOptions options = asked_of(by, asked, question);
+  if (by.precision == "float32") return Evaluation<float>(by, asked, scene, options);
+  if (by.precision == "float64") return Evaluation<double>(by, asked, scene, options);
+  return Evaluation<Real>(by, asked, scene, options);
+}
+
+}  // namespace kalmarm

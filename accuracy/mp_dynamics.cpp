@@ -1,9 +1,0 @@
-// Dynamics in multi-precision: by the variants of the study, which are its engines.
-#include "accuracy/real.hpp"
-#include "algorithms/dynamics/dynamics_members.hpp"
-
-namespace kalmarm {
-
-template class Dynamics<Real>;
-
-}  // namespace kalmarm

@@ -1,0 +1,345 @@
+// stress: stiff and extreme mechanisms x variants x precision -> one CSV (measure_case.hpp), or what
+// the advisor chooses for them (measure_advice.hpp).
+//
+// The work is split over processes, not threads, because multi-precision keeps its precision per
+// process. Each worker takes the next case and appends its records to a journal, the folder
+// OUT.journal; what stands there whole is not measured again when the program is started again with
+// the same options. At the end the records are put in order and written to OUT at once.
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <csignal>
+#include <filesystem>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+#include <stdexcept>
+#include <thread>
+
+#include "accuracy/programs/common/command_line.hpp"
+#include "accuracy/programs/common/csv.hpp"
+#include "accuracy/programs/common/held_signals.hpp"
+#include "accuracy/programs/common/journal.hpp"
+#include "accuracy/programs/common/output_file.hpp"
+#include "accuracy/programs/common/progress.hpp"
+#include "accuracy/programs/common/ranges.hpp"
+#include "accuracy/stress/measure_advice.hpp"
+#include "accuracy/stress/measure_case.hpp"
+#include "accuracy/stress/selection.hpp"
+#include "robots/scene/memory_limit.hpp"
+
+namespace kalmarm::stress {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int quick_wild = 150, full_wild = 10000;  // mechanisms of a wild family
+constexpr double many_links = 1000;  // beyond, one seed is enough: its truth takes minutes
+
+struct Options {
+  std::vector<std::string> families, variants, precisions = {"float32", "float64"};
+  std::vector<double> advice;  // tolerances; empty: every variant is measured
+  std::string out, json_file, shard = "0/1";
+  int seeds = 0, jobs = 0;
+  bool quick = false, full = false, list = false;
+};
+
+struct Job {
+  const Family* family;
+  double value;
+  std::uint64_t seed;
+  std::string precision;
+
+  std::string name() const {
+    return family->name + ' ' + number(value) + " seed " + std::to_string(seed) + ' ' + precision;
+  }
+};
+
+// What is measured of a family unless variants are named. Other frames are of interest where
+// distances are large or masses uneven; wild mechanisms are many, and are for what may be chosen.
+Selection selection(const Family& family, const Options& options) {
+  static const std::set<std::string> framed = {"straight", "random_chain", "heavy_tip",
+                                               "far_com",  "base_offset",  "floating_base"};
+  Selection out{options.variants, {}};
+  const bool wild = family.kind == FamilyKind::wild;
+  if (wild) out.tasks = {"white", "dynamics"};
+  if (!out.variants.empty()) return out;
+  for (const auto& variant : registered_variants<double>()) {
+    const VariantTraits& traits = variant.traits;
+    if (traits.in_world_frame && !framed.contains(family.name)) continue;
+    if (wild && (traits.kind == VariantKind::closed_form || traits.mixed_precision)) continue;
+    out.variants.push_back(variant.name);
+  }
+  return out;
+}
+
+int seeds(const Family& family, double value, const Options& options) {
+  if (options.seeds > 0) return options.seeds;
+  if (family.kind == FamilyKind::wild) return options.full ? full_wild : quick_wild;
+  if (!family.random || (family.parameter == "N" && value > many_links)) return 1;
+  return options.full ? 5 : 3;
+}
+
+std::vector<Job> plan(const std::vector<Family>& all, const Options& options) {
+  const std::vector<std::string> known = names_of(all);
+  const std::vector<std::string> chosen =
+      options.families.empty() ? known : select(options.families, known, "family");
+  const std::vector<std::string> both = {"both"};
+  const std::vector<std::string>& precisions = options.advice.empty() ? options.precisions : both;
+  const auto each_value = [&](const auto& f) {
+    for (const Family& family : all)
+      if (std::ranges::find(chosen, family.name) != chosen.end())
+        for (const double value : options.full ? family.full : family.quick)
+          f(family, value, seeds(family, value, options));
+  };
+  double count = 0;
+  each_value([&](const Family&, double, int seeds) { count += seeds * double(precisions.size()); });
+  refuse_large(number(count) + " cases", 2 * sizeof(Job) * count);
+  std::vector<Job> jobs;
+  each_value([&](const Family& family, double value, int seeds) {
+    for (int seed = 1; seed <= seeds; ++seed)
+      for (const std::string& precision : precisions)
+        jobs.push_back({&family, value, static_cast<std::uint64_t>(seed), precision});
+  });
+  return jobs;
+}
+
+// Every n-th job, from the i-th on: shards take about the same time.
+std::vector<Job> shard(const std::vector<Job>& jobs, const std::string& which) {
+  int i = 0, n = 0;
+  char rest = 0;
+  if (std::sscanf(which.c_str(), "%d/%d%c", &i, &n, &rest) != 2 || i < 0 || i >= n)
+    throw InputError("--shard " + which + " is not I/N with 0 <= I < N");
+  std::vector<Job> out;
+  for (std::size_t k = i; k < jobs.size(); k += n) out.push_back(jobs[k]);
+  return out;
+}
+
+// Shared by the processes.
+struct Shared {
+  std::atomic<std::size_t> next{0}, done{0};
+  std::atomic<bool> failed{false};  // the first process to fail sets it and says why
+  char fault[1000] = "";
+};
+
+std::string records(const Job& job, const Options& options) {
+  try {
+    return options.advice.empty()
+               ? measure_case(*job.family, job.value, job.seed, job.precision,
+                              selection(*job.family, options))
+               : measure_advice(*job.family, job.value, job.seed, options.advice);
+  } catch (const std::runtime_error& e) {
+    std::fprintf(stderr, "stress: note: %s: %s\n", job.name().c_str(), e.what());
+    return "";
+  }
+}
+
+void work(const std::vector<Job>& jobs, const std::vector<std::size_t>& todo,
+          const Options& options, const Journal& journal, Shared& shared) {
+  std::string what = "no journal";
+  try {
+    Journal::Writer out = journal.writer();
+    for (std::size_t i; !shared.failed && (i = shared.next++) < todo.size(); ++shared.done) {
+      what = jobs[todo[i]].name();
+      out.append(todo[i], records(jobs[todo[i]], options));
+    }
+  } catch (...) {
+    if (!shared.failed.exchange(true))
+      std::snprintf(shared.fault, sizeof shared.fault, "%s: %s", what.c_str(),
+                    handled_error().c_str());
+  }
+}
+
+// A process that works until nothing is left, or until this one ends in whatever way; 0 where there
+// is none.
+pid_t start_worker(const std::function<void()>& work) {
+  const pid_t parent = getpid(), child = fork();
+  if (child != 0) return std::max(child, 0);
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (getppid() == parent) work();  // or else it ended before that
+  std::fflush(nullptr);
+  _exit(0);
+}
+
+// Throws InputError where a worker could not go on. Ends with the program where a signal says so.
+void run_workers(const std::vector<Job>& jobs, const std::vector<std::size_t>& todo,
+                 const Options& options, const Journal& journal, OutputFile& out) {
+  void* memory =
+      mmap(nullptr, sizeof(Shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  if (memory == MAP_FAILED) throw InputError("no shared memory");
+  Shared& shared = *new (memory) Shared;
+  const int workers = options.jobs > 0 ? options.jobs : std::thread::hardware_concurrency();
+  HeldSignals signals;
+  std::vector<pid_t> running;
+  std::fflush(nullptr);
+  for (int i = 0; i < std::max(1, workers); ++i) {
+    const pid_t child = start_worker([&] {
+      signals.release();
+      out.unlock();
+      work(jobs, todo, options, journal, shared);
+    });
+    if (child > 0) running.push_back(child);
+  }
+  bool all_well = !running.empty();
+  {
+    Progress progress(static_cast<int>(todo.size()));
+    std::size_t shown = 0;
+    while (!running.empty()) {
+      int status = 0;
+      const pid_t ended = waitpid(-1, &status, WNOHANG);
+      if (ended > 0) {
+        std::erase(running, ended);
+        all_well = all_well && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+      }
+      for (; shown < std::min<std::size_t>(shared.done, todo.size()); ++shown)
+        progress.step(jobs[todo[shown]].name());
+      if (signals.waiting() != 0)
+        for (const pid_t child : running) kill(child, SIGKILL);
+      usleep(20000);
+    }
+  }
+  const std::string fault = shared.fault;
+  munmap(memory, sizeof(Shared));
+  if (signals.waiting() != 0) {
+    std::fprintf(stderr, "stress: interrupted; what is measured is kept, run again to go on\n");
+    return;  // and so to the signal
+  }
+  if (!fault.empty()) throw InputError(fault);
+  if (!all_well) throw InputError("a worker died; what is measured is kept, run again to go on");
+}
+
+// OUT.journal; of an output that is no file, a folder that ends with the program.
+class JournalFolder {
+ public:
+  JournalFolder(const std::string& out, bool is_file) : path_(out + ".journal"), stays_(is_file) {
+    if (is_file) return;
+    path_ = (fs::temp_directory_path() / "kalmarm-XXXXXX").string();
+    if (!mkdtemp(path_.data())) throw InputError(path_ + ": no folder for a journal");
+  }
+  JournalFolder(const JournalFolder&) = delete;
+  JournalFolder& operator=(const JournalFolder&) = delete;
+  ~JournalFolder() {
+    std::error_code error;
+    if (!stays_) fs::remove_all(path_, error);
+  }
+
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+  bool stays_;
+};
+
+std::string key_of(const std::vector<Job>& jobs, const Options& options) {
+  std::ostringstream key;
+  key << fs::last_write_time("/proc/self/exe").time_since_epoch().count() << '\n';
+  for (const std::string& variant : options.variants) key << variant << '\n';
+  for (const double tolerance : options.advice) key << "advice " << tolerance << '\n';
+  for (const Job& job : jobs) key << job.name() << '\n';
+  return key.str();
+}
+
+void print_list(const std::vector<Family>& all) {
+  for (const Family& family : all)
+    std::printf("%-28s %s: %s\n", family.name.c_str(), family.parameter.c_str(),
+                family.describes.c_str());
+  for (const std::string& name : variant_names()) std::printf("%s\n", name.c_str());
+}
+
+nlohmann::json listed(const std::vector<Family>& all) {
+  nlohmann::json out = {{"families", nlohmann::json::array()},
+                        {"variants", nlohmann::json::array()}};
+  for (const Family& family : all)
+    out["families"].push_back({{"name", family.name},
+                               {"kind", to_string(family.kind)},
+                               {"parameter", family.parameter},
+                               {"describes", family.describes},
+                               {"singular", !family.singular.empty()}});
+  for (const auto& variant : registered_variants<double>()) {
+    const VariantTraits& traits = variant.traits;
+    nlohmann::json form;  // null but for the fast path
+    if (traits.kind == VariantKind::fast) form = to_string(traits.form);
+    out["variants"].push_back({{"name", variant.name},
+                               {"equation", variant.equation},
+                               {"kind", to_string(traits.kind)},
+                               {"contender", traits.contender},
+                               {"in_world_frame", traits.in_world_frame},
+                               {"dense", traits.dense},
+                               {"mixed_precision", traits.mixed_precision},
+                               {"form", form},
+                               {"citation", traits.citation}});
+  }
+  return out;
+}
+
+int list(const std::vector<Family>& all, const Options& options) {
+  if (options.json_file != "-") print_list(all);
+  json_output(options.json_file).write(listed(all).dump() + "\n");
+  return 0;
+}
+
+int run(Options options) {
+  const std::vector<Family> all = all_families();
+  if (options.list) return list(all, options);
+  if (options.out.empty()) throw InputError("--out is required");
+  options.variants = select(options.variants, variant_names(), "variant");
+  const std::vector<Job> jobs = shard(plan(all, options), options.shard);
+
+  OutputFile out(options.out);
+  const JournalFolder folder(options.out, out.is_file());
+  const Journal journal(folder.path(), key_of(jobs, options));
+  const Journal::Found found = journal.read();
+  if (found.garbled > 0)
+    add_note(folder.path() +
+             ": records that were changed or cut off and have been measured again: " +
+             std::to_string(found.garbled));
+  if (found.others > 0)
+    add_note(folder.path() +
+             ": files of other runs, which stay there: " + std::to_string(found.others));
+  std::vector<std::size_t> todo;
+  for (std::size_t i = 0; i < jobs.size(); ++i)
+    if (!found.parts.contains(i)) todo.push_back(i);
+  run_workers(jobs, todo, options, journal, out);
+  std::string text = options.advice.empty() ? csv_header : advice_header;
+  for (const auto& [index, block] : journal.read().parts) text += block;
+  out.write(text);
+  journal.remove();
+  return 0;
+}
+
+}  // namespace
+}  // namespace kalmarm::stress
+
+int main(int argc, char** argv) {
+  using namespace kalmarm;
+  CLI::App app("Every variant on stiff and extreme mechanisms against truth, as CSV", "stress");
+  stress::Options options;
+  app.add_option("--family", options.families,
+                 "families; a name that ends in * takes all that begin so");
+  app.add_option("--variant", options.variants, "variants, in the same way; default: all");
+  app.add_option("--precision", options.precisions, "float32, float64 or both")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"float32", "float64"}))
+      ->capture_default_str();
+  app.add_option("--advice", options.advice,
+                 "tolerances: what the advisor chooses for every mechanism, and its error")
+      ->delimiter(',')
+      ->check(positive());
+  app.add_option("--seeds", options.seeds, "seeds 1 to N of every case")
+      ->check(between(1, 10000000));
+  auto* quick = app.add_flag("--quick", options.quick, "few values and seeds (default)");
+  app.add_flag("--full", options.full, "all values, 10 000 wild mechanisms")->excludes(quick);
+  app.add_option("--shard", options.shard,
+                 "I/N: every N-th case from the I-th on; concatenate the files")
+      ->capture_default_str();
+  app.add_option("--jobs", options.jobs, "processes; default: one a core")->check(between(1, 1024));
+  auto* list = app.add_flag("--list", options.list, "print families and variants");
+  app.add_option("--json", options.json_file, std::string("the list: ") + json_help)->needs(list);
+  app.add_option("--out", options.out, "file to write");
+  return run_program(app, argc, argv, [&] { return stress::run(options); });
+}
