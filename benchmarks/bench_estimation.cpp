@@ -67,10 +67,10 @@ struct Chain {
   }
 
   static Process<double> at(const Model<double>& model, const State& state) {
-    RandomModel<double> rm(model);
-    set_position(model, state.q, rm);
-    set_velocity(model, state.qd, rm);
-    return Process<double>(model, rm);
+    LinkKinematics<double> kin(model);
+    set_position(model, state.q, kin);
+    set_velocity(model, state.qd, kin);
+    return Process<double>(model, kin);
   }
 };
 

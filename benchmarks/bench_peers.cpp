@@ -179,12 +179,12 @@ bool call(Peer& peer, Task task, int i) {
 
 // By Newton and Euler in link frames; tau has the numbers of qdd.
 VectorX<double> torque(const Model<double>& model, const State& state) {
-  RandomModel<double> rm(model);
+  LinkKinematics<double> kin(model);
   InverseDynamics<double> ws(model);
   VectorX<double> out(model.nv());
-  set_position(model, state.q, rm);
-  set_velocity(model, state.qd, rm);
-  inverse_dynamics(model, rm, state.tau, ws, Eigen::Ref<VectorX<double>>(out));
+  set_position(model, state.q, kin);
+  set_velocity(model, state.qd, kin);
+  inverse_dynamics(model, kin, state.tau, ws, Eigen::Ref<VectorX<double>>(out));
   return out;
 }
 

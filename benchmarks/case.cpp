@@ -22,15 +22,15 @@ Case::Case(Scene what, std::uint64_t seed)
     : scene(std::move(what)), states(random_states(scene, batch_size, seed)) {
   const int nv = scene.model.nv();
   const auto solver = make_solver<double>("Sequential<ArrayMGS>", scene.model);
-  RandomModel<double> rm(scene.model);
+  LinkKinematics<double> kin(scene.model);
   CompositeInertia<double> composite(scene.model);
   const int verified = nv <= 100 ? 5 : 1;
   for (int i = 0; i < verified; ++i) {
     a.emplace_back(nv);
     M.emplace_back(nv, nv);
     X.emplace_back(nv, nv);
-    set_position(scene.model, states[i].q, rm);
-    mass_matrix(scene.model, rm, composite, Eigen::Ref<MatrixX<double>>(M.back()));
+    set_position(scene.model, states[i].q, kin);
+    mass_matrix(scene.model, kin, composite, Eigen::Ref<MatrixX<double>>(M.back()));
     Outcome outcome = solver->acceleration(states[i].q, states[i].qd, states[i].tau, a.back());
     if (outcome) outcome = solver->inverse(states[i].q, X.back());
     if (!outcome) flaw = std::string("reference: ") + describe(scene, outcome);

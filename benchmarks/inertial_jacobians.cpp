@@ -83,7 +83,7 @@ class Residual {
   explicit Residual(const Problem& problem)
       : problem_(problem),
         model_(problem.model.cast<T>()),
-        rm_(model_),
+        kin_(model_),
         composite_(model_),
         filter_(model_),
         innovations_(model_),
@@ -103,9 +103,9 @@ class Residual {
     }
     Eigen::Map<VectorX<T>> r(out, problem_.rows());
     q_ = problem_.state->q.template cast<T>();
-    set_position(model_, q_, rm_);
+    set_position(model_, q_, kin_);
     if (problem_.task == Task::mass_matrix) {
-      mass_matrix(model_, rm_, composite_, Eigen::Ref<MatrixX<T>>(M_));
+      mass_matrix(model_, kin_, composite_, Eigen::Ref<MatrixX<T>>(M_));
       for (int i = 0; i < model_.nv(); ++i)
         for (int j = 0; j <= i; ++j) r[lower_triangle_row(i, j)] = -M_(i, j);
       return true;
@@ -113,18 +113,18 @@ class Residual {
     qd_ = problem_.state->qd.template cast<T>();
     qdd_ = problem_.qdd->template cast<T>();
     tau_ = problem_.state->tau.template cast<T>();
-    set_velocity(model_, qd_, rm_);
+    set_velocity(model_, qd_, kin_);
     if (problem_.task == Task::inverse_dynamics) {
-      inverse_dynamics(model_, rm_, qdd_, innovations_.newton_euler, Eigen::Ref<VectorX<T>>(a_));
+      inverse_dynamics(model_, kin_, qdd_, innovations_.newton_euler, Eigen::Ref<VectorX<T>>(a_));
       r = tau_ - a_;
       return true;
     }
-    if (!filter_.factor(model_, rm_)) return false;
+    if (!filter_.factor(model_, kin_)) return false;
     if (problem_.task == Task::forward_dynamics) {
-      Sequential<Conventional>::acceleration(model_, rm_, tau_, filter_, a_);
+      Sequential<Conventional>::acceleration(model_, kin_, tau_, filter_, a_);
       r = qdd_ - a_;
     } else {
-      innovations(model_, rm_, filter_.factors, qdd_, tau_, innovations_,
+      innovations(model_, kin_, filter_.factors, qdd_, tau_, innovations_,
                   Eigen::Ref<VectorX<T>>(a_));
       r = a_;
     }
@@ -133,7 +133,7 @@ class Residual {
 
   // Of the last call.
   const Model<T>& model() const { return model_; }
-  const RandomModel<T>& random_model() const { return rm_; }
+  const LinkKinematics<T>& random_model() const { return kin_; }
   const Gains<T>& gains() const { return filter_.factors; }
   const VectorX<T>& acceleration() const { return a_; }                   // forward_dynamics
   const std::vector<T>& e_plus() const { return innovations_.sweeps.e; }  // innovations
@@ -141,7 +141,7 @@ class Residual {
  private:
   const Problem& problem_;
   Model<T> model_;
-  RandomModel<T> rm_;
+  LinkKinematics<T> kin_;
   CompositeInertia<T> composite_;
   FitFilter<T> filter_;
   Innovations<T> innovations_;
@@ -170,23 +170,23 @@ class Factored final : public ceres::CostFunction {
   bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
     if (!residual_(blocks, residuals)) return false;
     const Model<double>& model = residual_.model();
-    const RandomModel<double>& rm = residual_.random_model();
+    const LinkKinematics<double>& kin = residual_.random_model();
     double sign = -1;
     switch (problem_.task) {
       case Task::inverse_dynamics:
-        regressor<double>(model, rm, *problem_.qdd, regressor_, by_theta_);
+        regressor<double>(model, kin, *problem_.qdd, regressor_, by_theta_);
         break;
       case Task::forward_dynamics:
-        acceleration_jacobian<double>(model, rm, residual_.gains(), residual_.acceleration(),
+        acceleration_jacobian<double>(model, kin, residual_.gains(), residual_.acceleration(),
                                       acceleration_, by_theta_, by_r_, by_tau_);
         break;
       case Task::innovations:
-        innovation_jacobian<double>(model, rm, residual_.gains(), *problem_.qdd, residual_.e_plus(),
-                                    innovation_, by_theta_, by_r_, by_tau_);
+        innovation_jacobian<double>(model, kin, residual_.gains(), *problem_.qdd,
+                                    residual_.e_plus(), innovation_, by_theta_, by_r_, by_tau_);
         sign = 1;
         break;
       case Task::mass_matrix:
-        mass_jacobian<double>(model, rm, mass_, by_theta_, by_r_);
+        mass_jacobian<double>(model, kin, mass_, by_theta_, by_r_);
         break;
     }
     for (const int k : problem_.bodies) {

@@ -17,11 +17,11 @@ constexpr int draws = 3;  // for kS
 constexpr unsigned most_digits = 400;
 
 MatrixX<Real> mass(const Model<Real>& model, const VectorX<Real>& q) {
-  RandomModel<Real> rm(model);
+  LinkKinematics<Real> kin(model);
   CompositeInertia<Real> ws(model);
   MatrixX<Real> M(model.nv(), model.nv());
-  set_position(model, q, rm);
-  mass_matrix(model, rm, ws, Eigen::Ref<MatrixX<Real>>(M));
+  set_position(model, q, kin);
+  mass_matrix(model, kin, ws, Eigen::Ref<MatrixX<Real>>(M));
   return M;
 }
 
@@ -81,12 +81,12 @@ class Differences {
  public:
   Differences(const Model<Real>& model, const VectorX<Real>& q, const VectorX<Real>& qd,
               const VectorX<Real>& tau, const Real& h)
-      : model_(model), q_(q), qd_(qd), h_(h), rm_(model), moved_(model), ws_(model), id_(model) {
-    set_position(model, q, rm_);
-    set_velocity(model, qd, rm_);
-    if (!Filter::factor(model, rm_, ws_)) return;
+      : model_(model), q_(q), qd_(qd), h_(h), kin_(model), moved_(model), ws_(model), id_(model) {
+    set_position(model, q, kin_);
+    set_velocity(model, qd, kin_);
+    if (!Filter::factor(model, kin_, ws_)) return;
     a_.resize(model.nv());
-    Filter::acceleration(model, rm_, tau, ws_, a_);
+    Filter::acceleration(model, kin_, tau, ws_, a_);
     torque_ = torque(q, qd);
   }
 
@@ -101,7 +101,7 @@ class Differences {
       dq.col(k) = answer_to(torque(moved(model_, q_, k, h_), qd_));
       dqd.col(k) = answer_to(torque(q_, faster));
     }
-    Filter::inverse(model_, rm_, ws_, dtau);
+    Filter::inverse(model_, kin_, ws_, dtau);
     return {dq, dqd, dtau};
   }
 
@@ -118,14 +118,14 @@ class Differences {
 
   VectorX<Real> answer_to(const VectorX<Real>& torque) {
     VectorX<Real> da(model_.nv());
-    Filter::solve(model_, rm_, VectorX<Real>((torque_ - torque) / h_), ws_, da);
+    Filter::solve(model_, kin_, VectorX<Real>((torque_ - torque) / h_), ws_, da);
     return da;
   }
 
   const Model<Real>& model_;
   const VectorX<Real>&q_, &qd_;
   Real h_;
-  RandomModel<Real> rm_, moved_;
+  LinkKinematics<Real> kin_, moved_;
   Filter::Workspace<Real> ws_;
   InverseDynamics<Real> id_;
   VectorX<Real> a_, torque_;

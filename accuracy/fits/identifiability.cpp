@@ -35,15 +35,15 @@ RankAndCondition rank_and_condition(const MatrixX<double>& R) {
 
 RankAndCondition regressor_condition(const Scene& scene, const Samples& samples) {
   const Model<double>& model = scene.model;
-  RandomModel<double> rm(model);
+  LinkKinematics<double> kin(model);
   Regressor<double> ws(model);
   const int nv = model.nv();
   MatrixX<double> rows(nv * samples.count(), body_parameters * nv);
   RowMatrixX<double> Y(nv, body_parameters * nv);
   for (int i = 0; i < samples.count(); ++i) {
-    set_position(model, samples.q.col(i), rm);
-    set_velocity(model, samples.qd.col(i), rm);
-    regressor<double>(model, rm, samples.qdd.col(i), ws, Y);
+    set_position(model, samples.q.col(i), kin);
+    set_velocity(model, samples.qd.col(i), kin);
+    regressor<double>(model, kin, samples.qdd.col(i), ws, Y);
     rows.middleRows(i * nv, nv) = Y;
   }
   StackedTriangle triangle(static_cast<int>(rows.cols()));

@@ -51,24 +51,24 @@ class SampleJacobian {
  private:
   template <class V>
   void differentiate(const Model<double>& model, const V& qdd, const double* r) {
-    const RandomModel<double>& rm = residual_.random_model();
+    const LinkKinematics<double>& kin = residual_.random_model();
     const int nv = model.nv();
     const VectorX<double> per_scale =
         options_.scale.size() ? VectorX<double>(-options_.scale.cwiseInverse()) : VectorX<double>();
     switch (options_.kind) {
       case Residual::inverse_dynamics:
-        regressor<double>(model, rm, qdd, regressor_, by_theta_);
+        regressor<double>(model, kin, qdd, regressor_, by_theta_);
         by_r_ = qdd.asDiagonal();
         by_tau_ = -MatrixX<double>::Identity(nv, nv);
         scale_rows(per_scale);
         break;
       case Residual::forward_dynamics:
-        acceleration_jacobian<double>(model, rm, residual_.gains(), residual_.acceleration(),
+        acceleration_jacobian<double>(model, kin, residual_.gains(), residual_.acceleration(),
                                       acceleration_, by_theta_, by_r_, by_tau_);
         scale_rows(per_scale);
         break;
       case Residual::mass_matrix: {
-        mass_jacobian<double>(model, rm, mass_, by_theta_, by_r_);
+        mass_jacobian<double>(model, kin, mass_, by_theta_, by_r_);
         VectorX<double> of_entries(by_theta_.rows());
         for (int row = 0; row < nv; ++row)
           for (int col = 0; col <= row; ++col)
@@ -79,11 +79,11 @@ class SampleJacobian {
       }
       case Residual::innovations:
       case Residual::likelihood:
-        innovation_jacobian<double>(model, rm, residual_.gains(), qdd, residual_.e_plus(),
+        innovation_jacobian<double>(model, kin, residual_.gains(), qdd, residual_.e_plus(),
                                     innovation_, by_theta_.topRows(nv), by_r_.topRows(nv),
                                     by_tau_.topRows(nv));
         if (options_.kind == Residual::innovations) break;
-        log_D_jacobian<double>(model, rm, residual_.gains(), innovation_, by_theta_.bottomRows(nv),
+        log_D_jacobian<double>(model, kin, residual_.gains(), innovation_, by_theta_.bottomRows(nv),
                                by_r_.bottomRows(nv));
         by_tau_.bottomRows(nv).setZero();
         for (int k = nv; k < 2 * nv; ++k) {  // d sigma sqrt(log D + C) = sigma^2 / 2r dD / D

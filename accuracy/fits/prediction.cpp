@@ -8,14 +8,14 @@ namespace kalmarm {
 
 MatrixX<double> torques(const Mechanics<double>& robot, const Samples& samples) {
   const Model<double>& model = robot.model;
-  RandomModel<double> rm(model);
+  LinkKinematics<double> kin(model);
   InverseDynamics<double> ws(model);
   VectorX<double> tau(model.nv());
   MatrixX<double> out(model.nv(), samples.count());
   for (int i = 0; i < samples.count(); ++i) {
-    set_position(model, samples.q.col(i), rm);
-    set_velocity(model, samples.qd.col(i), rm);
-    inverse_dynamics(model, rm, samples.qdd.col(i), ws, Eigen::Ref<VectorX<double>>(tau));
+    set_position(model, samples.q.col(i), kin);
+    set_velocity(model, samples.qd.col(i), kin);
+    inverse_dynamics(model, kin, samples.qdd.col(i), ws, Eigen::Ref<VectorX<double>>(tau));
     for (int k = 0; k < model.nv(); ++k) {
       const double v = samples.qd(k, i);
       out(k, i) = tau[k] + robot.viscous[k] * v + robot.coulomb[k] * coulomb_sign(v);

@@ -21,12 +21,12 @@ ResidualOptions residual_options(Residual kind, const Mechanics<double>& robot,
   }
   out.scale = row_sizes(kind == Residual::forward_dynamics ? samples.qdd : samples.tau);
   if (kind == Residual::likelihood) {
-    RandomModel<double> rm(robot.model);
+    LinkKinematics<double> kin(robot.model);
     FitFilter<double> filter(robot.model);
     double least = std::numeric_limits<double>::infinity();
     for (int i = 0; i < samples.count(); ++i) {
-      set_position(robot.model, samples.q.col(i), rm);
-      if (!filter.factor(robot.model, rm)) continue;
+      set_position(robot.model, samples.q.col(i), kin);
+      if (!filter.factor(robot.model, kin)) continue;
       for (const double D : filter.factors.D) least = std::min(least, std::log(D));
     }
     out.log_D_shift = 10 - least;  // far enough from 0 for the fit to move

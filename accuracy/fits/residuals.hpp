@@ -53,7 +53,7 @@ class SampleResidual {
  public:
   SampleResidual(const Model<double>& model, const ResidualOptions& options)
       : options_(options),
-        rm_(model.cast<T>()),
+        kin_(model.cast<T>()),
         composite_(model.cast<T>()),
         filter_(model.cast<T>()),
         innovations_(model.cast<T>()),
@@ -72,9 +72,9 @@ class SampleResidual {
     const Model<T>& model = robot.model;
     const int nv = model.nv();
     q_ = samples.q.col(i).template cast<T>();
-    set_position(model, q_, rm_);
+    set_position(model, q_, kin_);
     if (options_.kind == Residual::mass_matrix) {
-      mass_matrix(model, rm_, composite_, Eigen::Ref<MatrixX<T>>(M_));
+      mass_matrix(model, kin_, composite_, Eigen::Ref<MatrixX<T>>(M_));
       for (int row = 0; row < nv; ++row)
         for (int col = 0; col <= row; ++col) {
           const double scale = options_.scale[row] * options_.scale[col];
@@ -84,24 +84,24 @@ class SampleResidual {
     }
     qd_ = samples.qd.col(i).template cast<T>();
     qdd_ = samples.qdd.col(i).template cast<T>();
-    set_velocity(model, qd_, rm_);
+    set_velocity(model, qd_, kin_);
     for (int k = 0; k < nv; ++k) {
       const double v = samples.qd(k, i);
       tau_[k] = samples.tau(k, i) - robot.viscous[k] * v - robot.coulomb[k] * coulomb_sign(v);
     }
     if (options_.kind == Residual::forward_dynamics) {
-      if (!filter_.factor(model, rm_)) return false;
-      Sequential<Conventional>::acceleration(model, rm_, tau_, filter_, a_);
+      if (!filter_.factor(model, kin_)) return false;
+      Sequential<Conventional>::acceleration(model, kin_, tau_, filter_, a_);
       for (int k = 0; k < nv; ++k) out[k] = (samples.qdd(k, i) - a_[k]) / options_.scale[k];
       return true;
     }
     if (options_.kind == Residual::inverse_dynamics) {
-      inverse_dynamics(model, rm_, qdd_, innovations_.newton_euler, Eigen::Ref<VectorX<T>>(a_));
+      inverse_dynamics(model, kin_, qdd_, innovations_.newton_euler, Eigen::Ref<VectorX<T>>(a_));
       for (int k = 0; k < nv; ++k) out[k] = (tau_[k] - a_[k]) / options_.scale[k];
       return true;
     }
-    if (!filter_.factor(model, rm_)) return false;
-    innovations(model, rm_, filter_.factors, qdd_, tau_, innovations_, Eigen::Ref<VectorX<T>>(a_));
+    if (!filter_.factor(model, kin_)) return false;
+    innovations(model, kin_, filter_.factors, qdd_, tau_, innovations_, Eigen::Ref<VectorX<T>>(a_));
     for (int k = 0; k < nv; ++k) out[k] = a_[k];
     if (options_.kind == Residual::likelihood)
       for (int k = 0; k < nv; ++k)
@@ -110,14 +110,14 @@ class SampleResidual {
   }
 
   // Of the last sample.
-  const RandomModel<T>& random_model() const { return rm_; }
+  const LinkKinematics<T>& random_model() const { return kin_; }
   const Gains<T>& gains() const { return filter_.factors; }
   const VectorX<T>& acceleration() const { return a_; }                   // forward_dynamics
   const std::vector<T>& e_plus() const { return innovations_.sweeps.e; }  // innovations
 
  private:
   ResidualOptions options_;
-  RandomModel<T> rm_;
+  LinkKinematics<T> kin_;
   CompositeInertia<T> composite_;
   FitFilter<T> filter_;
   Innovations<T> innovations_;

@@ -15,10 +15,10 @@ namespace kalmarm {
 template <class T>
 Soundness soundness(const Model<double>& model, const State& state) {
   const Model<T> in_T = model.cast<T>();
-  RandomModel<T> rm(in_T);
-  set_position(in_T, VectorX<T>(state.q.cast<T>()), rm);
-  set_velocity(in_T, VectorX<T>(state.qd.cast<T>()), rm);
-  const Process<T> process(in_T, rm);
+  LinkKinematics<T> kin(in_T);
+  set_position(in_T, VectorX<T>(state.q.cast<T>()), kin);
+  set_velocity(in_T, VectorX<T>(state.qd.cast<T>()), kin);
+  const Process<T> process(in_T, kin);
   Soundness out{find_flaw(process), {}};
   if (out.flaw) return out;
   Covariances<T> cov(process);

@@ -16,7 +16,7 @@ struct Poses {
   explicit Poses(const Setting<T>& s) {
     for (int k = 0; k < s.n(); ++k) {
       const int p = s.process.parent[k];
-      const Transform<T>& phi = s.rm.phi[k];
+      const Transform<T>& phi = s.kin.phi[k];
       R.push_back(p < 0 ? phi.R : Matrix3<T>(R[p] * phi.R));
       o.push_back(p < 0 ? phi.p : Vector3<T>(o[p] + R[p] * phi.p));
     }

@@ -73,7 +73,7 @@ struct SigmaPoints {
 template <class T>
 struct Setting {
   Model<T> model;
-  RandomModel<T> rm;
+  LinkKinematics<T> kin;
   Process<T> process;
   VectorX<T> q, qd, tau;
 
@@ -97,8 +97,8 @@ struct Setting {
   Setting(const Model<T>& parameters, const VectorX<T>& position, const VectorX<T>& velocity,
           const VectorX<T>& torque)
       : model(parameters),
-        rm(at(model, position, velocity)),
-        process(model, rm),
+        kin(at(model, position, velocity)),
+        process(model, kin),
         q(position),
         qd(velocity),
         tau(torque),
@@ -123,14 +123,14 @@ struct Setting {
 
     InverseDynamics<T> rest(model), motion(model);
     VectorX<T> out(model.nv());
-    inverse_dynamics(model, rm, VectorX<T>(VectorX<T>::Zero(model.nv())), rest,
+    inverse_dynamics(model, kin, VectorX<T>(VectorX<T>::Zero(model.nv())), rest,
                      Eigen::Ref<VectorX<T>>(out));
-    inverse_dynamics(model, rm, a, motion, Eigen::Ref<VectorX<T>>(out));
+    inverse_dynamics(model, kin, a, motion, Eigen::Ref<VectorX<T>>(out));
     force = stacked(motion.z);
     l_minus = stacked(motion.a) - stacked(rest.a);
     net_force.resize(6 * model.nv());
     for (int k = 0; k < model.nv(); ++k)
-      net_force.template segment<6>(6 * k) = model.M(k) * motion.a[k] + rm.b[k];
+      net_force.template segment<6>(6 * k) = model.M(k) * motion.a[k] + kin.b[k];
   }
 
   int n() const { return process.size(); }
@@ -138,11 +138,11 @@ struct Setting {
   MatrixX<T> identity6() const { return MatrixX<T>::Identity(6 * n(), 6 * n()); }
 
  private:
-  static RandomModel<T> at(const Model<T>& model, const VectorX<T>& q, const VectorX<T>& qd) {
-    RandomModel<T> rm(model);
-    set_position(model, q, rm);
-    set_velocity(model, qd, rm);
-    return rm;
+  static LinkKinematics<T> at(const Model<T>& model, const VectorX<T>& q, const VectorX<T>& qd) {
+    LinkKinematics<T> kin(model);
+    set_position(model, q, kin);
+    set_velocity(model, qd, kin);
+    return kin;
   }
 
   static Covariances<T> filtered(const Process<T>& process) {

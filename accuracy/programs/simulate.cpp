@@ -82,12 +82,12 @@ double timed(const std::function<void()>& call) {
 struct Robot {
   const Scene& scene;
   VectorX<double> q;
-  RandomModel<double> rm;
+  LinkKinematics<double> kin;
   Process<double> process;
   Covariances<double> cov;
 
   explicit Robot(const Scene& of)
-      : scene(of), q(random_states(of, 1, 1)[0].q), rm(of.model), process(at(q)), cov(process) {
+      : scene(of), q(random_states(of, 1, 1)[0].q), kin(of.model), process(at(q)), cov(process) {
     if (const Outcome outcome = set_state_covariances(process, cov); !outcome)
       throw InputError("scene '" + scene.name + "': singular mechanism: joint '" +
                        scene.model.name(outcome.joint) + "' moves no inertia, D = " +
@@ -99,7 +99,7 @@ struct Robot {
     switch (quantity) {
       case Quantity::M:
         return [this, ws = CompositeInertia<double>(scene.model)](MatrixX<double>& C) mutable {
-          mass_matrix(scene.model, rm, ws, Eigen::Ref<MatrixX<double>>(C));
+          mass_matrix(scene.model, kin, ws, Eigen::Ref<MatrixX<double>>(C));
         };
       case Quantity::P:
         return [this](MatrixX<double>& C) {
@@ -123,9 +123,9 @@ struct Robot {
 
  private:
   Process<double> at(const VectorX<double>& position) {
-    set_position(scene.model, position, rm);
-    set_velocity(scene.model, VectorX<double>(VectorX<double>::Zero(scene.model.nv())), rm);
-    return {scene.model, rm};
+    set_position(scene.model, position, kin);
+    set_velocity(scene.model, VectorX<double>(VectorX<double>::Zero(scene.model.nv())), kin);
+    return {scene.model, kin};
   }
 };
 

@@ -28,11 +28,11 @@ const MatrixX<Real>& Reference::operator[](Quantity quantity) const {
 
 Reference reference(const Model<Real>& model, const VectorX<Real>& q) {
   const int n = model.nv();
-  RandomModel<Real> rm(model);
+  LinkKinematics<Real> kin(model);
   const VectorX<Real> at_rest = VectorX<Real>::Zero(n);
-  set_position(model, q, rm);
-  set_velocity(model, at_rest, rm);
-  const Process<Real> process(model, rm);
+  set_position(model, q, kin);
+  set_velocity(model, at_rest, kin);
+  const Process<Real> process(model, kin);
   const Operators<Real> op(process);
   const MatrixX<Real> HR = op.H * op.R;
 

@@ -78,20 +78,20 @@ double energy_drift(const Model<Wide>& model, const VectorX<double>& q0, const V
 }  // namespace
 
 Energy energy(const Model<Wide>& model, const VectorX<Wide>& q, const VectorX<Wide>& qd) {
-  RandomModel<Wide> rm(model);
-  set_position(model, q, rm);
-  set_velocity(model, qd, rm);
+  LinkKinematics<Wide> kin(model);
+  set_position(model, q, kin);
+  set_velocity(model, qd, kin);
   std::vector<Transform<Wide>> pose(model.nv());
   Energy out;
   for (int k = 0; k < model.nv(); ++k) {
     const Joint<Wide>& joint = model.joint(k);
     const Vector3<Wide>& c = joint.body.com;
-    pose[k] = rm.phi[k];
+    pose[k] = kin.phi[k];
     if (joint.parent >= 0) {
       const Transform<Wide>& parent = pose[joint.parent];
-      pose[k] = {parent.R * rm.phi[k].R, parent.p + parent.R * rm.phi[k].p};
+      pose[k] = {parent.R * kin.phi[k].R, parent.p + parent.R * kin.phi[k].p};
     }
-    const Vector3<Wide> w = rm.v[k].head<3>(), v_c = rm.v[k].tail<3>() + w.cross(c);
+    const Vector3<Wide> w = kin.v[k].head<3>(), v_c = kin.v[k].tail<3>() + w.cross(c);
     out.kinetic += (joint.body.mass * v_c.squaredNorm() + w.dot(model.inertia(k).I_cm * w) +
                     joint.r * qd[k] * qd[k]) /
                    2;                                                                   // (3)

@@ -26,10 +26,10 @@ auto balls(const Matrix& A) {
 }
 
 template <class T>
-RandomModel<Ball> placed(const Model<Ball>& model, const VectorX<T>& q) {
-  RandomModel<Ball> rm(model);
-  set_position(model, VectorX<Ball>(balls(q)), rm);
-  return rm;
+LinkKinematics<Ball> placed(const Model<Ball>& model, const VectorX<T>& q) {
+  LinkKinematics<Ball> kin(model);
+  set_position(model, VectorX<Ball>(balls(q)), kin);
+  return kin;
 }
 
 }  // namespace
@@ -37,15 +37,15 @@ RandomModel<Ball> placed(const Model<Ball>& model, const VectorX<T>& q) {
 template <class T>
 Enclosure::Enclosure(const Model<T>& model, const VectorX<T>& q, const VectorX<Real>& x)
     : model_(model.template cast<Ball>()),
-      rm_(placed(model_, q)),
-      world_(model_, rm_.q),
+      kin_(placed(model_, q)),
+      world_(model_, kin_.q),
       theta_(model.nv()),
       root_(model.nv()) {
   for (int k = 0; k < model.nv(); ++k) {
     theta_[k] = centre(Ball(1) / (Ball(2 * model.nv()) * Ball(x[k])));
     root_[k] = sqrt(Ball(1) / theta_[k]);
   }
-  definite_ = exceeds(model_, rm_, theta_);
+  definite_ = exceeds(model_, kin_, theta_);
 }
 
 const MatrixX<Ball>& Enclosure::M() const {
@@ -54,7 +54,7 @@ const MatrixX<Ball>& Enclosure::M() const {
 }
 
 const std::optional<FactorBalls>& Enclosure::factors() const {
-  if (!factors_) factors_ = factor_balls(model_, rm_);
+  if (!factors_) factors_ = factor_balls(model_, kin_);
   return *factors_;
 }
 

@@ -58,7 +58,7 @@ class Enclosure {
   Ball theta_norm(const VectorX<Ball>& r) const;
 
   Model<Ball> model_;
-  RandomModel<Ball> rm_;
+  LinkKinematics<Ball> kin_;
   WorldMechanics<Ball> world_;
   VectorX<Ball> theta_, root_;  // sqrt(1 / theta)
   bool definite_;

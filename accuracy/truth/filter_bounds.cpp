@@ -21,7 +21,7 @@ void make_bound(Matrix6<Ball>& P, Side side) {
 
 // visit(k, P, D) for every link, tips first. False where a D is not positive for certain.
 template <class Visit>
-bool filter(const Model<Ball>& model, const RandomModel<Ball>& rm, const VectorX<Ball>& theta,
+bool filter(const Model<Ball>& model, const LinkKinematics<Ball>& kin, const VectorX<Ball>& theta,
             Side side, const Visit& visit) {
   const int nv = model.nv();
   std::vector<Matrix6<Ball>> inertias(nv);
@@ -38,7 +38,7 @@ bool filter(const Model<Ball>& model, const RandomModel<Ball>& rm, const VectorX
       const Vector6<Ball> g = PH / D;
       for (int j = 0; j < 6; ++j)
         for (int i = 0; i <= j; ++i) P(i, j) = P(j, i) = P(i, j) - g[i] * PH[j];  // (2)
-      inertias[parent] += rm.phi[k].congruence(P);                                // (1)
+      inertias[parent] += kin.phi[k].congruence(P);                               // (1)
     }
   }
   return true;
@@ -46,19 +46,19 @@ bool filter(const Model<Ball>& model, const RandomModel<Ball>& rm, const VectorX
 
 }  // namespace
 
-std::optional<FactorBalls> factor_balls(const Model<Ball>& model, const RandomModel<Ball>& rm) {
+std::optional<FactorBalls> factor_balls(const Model<Ball>& model, const LinkKinematics<Ball>& kin) {
   const int nv = model.nv();
   const VectorX<Ball> zero = VectorX<Ball>::Zero(nv);
   FactorBalls out{VectorX<Ball>(nv), MatrixX<Ball>(6, nv)};
   MatrixX<Ball> diagonals(6, nv);
   const bool definite =
-      filter(model, rm, zero, Side::below, [&](int k, const Matrix6<Ball>& P, const Ball& D) {
+      filter(model, kin, zero, Side::below, [&](int k, const Matrix6<Ball>& P, const Ball& D) {
         out.D[k] = D;
         out.g.col(k) = P.col(model.joint(k).axis());
         diagonals.col(k) = P.diagonal();
       });
   if (!definite) return {};
-  filter(model, rm, zero, Side::above, [&](int k, const Matrix6<Ball>& P, const Ball& D) {
+  filter(model, kin, zero, Side::above, [&](int k, const Matrix6<Ball>& P, const Ball& D) {
     const Vector6<Ball> W = P.diagonal() - diagonals.col(k);
     out.D[k] = hull(out.D[k], D);
     const Ball& W_hh = W[model.joint(k).axis()];
@@ -68,8 +68,9 @@ std::optional<FactorBalls> factor_balls(const Model<Ball>& model, const RandomMo
   return out;
 }
 
-bool exceeds(const Model<Ball>& model, const RandomModel<Ball>& rm, const VectorX<Ball>& theta) {
-  return filter(model, rm, theta, Side::below, [](int, const Matrix6<Ball>&, const Ball&) {});
+bool exceeds(const Model<Ball>& model, const LinkKinematics<Ball>& kin,
+             const VectorX<Ball>& theta) {
+  return filter(model, kin, theta, Side::below, [](int, const Matrix6<Ball>&, const Ball&) {});
 }
 
 }  // namespace kalmarm

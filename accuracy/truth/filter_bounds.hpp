@@ -26,7 +26,7 @@
 #include <optional>
 
 #include "accuracy/truth/ball.hpp"
-#include "algorithms/model/random_model.hpp"
+#include "algorithms/model/link_kinematics.hpp"
 
 namespace kalmarm {
 
@@ -37,9 +37,9 @@ struct FactorBalls {
 };
 
 // (6). Nothing where a bound of D from below is not positive.
-std::optional<FactorBalls> factor_balls(const Model<Ball>& model, const RandomModel<Ball>& rm);
+std::optional<FactorBalls> factor_balls(const Model<Ball>& model, const LinkKinematics<Ball>& kin);
 
 // Whether the filter proves (5). theta: nv numbers.
-bool exceeds(const Model<Ball>& model, const RandomModel<Ball>& rm, const VectorX<Ball>& theta);
+bool exceeds(const Model<Ball>& model, const LinkKinematics<Ball>& kin, const VectorX<Ball>& theta);
 
 }  // namespace kalmarm

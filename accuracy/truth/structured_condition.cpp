@@ -17,27 +17,27 @@ template <class S>
 class Dynamics {
  public:
   Dynamics(Model<S> model, const VectorX<S>& q)
-      : model_(std::move(model)), rm_(model_), ws_(model_), gravity_(model_.gravity()) {
-    set_position(model_, q, rm_);
+      : model_(std::move(model)), kin_(model_), ws_(model_), gravity_(model_.gravity()) {
+    set_position(model_, q, kin_);
   }
 
   // ID(a)
   VectorX<S> torque(const VectorX<S>& qd, const VectorX<S>& a, bool gravity) {
     model_.set_gravity(gravity ? gravity_ : Vector3<S>(Vector3<S>::Zero()));
     const bool at_rest = qd.isZero(S(0));
-    if (!(at_rest && at_rest_)) set_velocity(model_, qd, rm_);
+    if (!(at_rest && at_rest_)) set_velocity(model_, qd, kin_);
     at_rest_ = at_rest;
     VectorX<S> tau(model_.nv());
-    inverse_dynamics(model_, rm_, a, ws_, Eigen::Ref<VectorX<S>>(tau));
+    inverse_dynamics(model_, kin_, a, ws_, Eigen::Ref<VectorX<S>>(tau));
     return tau;
   }
 
  private:
   Model<S> model_;
-  RandomModel<S> rm_;
+  LinkKinematics<S> kin_;
   InverseDynamics<S> ws_;
   Vector3<S> gravity_;
-  bool at_rest_ = false;  // rm_ is
+  bool at_rest_ = false;  // kin_ is
 };
 
 template <class S>

@@ -21,11 +21,11 @@ class Filter {
  public:
   Filter(Model<Real> model, const VectorX<Real>& q)
       : model_(std::move(model)),
-        rm_(model_),
+        kin_(model_),
         ws_(model_),
         zero_(VectorX<Real>::Zero(model_.nv())) {
-    set_position(model_, q, rm_);
-    outcome_ = Variant::factor(model_, rm_, ws_);
+    set_position(model_, q, kin_);
+    outcome_ = Variant::factor(model_, kin_, ws_);
   }
 
   const Model<Real>& model() const { return model_; }
@@ -36,9 +36,9 @@ class Filter {
   VectorX<Real> acceleration(const VectorX<Real>& qd, const VectorX<Real>& tau,
                              const Vector3<Real>& gravity) {
     model_.set_gravity(gravity);
-    set_velocity(model_, qd, rm_);
+    set_velocity(model_, qd, kin_);
     VectorX<Real> a(model_.nv());
-    Variant::acceleration(model_, rm_, tau, ws_, a);
+    Variant::acceleration(model_, kin_, tau, ws_, a);
     return a;
   }
 
@@ -49,7 +49,7 @@ class Filter {
 
   MatrixX<Real> inverse() {
     MatrixX<Real> X(model_.nv(), model_.nv());
-    Variant::inverse(model_, rm_, ws_, X);
+    Variant::inverse(model_, kin_, ws_, X);
     return X;
   }
 
@@ -61,7 +61,7 @@ class Filter {
     for (int k = 0; k < model_.nv(); ++k) {
       const int parent = model_.parent(k), axis = model_.joint(k).axis();
       Lambda[k].setZero();
-      if (parent >= 0) Lambda[k] = rm_.phi[k].dual_congruence(Lambda[parent]);
+      if (parent >= 0) Lambda[k] = kin_.phi[k].dual_congruence(Lambda[parent]);
       const Vector6<Real> y = Lambda[k] * g()[k];
       X[k] = 1 / D()[k] + g()[k].dot(y);
       Lambda[k].row(axis) -= y.transpose();
@@ -80,7 +80,7 @@ class Filter {
       tau[k] = z[k][model_.joint(k).axis()] + y;
       z[k] += g()[k] * y;
       if (const int parent = model_.parent(k); parent >= 0)
-        z[parent] += rm_.phi[k].force_to_parent(z[k]);
+        z[parent] += kin_.phi[k].force_to_parent(z[k]);
     }
     return tau;
   }
@@ -89,7 +89,7 @@ class Filter {
   using Variant = Sequential<ArrayMGS>;
 
   Model<Real> model_;
-  RandomModel<Real> rm_;
+  LinkKinematics<Real> kin_;
   Variant::Workspace<Real> ws_;
   VectorX<Real> zero_;
   Outcome outcome_;

@@ -45,7 +45,7 @@ class Execution {
     return each([&](PartState<T>& p) {
       p.gather(q, qd, tau);
       const Outcome outcome =
-          p.engine->forward_dynamics(p.q.data(), p.qd.data(), p.third.data(), p.a.data());
+          p.engine->forward_dynamics(p.q.data(), p.qd.data(), p.tau_or_qdd.data(), p.a.data());
       p.asked(p.a.data(), a);
       return outcome;
     });
@@ -68,8 +68,8 @@ class Execution {
       for (PartState<T>& p : parts_) {
         typename PartState<T>::Rows& rows = p.rows[worker];
         p.gather_rows(rows, states, q + i * nq_, nq_, velocities, tau + i * nv, nv);
-        p.engine->forward_dynamics(worker, states, rows.q.data(), rows.qd.data(), rows.third.data(),
-                                   rows.out.data(), rows.outcomes.data());
+        p.engine->forward_dynamics(worker, states, rows.q.data(), rows.qd.data(),
+                                   rows.tau_or_qdd.data(), rows.out.data(), rows.outcomes.data());
         for (int state = 0; state < states; ++state) {
           p.asked(rows.out.data() + state * p.nv, a + (i + state) * asked_);
           Outcome& out = outcomes[first + state];
@@ -91,7 +91,7 @@ class Execution {
     if (whole_) return whole_->inverse_dynamics(q, qd, qdd, tau);
     for (PartState<T>& p : parts_) {
       p.gather(q, qd, qdd);
-      p.engine->inverse_dynamics(p.q.data(), p.qd.data(), p.third.data(), p.a.data());
+      p.engine->inverse_dynamics(p.q.data(), p.qd.data(), p.tau_or_qdd.data(), p.a.data());
       p.asked(p.a.data(), tau);
     }
   }
@@ -109,8 +109,8 @@ class Execution {
       for (PartState<T>& p : parts_) {
         typename PartState<T>::Rows& rows = p.rows[worker];
         p.gather_rows(rows, states, q + i * nq_, nq_, qd + i * nv, qdd + i * nv, nv);
-        p.engine->inverse_dynamics(worker, states, rows.q.data(), rows.qd.data(), rows.third.data(),
-                                   rows.out.data());
+        p.engine->inverse_dynamics(worker, states, rows.q.data(), rows.qd.data(),
+                                   rows.tau_or_qdd.data(), rows.out.data());
         for (int state = 0; state < states; ++state)
           p.asked(rows.out.data() + state * p.nv, tau + (i + state) * asked_);
       }
@@ -166,9 +166,9 @@ class Execution {
     for (PartState<T>& p : parts_)
       for (int j = 0; j < columns; ++j) {
         const std::ptrdiff_t start = std::ptrdiff_t(j) * asked_;
-        p.third.setZero();
-        p.asked.back(taus + start, p.third.data());
-        out = worse(out, p.of_whole(p.engine->solve(1, p.third.data(), p.a.data())));
+        p.tau_or_qdd.setZero();
+        p.asked.back(taus + start, p.tau_or_qdd.data());
+        out = worse(out, p.of_whole(p.engine->solve(1, p.tau_or_qdd.data(), p.a.data())));
         p.asked(p.a.data(), X + start);
       }
     return out;
@@ -215,8 +215,8 @@ class Execution {
         return outcome;
       }
       const Outcome outcome = p.engine->inverse(p.q.data(), p.X.data());
-      set_position(p.kinematics->model, p.q, p.kinematics->rm);
-      site_jacobian<T>(p.kinematics->model, p.kinematics->rm, p.sites, p.J);
+      set_position(p.kinematics->model, p.q, p.kinematics->kin);
+      site_jacobian<T>(p.kinematics->model, p.kinematics->kin, p.sites, p.J);
       p.XJ.noalias() = p.X * p.J.transpose();
       p.selection.noalias() = p.J * p.XJ;
       p.frames_out.block(p.selection.data(), p.selected, X, rows_);
@@ -238,9 +238,9 @@ class Execution {
       if (X) std::fill_n(X, std::ptrdiff_t(asked_) * asked_, T(0));
     return each([&](PartState<T>& p) {
       p.gather(q, qd, tau);
-      const Outcome outcome =
-          p.engine->derivatives(p.q.data(), p.qd.data(), p.third.data(), p.derivatives[0].data(),
-                                p.derivatives[1].data(), p.derivatives[2].data(), p.a.data());
+      const Outcome outcome = p.engine->derivatives(
+          p.q.data(), p.qd.data(), p.tau_or_qdd.data(), p.derivatives[0].data(),
+          p.derivatives[1].data(), p.derivatives[2].data(), p.a.data());
       p.asked(p.a.data(), a);
       for (int i = 0; i < 3; ++i)
         if (results[i]) p.asked.block(p.derivatives[i].data(), p.nv, results[i], asked_);

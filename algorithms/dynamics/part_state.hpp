@@ -18,15 +18,15 @@ struct PartState {
   static constexpr int rows_at_once = 64;  // states that are gathered at once
 
   struct Rows {
-    std::vector<T> q, qd, third, out;
+    std::vector<T> q, qd, tau_or_qdd, out;
     std::vector<Outcome> outcomes;
   };
 
   struct Kinematics {
     Model<T> model;
-    RandomModel<T> rm;
+    LinkKinematics<T> kin;
 
-    explicit Kinematics(const Model<T>& m) : model(m), rm(model) {}
+    explicit Kinematics(const Model<T>& m) : model(m), kin(model) {}
   };
 
   std::unique_ptr<Engine<T>> engine;
@@ -42,7 +42,7 @@ struct PartState {
   std::vector<int> free_dofs;              // of the part: those that are not locked
   Copies asked;                            // DoF of the part -> of the result
   Copies block_out, frames_out;            // row of `selected`, or of J -> row of the result
-  VectorX<T> q, qd, third, a;              // third: tau or qdd
+  VectorX<T> q, qd, tau_or_qdd, a;
   MatrixX<T> X, selection, J, XJ, M, derivatives[3];
   Eigen::LLT<MatrixX<T>> llt;
   std::vector<Rows> rows;  // of every worker
@@ -52,18 +52,18 @@ struct PartState {
 
   void gather_q(const T* from) { q_in(from, q.data()); }
 
-  void gather(const T* q_whole, const T* qd_whole, const T* third_whole) {
+  void gather(const T* q_whole, const T* qd_whole, const T* tau_or_qdd_whole) {
     q_in(q_whole, q.data());
     if (!at_rest) v_in(qd_whole, qd.data());
-    v_in(third_whole, third.data());
+    v_in(tau_or_qdd_whole, tau_or_qdd.data());
   }
 
   void gather_rows(Rows& r, int states, const T* q_rows, std::ptrdiff_t q_width, const T* qd_rows,
-                   const T* third_rows, std::ptrdiff_t v_width) const {
+                   const T* tau_or_qdd_rows, std::ptrdiff_t v_width) const {
     for (int i = 0; i < states; ++i) {
       q_in(q_rows + i * q_width, r.q.data() + i * nq);
       if (!at_rest) v_in(qd_rows + i * v_width, r.qd.data() + i * nv);
-      v_in(third_rows + i * v_width, r.third.data() + i * nv);
+      v_in(tau_or_qdd_rows + i * v_width, r.tau_or_qdd.data() + i * nv);
     }
   }
 
@@ -78,7 +78,7 @@ struct PartState {
       Rows& r = rows.emplace_back();
       for (int i = 0; i < rows_at_once; ++i) r.q.insert(r.q.end(), q.begin(), q.end());
       r.qd.assign(std::size_t(rows_at_once) * nv, T(0));
-      r.third = r.out = r.qd;
+      r.tau_or_qdd = r.out = r.qd;
       r.outcomes.resize(rows_at_once);
     }
   }
@@ -95,7 +95,7 @@ PartState<T>::PartState(const Plan& plan, const Part& part, Form form, const Mak
       dofs(part.reduction.dofs),
       q(nq),
       qd(VectorX<T>::Zero(nv)),
-      third(qd),
+      tau_or_qdd(qd),
       a(nv) {
   const auto wants = [&](Want what) { return plan.question.want.contains(what); };
   const Reduction& reduction = part.reduction;

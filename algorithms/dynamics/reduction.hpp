@@ -41,7 +41,7 @@ struct Standing {
 
 namespace detail {
 
-// phi(parent,k) at q, as random_model.hpp says.
+// phi(parent,k) at q, as link_kinematics.hpp says.
 inline Standing across(const Joint<long double>& joint, const VectorX<long double>& q,
                        const Standing& parent) {
   using Quaternion = Eigen::Quaternion<long double>;

@@ -23,7 +23,7 @@ class SolverEngine final : public Engine<T> {
   SolverEngine(const Model<T>& model, std::unique_ptr<Solver<T>> solver)
       : model_(model),
         solver_(std::move(solver)),
-        rm_(model_),
+        kin_(model_),
         composite_(model_),
         newton_euler_(model_),
         q_(model.nq()),
@@ -63,17 +63,18 @@ class SolverEngine final : public Engine<T> {
 
   void inverse_dynamics(const T* q, const T* qd, const T* qdd, T* tau) override {
     set(q, qd, qdd);
-    set_position(model_, q_, rm_);
-    set_velocity(model_, qd_, rm_);
-    kalmarm::inverse_dynamics(model_, rm_, tau_, newton_euler_, Eigen::Ref<VectorX<T>>(a_));
+    set_position(model_, q_, kin_);
+    set_velocity(model_, qd_, kin_);
+    kalmarm::inverse_dynamics(model_, kin_, tau_, newton_euler_, Eigen::Ref<VectorX<T>>(a_));
     std::copy_n(a_.data(), a_.size(), tau);
   }
 
   void mass(const T* q, T* M) override {
     std::copy_n(q, q_.size(), q_.data());
-    set_position(model_, q_, rm_);
+    set_position(model_, q_, kin_);
     const int nv = model_.nv();
-    mass_matrix(model_, rm_, composite_, Eigen::Ref<MatrixX<T>>(Eigen::Map<MatrixX<T>>(M, nv, nv)));
+    mass_matrix(model_, kin_, composite_,
+                Eigen::Ref<MatrixX<T>>(Eigen::Map<MatrixX<T>>(M, nv, nv)));
   }
 
   Outcome inverse(const T* q, T* X) override {
@@ -113,15 +114,15 @@ class SolverEngine final : public Engine<T> {
     throw std::logic_error(std::string("variants of the study do not give ") + what);
   }
 
-  void set(const T* q, const T* qd, const T* third) {
+  void set(const T* q, const T* qd, const T* tau_or_qdd) {
     std::copy_n(q, q_.size(), q_.data());
     std::copy_n(qd, qd_.size(), qd_.data());
-    std::copy_n(third, tau_.size(), tau_.data());
+    std::copy_n(tau_or_qdd, tau_.size(), tau_.data());
   }
 
   Model<T> model_;
   std::unique_ptr<Solver<T>> solver_;
-  RandomModel<T> rm_;
+  LinkKinematics<T> kin_;
   CompositeInertia<T> composite_;
   InverseDynamics<T> newton_euler_;
   VectorX<T> q_, qd_, tau_, a_;

@@ -13,7 +13,7 @@
 
 #include <vector>
 
-#include "algorithms/model/random_model.hpp"
+#include "algorithms/model/link_kinematics.hpp"
 
 namespace kalmarm {
 
@@ -28,15 +28,16 @@ namespace detail {
 
 // z(k) of the link alone.
 template <bool with_bias, class T>
-Vector6<T> link_force(const Model<T>& model, const RandomModel<T>& rm, int k, const Vector6<T>& a) {
+Vector6<T> link_force(const Model<T>& model, const LinkKinematics<T>& kin, int k,
+                      const Vector6<T>& a) {
   const LinkInertia<T>& inertia = model.inertia(k);
   const Vector3<T>& com = model.joint(k).body.com;
   const Vector3<T> alpha = a.template head<3>();
   Vector3<T> a_c = a.template tail<3>() + alpha.cross(com);
   Vector3<T> n = inertia.I_cm * alpha;
   if constexpr (with_bias) {
-    const Vector3<T> w = rm.v[k].template head<3>();
-    a_c += w.cross(Vector3<T>(rm.v[k].template tail<3>() + w.cross(com)));
+    const Vector3<T> w = kin.v[k].template head<3>();
+    a_c += w.cross(Vector3<T>(kin.v[k].template tail<3>() + w.cross(com)));
     n += w.cross(Vector3<T>(inertia.I_cm * w));
   }
   const Vector3<T> f = inertia.M.m * a_c;
@@ -47,30 +48,30 @@ Vector6<T> link_force(const Model<T>& model, const RandomModel<T>& rm, int k, co
 
 // a(k) of the link from its parent's, already in a.
 template <bool with_bias, class T>
-void set_acceleration(const Model<T>& model, const RandomModel<T>& rm, int k, const T& qdd,
+void set_acceleration(const Model<T>& model, const LinkKinematics<T>& kin, int k, const T& qdd,
                       std::vector<Vector6<T>>& a) {
   const int parent = model.parent(k);
   if (parent >= 0)
-    a[k] = rm.phi[k].motion_from_parent(a[parent]);
+    a[k] = kin.phi[k].motion_from_parent(a[parent]);
   else if constexpr (with_bias)
-    a[k] = rm.phi[k].motion_from_parent(base_acceleration(model));
+    a[k] = kin.phi[k].motion_from_parent(base_acceleration(model));
   else
     a[k].setZero();
-  if constexpr (with_bias) a[k] += rm.c[k];
+  if constexpr (with_bias) a[k] += kin.c[k];
   a[k][model.joint(k).axis()] += qdd;
 }
 
 template <bool with_bias, class T, class A>
-void newton_euler(const Model<T>& model, const RandomModel<T>& rm, const A& qdd,
+void newton_euler(const Model<T>& model, const LinkKinematics<T>& kin, const A& qdd,
                   InverseDynamics<T>& ws, Eigen::Ref<VectorX<T>> tau) {
   for (int k = 0; k < model.nv(); ++k) {
-    set_acceleration<with_bias>(model, rm, k, T(qdd[k]), ws.a);
-    ws.z[k] = link_force<with_bias>(model, rm, k, ws.a[k]);
+    set_acceleration<with_bias>(model, kin, k, T(qdd[k]), ws.a);
+    ws.z[k] = link_force<with_bias>(model, kin, k, ws.a[k]);
   }
   for (int k = model.nv() - 1; k >= 0; --k) {
     tau[k] = ws.z[k][model.joint(k).axis()] + model.joint(k).r * qdd[k];
     if (const int parent = model.parent(k); parent >= 0)
-      ws.z[parent] += rm.phi[k].force_to_parent(ws.z[k]);
+      ws.z[parent] += kin.phi[k].force_to_parent(ws.z[k]);
   }
 }
 
@@ -79,24 +80,24 @@ void newton_euler(const Model<T>& model, const RandomModel<T>& rm, const A& qdd,
 // a(k) of every link from qdd (nv values), after set_position and set_velocity. About 40 flops a
 // link.
 template <class T, class A>
-void link_accelerations(const Model<T>& model, const RandomModel<T>& rm, const A& qdd,
+void link_accelerations(const Model<T>& model, const LinkKinematics<T>& kin, const A& qdd,
                         std::vector<Vector6<T>>& a) {
-  for (int k = 0; k < model.nv(); ++k) detail::set_acceleration<true>(model, rm, k, T(qdd[k]), a);
+  for (int k = 0; k < model.nv(); ++k) detail::set_acceleration<true>(model, kin, k, T(qdd[k]), a);
 }
 
 // tau (nv values) from qdd (nv values), after set_position and set_velocity. About 180 flops a
 // link.
 template <class T, class A>
-void inverse_dynamics(const Model<T>& model, const RandomModel<T>& rm, const A& qdd,
+void inverse_dynamics(const Model<T>& model, const LinkKinematics<T>& kin, const A& qdd,
                       InverseDynamics<T>& ws, Eigen::Ref<VectorX<T>> tau) {
-  detail::newton_euler<true>(model, rm, qdd, ws, tau);
+  detail::newton_euler<true>(model, kin, qdd, ws, tau);
 }
 
 // tau = M x (nv values), after set_position. About 130 flops a link.
 template <class T, class A>
-void mass_times(const Model<T>& model, const RandomModel<T>& rm, const A& x, InverseDynamics<T>& ws,
-                Eigen::Ref<VectorX<T>> tau) {
-  detail::newton_euler<false>(model, rm, x, ws, tau);
+void mass_times(const Model<T>& model, const LinkKinematics<T>& kin, const A& x,
+                InverseDynamics<T>& ws, Eigen::Ref<VectorX<T>> tau) {
+  detail::newton_euler<false>(model, kin, x, ws, tau);
 }
 
 }  // namespace kalmarm

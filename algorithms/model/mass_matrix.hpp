@@ -10,7 +10,7 @@
 
 #include <vector>
 
-#include "algorithms/model/random_model.hpp"
+#include "algorithms/model/link_kinematics.hpp"
 
 namespace kalmarm {
 
@@ -23,19 +23,19 @@ struct CompositeInertia {
 
 // r-(k) of every link.
 template <class T>
-void set_composite_inertia(const Model<T>& model, const RandomModel<T>& rm,
+void set_composite_inertia(const Model<T>& model, const LinkKinematics<T>& kin,
                            CompositeInertia<T>& ws) {
   for (int k = 0; k < model.nv(); ++k) ws.r_minus[k] = model.M(k);
   for (int k = model.nv() - 1; k >= 0; --k)
     if (const int parent = model.parent(k); parent >= 0)
-      ws.r_minus[parent] += ws.r_minus[k].to_parent(rm.phi[k]);
+      ws.r_minus[parent] += ws.r_minus[k].to_parent(kin.phi[k]);
 }
 
 // M, both triangles (nv x nv; every entry is written). O(nv x depth) flops, O(nv^2) stores.
 template <class T>
-void mass_matrix(const Model<T>& model, const RandomModel<T>& rm, CompositeInertia<T>& ws,
+void mass_matrix(const Model<T>& model, const LinkKinematics<T>& kin, CompositeInertia<T>& ws,
                  Eigen::Ref<MatrixX<T>> M) {
-  set_composite_inertia(model, rm, ws);
+  set_composite_inertia(model, kin, ws);
   M.setZero();
   for (int k = model.nv() - 1; k >= 0; --k) {
     const Joint<T>& joint = model.joint(k);
@@ -44,7 +44,7 @@ void mass_matrix(const Model<T>& model, const RandomModel<T>& rm, CompositeInert
     Vector6<T> x = ws.r_minus[k] * H;
     M(k, k) = x[joint.axis()] + joint.r;
     for (int m = k; model.parent(m) >= 0;) {
-      x = rm.phi[m].force_to_parent(x);
+      x = kin.phi[m].force_to_parent(x);
       m = model.parent(m);
       M(m, k) = M(k, m) = x[model.joint(m).axis()];
     }

@@ -11,7 +11,7 @@
 #include <cmath>
 #include <vector>
 
-#include "algorithms/model/random_model.hpp"
+#include "algorithms/model/link_kinematics.hpp"
 
 namespace kalmarm {
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <vector>
 
+#include "algorithms/model/link_kinematics.hpp"
 #include "algorithms/model/polar_moment.hpp"
-#include "algorithms/model/random_model.hpp"
 
 namespace kalmarm {
 

@@ -8,7 +8,7 @@
 
 #include <vector>
 
-#include "algorithms/model/random_model.hpp"
+#include "algorithms/model/link_kinematics.hpp"
 
 namespace kalmarm {
 
@@ -28,7 +28,7 @@ struct Site {
 
 // J (6 rows a site x nv) after set_position. About 260 flops a site and link inboard of it.
 template <class T>
-void site_jacobian(const Model<T>& model, const RandomModel<T>& rm,
+void site_jacobian(const Model<T>& model, const LinkKinematics<T>& kin,
                    const std::vector<Site<T>>& sites, Eigen::Ref<MatrixX<T>> J) {
   J.setZero();
   for (int i = 0; i < static_cast<int>(sites.size()); ++i) {
@@ -37,7 +37,7 @@ void site_jacobian(const Model<T>& model, const RandomModel<T>& rm,
       Vector6<T> x = phi.force_to_parent(Vector6<T>(Vector6<T>::Unit(row)));
       for (int k = sites[i].link; k >= 0; k = model.parent(k)) {
         J(6 * i + row, k) = x[model.joint(k).axis()];
-        x = rm.phi[k].force_to_parent(x);
+        x = kin.phi[k].force_to_parent(x);
       }
     }
   }

@@ -121,11 +121,11 @@ template <class T>
 class CompositeSolver final : public Solver<T> {
  public:
   explicit CompositeSolver(const Model<T>& model)
-      : model_(model), rm_(model_), composite_(model_) {}
+      : model_(model), kin_(model_), composite_(model_) {}
 
   void mass(const VectorX<T>& q, MatrixX<T>& M) override {
-    set_position(model_, q, rm_);
-    mass_matrix(model_, rm_, composite_, Eigen::Ref<MatrixX<T>>(M));
+    set_position(model_, q, kin_);
+    mass_matrix(model_, kin_, composite_, Eigen::Ref<MatrixX<T>>(M));
   }
 
   // It factors nothing.
@@ -143,7 +143,7 @@ class CompositeSolver final : public Solver<T> {
   static constexpr Outcome nothing{.status = Outcome::Status::not_finite};
 
   Model<T> model_;
-  RandomModel<T> rm_;
+  LinkKinematics<T> kin_;
   CompositeInertia<T> composite_;
 };
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "algorithms/model/random_model.hpp"
+#include "algorithms/model/link_kinematics.hpp"
 #include "algorithms/study/variant_traits.hpp"
 #include "kalmarm/outcome.hpp"
 

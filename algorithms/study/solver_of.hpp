@@ -14,15 +14,15 @@ namespace kalmarm {
 // The contract of a variant: factor the mass matrix of a state, then use the factors.
 template <class V, class T>
 concept InverseMass = std::constructible_from < typename V::template Workspace<T>,
-const Model<T>& > &&requires(const Model<T>& model, const RandomModel<T>& rm,
+const Model<T>& > &&requires(const Model<T>& model, const LinkKinematics<T>& kin,
                              typename V::template Workspace<T>& ws, const VectorX<T>& tau,
                              VectorX<T>& a, MatrixX<T>& X) {
   { V::name() } -> std::same_as<std::string>;
   { V::equation } -> std::convertible_to<std::string>;
-  { V::factor(model, rm, ws) } -> std::same_as<Outcome>;
-  { V::acceleration(model, rm, tau, ws, a) } -> std::same_as<void>;
-  { V::solve(model, rm, tau, ws, a) } -> std::same_as<void>;
-  { V::inverse(model, rm, ws, X) } -> std::same_as<void>;
+  { V::factor(model, kin, ws) } -> std::same_as<Outcome>;
+  { V::acceleration(model, kin, tau, ws, a) } -> std::same_as<void>;
+  { V::solve(model, kin, tau, ws, a) } -> std::same_as<void>;
+  { V::inverse(model, kin, ws, X) } -> std::same_as<void>;
 };
 
 template <class V, class T>
@@ -30,30 +30,30 @@ requires InverseMass<V, T>
 class SolverOf final : public Solver<T> {
  public:
   explicit SolverOf(const Model<T>& model)
-      : model_(model), rm_(model_), composite_(model_), ws_(model_) {}
+      : model_(model), kin_(model_), composite_(model_), ws_(model_) {}
 
   Outcome acceleration(const VectorX<T>& q, const VectorX<T>& qd, const VectorX<T>& tau,
                        VectorX<T>& a) override {
-    set_position(model_, q, rm_);
-    set_velocity(model_, qd, rm_);
-    Outcome outcome = V::factor(model_, rm_, ws_);
+    set_position(model_, q, kin_);
+    set_velocity(model_, qd, kin_);
+    Outcome outcome = V::factor(model_, kin_, ws_);
     if (!outcome) return outcome;
-    V::acceleration(model_, rm_, tau, ws_, a);
+    V::acceleration(model_, kin_, tau, ws_, a);
     report_refinement(ws_, outcome);
     return check_finite(a, outcome);
   }
 
   Outcome factor(const VectorX<T>& q) override {
-    set_position(model_, q, rm_);
-    return V::factor(model_, rm_, ws_);
+    set_position(model_, q, kin_);
+    return V::factor(model_, kin_, ws_);
   }
 
-  void solve(const VectorX<T>& tau, VectorX<T>& x) override { V::solve(model_, rm_, tau, ws_, x); }
+  void solve(const VectorX<T>& tau, VectorX<T>& x) override { V::solve(model_, kin_, tau, ws_, x); }
 
   Outcome inverse(const VectorX<T>& q, MatrixX<T>& X) override {
     const Outcome outcome = factor(q);
     if (!outcome) return outcome;
-    V::inverse(model_, rm_, ws_, X);
+    V::inverse(model_, kin_, ws_, X);
     return check_finite(X, outcome);
   }
 
@@ -71,8 +71,8 @@ class SolverOf final : public Solver<T> {
   }
 
   void mass(const VectorX<T>& q, MatrixX<T>& M) override {
-    set_position(model_, q, rm_);
-    mass_matrix(model_, rm_, composite_, Eigen::Ref<MatrixX<T>>(M));
+    set_position(model_, q, kin_);
+    mass_matrix(model_, kin_, composite_, Eigen::Ref<MatrixX<T>>(M));
   }
 
   Vector6<T> P_plus_times(int k, const Vector6<T>& x) const override {
@@ -91,7 +91,7 @@ class SolverOf final : public Solver<T> {
   }
 
   Model<T> model_;
-  RandomModel<T> rm_;
+  LinkKinematics<T> kin_;
   CompositeInertia<T> composite_;
   typename V::template Workspace<T> ws_;
 };

@@ -175,13 +175,13 @@ TYPED_TEST(Allocation, ParameterDerivativesAllocateOnlyTheirWorkspaces) {
     const Model<T> model = parameters.template cast<T>();
     const State<T> state = random_state(parameters, 62).template cast<T>();
     const int nv = model.nv();
-    RandomModel<T> rm(model);
-    set_position(model, state.q, rm);
-    set_velocity(model, state.qd, rm);
+    LinkKinematics<T> kin(model);
+    set_position(model, state.q, kin);
+    set_velocity(model, state.qd, kin);
     typename Sequential<Conventional>::template Workspace<T> ws(model);
-    ASSERT_TRUE(factor(model, rm, ws.factors));
+    ASSERT_TRUE(factor(model, kin, ws.factors));
     VectorX<T> a(nv), w(nv);
-    Sequential<Conventional>::acceleration(model, rm, state.tau, ws, a);
+    Sequential<Conventional>::acceleration(model, kin, state.tau, ws, a);
 
     RowMatrixX<T> by_theta(nv, body_parameters * nv), by_r(nv, nv), by_tau(nv, nv);
     RowMatrixX<T> M_by_theta(lower_triangle_size(nv), by_theta.cols());
@@ -197,14 +197,14 @@ TYPED_TEST(Allocation, ParameterDerivativesAllocateOnlyTheirWorkspaces) {
     FactorGradient<T> reverse(model);
     ParameterVector<T> gradient(model);
     const long count = allocations_of([&] {
-      regressor(model, rm, a, regressor_ws, by_theta);
-      acceleration_jacobian(model, rm, ws.factors, a, acceleration_ws, by_theta, by_r, by_tau);
-      innovations(model, rm, ws.factors, a, state.tau, innovation_ws, w);
-      innovation_jacobian(model, rm, ws.factors, a, innovation_ws.sweeps.e, jacobian_ws, by_theta,
+      regressor(model, kin, a, regressor_ws, by_theta);
+      acceleration_jacobian(model, kin, ws.factors, a, acceleration_ws, by_theta, by_r, by_tau);
+      innovations(model, kin, ws.factors, a, state.tau, innovation_ws, w);
+      innovation_jacobian(model, kin, ws.factors, a, innovation_ws.sweeps.e, jacobian_ws, by_theta,
                           by_r, by_tau);
-      mass_jacobian(model, rm, mass_ws, M_by_theta, M_by_r);
-      factor_direction(model, rm, ws.factors, ws.sweeps, a, direction, forward);
-      factor_gradient(model, rm, ws.factors, ws.sweeps, a, adjoint, reverse, gradient);
+      mass_jacobian(model, kin, mass_ws, M_by_theta, M_by_r);
+      factor_direction(model, kin, ws.factors, ws.sweeps, a, direction, forward);
+      factor_gradient(model, kin, ws.factors, ws.sweeps, a, adjoint, reverse, gradient);
     });
     EXPECT_EQ(count, 0);
   }

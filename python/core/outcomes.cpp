@@ -9,7 +9,7 @@ namespace {
 // The layout of the dtype.
 struct Record {
   std::int8_t status;
-  bool near_singular, suspect, widened;
+  bool near_singular, recomputed, widened;
   std::int32_t joint, steps;
   double D, scale, error;
 
@@ -17,7 +17,7 @@ struct Record {
   explicit Record(const Outcome& o)
       : status(static_cast<std::int8_t>(o.status)),
         near_singular(o.near_singular),
-        suspect(o.suspect),
+        recomputed(o.recomputed),
         widened(o.widened),
         joint(o.joint),
         steps(o.steps),
@@ -54,7 +54,7 @@ void bind_outcomes(nb::module_& module) {
   };
   add("status", "i1", offsetof(Record, status));
   add("near_singular", "?", offsetof(Record, near_singular));
-  add("suspect", "?", offsetof(Record, suspect));
+  add("recomputed", "?", offsetof(Record, recomputed));
   add("widened", "?", offsetof(Record, widened));
   add("joint", "i4", offsetof(Record, joint));
   add("steps", "i4", offsetof(Record, steps));

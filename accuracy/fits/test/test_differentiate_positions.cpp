@@ -123,13 +123,13 @@ TEST(DifferentiatePositions, WholeTurnsAndSignsOfQuaternionsDoNotMatter) {
 
 // Root mean squares of M e over the samples, for e of independent N(0, deviation^2).
 VectorX<double> torque_noise(const Model<double>& model, const Samples& samples, double deviation) {
-  RandomModel<double> rm(model);
+  LinkKinematics<double> kin(model);
   CompositeInertia<double> composite(model);
   MatrixX<double> M(model.nv(), model.nv());
   VectorX<double> squares = VectorX<double>::Zero(model.nv());
   for (int i = 0; i < samples.count(); ++i) {
-    set_position(model, samples.q.col(i), rm);
-    mass_matrix(model, rm, composite, Eigen::Ref<MatrixX<double>>(M));
+    set_position(model, samples.q.col(i), kin);
+    mass_matrix(model, kin, composite, Eigen::Ref<MatrixX<double>>(M));
     squares += M.rowwise().squaredNorm();
   }
   return deviation * (squares / samples.count()).cwiseSqrt();

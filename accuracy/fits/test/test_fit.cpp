@@ -54,13 +54,13 @@ Samples motion_of(const Mechanics<double>& robot, int count, std::uint64_t seed 
   Samples out = excite(scene_of(robot.model), options).samples;
   out.tau = torques(robot, out);
   const Model<double>& model = robot.model;
-  RandomModel<double> rm(model);
+  LinkKinematics<double> kin(model);
   CompositeInertia<double> composite(model);
   MatrixX<double> M(model.nv(), model.nv());
   out.mass.resize(lower_triangle_size(model.nv()), count);
   for (int i = 0; i < count; ++i) {
-    set_position(model, out.q.col(i), rm);
-    mass_matrix(model, rm, composite, Eigen::Ref<MatrixX<double>>(M));
+    set_position(model, out.q.col(i), kin);
+    mass_matrix(model, kin, composite, Eigen::Ref<MatrixX<double>>(M));
     for (int row = 0; row < model.nv(); ++row)
       for (int col = 0; col <= row; ++col) out.mass(lower_triangle_row(row, col), i) = M(row, col);
   }
@@ -329,7 +329,7 @@ TEST(Excitation, MotionIsConsistentAndWithinItsLimits) {
   options.candidates = 1;
   const Samples samples = excite(scene, options).samples;
   const double dt = samples.time[1] - samples.time[0];
-  const RandomModel<double> at_rest(model);
+  const LinkKinematics<double> at_rest(model);
   for (const int i : {100, 7000, 15000}) {
     EXPECT_LE(((samples.qd.col(i + 1) - samples.qd.col(i - 1)) / (2 * dt) - samples.qdd.col(i))
                   .cwiseAbs()

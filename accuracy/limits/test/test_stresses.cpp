@@ -24,11 +24,11 @@ std::vector<std::string> names(const std::string& scene) {
 
 // M at q = 0.
 MatrixX<double> mass(const Model<double>& model) {
-  RandomModel<double> rm(model);
+  LinkKinematics<double> kin(model);
   CompositeInertia<double> composite(model);
   MatrixX<double> M(model.nv(), model.nv());
-  set_position(model, VectorX<double>(VectorX<double>::Zero(model.nq())), rm);
-  mass_matrix(model, rm, composite, Eigen::Ref<MatrixX<double>>(M));
+  set_position(model, VectorX<double>(VectorX<double>::Zero(model.nq())), kin);
+  mass_matrix(model, kin, composite, Eigen::Ref<MatrixX<double>>(M));
   return M;
 }
 

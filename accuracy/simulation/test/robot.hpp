@@ -29,11 +29,11 @@ struct Robot {
 
  private:
   Process<T> in_state(const Model<double>& any, double speed) {
-    RandomModel<T> rm(model);
+    LinkKinematics<T> kin(model);
     const VectorX<double> qd = speed * random_state(any, seed).qd;
-    set_position(model, q, rm);
-    set_velocity(model, VectorX<T>(qd.template cast<T>()), rm);
-    return {model, rm};
+    set_position(model, q, kin);
+    set_velocity(model, VectorX<T>(qd.template cast<T>()), kin);
+    return {model, kin};
   }
 
   Covariances<T> gains() {

@@ -70,11 +70,11 @@ std::vector<double> numbers(const Case& c) {
 }
 
 MatrixX<double> mass_matrix_of(const Case& c) {
-  RandomModel<double> rm(c.model);
+  LinkKinematics<double> kin(c.model);
   CompositeInertia<double> ws(c.model);
   MatrixX<double> M(c.model.nv(), c.model.nv());
-  set_position(c.model, c.q, rm);
-  mass_matrix<double>(c.model, rm, ws, M);
+  set_position(c.model, c.q, kin);
+  mass_matrix<double>(c.model, kin, ws, M);
   return M;
 }
 
@@ -306,10 +306,10 @@ double turned_by(const Eigen::Quaternion<double>& q) {
 }
 
 double angle_from_lock(const Case& c) {  // between axes 6 and 8
-  RandomModel<double> rm(c.model);
-  set_position(c.model, c.q, rm);
-  const Vec3 axis = rm.phi[6].R * rm.phi[7].R.col(2);
-  EXPECT_TRUE(rm.phi[6].p.isZero(0) && rm.phi[7].p.isZero(0));
+  LinkKinematics<double> kin(c.model);
+  set_position(c.model, c.q, kin);
+  const Vec3 axis = kin.phi[6].R * kin.phi[7].R.col(2);
+  EXPECT_TRUE(kin.phi[6].p.isZero(0) && kin.phi[7].p.isZero(0));
   return std::atan2(axis.head<2>().norm(), axis[2]);
 }
 

@@ -295,9 +295,9 @@ TEST(Enclosure, FactorsOfLongChainsLieInTheirBalls) {
     const Digits digits(20);
     const BallDigits centres;
     const Model<Ball> exact = model.cast<Ball>();
-    RandomModel<Ball> rm(exact);
-    set_position(exact, VectorX<Ball>(state.q.cast<Ball>()), rm);
-    factors = factor_balls(exact, rm);
+    LinkKinematics<Ball> kin(exact);
+    set_position(exact, VectorX<Ball>(state.q.cast<Ball>()), kin);
+    factors = factor_balls(exact, kin);
     ASSERT_TRUE(factors);
   }
   const Digits digits(200);
@@ -329,9 +329,9 @@ TEST(Enclosure, WidthsDoNotGrowExponentiallyWithLength) {
     radii += radius(entry);
   }
   EXPECT_LT(bound_of(radii / size), 1e-30);
-  RandomModel<Ball> rm(exact);
-  set_position(exact, q, rm);
-  const auto factors = factor_balls(exact, rm);
+  LinkKinematics<Ball> kin(exact);
+  set_position(exact, q, kin);
+  const auto factors = factor_balls(exact, kin);
   ASSERT_TRUE(factors);
   for (const Ball& D : factors->D) EXPECT_LT(bound_of(radius(D) / D), 1e-30);
 }

@@ -112,10 +112,10 @@ Spread spread(const Plan& plan, const State& state) {
   for (const Part& part : plan.parts) {
     const Model<double>& model = part.reduction.model;
     const VectorX<double> q = state.q(part.reduction.q_whole);
-    RandomModel<double> rm(model);
+    LinkKinematics<double> kin(model);
     CompositeInertia<double> composite(model);
-    set_position(model, q, rm);
-    set_composite_inertia(model, rm, composite);
+    set_position(model, q, kin);
+    set_composite_inertia(model, kin, composite);
     VectorX<double> D(model.nv());
     MatrixX<double> g(6, model.nv());
     EXPECT_TRUE(make_solver<double>("Sequential<ArrayMGS>", model)->factors(q, D, g));

@@ -116,7 +116,7 @@ class CertifiedSweep {
   BoundedSolve<T> solve_;
   TwiceResidual<T> residual_;
   Refiner<T> refiner_;
-  CovarianceForm::Second<S> second_;
+  CovarianceForm::SecondLook<S> second_;
   ForceNoise<T> forces_;
 };
 
@@ -136,17 +136,17 @@ bool all_finite(std::ptrdiff_t count, const S* x) {
 
 // What answers where the sweep's own factors do not do.
 template <class S>
-class CarefulAcceleration;
+class LastResortAcceleration;
 
 template <>
-class CarefulAcceleration<double> {
+class LastResortAcceleration<double> {
  public:
-  explicit CarefulAcceleration(const CertifiedModels<double>& models) : wide_(models.robot) {}
+  explicit LastResortAcceleration(const CertifiedModels<double>& models) : wide_(models.robot) {}
 
   Outcome acceleration(const CertifiedModels<double>&, const double* q, const double* qd,
                        const double* tau, double* a) {
     Outcome out = wide_.acceleration(q, qd, tau, a);
-    out.suspect = static_cast<bool>(out);
+    out.recomputed = static_cast<bool>(out);
     return out;
   }
 
@@ -158,7 +158,7 @@ template <class S>
 class CertifiedAcceleration {
  public:
   explicit CertifiedAcceleration(const CertifiedModels<S>& models)
-      : sweep_(models), careful_(models) {}
+      : sweep_(models), last_resort_(models) {}
 
   // a (nv).
   Outcome acceleration(const CertifiedModels<S>& models, const S* q, const S* qd, const S* tau,
@@ -166,26 +166,27 @@ class CertifiedAcceleration {
     Verdict refined;
     sweep_.acceleration(models, q, qd, tau, 1, a, &refined);
     return refined.settled && sweep_.trusted(models, q) ? outcome_of(refined)
-                                                        : careful(models, q, qd, tau, a);
+                                                        : last_resort(models, q, qd, tau, a);
   }
 
   // The same without the sweep.
-  Outcome careful(const CertifiedModels<S>& models, const S* q, const S* qd, const S* tau, S* a) {
+  Outcome last_resort(const CertifiedModels<S>& models, const S* q, const S* qd, const S* tau,
+                      S* a) {
     const int nq = models.lowered.nq(), nv = models.lowered.nv();
     if (!all_finite(nq, q) || !all_finite(nv, qd) || !all_finite(nv, tau))
       return {.status = Outcome::Status::not_finite};
-    return careful_.acceleration(models, q, qd, tau, a);
+    return last_resort_.acceleration(models, q, qd, tau, a);
   }
 
  private:
   CertifiedSweep<S> sweep_;
-  CarefulAcceleration<S> careful_;
+  LastResortAcceleration<S> last_resort_;
 };
 
 template <>
-class CarefulAcceleration<float> {
+class LastResortAcceleration<float> {
  public:
-  explicit CarefulAcceleration(const CertifiedModels<float>& models)
+  explicit LastResortAcceleration(const CertifiedModels<float>& models)
       : models_(models.twice, model_of(models.robot)),
         wide_(models_),
         q_(models.lowered.nq()),
@@ -201,7 +202,7 @@ class CarefulAcceleration<float> {
     std::copy_n(tau, nv, tau_.data());
     Outcome out = wide_.acceleration(models_, q_.data(), qd_.data(), tau_.data(), a_.data());
     if (!out) return out;
-    out.suspect = true;
+    out.recomputed = true;
     double lost = 0, size = 0;
     for (std::size_t k = 0; k < nv; ++k) {
       a[k] = static_cast<float>(a_[k]);

@@ -37,7 +37,7 @@ CertifiedAnswer<S>::~CertifiedAnswer() = default;
 namespace {
 
 Outcome suspect(Outcome out) {
-  out.suspect = static_cast<bool>(out);
+  out.recomputed = static_cast<bool>(out);
   return out;
 }
 

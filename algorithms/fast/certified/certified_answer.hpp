@@ -1,6 +1,6 @@
 // The certified form's answers to a state of which a kernel's own numbers do not say that its answer
 // can be used. A warning or a refusal is then the certified form's, and Outcome::error its estimate;
-// Outcome::suspect is set.
+// Outcome::recomputed is set.
 #pragma once
 
 #include <memory>

@@ -1,6 +1,6 @@
 // The certified form of the fast path behind an Outcome: every answer comes with its error, by the
 // residual in twice the precision (certified_acceleration.hpp, certified_factors.hpp).
-// Outcome::error says how wrong it is, relatively; Outcome::suspect, that the conventional form's own
+// Outcome::error says how wrong it is, relatively; Outcome::recomputed, that the conventional form's own
 // factors did not do.
 //
 // In float, forward dynamics is the sweep in float with its residual in double, M^-1 has its factors
@@ -45,7 +45,7 @@ class CertifiedEngine final : public CommonEngine<S> {
     w.rows.for_each(
         models_.lowered, count, q, qd, tau, a, [&](int first, int states, const auto& store) {
           Verdict refined[RowBlock<S>::lanes];
-          w.sweep.acceleration(models_, w.rows.q.data(), w.rows.qd.data(), w.rows.third.data(),
+          w.sweep.acceleration(models_, w.rows.q.data(), w.rows.qd.data(), w.rows.tau_or_qdd.data(),
                                states, w.rows.out.data(), refined);
           store();
           for (int lane = 0; lane < states; ++lane) {
@@ -53,7 +53,7 @@ class CertifiedEngine final : public CommonEngine<S> {
             outcomes[i] =
                 refined[lane].settled && w.sweep.trusted(models_, q + i * nq, lane)
                     ? outcome_of(refined[lane])
-                    : w.one.careful(models_, q + i * nq, qd + i * nv, tau + i * nv, a + i * nv);
+                    : w.one.last_resort(models_, q + i * nq, qd + i * nv, tau + i * nv, a + i * nv);
             failed += !outcomes[i];
           }
         });

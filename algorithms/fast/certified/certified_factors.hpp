@@ -136,7 +136,7 @@ class CertifiedFactors {
   }
 
   static Outcome suspect(Outcome out) {
-    out.suspect = static_cast<bool>(out);
+    out.recomputed = static_cast<bool>(out);
     return out;
   }
 
@@ -159,7 +159,7 @@ class CertifiedFactors {
   FastFactors<double> factors_;
   Probes<detail::Carrier> probes_;
   TwiceResidual<double> residual_;  // of the factors that are kept
-  CovarianceForm::Second<double> second_;
+  CovarianceForm::SecondLook<double> second_;
   Refiner<double> refiner_;
   BoundedSolve<double> bounded_;
   WideFactors wide_;

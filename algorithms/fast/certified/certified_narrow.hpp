@@ -65,7 +65,7 @@ class CertifiedNarrowInverse {
   Probes<detail::SameCarrier> probes_;
   FastFactors<float> narrow_;
   InverseColumns<float> inverse_;
-  CovarianceForm::Second<double> second_;
+  CovarianceForm::SecondLook<double> second_;
   std::vector<double> q_;
 };
 

@@ -97,7 +97,7 @@ KALMARM_INLINE T gain(const Sixfold<G>& g, const G& kept, const T& tau, Sixfold<
 template <class T, class S, class G>
 KALMARM_INLINE T smooth(const LoweredLink<S>& link, const Sixfold<G>& g, const T& e_plus,
                         Sixfold<T>& l) {
-  const bool exact = !link.noise;
+  const bool exact = !link.has_noise;
   T a;
   if (link.slides) {
     const T rest = ((e_plus - g.x * l.x - g.y * l.y) - g.z * l.z) - (g.u * l.u + g.v * l.v);
@@ -278,12 +278,12 @@ KALMARM_NOINLINE KALMARM_SWEEP void filter_links(const LoweredModel<S>& model, c
     const LoweredLink<S>& link = model.link(k);
     gather(model, k, carried, ws, P, pending, z, policy);
     if (link.slides) {
-      if (link.noise)
+      if (link.has_noise)
         cross<true, true, false>(model, k, ws, P, pending, z, policy);
       else
         cross<true, false, false>(model, k, ws, P, pending, z, policy);
     } else {
-      if (link.noise)
+      if (link.has_noise)
         cross_hinge<true>(model, k, ws, P, pending, z, policy);
       else
         cross_hinge<false>(model, k, ws, P, pending, z, policy);

@@ -80,8 +80,8 @@ KALMARM_INLINE T motion_noise(const LoweredLink<S>& link, const Sixfold<T>& g, c
   const auto square = [](const T& x) KALMARM_INLINE_LAMBDA { return x * x; };
   const T turned = square(g.x * l.x) + square(g.y * l.y);
   const T moved = square(g.u * l.u) + square(g.v * l.v);
-  const T own = link.slides ? T(square(g.z * l.z) + square(link.noise ? T(g.w * l.w) : l.w))
-                            : T(square(g.w * l.w) + square(link.noise ? T(g.z * l.z) : l.z));
+  const T own = link.slides ? T(square(g.z * l.z) + square(link.has_noise ? T(g.w * l.w) : l.w))
+                            : T(square(g.w * l.w) + square(link.has_noise ? T(g.z * l.z) : l.z));
   return (square(e_plus) + (turned + moved + own)) / inverse_D;
 }
 
@@ -156,7 +156,7 @@ class ForceNoise {
 
   // Of g, whose own component is 1 where there is no joint noise, and may then not be stored.
   static Traces sizes(const LoweredLink<S>& link, const Sixfold<T>& g) {
-    const T one = T(S(1)), own = link.slides ? g.w : g.z, h = link.noise ? T(own * own) : one;
+    const T one = T(S(1)), own = link.slides ? g.w : g.z, h = link.has_noise ? T(own * own) : one;
     return {g.x * g.x + g.y * g.y + (link.slides ? T(g.z * g.z) : h),
             g.u * g.u + g.v * g.v + (link.slides ? h : T(g.w * g.w))};
   }

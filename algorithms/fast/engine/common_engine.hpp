@@ -20,22 +20,22 @@ struct RowBlock {
   using P = StateLanes<S>;
   static constexpr int lanes = Lanes<P>::count;
 
-  std::vector<P> q, qd, third, out;
+  std::vector<P> q, qd, tau_or_qdd, out;
 
   explicit RowBlock(const LoweredModel<S>& model)
-      : q(model.nq()), qd(model.nv()), third(model.nv()), out(model.nv()) {}
+      : q(model.nq()), qd(model.nv()), tau_or_qdd(model.nv()), out(model.nv()) {}
 
   // f(first, states) of every block of rows, which `out` then has the answers to.
   template <class F>
   void for_each(const LoweredModel<S>& model, int count, const S* q_rows, const S* qd_rows,
-                const S* third_rows, S* out_rows, const F& f) {
+                const S* tau_or_qdd_rows, S* out_rows, const F& f) {
     const int nq = model.nq(), nv = model.nv();
     for (int first = 0; first < count; first += lanes) {
       const int left = count - first, states = std::min(lanes, left);
       const std::ptrdiff_t i = first;
       to_lanes(q_rows + i * nq, nq, states, left, q);
       to_lanes(qd_rows + i * nv, nv, states, left, qd);
-      to_lanes(third_rows + i * nv, nv, states, left, third);
+      to_lanes(tau_or_qdd_rows + i * nv, nv, states, left, tau_or_qdd);
       f(first, states, [&] { from_lanes(out, nv, states, out_rows + i * nv); });
     }
   }
@@ -62,7 +62,7 @@ class CommonEngine : public Engine<S> {
     if (options.wants(Want::inverse_dynamics)) inverse_dynamics_.emplace(lowered_);
     if (!options.wants(Want::derivatives)) return;
     derivatives_.emplace(lowered_);
-    if (lowered_.loses()) bound_.emplace(lowered_);
+    if (lowered_.may_lose_D()) bound_.emplace(lowered_);
   }
 
   bool answers_in_part() const final { return true; }
@@ -76,7 +76,7 @@ class CommonEngine : public Engine<S> {
                         S* tau) final {
     Worker& w = workers_[worker];
     w.rows.for_each(lowered_, count, q, qd, qdd, tau, [&](int, int, const auto& store) {
-      fast_inverse_dynamics(lowered_, w.rows.q.data(), w.rows.qd.data(), w.rows.third.data(),
+      fast_inverse_dynamics(lowered_, w.rows.q.data(), w.rows.qd.data(), w.rows.tau_or_qdd.data(),
                             w.workspace, w.rows.out.data());
       store();
     });

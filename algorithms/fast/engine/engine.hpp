@@ -51,10 +51,10 @@ class Engine {
 inline Outcome worse(const Outcome& a, const Outcome& b) {
   if (!a) return a;
   if (!b) return b;
-  const auto rank = [](const Outcome& one) { return one.warns() ? 2 : one.suspect ? 1 : 0; };
+  const auto rank = [](const Outcome& one) { return one.warns() ? 2 : one.recomputed ? 1 : 0; };
   Outcome out = rank(b) > rank(a) ? b : a;
   out.error = std::fmax(a.error, b.error);  // NaN: there is none
-  out.suspect = a.suspect || b.suspect;
+  out.recomputed = a.recomputed || b.recomputed;
   return out;
 }
 

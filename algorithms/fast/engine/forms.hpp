@@ -49,8 +49,8 @@ struct CovarianceForm {
 
   // Whether a D whose margin is positive may yet count in the error of an acceleration.
   template <class S>
-  static bool loses(const LoweredModel<S>& model) {
-    return model.loses();
+  static bool may_lose_D(const LoweredModel<S>& model) {
+    return model.may_lose_D();
   }
 
   // D and g at q alone.
@@ -65,10 +65,10 @@ struct CovarianceForm {
 
   // A second look at a suspect.
   template <class S>
-  struct Second {
+  struct SecondLook {
     RoundingBound<S> bound;
 
-    explicit Second(const LoweredModel<S>& model) : bound(model) {}
+    explicit SecondLook(const LoweredModel<S>& model) : bound(model) {}
 
     // How wrong a D can be, relatively.
     template <class Swept>
@@ -97,7 +97,7 @@ struct SquareRootForm {
 
   // Rows lose about u^2 where P loses u.
   template <class S>
-  static bool loses(const LoweredModel<S>&) {
+  static bool may_lose_D(const LoweredModel<S>&) {
     return false;
   }
 
@@ -117,11 +117,11 @@ struct SquareRootForm {
   // float32 it catches long chains. P of the other form tells them from singular ones, for less than
   // the certified form takes. The two have to agree on every D: rows of least weight would show there.
   template <class S>
-  struct Second {
+  struct SecondLook {
     FastFactors<S> factors;
     RoundingBound<S> bound;
 
-    explicit Second(const LoweredModel<S>& model) : factors(model), bound(model) {}
+    explicit SecondLook(const LoweredModel<S>& model) : factors(model), bound(model) {}
 
     // How wrong a D can be, relatively. swept: where the rows have left 1 / D.
     template <class Swept>

@@ -56,7 +56,7 @@ class SpatialEngine final : public CommonEngine<S> {
     int failed = 0;
     std::fill_n(outcomes, count, Outcome{});
     w.rows.for_each(lowered(), count, q, qd, tau, a, [&](int first, int states, const auto& store) {
-      F::acceleration(lowered(), w.rows.q.data(), w.rows.qd.data(), w.rows.third.data(),
+      F::acceleration(lowered(), w.rows.q.data(), w.rows.qd.data(), w.rows.tau_or_qdd.data(),
                       w.workspace, w.rows.out.data());
       store();
       const auto& swept = w.workspace;
@@ -78,14 +78,14 @@ class SpatialEngine final : public CommonEngine<S> {
   Outcome inverse(const S* q, S* X) override {
     set_factors(q);
     const S check = inverse_->fill(lowered(), *factors_, X);
-    return suspects(q, check) ? guard_->certified().inverse(q, X) : Outcome{};
+    return may_be_wrong(q, check) ? guard_->certified().inverse(q, X) : Outcome{};
   }
 
   Outcome factor(const S* q) override {
     set_factors(q);
     S check = S(0);
     for (const auto& at : factors_->links) check += at.inverse_D * S(0);
-    by_certified_ = suspects(q, check);
+    by_certified_ = may_be_wrong(q, check);
     return by_certified_ ? guard_->certified().factor(q) : Outcome{};
   }
 
@@ -98,19 +98,19 @@ class SpatialEngine final : public CommonEngine<S> {
   Outcome diagonal(const S* q, S* x) override {
     set_factors(q);
     const S check = diagonal_->fill(lowered(), *factors_, x);
-    return suspects(q, check) ? guard_->certified().diagonal(q, x) : Outcome{};
+    return may_be_wrong(q, check) ? guard_->certified().diagonal(q, x) : Outcome{};
   }
 
   Outcome log_det(const S* q, S& x) override {
     set_factors(q);
     x = kalmarm::log_det(*factors_);
-    return suspects(q, S(x * S(0))) ? guard_->certified().log_det(q, x) : Outcome{};
+    return may_be_wrong(q, S(x * S(0))) ? guard_->certified().log_det(q, x) : Outcome{};
   }
 
   Outcome selected(const S* q, S* X) override {
     set_factors(q);
     const S check = selected_.fill(lowered(), *factors_, X);
-    return suspects(q, check) ? guard_->certified().selected(q, X) : Outcome{};
+    return may_be_wrong(q, check) ? guard_->certified().selected(q, X) : Outcome{};
   }
 
   // By the covariance form, whatever F is. The certified form has no derivatives: it says whether M
@@ -140,8 +140,8 @@ class SpatialEngine final : public CommonEngine<S> {
   };
 
   void set_factors(const S* q) { factoring_->factor(lowered(), q, *factors_); }
-  bool suspects(const S* q, const S& check) {
-    return guard_->suspects(lowered(), q, *factors_, check);
+  bool may_be_wrong(const S* q, const S& check) {
+    return guard_->may_be_wrong(lowered(), q, *factors_, check);
   }
 
   RobotModel robot_;

@@ -121,7 +121,7 @@ KALMARM_INLINE T gain(const LoweredModel<S>& model, int k, const Link& at, const
                       Sixfold<T>& z) {
   const LoweredLink<S>& link = model.link(k);
   const auto& none = at.inverse_D;
-  if (!link.noise)
+  if (!link.has_noise)
     return link.slides ? gain<true, false>(at.g, none, tau, z)
                        : gain<false, false>(at.g, none, tau, z);
   const auto kept = none * model.body(k).r;

@@ -146,7 +146,7 @@ class LimbsInLanes {
         const LoweredLink<S>& link = model.link(k);
         taken_[k] = 1;
         level.link[lane] = k;
-        level.noise |= link.noise;
+        level.noise |= link.has_noise;
         level.turned |= link.turned;
         level.has_y |= link.p[1] != S(0);
         level.has_z |= link.p[2] != S(0);

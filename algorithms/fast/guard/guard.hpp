@@ -37,7 +37,7 @@ class Guard {
         least_(S(least_beside_gravity * least_beside_gravity) * squares_of(robot.gravity)),
         least_size_(least_ * square(mean_root(lowered.least_inertias()))),
         weight_(weight(robot)),
-        loses_(F::loses(lowered)),
+        loses_(F::may_lose_D(lowered)),
         own_(lowered),
         a_(lowered.nv()),
         certified_(robot, lowered, options, F::at_rest) {}
@@ -84,8 +84,8 @@ class Guard {
 
   // Of factors, from what the sweeps have left of a state q.
   template <class Swept, class T>
-  bool suspects(const LoweredModel<S>& lowered, const S* q, const Swept& swept, const T& check,
-                int lane = 0) {
+  bool may_be_wrong(const LoweredModel<S>& lowered, const S* q, const Swept& swept, const T& check,
+                    int lane = 0) {
     if (detail::number(check, lane) != S(0)) return true;
     if (detail::number(swept.margin, lane) > S(0)) return false;
     return !(second_.error_of_D(lowered, q, swept, lane) < error_of_D_let_pass<S>);
@@ -161,7 +161,7 @@ class Guard {
     return S(mass) * squares_of(robot.gravity);
   }
 
-  typename F::template Second<S> second_;
+  typename F::template SecondLook<S> second_;
   ForceNoise<S> forces_;
   static constexpr double answer_anew = std::numeric_limits<double>::quiet_NaN();
 

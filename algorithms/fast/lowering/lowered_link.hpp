@@ -80,7 +80,8 @@ struct LoweredLink {
   Kind kind = Kind::screws;
   Tilt tilt = Tilt::any;
   int parent = -1;
-  bool slides = false, noise = false, massless = false, hangs_on_previous = false, turned = false;
+  bool slides = false, has_noise = false, massless = false, hangs_on_previous = false,
+       turned = false;
   bool aligned = false;       // at a hinge: theta = 0, p = (a, b, 0)
   bool light_parent = false;  // beside what it carries here: square_root_parent.hpp
   int branch = -1;  // index of its sum over children other than k + 1 in a workspace; else -1

@@ -48,7 +48,7 @@ class LoweredModel {
   const HingeAngles<S>& hinges() const { return hinges_; }
   const std::vector<LinkRun>& runs() const { return runs_; }
   // Whether rounding can matter to a D in some position (rounding_weights.hpp).
-  bool loses() const {
+  bool may_lose_D() const {
     return std::any_of(bodies_.begin(), bodies_.end(),
                        [](const LoweredBody<S>& body) { return body.weights.tested; });
   }
@@ -111,7 +111,7 @@ class LoweredModel {
   bool is_one_joint(int k) const {
     for (int i = k; i < k + 3; ++i) {
       const LoweredLink<S>& link = links_[i];
-      if (link.noise || (i > k && link.coordinate != Coordinate::follower)) return false;
+      if (link.has_noise || (i > k && link.coordinate != Coordinate::follower)) return false;
       if (i < k + 2 && (!link.massless || link.branch >= 0)) return false;
     }
     return true;
@@ -212,7 +212,7 @@ void LoweredModel<S>::set_link(const Model<W>& model, const detail::LinkFrame<W>
   link.coordinate = joint.coordinate;
   link.q_index = joint.q_index;
   body.r = S(joint.r);
-  link.noise = body.r != S(0);
+  link.has_noise = body.r != S(0);
   link.hangs_on_previous = joint.parent >= 0 && joint.parent == k - 1;
   if (joint.parent >= 0 && !link.hangs_on_previous && links_[joint.parent].branch < 0)
     links_[joint.parent].branch = branch_count_++;

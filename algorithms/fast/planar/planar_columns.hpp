@@ -46,11 +46,11 @@ KALMARM_INLINE T gain(const PlanarWorkspace<S>& ws, const PlanarLink<S>& link, i
   const S kept = link.r * ws.links[k].inverse_D;
   if (!link.slides) {
     const T own = link.sign * tau;
-    return link.noise ? gain_turn<true>(g, kept, own, z) : gain_turn<false>(g, kept, own, z);
+    return link.has_noise ? gain_turn<true>(g, kept, own, z) : gain_turn<false>(g, kept, own, z);
   }
   const S ux = ws.apart[link.apart].ux, uy = ws.apart[link.apart].uy;
-  return link.noise ? gain_slide<true>(ux, uy, g, kept, tau, z)
-                    : gain_slide<false>(ux, uy, g, kept, tau, z);
+  return link.has_noise ? gain_slide<true>(ux, uy, g, kept, tau, z)
+                        : gain_slide<false>(ux, uy, g, kept, tau, z);
 }
 
 // phi z+.
@@ -123,7 +123,7 @@ template <class T>
 KALMARM_INLINE T diagonal_at_turn(const PlanarLink<T>& link,
                                   const typename PlanarWorkspace<T>::Link& at,
                                   PlanarCovariance<T>& L) {
-  const T gn = link.noise ? at.g.n : T(1);
+  const T gn = link.has_noise ? at.g.n : T(1);
   const T yn = L.n * gn + L.x * at.g.x + L.y * at.g.y;
   const T yx = L.x * gn + L.xx * at.g.x + L.xy * at.g.y;
   const T yy = L.y * gn + L.xy * at.g.x + L.yy * at.g.y;
@@ -138,7 +138,7 @@ template <class T>
 KALMARM_INLINE T diagonal_at_slide(const PlanarLink<T>& link, const T& ux, const T& uy,
                                    const typename PlanarWorkspace<T>::Link& at,
                                    PlanarCovariance<T>& L) {
-  const T gu = link.noise ? at.g.x : T(1);
+  const T gu = link.has_noise ? at.g.x : T(1);
   const T gx = gu * ux - at.g.y * uy, gy = gu * uy + at.g.y * ux;
   const T yn = L.n * at.g.n + L.x * gx + L.y * gy;
   const T yx = L.x * at.g.n + L.xx * gx + L.xy * gy;

@@ -67,7 +67,7 @@ class PlanarEngine final : public CommonEngine<T> {
   }
 
   Outcome factor(const T* q) override {
-    by_certified_ = suspects_factors(q);
+    by_certified_ = factors_may_be_wrong(q);
     if (!by_certified_) return {};
     const Outcome out = verdict(q);
     return out ? guard_->certified().factor(q) : out;
@@ -113,13 +113,13 @@ class PlanarEngine final : public CommonEngine<T> {
         for (int i = 0; i < along_factors_.nv(); ++i)
           X(along_.dofs[i], along_.dofs[j]) = along_factors_.inverse()(i, j);
     }
-    if (!suspects(check)) return {};
+    if (!may_be_wrong(check)) return {};
     const Outcome out = verdict(q);
     return out ? guard_->certified().inverse(q, result) : out;
   }
 
   Outcome diagonal(const T* q, T* x) override {
-    if (suspects_factors(q)) {
+    if (factors_may_be_wrong(q)) {
       const Outcome out = verdict(q);
       return out ? guard_->certified().diagonal(q, x) : out;
     }
@@ -132,7 +132,7 @@ class PlanarEngine final : public CommonEngine<T> {
 
   Outcome log_det(const T* q, T& x) override {
     using std::log;
-    if (suspects_factors(q)) {
+    if (factors_may_be_wrong(q)) {
       const Outcome out = verdict(q);
       return out ? guard_->certified().log_det(q, x) : out;
     }
@@ -142,7 +142,7 @@ class PlanarEngine final : public CommonEngine<T> {
   }
 
   Outcome selected(const T* q, T* X) override {
-    if (suspects_factors(q)) {
+    if (factors_may_be_wrong(q)) {
       const Outcome out = verdict(q);
       return out ? guard_->certified().selected(q, X) : out;
     }
@@ -241,16 +241,16 @@ class PlanarEngine final : public CommonEngine<T> {
 
   // No second look: that is at the roundings of frames on the axes, where much is zero exactly that is
   // rounded here.
-  bool suspects(const T& check) const {
+  bool may_be_wrong(const T& check) const {
     return along_factors_.suspect() || check != T(0) || !(ws_.margin > T(0));
   }
 
   // Of the factors at q, which are made.
-  bool suspects_factors(const T* q) {
+  bool factors_may_be_wrong(const T* q) {
     planar_factor(model_, q, ws_);
     T check = T(0);
     for (const auto& at : ws_.links) check += at.inverse_D * T(0);
-    return suspects(check);
+    return may_be_wrong(check);
   }
 
   // M^-1 of the DoF in the plane, column-major, without subnormal entries (factors/inverse.hpp).
@@ -290,7 +290,7 @@ class PlanarEngine final : public CommonEngine<T> {
   MatrixX<T> in_plane_;
   PlanarSelection<T> selection_;
   bool by_certified_ = false;  // the factors that are kept
-  RandomModel<T> placed_;      // these two for the verdict
+  LinkKinematics<T> placed_;   // these two for the verdict
   RoundingScale<T> scale_;
   std::optional<Guard<T, CovarianceForm>> guard_;
   EngineOptions rows_;  // of further workers, who answer rows alone

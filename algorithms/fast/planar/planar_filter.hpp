@@ -134,11 +134,11 @@ KALMARM_SWEEP void filter(const PlanarModel<T>& model, const T* tau, PlanarWorks
       cross<forces, slides, noise>(link, step, there, force, ws, k, P, z, pending, margin);
     };
     if (link.slides)
-      link.noise ? across.template operator()<true, true>()
-                 : across.template operator()<true, false>();
+      link.has_noise ? across.template operator()<true, true>()
+                     : across.template operator()<true, false>();
     else
-      link.noise ? across.template operator()<false, true>()
-                 : across.template operator()<false, false>();
+      link.has_noise ? across.template operator()<false, true>()
+                     : across.template operator()<false, false>();
     if (link.parent < 0 || carried) continue;
     auto& branch = ws.branches[model.link(link.parent).branch];
     add(branch.P, P);
@@ -166,10 +166,11 @@ KALMARM_INLINE T squares_of_terms(const PlanarWorkspace<T>& ws, const PlanarLink
   const auto square = [](const T& x) KALMARM_INLINE_LAMBDA { return x * x; };
   const T x = l.x + step.tx * l.n, y = l.y + step.ty * l.n;
   if (!link.slides)
-    return square(link.noise ? T(g.n * l.n) : l.n) + (square(g.x * x) + square(g.y * y));
+    return square(link.has_noise ? T(g.n * l.n) : l.n) + (square(g.x * x) + square(g.y * y));
   const auto& apart = ws.apart[link.apart];
   const T along = apart.ux * x + apart.uy * y, aside = apart.ux * y - apart.uy * x;
-  return square(g.n * l.n) + (square(link.noise ? T(g.x * along) : along) + square(g.y * aside));
+  return square(g.n * l.n) +
+         (square(link.has_noise ? T(g.x * along) : along) + square(g.y * aside));
 }
 
 // l and a of every link, |a|^2 and E.

@@ -125,7 +125,7 @@ KALMARM_INLINE T smooth_turn(const PlanarLink<G>& link, const Planar<G>& g,
   const G gt = g.x * step.tx + g.y * step.ty;
   l.x += step.tx * before;
   l.y += step.ty * before;
-  if (link.noise) {
+  if (link.has_noise) {
     const T a = rest - (gt + g.n) * before;
     l.n += a;
     return link.sign * a;
@@ -142,7 +142,7 @@ KALMARM_INLINE T smooth_slide(const PlanarLink<G>& link, const G& ux, const G& u
   l.y += step.ty * l.n;
   const T along = ux * l.x + uy * l.y, aside = ux * l.y - uy * l.x;
   const T rest = e_plus - g.n * l.n - g.y * aside;
-  const T a = link.noise ? T(rest - g.x * along) : T(rest - along);
+  const T a = link.has_noise ? T(rest - g.x * along) : T(rest - along);
   l.x += ux * a;
   l.y += uy * a;
   return a;

@@ -42,7 +42,7 @@ template <class T>
 struct PlanarLink {
   int parent = -1;  // link in the plane on the inboard side; -1: the fixed base
   int dof = 0, q_index = 0;
-  bool slides = false, noise = false, hangs_on_previous = false;
+  bool slides = false, has_noise = false, hangs_on_previous = false;
   int branch = -1;  // index of its sum over children other than k + 1 in the workspace; else -1
   int apart = -1;   // in the workspace, of a slide, or of a link on a branch; else -1
   T sign = T(1);    // of a hinge's axis along n
@@ -132,7 +132,7 @@ class PlanarModel {
     link.slides = joint.slides;
     link.ref = T(joint.ref);
     link.r = T(joint.r);
-    link.noise = joint.r != W(0);
+    link.has_noise = joint.r != W(0);
     link.hangs_on_previous = parent >= 0 && parent == k - 1;
     if (parent >= 0 && !link.hangs_on_previous && links_[parent].branch < 0)
       links_[parent].branch = branch_count_++;

@@ -96,7 +96,7 @@ class TranslationalEngine final : public CommonEngine<T> {
     if (this->terms().check != T(0)) return {.status = Outcome::Status::not_finite};
     if (!own_.factors.suspect()) return {};
     Outcome out;
-    out.suspect = true;
+    out.recomputed = true;
     return of_derivatives(out, loss_);
   }
 

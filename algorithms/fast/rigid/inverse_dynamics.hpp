@@ -334,7 +334,7 @@ KALMARM_SWEEP void sum_forces(const LoweredModel<S>& model, const T* qdd,
     normalise(z.x, z.y, z.z);
     normalise(z.u, z.v, z.w);
     tau[k] = link.slides ? z.w : z.z;
-    if (link.noise) tau[k] += model.body(k).r * qdd[k];
+    if (link.has_noise) tau[k] += model.body(k).r * qdd[k];
     carried = link.hangs_on_previous;
     if (link.parent < 0) continue;
     force_to_parent(model, link, ws, at.d, z);

@@ -198,15 +198,15 @@ KALMARM_SWEEP void filter(const LoweredModel<S>& model, const T* tau, SquareRoot
       const int index = link.parent < 0 ? -1 : model.link(link.parent).branch;
       const bool aligned =
           link.aligned && !link.light_parent && !(index >= 0 && ws.sums[index].begun);
-      if (aligned && link.noise)
+      if (aligned && link.has_noise)
         cross_aligned<true>(model, k, tau[k], ws, at);
       else if (aligned)
         cross_aligned<false>(model, k, tau[k], ws, at);
-      else if (link.slides && link.noise)
+      else if (link.slides && link.has_noise)
         cross_any<true, true>(model, k, tau[k], ws, at);
       else if (link.slides)
         cross_any<true, false>(model, k, tau[k], ws, at);
-      else if (link.noise)
+      else if (link.has_noise)
         cross_any<false, true>(model, k, tau[k], ws, at);
       else
         cross_any<false, false>(model, k, tau[k], ws, at);

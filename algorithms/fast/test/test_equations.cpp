@@ -82,12 +82,12 @@ TEST(Equations, OfInverseDynamicsHold) {
     const ExactTorque truth(Exact(at.model, at.state), qdd);
     EXPECT_LE(truth.error(at.torque(qdd)), 1e-43) << family.name;
 
-    RandomModel<Mp> rm(at.model);
+    LinkKinematics<Mp> kin(at.model);
     InverseDynamics<Mp> ws(at.model);
     VectorX<Mp> tau = poisoned<Mp>(at.model.nv());
-    set_position(at.model, at.state.q, rm);
-    set_velocity(at.model, at.state.qd, rm);
-    inverse_dynamics(at.model, rm, qdd, ws, Eigen::Ref<VectorX<Mp>>(tau));
+    set_position(at.model, at.state.q, kin);
+    set_velocity(at.model, at.state.qd, kin);
+    inverse_dynamics(at.model, kin, qdd, ws, Eigen::Ref<VectorX<Mp>>(tau));
     EXPECT_LE(truth.error(tau), 1e-43) << family.name;
   }
 }

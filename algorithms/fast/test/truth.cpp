@@ -13,12 +13,12 @@ namespace {
 
 MatrixX<Mp> jacobian(const Model<Mp>& model, const VectorX<Mp>& q,
                      const std::vector<Frame>& frames) {
-  RandomModel<Mp> rm(model);
-  set_position(model, q, rm);
+  LinkKinematics<Mp> kin(model);
+  set_position(model, q, kin);
   std::vector<Site<Mp>> sites;
   for (const Frame& frame : frames) sites.push_back(site_of(frame).cast<Mp>());
   MatrixX<Mp> J(6 * sites.size(), model.nv());
-  site_jacobian<Mp>(model, rm, sites, J);
+  site_jacobian<Mp>(model, kin, sites, J);
   return J;
 }
 

@@ -204,23 +204,23 @@ class KALMARM_EXPORT Dynamics {
     if (!X.fits(n, n)) refuse(call, what, X.shape(), detail::shape(n, n));
   }
   void check(const char* call, const VectorView<const T>& q, const VectorView<const T>& qd,
-             const char* name, const VectorView<const T>& third, std::ptrdiff_t result,
+             const char* name, const VectorView<const T>& tau_or_qdd, std::ptrdiff_t result,
              int needed) const {
-    if (q.size() == nq_ && qd.size() == nv_ && third.size() == nv_ && result == needed) return;
+    if (q.size() == nq_ && qd.size() == nv_ && tau_or_qdd.size() == nv_ && result == needed) return;
     check(call, "q", q.size(), nq_);
     check(call, "qd", qd.size(), nv_);
-    check(call, name, third.size(), nv_);
+    check(call, name, tau_or_qdd.size(), nv_);
     check(call, "the result", result, needed);
   }
   void check(const char* call, std::ptrdiff_t count, const RowsView<const T>& q,
-             const RowsView<const T>& qd, const char* name, const RowsView<const T>& third,
+             const RowsView<const T>& qd, const char* name, const RowsView<const T>& tau_or_qdd,
              const RowsView<T>& result, int needed) const {
     const auto fit = [&](const char* what, const auto& rows, int width) {
       if (!rows.fits(count, width)) refuse(call, what, rows.shape(), detail::shape(count, width));
     };
     fit("q", q, nq_);
     fit("qd", qd, nv_);
-    fit(name, third, nv_);
+    fit(name, tau_or_qdd, nv_);
     fit("the result", result, needed);
   }
   int checked_columns(const char* call, const MatrixView<const T>& tau,

@@ -30,12 +30,12 @@ struct AccelerationJacobian {
 // torque causes, from gains of the same state; every entry is written. About 160 flops a pair
 // of joints.
 template <class T, class V>
-void acceleration_jacobian(const Model<T>& model, const RandomModel<T>& rm, const Gains<T>& gains,
-                           const V& a, AccelerationJacobian<T>& ws, RowMatrixRef<T> by_theta,
-                           RowMatrixRef<T> by_r, RowMatrixRef<T> by_tau) {
+void acceleration_jacobian(const Model<T>& model, const LinkKinematics<T>& kin,
+                           const Gains<T>& gains, const V& a, AccelerationJacobian<T>& ws,
+                           RowMatrixRef<T> by_theta, RowMatrixRef<T> by_r, RowMatrixRef<T> by_tau) {
   constexpr int n = body_parameters;
-  set_link_forces(model, rm, a, ws.forces);
-  inverse_by_columns(model, rm, gains, ws.sweeps, ws.X);
+  set_link_forces(model, kin, a, ws.forces);
+  inverse_by_columns(model, kin, gains, ws.sweeps, ws.X);
   by_tau = ws.X;
   for (int i = 0; i < model.nv(); ++i)
     for (int b = 0; b < model.nv(); ++b) {
@@ -44,7 +44,7 @@ void acceleration_jacobian(const Model<T>& model, const RandomModel<T>& rm, cons
       if (parent < 0)
         y.setZero();
       else
-        y = rm.phi[b].motion_from_parent(ws.y[parent]);
+        y = kin.phi[b].motion_from_parent(ws.y[parent]);
       y[model.joint(b).axis()] += ws.X(b, i);
       by_theta.row(i).template segment<n>(n * b) = -ws.forces.A[b].row(y);
       by_r(i, b) = -ws.X(b, i) * a[b];

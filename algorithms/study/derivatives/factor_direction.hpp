@@ -67,13 +67,13 @@ Vector6<T> l_plus(const Model<T>& model, const Sweeps<T>& sweeps, const VectorX<
 // All of ws along `direction`, from the gains of the same state and the sweeps that gave a (nv
 // values). About 900 flops a link.
 template <class T>
-void factor_direction(const Model<T>& model, const RandomModel<T>& rm, const Gains<T>& gains,
+void factor_direction(const Model<T>& model, const LinkKinematics<T>& kin, const Gains<T>& gains,
                       const Sweeps<T>& sweeps, const VectorX<T>& a,
                       const ParameterVector<T>& direction, FactorDirection<T>& ws) {
   for (int k = 0; k < model.nv(); ++k) {
     const SpatialInertia<T> dM = spatial_inertia<T>(direction.theta[k]);
     ws.dP_minus[k] = dM.matrix();
-    ws.dz_minus[k] = cross_force(rm.v[k], Vector6<T>(dM * rm.v[k]));
+    ws.dz_minus[k] = cross_force(kin.v[k], Vector6<T>(dM * kin.v[k]));
   }
   for (int k = model.nv() - 1; k >= 0; --k) {
     const int h = model.joint(k).axis(), parent = model.parent(k);
@@ -88,10 +88,10 @@ void factor_direction(const Model<T>& model, const RandomModel<T>& rm, const Gai
     const Vector6<T> x = u - g * (dD / T(2));
     ws.dP_plus[k] = ws.dP_minus[k] - x * g.transpose() - g * x.transpose();
     ws.dz_plus[k] =
-        ws.dz_minus[k] + ws.dg[k] * (D * e_plus) + g * ws.de_minus[k] + ws.dP_plus[k] * rm.c[k];
+        ws.dz_minus[k] + ws.dg[k] * (D * e_plus) + g * ws.de_minus[k] + ws.dP_plus[k] * kin.c[k];
     if (parent < 0) continue;
-    ws.dP_minus[parent] += rm.phi[k].congruence(ws.dP_plus[k]);
-    ws.dz_minus[parent] += rm.phi[k].force_to_parent(ws.dz_plus[k]);
+    ws.dP_minus[parent] += kin.phi[k].congruence(ws.dP_plus[k]);
+    ws.dz_minus[parent] += kin.phi[k].force_to_parent(ws.dz_plus[k]);
   }
   for (int k = 0; k < model.nv(); ++k) {
     const int h = model.joint(k).axis(), parent = model.parent(k);
@@ -99,7 +99,7 @@ void factor_direction(const Model<T>& model, const RandomModel<T>& rm, const Gai
     if (parent < 0)
       dl.setZero();
     else
-      dl = rm.phi[k].motion_from_parent(ws.dl_minus[parent]);
+      dl = kin.phi[k].motion_from_parent(ws.dl_minus[parent]);
     ws.da[k] = ws.de_plus[k] - ws.dg[k].dot(l_plus(model, sweeps, a, k)) - gains.g[k].dot(dl);
     ws.dl_minus[k] = dl;
     ws.dl_minus[k][h] += ws.da[k];

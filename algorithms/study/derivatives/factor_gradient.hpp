@@ -68,7 +68,7 @@ void close_loop(const Vector6<T>& g, int h, Matrix6<T>& P) {
 // out = the gradient of f from its adjoint, with the gains of the same state and the sweeps that
 // gave a (nv values). About 1050 flops a link.
 template <class T>
-void factor_gradient(const Model<T>& model, const RandomModel<T>& rm, const Gains<T>& gains,
+void factor_gradient(const Model<T>& model, const LinkKinematics<T>& kin, const Gains<T>& gains,
                      const Sweeps<T>& sweeps, const VectorX<T>& a, const FactorAdjoint<T>& adjoint,
                      FactorGradient<T>& ws, ParameterVector<T>& out) {
   FactorAdjoint<T>& bar = ws.bar;
@@ -78,20 +78,20 @@ void factor_gradient(const Model<T>& model, const RandomModel<T>& rm, const Gain
     const int h = model.joint(k).axis(), parent = model.parent(k);
     bar.a[k] += ws.l[k][h];
     bar.g[k] -= bar.a[k] * l_plus(model, sweeps, a, k);
-    if (parent >= 0) ws.l[parent] += rm.phi[k].force_to_parent(ws.l[k] - gains.g[k] * bar.a[k]);
+    if (parent >= 0) ws.l[parent] += kin.phi[k].force_to_parent(ws.l[k] - gains.g[k] * bar.a[k]);
   }
   for (int k = 0; k < model.nv(); ++k) {
     const int h = model.joint(k).axis(), parent = model.parent(k);
     const T &D = gains.D[k], &e_plus = sweeps.e[k], &e_plus_bar = bar.a[k];
-    const Vector6<T>&g = gains.g[k], &c = rm.c[k];
+    const Vector6<T>&g = gains.g[k], &c = kin.c[k];
     Vector6<T>&z = ws.z[k], &gbar = bar.g[k];
     Matrix6<T>& P = ws.P[k];
     if (parent < 0) {
       z.setZero();
       P.setZero();
     } else {
-      z = rm.phi[k].motion_from_parent(ws.z[parent]);
-      P = rm.phi[k].dual_congruence(ws.P[parent]);
+      z = kin.phi[k].motion_from_parent(ws.z[parent]);
+      P = kin.phi[k].dual_congruence(ws.P[parent]);
       P += (z * c.transpose() + c * z.transpose()) / T(2);
     }
     gbar += z * (D * e_plus);
@@ -107,7 +107,7 @@ void factor_gradient(const Model<T>& model, const RandomModel<T>& rm, const Gain
     P.row(h) += y.transpose() / T(2);
     P.col(h) += y / T(2);
     P(h, h) += Dbar;
-    out.theta[k] = inertial_gradient<T>(P) - bilinear<T>(cross_motion(rm.v[k], z), rm.v[k]);
+    out.theta[k] = inertial_gradient<T>(P) - bilinear<T>(cross_motion(kin.v[k], z), kin.v[k]);
   }
 }
 

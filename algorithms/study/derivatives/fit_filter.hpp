@@ -23,12 +23,12 @@ struct FitFilter {
 
   // D and g of every joint, after set_position; false where a D(k) is not positive. About 400 flops
   // a link.
-  bool factor(const Model<T>& model, const RandomModel<T>& rm) {
-    Conventional::start(model, rm, factors.update);
+  bool factor(const Model<T>& model, const LinkKinematics<T>& kin) {
+    Conventional::start(model, kin, factors.update);
     for (int k = model.nv() - 1; k >= 0; --k) {
       factors.D[k] = Conventional::measure(model, k, factors.update, factors.g[k]);
       if (!(factors.D[k] > T(0))) return false;
-      if (model.parent(k) >= 0) Conventional::propagate(model, rm, k, factors.update);
+      if (model.parent(k) >= 0) Conventional::propagate(model, kin, k, factors.update);
     }
     return true;
   }

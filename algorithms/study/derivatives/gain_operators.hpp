@@ -20,7 +20,7 @@ enum class Loop { open, closed };  // K, L
 // K or L and its derivative (nv x nv each; every entry is written), after factor_direction. 84
 // flops a pair of a joint and one inboard of it, 120 with the loop closed.
 template <class T>
-void gain_operator(const Model<T>& model, const RandomModel<T>& rm, const Gains<T>& gains,
+void gain_operator(const Model<T>& model, const LinkKinematics<T>& kin, const Gains<T>& gains,
                    const FactorDirection<T>& direction, Loop loop,
                    std::type_identity_t<Eigen::Ref<MatrixX<T>>> out,
                    std::type_identity_t<Eigen::Ref<MatrixX<T>>> d_out) {
@@ -30,8 +30,8 @@ void gain_operator(const Model<T>& model, const RandomModel<T>& rm, const Gains<
     Vector6<T> x = gains.g[m], dx = direction.dg[m];
     for (int child = m, k = model.parent(m); k >= 0; child = k, k = model.parent(k)) {
       const int h = model.joint(k).axis();
-      x = rm.phi[child].force_to_parent(x);
-      dx = rm.phi[child].force_to_parent(dx);
+      x = kin.phi[child].force_to_parent(x);
+      dx = kin.phi[child].force_to_parent(dx);
       const T Hx = out(k, m) = x[h], dHx = d_out(k, m) = dx[h];
       if (loop == Loop::open) continue;
       x -= gains.g[k] * Hx;

@@ -52,13 +52,13 @@ struct InnovationJacobian {
 // w (nv values) from qdd and tau (nv values each), from gains of the same state. About 250 flops a
 // link.
 template <class T, class A, class V>
-void innovations(const Model<T>& model, const RandomModel<T>& rm, const Gains<T>& gains,
+void innovations(const Model<T>& model, const LinkKinematics<T>& kin, const Gains<T>& gains,
                  const A& qdd, const V& tau, Innovations<T>& ws, VectorRef<T> w) {
   using std::sqrt;
-  inverse_dynamics(model, rm, qdd, ws.newton_euler, Eigen::Ref<VectorX<T>>(ws.Delta));
+  inverse_dynamics(model, kin, qdd, ws.newton_euler, Eigen::Ref<VectorX<T>>(ws.Delta));
   ws.Delta = tau - ws.Delta;
   for (Vector6<T>& z : ws.sweeps.z) z.setZero();
-  filter(model, rm, gains, ws.Delta, ws.sweeps, [](int, Vector6<T>&) {});
+  filter(model, kin, gains, ws.Delta, ws.sweeps, [](int, Vector6<T>&) {});
   for (int k = 0; k < model.nv(); ++k) w[k] = ws.sweeps.e[k] * sqrt(gains.D[k]);
 }
 
@@ -66,12 +66,12 @@ void innovations(const Model<T>& model, const RandomModel<T>& rm, const Gains<T>
 // left by innovations(); every entry is written. About 245 flops a pair of a joint and a link
 // outboard of it.
 template <class T, class V>
-void innovation_jacobian(const Model<T>& model, const RandomModel<T>& rm, const Gains<T>& gains,
+void innovation_jacobian(const Model<T>& model, const LinkKinematics<T>& kin, const Gains<T>& gains,
                          const V& qdd, const std::vector<T>& e_plus, InnovationJacobian<T>& ws,
                          RowMatrixRef<T> by_theta, RowMatrixRef<T> by_r, RowMatrixRef<T> by_tau) {
   using std::sqrt;
   constexpr int n = body_parameters;
-  set_link_forces(model, rm, qdd, ws.forces);
+  set_link_forces(model, kin, qdd, ws.forces);
   by_theta.setZero();
   by_r.setZero();
   by_tau.setZero();
@@ -90,8 +90,8 @@ void innovation_jacobian(const Model<T>& model, const RandomModel<T>& rm, const 
     for (const int b : ws.subtrees.outboard(k)) {
       const int parent = model.parent(b), axis = model.joint(b).axis();
       Vector6<T>&h = ws.h[b], &s = ws.s[b];
-      h = rm.phi[b].motion_from_parent(ws.h[parent]);
-      s = rm.phi[b].motion_from_parent(ws.s[parent]);
+      h = kin.phi[b].motion_from_parent(ws.h[parent]);
+      s = kin.phi[b].motion_from_parent(ws.s[parent]);
       const T L = gains.g[b].dot(h), e = e_plus[b] - gains.g[b].dot(s);
       h[axis] -= L;
       s[axis] += e;

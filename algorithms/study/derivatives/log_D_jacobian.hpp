@@ -13,7 +13,7 @@ namespace kalmarm {
 // d log D / dtheta (nv x 10 nv) and / dr (nv x nv) from gains of the same state; every entry is
 // written. About 90 flops a pair of a joint and a link outboard of it.
 template <class T>
-void log_D_jacobian(const Model<T>& model, const RandomModel<T>& rm, const Gains<T>& gains,
+void log_D_jacobian(const Model<T>& model, const LinkKinematics<T>& kin, const Gains<T>& gains,
                     InnovationJacobian<T>& ws, RowMatrixRef<T> by_theta, RowMatrixRef<T> by_r) {
   constexpr int n = body_parameters;
   by_theta.setZero();
@@ -25,7 +25,7 @@ void log_D_jacobian(const Model<T>& model, const RandomModel<T>& rm, const Gains
     by_r(k, k) = per_D;
     for (const int b : ws.subtrees.outboard(k)) {
       Vector6<T>& h = ws.h[b];
-      h = rm.phi[b].motion_from_parent(ws.h[model.parent(b)]);
+      h = kin.phi[b].motion_from_parent(ws.h[model.parent(b)]);
       const T L = gains.g[b].dot(h);
       h[model.joint(b).axis()] -= L;
       by_theta.row(k).template segment<n>(n * b) = per_D * bilinear<T>(h, h);

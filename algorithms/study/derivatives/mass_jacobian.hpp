@@ -8,7 +8,7 @@
 
 #include <vector>
 
-#include "algorithms/model/random_model.hpp"
+#include "algorithms/model/link_kinematics.hpp"
 #include "algorithms/study/derivatives/inertial_rows.hpp"
 #include "algorithms/study/derivatives/subtrees.hpp"
 
@@ -29,7 +29,7 @@ inline int lower_triangle_row(int i, int j) { return lower_triangle_size(i) + j;
 // set_position; every entry is written. 38 flops a triple of two joints and a link outboard of
 // both.
 template <class T>
-void mass_jacobian(const Model<T>& model, const RandomModel<T>& rm, MassJacobian<T>& ws,
+void mass_jacobian(const Model<T>& model, const LinkKinematics<T>& kin, MassJacobian<T>& ws,
                    RowMatrixRef<T> by_theta, RowMatrixRef<T> by_r) {
   constexpr int n = body_parameters;
   const int nv = model.nv();
@@ -39,7 +39,7 @@ void mass_jacobian(const Model<T>& model, const RandomModel<T>& rm, MassJacobian
     Vector6<T>* const y_i = &ws.y[i * nv];
     y_i[i] = Vector6<T>::Unit(model.joint(i).axis());
     for (const int b : ws.subtrees.outboard(i))
-      y_i[b] = rm.phi[b].motion_from_parent(y_i[model.parent(b)]);
+      y_i[b] = kin.phi[b].motion_from_parent(y_i[model.parent(b)]);
     for (int j = i; j >= 0; j = model.parent(j)) {
       const Vector6<T>* const y_j = &ws.y[j * nv];
       auto row = by_theta.row(lower_triangle_row(i, j));

@@ -35,25 +35,25 @@ struct Regressor {
 
 // After set_position and set_velocity. About 90 flops a link.
 template <class T, class V>
-void set_link_forces(const Model<T>& model, const RandomModel<T>& rm, const V& qdd,
+void set_link_forces(const Model<T>& model, const LinkKinematics<T>& kin, const V& qdd,
                      LinkForces<T>& ws) {
-  link_accelerations(model, rm, qdd, ws.a);
-  for (int k = 0; k < model.nv(); ++k) ws.A[k] = InertialForce<T>(ws.a[k], rm.v[k]);
+  link_accelerations(model, kin, qdd, ws.a);
+  for (int k = 0; k < model.nv(); ++k) ws.A[k] = InertialForce<T>(ws.a[k], kin.v[k]);
 }
 
 // Y (nv x 10 nv; every entry is written) at qdd (nv values), after set_position and set_velocity.
 // [Nm or N per unit of theta.] 105 flops a pair of a joint and a link outboard of it.
 template <class T, class V>
-void regressor(const Model<T>& model, const RandomModel<T>& rm, const V& qdd, Regressor<T>& ws,
+void regressor(const Model<T>& model, const LinkKinematics<T>& kin, const V& qdd, Regressor<T>& ws,
                RowMatrixRef<T> Y) {
   constexpr int n = body_parameters;
-  set_link_forces(model, rm, qdd, ws.forces);
+  set_link_forces(model, kin, qdd, ws.forces);
   Y.setZero();
   for (int k = 0; k < model.nv(); ++k) {
     ws.y[k] = Vector6<T>::Unit(model.joint(k).axis());
     Y.row(k).template segment<n>(n * k) = ws.forces.A[k].row(ws.y[k]);
     for (const int b : ws.subtrees.outboard(k)) {
-      ws.y[b] = rm.phi[b].motion_from_parent(ws.y[model.parent(b)]);
+      ws.y[b] = kin.phi[b].motion_from_parent(ws.y[model.parent(b)]);
       Y.row(k).template segment<n>(n * b) = ws.forces.A[b].row(ws.y[b]);
     }
   }

@@ -5,7 +5,7 @@
 //   E w(k) = b(k),  cov w(k) = M(k) = W(k) W'(k)                  (1.3)
 //   tau(k) = H(k) z+(k) + noise of variance r(k)                  (1.4), with joint noise
 //
-// A robot in a state is one such process (random_model.hpp). The paper's b(k) is all that the link
+// A robot in a state is one such process (link_kinematics.hpp). The paper's b(k) is all that the link
 // does at q'' = 0, gravity and velocity terms of the links before it included:
 //   a0(k) = phi'(k) a0(parent) + c(k),  a0(base) = -gravity
 //   b(k)  = M(k) a0(k) + v(k) x* M(k) v(k)
@@ -21,7 +21,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "algorithms/model/random_model.hpp"
+#include "algorithms/model/link_kinematics.hpp"
 
 namespace kalmarm {
 
@@ -37,19 +37,19 @@ struct Process {
   Process() = default;
 
   // Of a robot, after set_position and set_velocity.
-  Process(const Model<T>& model, const RandomModel<T>& rm) {
+  Process(const Model<T>& model, const LinkKinematics<T>& kin) {
     std::vector<Vector6<T>> a0;
     for (int k = 0; k < model.nv(); ++k) {
       const Joint<T>& joint = model.joint(k);
       const Vector6<T> inboard =
           joint.parent < 0 ? base_acceleration(model) : Vector6<T>(a0[joint.parent]);
-      a0.push_back(rm.phi[k].motion_from_parent(inboard) + rm.c[k]);
+      a0.push_back(kin.phi[k].motion_from_parent(inboard) + kin.c[k]);
       parent.push_back(joint.parent);
-      phi.push_back(rm.phi[k].matrix());
+      phi.push_back(kin.phi[k].matrix());
       H.push_back(Vector6<T>::Unit(joint.axis()));
       M.push_back(model.M(k).matrix());
       W.push_back(model.W(k));
-      b.push_back(model.M(k) * a0[k] + rm.b[k]);
+      b.push_back(model.M(k) * a0[k] + kin.b[k]);
       r.push_back(joint.r);
     }
   }

@@ -79,25 +79,25 @@ struct Batch {
   };
 
   template <class T>
-  static Outcome factor(const Model<T>& model, const RandomModel<T>& rm, Workspace<T>& ws) {
-    mass_matrix(model, rm, ws.composite, Eigen::Ref<MatrixX<T>>(ws.M));
-    set_pivot_errors(model, rm, ws);
+  static Outcome factor(const Model<T>& model, const LinkKinematics<T>& kin, Workspace<T>& ws) {
+    mass_matrix(model, kin, ws.composite, Eigen::Ref<MatrixX<T>>(ws.M));
+    set_pivot_errors(model, kin, ws);
     return Backend::factor(model, ws.M, ws.e, ws.backend);
   }
 
-  // a (nv) from tau (nv), with the bias of rm, after factor. O(nv^2).
+  // a (nv) from tau (nv), with the bias of kin, after factor. O(nv^2).
   template <class T>
-  static void acceleration(const Model<T>& model, const RandomModel<T>& rm, const VectorX<T>& tau,
-                           Workspace<T>& ws, VectorX<T>& a) {
+  static void acceleration(const Model<T>& model, const LinkKinematics<T>& kin,
+                           const VectorX<T>& tau, Workspace<T>& ws, VectorX<T>& a) {
     ws.M.col(0).setZero();  // M is in the factors by now: its first column serves as q'' = 0
-    inverse_dynamics(model, rm, ws.M.col(0), ws.newton_euler, Eigen::Ref<VectorX<T>>(a));
+    inverse_dynamics(model, kin, ws.M.col(0), ws.newton_euler, Eigen::Ref<VectorX<T>>(a));
     a = tau - a;
     Backend::solve(model, ws.backend, a);
   }
 
   // x = M^-1 tau, after factor. O(nv^2).
   template <class T>
-  static void solve(const Model<T>& model, const RandomModel<T>&, const VectorX<T>& tau,
+  static void solve(const Model<T>& model, const LinkKinematics<T>&, const VectorX<T>& tau,
                     Workspace<T>& ws, VectorX<T>& x) {
     x = tau;
     Backend::solve(model, ws.backend, x);
@@ -105,7 +105,7 @@ struct Batch {
 
   // M^-1 (nv x nv), both triangles, after factor. O(nv^3).
   template <class T>
-  static void inverse(const Model<T>& model, const RandomModel<T>&, Workspace<T>& ws,
+  static void inverse(const Model<T>& model, const LinkKinematics<T>&, Workspace<T>& ws,
                       MatrixX<T>& X) {
     Backend::inverse(model, ws.backend, X);
   }
@@ -113,7 +113,8 @@ struct Batch {
  private:
   // e(k) of every pivot. About 20 flops and a square root a link.
   template <class T>
-  static void set_pivot_errors(const Model<T>& model, const RandomModel<T>& rm, Workspace<T>& ws) {
+  static void set_pivot_errors(const Model<T>& model, const LinkKinematics<T>& kin,
+                               Workspace<T>& ws) {
     using std::max;
     using std::sqrt;
     const T u = unit_roundoff<T>(), nv = T(model.nv());
@@ -125,7 +126,7 @@ struct Batch {
       ws.t[k] = max(ws.t[k], polar);
       ws.e[k] = u * (nv * ws.M(k, k) + T(8) * (joint.slides ? r_minus.m : ws.t[k]));
       if (joint.parent < 0) continue;
-      const T pp = rm.phi[k].p.squaredNorm();
+      const T pp = kin.phi[k].p.squaredNorm();
       const T terms = polar + T(2) * sqrt(pp * r_minus.h.squaredNorm()) + r_minus.m * pp;
       ws.t[joint.parent] = max(ws.t[joint.parent], max(ws.t[k], terms));
     }

@@ -68,35 +68,35 @@ struct ClosedForm {
   };
 
   template <class T>
-  static Outcome factor(const Model<T>& model, const RandomModel<T>& rm, Workspace<T>& ws) {
-    return kalmarm::factor(model, rm, ws.factors);
+  static Outcome factor(const Model<T>& model, const LinkKinematics<T>& kin, Workspace<T>& ws) {
+    return kalmarm::factor(model, kin, ws.factors);
   }
 
-  // a (nv) from tau (nv), with the bias of rm, after factor. O(N^2).
+  // a (nv) from tau (nv), with the bias of kin, after factor. O(N^2).
   template <class T>
-  static void acceleration(const Model<T>& model, const RandomModel<T>& rm, const VectorX<T>& tau,
-                           Workspace<T>& ws, VectorX<T>& a) {
+  static void acceleration(const Model<T>& model, const LinkKinematics<T>& kin,
+                           const VectorX<T>& tau, Workspace<T>& ws, VectorX<T>& a) {
     a.setZero();
-    inverse_dynamics(model, rm, a, ws.newton_euler, Eigen::Ref<VectorX<T>>(ws.torque));
+    inverse_dynamics(model, kin, a, ws.newton_euler, Eigen::Ref<VectorX<T>>(ws.torque));
     ws.torque = tau - ws.torque;
-    inverse(model, rm, ws, ws.X);
+    inverse(model, kin, ws, ws.X);
     a.noalias() = ws.X * ws.torque;
   }
 
   // x = M^-1 tau, after factor. O(N^2).
   template <class T>
-  static void solve(const Model<T>& model, const RandomModel<T>& rm, const VectorX<T>& tau,
+  static void solve(const Model<T>& model, const LinkKinematics<T>& kin, const VectorX<T>& tau,
                     Workspace<T>& ws, VectorX<T>& x) {
-    inverse(model, rm, ws, ws.X);
+    inverse(model, kin, ws, ws.X);
     x.noalias() = ws.X * tau;
   }
 
   // M^-1 (nv x nv), both triangles, after factor.
   template <class T>
-  static void inverse(const Model<T>& model, const RandomModel<T>& rm, Workspace<T>& ws,
+  static void inverse(const Model<T>& model, const LinkKinematics<T>& kin, Workspace<T>& ws,
                       MatrixX<T>& X) {
     const Factors<T, Update>& f = ws.factors;
-    co_state_covariance(model, rm, ws);
+    co_state_covariance(model, kin, ws);
     for (int j = 0; j < model.nv(); ++j) {
       X(j, j) = T(1) / f.D[j] + f.g[j].dot(ws.L_g[j]);
 
@@ -104,7 +104,7 @@ struct ClosedForm {
       ws.column[j] = j;
       Vector6<T> x = f.g[j];  // psi(.,j+) g(j)
       for (int child = j, m = model.parent(j); m >= 0; child = m, m = model.parent(m)) {
-        x = rm.phi[child].force_to_parent(x);
+        x = kin.phi[child].force_to_parent(x);
         X(j, m) = X(m, j) = ws.n[m].dot(x);
         if (ws.children[m] > 1) ws.l[m] = ws.L_minus[m] * x;
         ws.column[m] = j;
@@ -118,7 +118,7 @@ struct ClosedForm {
         if (c < 0)
           ws.l[i].setZero();
         else
-          ws.l[i] = rm.phi[i].motion_from_parent(ws.l[c]);
+          ws.l[i] = kin.phi[i].motion_from_parent(ws.l[c]);
         const T entry = f.g[i].dot(ws.l[i]);
         X(j, i) = X(i, j) = entry;
         ws.l[i][model.joint(i).axis()] -= entry;
@@ -129,7 +129,7 @@ struct ClosedForm {
  private:
   // L-, L+ g and n of every joint.
   template <class T>
-  static void co_state_covariance(const Model<T>& model, const RandomModel<T>& rm,
+  static void co_state_covariance(const Model<T>& model, const LinkKinematics<T>& kin,
                                   Workspace<T>& ws) {
     const Factors<T, Update>& f = ws.factors;
     for (int k = 0; k < model.nv(); ++k) {
@@ -139,7 +139,7 @@ struct ClosedForm {
       if (parent < 0)
         L.setZero();
       else
-        L = rm.phi[k].dual_congruence(ws.L_minus[parent]);  // (5.7)
+        L = kin.phi[k].dual_congruence(ws.L_minus[parent]);  // (5.7)
       const Vector6<T> Lg = L * g;
       const T gLg = g.dot(Lg);
       ws.L_g[k] = Lg;

@@ -23,15 +23,15 @@ struct FactoredBias : FilterAndSmoother<WithBias<Update>> {
   static constexpr const char* citation = "Bierman 1977, chapter 5, on the paper's (3.3)";
   static constexpr const char* equation = "(3.3), the bias as a vector of noise, b = W zeta";
 
-  // a (nv) from tau (nv), with the bias of rm, after factor.
+  // a (nv) from tau (nv), with the bias of kin, after factor.
   template <class T, class Workspace>
-  static void acceleration(const Model<T>& model, const RandomModel<T>& rm, const VectorX<T>& tau,
-                           Workspace& ws, VectorX<T>& a) {
+  static void acceleration(const Model<T>& model, const LinkKinematics<T>& kin,
+                           const VectorX<T>& tau, Workspace& ws, VectorX<T>& a) {
     for (Vector6<T>& s : ws.sweeps.z) s.setZero();
-    filter(model, rm, ws.factors, tau, ws.sweeps, [](int, Vector6<T>&) {});
+    filter(model, kin, ws.factors, tau, ws.sweeps, [](int, Vector6<T>&) {});
     for (int k = 0; k < model.nv(); ++k)
       ws.sweeps.e[k] -= WithBias<Update>::bias_innovation(k, ws.factors.update);
-    smooth_with_bias(model, rm, ws.factors, ws.sweeps, a);
+    smooth_with_bias(model, kin, ws.factors, ws.sweeps, a);
   }
 };
 

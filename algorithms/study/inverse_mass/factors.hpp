@@ -7,7 +7,7 @@
 
 #include <vector>
 
-#include "algorithms/model/random_model.hpp"
+#include "algorithms/model/link_kinematics.hpp"
 #include "algorithms/study/inverse_mass/singularity.hpp"
 #include "algorithms/study/riccati/covariance_update.hpp"
 #include "kalmarm/outcome.hpp"
@@ -27,15 +27,15 @@ struct Factors : Gains<T> {
 
 // D and g of every joint. On failure the outcome names the joint, and ws is not to be used.
 template <class T, class Update>
-Outcome factor(const Model<T>& model, const RandomModel<T>& rm, Factors<T, Update>& ws) {
+Outcome factor(const Model<T>& model, const LinkKinematics<T>& kin, Factors<T, Update>& ws) {
   ws.test.begin();
-  Update::start(model, rm, ws.update);
+  Update::start(model, kin, ws.update);
   for (int k = model.nv() - 1; k >= 0; --k) {
     ws.D[k] = Update::measure(model, k, ws.update, ws.g[k]);
-    if (!ws.test.passes(model, rm, k, ws.D[k])) return ws.test.look(model, rm, k, ws);
-    if (model.parent(k) >= 0) Update::propagate(model, rm, k, ws.update);
+    if (!ws.test.passes(model, kin, k, ws.D[k])) return ws.test.look(model, kin, k, ws);
+    if (model.parent(k) >= 0) Update::propagate(model, kin, k, ws.update);
   }
-  return ws.test.suspect() ? ws.test.look(model, rm, 0, ws) : Outcome{};
+  return ws.test.suspect() ? ws.test.look(model, kin, 0, ws) : Outcome{};
 }
 
 }  // namespace kalmarm

@@ -26,22 +26,22 @@ struct FilterAndSmoother {
   };
 
   template <class T>
-  static Outcome factor(const Model<T>& model, const RandomModel<T>& rm, Workspace<T>& ws) {
-    return kalmarm::factor(model, rm, ws.factors);
+  static Outcome factor(const Model<T>& model, const LinkKinematics<T>& kin, Workspace<T>& ws) {
+    return kalmarm::factor(model, kin, ws.factors);
   }
 
   // x = M^-1 tau, after factor.
   template <class T>
-  static void solve(const Model<T>& model, const RandomModel<T>& rm, const VectorX<T>& tau,
+  static void solve(const Model<T>& model, const LinkKinematics<T>& kin, const VectorX<T>& tau,
                     Workspace<T>& ws, VectorX<T>& x) {
-    kalmarm::solve(model, rm, ws.factors, tau, ws.sweeps, x);
+    kalmarm::solve(model, kin, ws.factors, tau, ws.sweeps, x);
   }
 
   // M^-1 (nv x nv), both triangles, after factor.
   template <class T>
-  static void inverse(const Model<T>& model, const RandomModel<T>& rm, Workspace<T>& ws,
+  static void inverse(const Model<T>& model, const LinkKinematics<T>& kin, Workspace<T>& ws,
                       MatrixX<T>& X) {
-    inverse_by_columns(model, rm, ws.factors, ws.sweeps, X);
+    inverse_by_columns(model, kin, ws.factors, ws.sweeps, X);
   }
 };
 
@@ -52,14 +52,15 @@ struct Sequential : FilterAndSmoother<Update> {
   static constexpr const char* citation = "Rodriguez 1987, (3.3)";
   static constexpr const char* equation = "M^-1 = (I - L*) D^-1 (I - L), (3.3)";
 
-  // a (nv) from tau (nv), with the bias of rm, after factor. About 220 flops a link.
+  // a (nv) from tau (nv), with the bias of kin, after factor. About 220 flops a link.
   template <class T, class Workspace>
-  static void acceleration(const Model<T>& model, const RandomModel<T>& rm, const VectorX<T>& tau,
-                           Workspace& ws, VectorX<T>& a) {
-    for (int k = 0; k < model.nv(); ++k) ws.sweeps.z[k] = rm.b[k];
-    filter(model, rm, ws.factors, tau, ws.sweeps,
-           [&](int k, Vector6<T>& z) { z += Update::P_plus_times(k, rm.c[k], ws.factors.update); });
-    smooth_with_bias(model, rm, ws.factors, ws.sweeps, a);
+  static void acceleration(const Model<T>& model, const LinkKinematics<T>& kin,
+                           const VectorX<T>& tau, Workspace& ws, VectorX<T>& a) {
+    for (int k = 0; k < model.nv(); ++k) ws.sweeps.z[k] = kin.b[k];
+    filter(model, kin, ws.factors, tau, ws.sweeps, [&](int k, Vector6<T>& z) {
+      z += Update::P_plus_times(k, kin.c[k], ws.factors.update);
+    });
+    smooth_with_bias(model, kin, ws.factors, ws.sweeps, a);
   }
 };
 

@@ -85,10 +85,10 @@ class SingularityTest {
   }
 
   // False where D cannot be gone on with. Call it tips to base, before propagation.
-  bool passes(const Model<T>& model, const RandomModel<T>& rm, int k, const T& D) {
+  bool passes(const Model<T>& model, const LinkKinematics<T>& kin, int k, const T& D) {
     const Joint<T>& joint = model.joint(k);
     suspect_ = suspect_ || !(D > least_D_over_size<T>(order) * polar_[k].size(joint));
-    if (joint.parent >= 0) polar_[joint.parent].add_child(polar_[k], rm.phi[k].p);
+    if (joint.parent >= 0) polar_[joint.parent].add_child(polar_[k], kin.phi[k].p);
     return D > T(0);
   }
 
@@ -96,9 +96,10 @@ class SingularityTest {
 
   // The first joint, tips to base as far as `first`, whose D is lost in rounding. Otherwise ok,
   // with a warning where one is nearly lost.
-  Outcome look(const Model<T>& model, const RandomModel<T>& rm, int first, const Gains<T>& gains) {
+  Outcome look(const Model<T>& model, const LinkKinematics<T>& kin, int first,
+               const Gains<T>& gains) {
     Outcome singular;
-    if constexpr (in_float64) singular = exact_.look(model, rm, first);
+    if constexpr (in_float64) singular = exact_.look(model, kin, first);
     NearestToSingular<T> nearest(order);
     scale_.begin(model);
     for (int k = model.nv() - 1; singular && k >= first; --k) {
@@ -111,11 +112,11 @@ class SingularityTest {
         break;
       }
       nearest.see(k, D, scale);
-      if (model.parent(k) >= 0) scale_.propagate(model, rm.phi[k], k, gains.g[k]);
+      if (model.parent(k) >= 0) scale_.propagate(model, kin.phi[k], k, gains.g[k]);
     }
     if (!singular) return singular;
     Outcome out = nearest.warning();
-    out.suspect = true;
+    out.recomputed = true;
     return out;
   }
 
@@ -125,17 +126,17 @@ class SingularityTest {
   // The same mechanism in float64, by arrays.
   struct InFloat64 {
     Model<double> model;
-    RandomModel<double> rm;
+    LinkKinematics<double> kin;
     ArrayMGS::Workspace<double> update;
     RoundingScale<double> scale;
 
     explicit InFloat64(const Model<T>& exact)
-        : model(exact.template cast<double>()), rm(model), update(model), scale(model) {}
+        : model(exact.template cast<double>()), kin(model), update(model), scale(model) {}
 
-    Outcome look(const Model<T>&, const RandomModel<T>& exact, int first) {
+    Outcome look(const Model<T>&, const LinkKinematics<T>& exact, int first) {
       constexpr double resolution = 0x1p-96;  // (32 u)^2
-      set_position(model, exact.q, rm);       // phi of float32 is rounded, and moves D
-      ArrayMGS::start(model, rm, update);
+      set_position(model, exact.q, kin);      // phi of float32 is rounded, and moves D
+      ArrayMGS::start(model, kin, update);
       scale.begin(model);
       Vector6<double> g;
       for (int k = model.nv() - 1; k >= first; --k) {
@@ -146,8 +147,8 @@ class SingularityTest {
           return singular;
         }
         if (model.parent(k) < 0) continue;
-        ArrayMGS::propagate(model, rm, k, update);
-        scale.propagate(model, rm.phi[k], k, g);
+        ArrayMGS::propagate(model, kin, k, update);
+        scale.propagate(model, kin.phi[k], k, g);
       }
       return {};
     }

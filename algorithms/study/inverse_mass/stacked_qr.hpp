@@ -43,13 +43,13 @@ struct StackedQR {
   };
 
   template <class T>
-  static Outcome factor(const Model<T>& model, const RandomModel<T>& rm, Workspace<T>& ws) {
+  static Outcome factor(const Model<T>& model, const LinkKinematics<T>& kin, Workspace<T>& ws) {
     using std::sqrt;
     int row = 0;
     for (int k = 0; k < model.nv(); ++k) {
       const Joint<T>& joint = model.joint(k);
       for (int i = joint.parent; i >= 0; i = model.parent(i))
-        ws.J[k].col(i) = rm.phi[k].motion_from_parent(Vector6<T>(ws.J[joint.parent].col(i)));
+        ws.J[k].col(i) = kin.phi[k].motion_from_parent(Vector6<T>(ws.J[joint.parent].col(i)));
       ws.J[k](joint.axis(), k) = T(1);
       if (!joint.body.massless()) {
         ws.B.template middleRows<6>(row).noalias() = model.W(k).transpose().lazyProduct(ws.J[k]);
@@ -60,19 +60,19 @@ struct StackedQR {
     return check(model, ws);
   }
 
-  // a (nv) from tau (nv), with the bias of rm, after factor. O(nv^2).
+  // a (nv) from tau (nv), with the bias of kin, after factor. O(nv^2).
   template <class T>
-  static void acceleration(const Model<T>& model, const RandomModel<T>& rm, const VectorX<T>& tau,
-                           Workspace<T>& ws, VectorX<T>& a) {
+  static void acceleration(const Model<T>& model, const LinkKinematics<T>& kin,
+                           const VectorX<T>& tau, Workspace<T>& ws, VectorX<T>& a) {
     a.setZero();
-    inverse_dynamics(model, rm, a, ws.newton_euler, Eigen::Ref<VectorX<T>>(ws.x));
+    inverse_dynamics(model, kin, a, ws.newton_euler, Eigen::Ref<VectorX<T>>(ws.x));
     ws.x = tau - ws.x;
-    solve(model, rm, ws.x, ws, a);
+    solve(model, kin, ws.x, ws, a);
   }
 
   // x = M^-1 tau, after factor. O(nv^2).
   template <class T>
-  static void solve(const Model<T>& model, const RandomModel<T>&, const VectorX<T>& tau,
+  static void solve(const Model<T>& model, const LinkKinematics<T>&, const VectorX<T>& tau,
                     Workspace<T>& ws, VectorX<T>& x) {
     const auto R = ws.qr.matrixQR().topRows(model.nv()).template triangularView<Eigen::Upper>();
     const auto& order = ws.qr.colsPermutation().indices();
@@ -85,7 +85,7 @@ struct StackedQR {
 
   // M^-1 (nv x nv), both triangles, after factor. O(nv^3).
   template <class T>
-  static void inverse(const Model<T>& model, const RandomModel<T>&, Workspace<T>& ws,
+  static void inverse(const Model<T>& model, const LinkKinematics<T>&, Workspace<T>& ws,
                       MatrixX<T>& X) {
     const auto R = ws.qr.matrixQR().topRows(model.nv()).template triangularView<Eigen::Upper>();
     const auto& order = ws.qr.colsPermutation().indices();

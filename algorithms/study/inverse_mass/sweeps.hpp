@@ -11,7 +11,7 @@
 //     a(k)  = e+(k) - g' l+                                    (4.9)
 //     l-(k) = l+ + H' a                                        (4.11), corrected
 // The velocity-product accelerations c(k) and the base acceleration l-(base) = -gravity enter where
-// they arise (random_model.hpp): the paper gathers them in b instead. z is then the force still
+// they arise (link_kinematics.hpp): the paper gathers them in b instead. z is then the force still
 // missing at link k, P+ c included. With r = 0 two identities hold exactly,
 //   H z+ = tau,   H l- = e+ - sum over j != h of g_j l+_j
 // and where the update makes HP+ = 0 exact they are used instead of the sums, which keeps
@@ -35,7 +35,7 @@ struct Sweeps {
 // e+ of every joint from tau. At the start ws.z holds b; P_plus_c(k) is added behind joint k. About
 // 80 flops a link.
 template <class T, class Add>
-void filter(const Model<T>& model, const RandomModel<T>& rm, const Gains<T>& gains,
+void filter(const Model<T>& model, const LinkKinematics<T>& kin, const Gains<T>& gains,
             const VectorX<T>& tau, Sweeps<T>& ws, const Add& P_plus_c) {
   for (int k = model.nv() - 1; k >= 0; --k) {
     const Joint<T>& joint = model.joint(k);
@@ -47,7 +47,7 @@ void filter(const Model<T>& model, const RandomModel<T>& rm, const Gains<T>& gai
     z += gains.g[k] * e;  // (4.5)
     P_plus_c(k, z);
     if (gains.exact_at(joint)) z[h] = tau[k];
-    ws.z[joint.parent] += rm.phi[k].force_to_parent(z);  // (4.4)
+    ws.z[joint.parent] += kin.phi[k].force_to_parent(z);  // (4.4)
   }
 }
 
@@ -68,30 +68,30 @@ T smooth(const Joint<T>& joint, bool exact, const Vector6<T>& g, const T& e_plus
 
 // a from e+, with c(k) and gravity. About 60 flops a link.
 template <class T>
-void smooth_with_bias(const Model<T>& model, const RandomModel<T>& rm, const Gains<T>& gains,
+void smooth_with_bias(const Model<T>& model, const LinkKinematics<T>& kin, const Gains<T>& gains,
                       Sweeps<T>& ws, VectorX<T>& a) {
   const Vector6<T> l0 = base_acceleration(model);
   for (int k = 0; k < model.nv(); ++k) {
     const int parent = model.parent(k);
     const Joint<T>& joint = model.joint(k);
-    ws.l[k] = rm.phi[k].motion_from_parent(parent < 0 ? l0 : ws.l[parent]) + rm.c[k];  // (4.10)
+    ws.l[k] = kin.phi[k].motion_from_parent(parent < 0 ? l0 : ws.l[parent]) + kin.c[k];  // (4.10)
     a[k] = smooth(joint, gains.exact_at(joint), gains.g[k], ws.e[k], ws.l[k]);
   }
 }
 
 // x = M^-1 tau: b, c and gravity are zero. About 140 flops a link.
 template <class T>
-void solve(const Model<T>& model, const RandomModel<T>& rm, const Gains<T>& gains,
+void solve(const Model<T>& model, const LinkKinematics<T>& kin, const Gains<T>& gains,
            const VectorX<T>& tau, Sweeps<T>& ws, VectorX<T>& x) {
   for (Vector6<T>& z : ws.z) z.setZero();
-  filter(model, rm, gains, tau, ws, [](int, Vector6<T>&) {});
+  filter(model, kin, gains, tau, ws, [](int, Vector6<T>&) {});
   for (int k = 0; k < model.nv(); ++k) {
     const int parent = model.parent(k);
     const Joint<T>& joint = model.joint(k);
     if (parent < 0)
       ws.l[k].setZero();
     else
-      ws.l[k] = rm.phi[k].motion_from_parent(ws.l[parent]);
+      ws.l[k] = kin.phi[k].motion_from_parent(ws.l[parent]);
     x[k] = smooth(joint, gains.exact_at(joint), gains.g[k], ws.e[k], ws.l[k]);
   }
 }
@@ -99,7 +99,7 @@ void solve(const Model<T>& model, const RandomModel<T>& rm, const Gains<T>& gain
 // M^-1 (nv x nv), both triangles. Column j needs the filter only on the path from j to the base,
 // and the smoother on DoF 0..j, since M^-1 is symmetric. O(N^2) altogether.
 template <class T>
-void inverse_by_columns(const Model<T>& model, const RandomModel<T>& rm, const Gains<T>& gains,
+void inverse_by_columns(const Model<T>& model, const LinkKinematics<T>& kin, const Gains<T>& gains,
                         Sweeps<T>& ws, MatrixX<T>& X) {
   for (int j = 0; j < model.nv(); ++j) {
     // filter with tau = e_j: zero outboard of j and on other branches
@@ -108,7 +108,7 @@ void inverse_by_columns(const Model<T>& model, const RandomModel<T>& rm, const G
     Vector6<T> z = gains.g[j];
     if (gains.exact_at(model.joint(j))) z[model.joint(j).axis()] = T(1);
     for (int child = j, k = model.parent(j); k >= 0; child = k, k = model.parent(k)) {
-      z = rm.phi[child].force_to_parent(z);
+      z = kin.phi[child].force_to_parent(z);
       const int h = model.joint(k).axis();
       const T e = -z[h];
       ws.e[k] = e / gains.D[k];
@@ -121,7 +121,7 @@ void inverse_by_columns(const Model<T>& model, const RandomModel<T>& rm, const G
       if (parent < 0)
         ws.l[k].setZero();
       else
-        ws.l[k] = rm.phi[k].motion_from_parent(ws.l[parent]);
+        ws.l[k] = kin.phi[k].motion_from_parent(ws.l[parent]);
       X(j, k) = X(k, j) = smooth(joint, gains.exact_at(joint), gains.g[k], ws.e[k], ws.l[k]);
     }
   }

@@ -246,19 +246,20 @@ struct Array : LinkFrames<Array<Method, with_bias>> {
   };
 
   template <class T>
-  static void start(const Model<T>& model, const RandomModel<T>& rm, Workspace<T>& ws) {
-    LinkFrames<Array>::start(model, rm, ws);
+  static void start(const Model<T>& model, const LinkKinematics<T>& kin, Workspace<T>& ws) {
+    LinkFrames<Array>::start(model, kin, ws);
     if constexpr (with_bias)
-      for (int k = 0; k < model.nv(); ++k) set_bias(model, k, rm.v[k], ws.links[k]);
+      for (int k = 0; k < model.nv(); ++k) set_bias(model, k, kin.v[k], ws.links[k]);
   }
 
   template <class T>
-  static void propagate(const Model<T>& model, const RandomModel<T>& rm, int k, Workspace<T>& ws) {
+  static void propagate(const Model<T>& model, const LinkKinematics<T>& kin, int k,
+                        Workspace<T>& ws) {
     if constexpr (with_bias) {
       auto A = ws.links[k].plus.A.topRows(ws.links[k].plus.rows);
-      A.col(array::zeta) += A.template leftCols<6>() * rm.c[k];
+      A.col(array::zeta) += A.template leftCols<6>() * kin.c[k];
     }
-    LinkFrames<Array>::propagate(model, rm, k, ws);
+    LinkFrames<Array>::propagate(model, kin, k, ws);
   }
 
   template <class T>

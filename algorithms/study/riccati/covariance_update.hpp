@@ -11,13 +11,13 @@
 
 #include <concepts>
 
-#include "algorithms/model/random_model.hpp"
+#include "algorithms/model/link_kinematics.hpp"
 
 namespace kalmarm {
 
 template <class U, class T>
 concept CovarianceUpdate = std::constructible_from < typename U::template Workspace<T>,
-const Model<T>& > &&requires(const Model<T>& model, const RandomModel<T>& rm, int k,
+const Model<T>& > &&requires(const Model<T>& model, const LinkKinematics<T>& kin, int k,
                              typename U::template Workspace<T>& ws,
                              const typename U::template Workspace<T>& done, Vector6<T>& g,
                              const Vector6<T>& x) {
@@ -27,11 +27,11 @@ const Model<T>& > &&requires(const Model<T>& model, const RandomModel<T>& rm, in
   // HP+ = 0 to the last bit where r = 0, so that H z+ = tau may be set instead of computed.
   { U::exact_constraint } -> std::convertible_to<bool>;
   // P-(k) = M(k) for every link.
-  { U::start(model, rm, ws) } -> std::same_as<void>;
+  { U::start(model, kin, ws) } -> std::same_as<void>;
   // P-(k) is complete: D(k) is returned, g(k) written, P- becomes P+.
   { U::measure(model, k, ws, g) } -> std::same_as<T>;
   // P-(parent) += phi P+(k) phi'.
-  { U::propagate(model, rm, k, ws) } -> std::same_as<void>;
+  { U::propagate(model, kin, k, ws) } -> std::same_as<void>;
   // P+(k) x.
   { U::P_plus_times(k, x, done) } -> std::same_as<Vector6<T>>;
 };
@@ -39,7 +39,7 @@ const Model<T>& > &&requires(const Model<T>& model, const RandomModel<T>& rm, in
 template <class Kernel>
 struct LinkFrames {
   template <class T, class Workspace>
-  static void start(const Model<T>& model, const RandomModel<T>&, Workspace& ws) {
+  static void start(const Model<T>& model, const LinkKinematics<T>&, Workspace& ws) {
     for (int k = 0; k < model.nv(); ++k) Kernel::set(k, model.inertia(k), ws);
   }
 
@@ -50,8 +50,8 @@ struct LinkFrames {
   }
 
   template <class T, class Workspace>
-  static void propagate(const Model<T>& model, const RandomModel<T>& rm, int k, Workspace& ws) {
-    Kernel::add(k, model.parent(k), rm.phi[k], ws);
+  static void propagate(const Model<T>& model, const LinkKinematics<T>& kin, int k, Workspace& ws) {
+    Kernel::add(k, model.parent(k), kin.phi[k], ws);
   }
 };
 

@@ -42,11 +42,11 @@ struct InWorldFrame {
   };
 
   template <class T>
-  static void start(const Model<T>& model, const RandomModel<T>& rm, Workspace<T>& ws) {
+  static void start(const Model<T>& model, const LinkKinematics<T>& kin, Workspace<T>& ws) {
     constexpr bool at_origin = origin == Origin::world;
     for (int k = 0; k < model.nv(); ++k) {
       const int parent = model.parent(k);
-      const Transform<T>& phi = rm.phi[k];
+      const Transform<T>& phi = kin.phi[k];
       const Vector3<T> d = parent < 0 ? phi.p : Vector3<T>(ws.Q[parent] * phi.p);
       ws.Q[k] = parent < 0 ? phi.R : Matrix3<T>(ws.Q[parent] * phi.R);
       const Vector3<T> origin_of_parent =
@@ -67,7 +67,7 @@ struct InWorldFrame {
   }
 
   template <class T>
-  static void propagate(const Model<T>& model, const RandomModel<T>&, int k, Workspace<T>& ws) {
+  static void propagate(const Model<T>& model, const LinkKinematics<T>&, int k, Workspace<T>& ws) {
     Update::add(k, model.parent(k), ws.to_parent[k], ws.update);
   }
 

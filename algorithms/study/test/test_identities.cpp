@@ -30,16 +30,16 @@ void expect_near(const MatrixX<Mp>& a, const MatrixX<Mp>& b) {
 template <class Update>
 struct Filter {
   Model<Mp> model;
-  RandomModel<Mp> rm;
+  LinkKinematics<Mp> kin;
   Factors<Mp, Update> f;
   VectorX<Mp> D;
   MatrixX<Mp> M;  // by world-frame Jacobians
 
   Filter(const Model<double>& parameters, const VectorX<double>& at)
-      : model(parameters.cast<Mp>()), rm(model), f(model) {
+      : model(parameters.cast<Mp>()), kin(model), f(model) {
     const VectorX<Mp> q = at.cast<Mp>();
-    set_position(model, q, rm);
-    EXPECT_TRUE(factor(model, rm, f));
+    set_position(model, q, kin);
+    EXPECT_TRUE(factor(model, kin, f));
     D = Eigen::Map<const VectorX<Mp>>(f.D.data(), model.nv());
     M = World(model, q, VectorX<Mp>::Zero(model.nv())).mass_matrix();
   }
@@ -51,7 +51,7 @@ struct Filter {
   Vector6<Mp> reach(int m, int j, bool closed) const {
     Vector6<Mp> x = f.g[j];
     for (int k = j;;) {
-      x = rm.phi[k].force_to_parent(x);
+      x = kin.phi[k].force_to_parent(x);
       k = model.parent(k);
       if (k == m) return x;
       if (closed) x -= f.g[k] * x[axis(k)];
@@ -150,10 +150,10 @@ TYPED_TEST_SUITE(ExactUpdate, ExactUpdates, UpdateName);
 TYPED_TEST(ExactUpdate, LeavesNothingOfAMeasuredJoint) {
   static_assert(TypeParam::exact_constraint);
   const Model<float> model = chain(43).cast<float>();
-  RandomModel<float> rm(model);
+  LinkKinematics<float> kin(model);
   Factors<float, TypeParam> f(model);
-  set_position(model, random_state(chain(43), 44).q.cast<float>(), rm);
-  ASSERT_TRUE(factor(model, rm, f));
+  set_position(model, random_state(chain(43), 44).q.cast<float>(), kin);
+  ASSERT_TRUE(factor(model, kin, f));
   for (int k = 0; k < model.nv(); ++k) {
     const Vector6<float> H = Vector6<float>::Unit(model.joint(k).axis());
     EXPECT_EQ(TypeParam::P_plus_times(k, H, f.update).norm(), 0) << k;
@@ -175,7 +175,7 @@ MatrixX<Mp> result_6_1(const Filter<Conventional>& filter) {
     Matrix6<Mp> L_plus = Matrix6<Mp>::Zero();
     path[k] = {k};
     if (parent >= 0) {
-      L_plus = filter.rm.phi[k].dual_congruence(L_minus[parent]);
+      L_plus = filter.kin.phi[k].dual_congruence(L_minus[parent]);
       path[k].insert(path[k].end(), path[parent].begin(), path[parent].end());
     }
     L_minus[k] = I_gH.transpose() * L_plus * I_gH + H * H.transpose() / filter.D[k];
@@ -234,11 +234,11 @@ TEST(StraightChain, HasTheSpectrumOfABendingBeam) {
   // lambda_min -> I_cm / 4 as n^-2, lambda_max -> n^4 / 1.87510^4 as n^-1
   const int n = 64;
   const Model<double> model = straight_chain(n);
-  RandomModel<double> rm(model);
+  LinkKinematics<double> kin(model);
   CompositeInertia<double> composite(model);
   MatrixX<double> M(n, n);
-  set_position(model, VectorX<double>::Zero(n), rm);
-  mass_matrix(model, rm, composite, Eigen::Ref<MatrixX<double>>(M));
+  set_position(model, VectorX<double>::Zero(n), kin);
+  mass_matrix(model, kin, composite, Eigen::Ref<MatrixX<double>>(M));
   const VectorX<double> w = Eigen::SelfAdjointEigenSolver<MatrixX<double>>(M).eigenvalues();
   EXPECT_NEAR(w[0] / (1.015 / 48), 1, 10.0 / (n * n));
   EXPECT_NEAR(w[n - 1] / std::pow(n / 1.87510, 4), 1, 2.1 / n);

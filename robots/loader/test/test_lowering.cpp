@@ -40,14 +40,14 @@ Difference against_mujoco(const Scene& scene, int count) {
   const int nv = model.nv();
   MujocoSolver mujoco(mujoco_of(scene));
   Dynamics<double> dynamics(plain(model));
-  RandomModel<double> rm(model);
+  LinkKinematics<double> kin(model);
   CompositeInertia<double> composite(model);
   MatrixX<double> M(nv, nv), M_mujoco(nv, nv);
   VectorX<double> a(nv), a_mujoco(nv);
   Difference out;
   for (const State& state : random_states(scene, count, 7)) {
-    set_position(model, state.q, rm);
-    mass_matrix(model, rm, composite, Eigen::Ref<MatrixX<double>>(M));
+    set_position(model, state.q, kin);
+    mass_matrix(model, kin, composite, Eigen::Ref<MatrixX<double>>(M));
     mujoco.mass(state.q, M_mujoco);
     EXPECT_TRUE(mujoco.acceleration(state.q, state.qd, state.tau, a_mujoco));
     EXPECT_TRUE(dynamics.forward_dynamics(state.q, state.qd, state.tau, a));
@@ -182,14 +182,14 @@ TEST(InverseDynamics, AgreesWithMujoco) {
     const Scene scene = load_scene(robot);
     const Model<double>& model = scene.model;
     MujocoSolver mujoco(mujoco_of(scene));
-    RandomModel<double> rm(model);
+    LinkKinematics<double> kin(model);
     InverseDynamics<double> ws(model);
     VectorX<double> tau(model.nv()), tau_mujoco(model.nv());
     for (const State& state : random_states(scene, 10, 5)) {
       const VectorX<double> qdd = 3 * state.tau;
-      set_position(model, state.q, rm);
-      set_velocity(model, state.qd, rm);
-      inverse_dynamics(model, rm, qdd, ws, Eigen::Ref<VectorX<double>>(tau));
+      set_position(model, state.q, kin);
+      set_velocity(model, state.qd, kin);
+      inverse_dynamics(model, kin, qdd, ws, Eigen::Ref<VectorX<double>>(tau));
       mujoco.inverse_dynamics(state.q, state.qd, qdd, tau_mujoco);
       EXPECT_LE((tau - tau_mujoco).norm(), 1e-13 * tau.norm()) << robot;
     }
@@ -392,12 +392,12 @@ TEST(TwoLink, MatchesTheTextbook) {
     return (E * body.moments.asDiagonal() * E.transpose())(2, 2);
   };
   const double I1 = about_z(first.body), I2 = about_z(second.body);
-  RandomModel<double> rm(model);
+  LinkKinematics<double> kin(model);
   CompositeInertia<double> composite(model);
   MatrixX<double> M(2, 2);
   for (const State& state : random_states(scene, 20, 3)) {
-    set_position(model, state.q, rm);
-    mass_matrix(model, rm, composite, Eigen::Ref<MatrixX<double>>(M));
+    set_position(model, state.q, kin);
+    mass_matrix(model, kin, composite, Eigen::Ref<MatrixX<double>>(M));
     const double c = std::cos(state.q[1]);
     EXPECT_NEAR(M(0, 0), m1 * c1 * c1 + m2 * (l1 * l1 + c2 * c2 + 2 * l1 * c2 * c) + I1 + I2,
                 1e-13);

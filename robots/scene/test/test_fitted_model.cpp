@@ -66,13 +66,13 @@ Scene saved_scene(const std::string& file, const FittedParameters& fitted) {
 double mass_difference(const Scene& saved, const Model<double>& model) {
   const int nv = model.nv();
   MujocoSolver mujoco(saved.mujoco);
-  RandomModel<double> rm(model);
+  LinkKinematics<double> kin(model);
   CompositeInertia<double> composite(model);
   MatrixX<double> M(nv, nv), M_mujoco(nv, nv);
   double worst = 0;
   for (const State& state : random_states(saved, 10, 7)) {
-    set_position(model, state.q, rm);
-    mass_matrix(model, rm, composite, Eigen::Ref<MatrixX<double>>(M));
+    set_position(model, state.q, kin);
+    mass_matrix(model, kin, composite, Eigen::Ref<MatrixX<double>>(M));
     mujoco.mass(state.q, M_mujoco);
     worst = std::max(worst, (M - M_mujoco).norm() / M.norm());
   }

@@ -43,21 +43,21 @@ inline ParameterVector<double> random_direction(const Case& at, std::uint64_t se
 template <class T>
 struct Mechanism {
   Model<T> model;
-  RandomModel<T> rm;
+  LinkKinematics<T> kin;
   typename Sequential<Conventional>::Workspace<T> ws;
   VectorX<T> qdd, tau, a;
 
   Mechanism(const Case& at, const ParameterVector<double>& direction, const T& step)
       : model(shifted(at.model, direction, step)),
-        rm(model),
+        kin(model),
         ws(model),
         qdd(at.qdd.cast<T>()),
         tau(at.state.tau.cast<T>() + step * direction.tau.cast<T>()),
         a(model.nv()) {
-    set_position(model, VectorX<T>(at.state.q.cast<T>()), rm);
-    set_velocity(model, VectorX<T>(at.state.qd.cast<T>()), rm);
-    EXPECT_TRUE(factor(model, rm, ws.factors));
-    Sequential<Conventional>::acceleration(model, rm, tau, ws, a);
+    set_position(model, VectorX<T>(at.state.q.cast<T>()), kin);
+    set_velocity(model, VectorX<T>(at.state.qd.cast<T>()), kin);
+    EXPECT_TRUE(factor(model, kin, ws.factors));
+    Sequential<Conventional>::acceleration(model, kin, tau, ws, a);
   }
 
  private:

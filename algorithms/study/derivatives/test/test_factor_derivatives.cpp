@@ -23,8 +23,8 @@ struct Operators {
 
   Operators(const Mechanism<T>& m, const FactorDirection<T>& direction)
       : K(m.model.nv(), m.model.nv()), L(K), dK(K), dL(K) {
-    gain_operator(m.model, m.rm, m.ws.factors, direction, Loop::open, K, dK);
-    gain_operator(m.model, m.rm, m.ws.factors, direction, Loop::closed, L, dL);
+    gain_operator(m.model, m.kin, m.ws.factors, direction, Loop::open, K, dK);
+    gain_operator(m.model, m.kin, m.ws.factors, direction, Loop::closed, L, dL);
   }
 };
 
@@ -44,7 +44,7 @@ struct Everything {
       P_minus[k] = P_plus[k] + D[k] * g * g.transpose();  // P- H' = D g
       e_plus[k] = m.ws.sweeps.e[k];
       e_minus[k] = D[k] * e_plus[k];
-      const Vector6<T> step = g * e_minus[k] + P_plus[k] * m.rm.c[k];
+      const Vector6<T> step = g * e_minus[k] + P_plus[k] * m.kin.c[k];
       z_minus[k] = m.ws.sweeps.z[k];
       if (m.model.parent(k) >= 0) z_minus[k] -= step;  // the filter stops at the base
       z_plus[k] = z_minus[k] + step;
@@ -74,7 +74,7 @@ class FactorDerivatives : public Derivatives {
  protected:
   Quantities<double> along(const ParameterVector<double>& direction) const {
     FactorDirection<double> d(at_.model);
-    factor_direction(m_.model, m_.rm, m_.ws.factors, m_.ws.sweeps, m_.a, direction, d);
+    factor_direction(m_.model, m_.kin, m_.ws.factors, m_.ws.sweeps, m_.a, direction, d);
     const Operators<double> operators(m_, d);
     return {{"P-", list<double>(d.dP_minus)},
             {"P+", list<double>(d.dP_plus)},
@@ -94,7 +94,7 @@ class FactorDerivatives : public Derivatives {
   ParameterVector<double> gradient(const FactorAdjoint<double>& adjoint) const {
     FactorGradient<double> ws(at_.model);
     ParameterVector<double> out(at_.model);
-    factor_gradient(m_.model, m_.rm, m_.ws.factors, m_.ws.sweeps, m_.a, adjoint, ws, out);
+    factor_gradient(m_.model, m_.kin, m_.ws.factors, m_.ws.sweeps, m_.a, adjoint, ws, out);
     return out;
   }
 
@@ -145,7 +145,7 @@ TEST_P(FactorDerivatives, ReverseModeIsTheAdjointOfForwardMode) {
 
 // d log det M = sum of dD / D; its gradient is L- of (5.6).
 TEST_P(FactorDerivatives, GradientOfLogDetIsTheCoStateCovariance) {
-  const Process<double> process(m_.model, m_.rm);
+  const Process<double> process(m_.model, m_.kin);
   Covariances<double> cov(process);
   ASSERT_TRUE(set_state_covariances(process, cov));
   set_co_state_covariances(process, cov);
@@ -163,7 +163,8 @@ TEST_P(FactorDerivatives, GradientOfLogDetIsTheCoStateCovariance) {
 // M = (I + K) D (I + K*) and (I + K)(I - L) = I, (3.3).
 TEST_P(FactorDerivatives, OperatorsFactorTheMassMatrixAndInvertEachOther) {
   FactorDirection<double> d(at_.model);
-  factor_direction(m_.model, m_.rm, m_.ws.factors, m_.ws.sweeps, m_.a, random_direction(at_, 1), d);
+  factor_direction(m_.model, m_.kin, m_.ws.factors, m_.ws.sweeps, m_.a, random_direction(at_, 1),
+                   d);
   const Operators<double> operators(m_, d);
   const int nv = at_.model.nv();
   const MatrixX<double> I = MatrixX<double>::Identity(nv, nv);
@@ -172,7 +173,7 @@ TEST_P(FactorDerivatives, OperatorsFactorTheMassMatrixAndInvertEachOther) {
   const Eigen::Map<const VectorX<double>> D(m_.ws.factors.D.data(), nv);
   CompositeInertia<double> composite(m_.model);
   MatrixX<double> M(nv, nv);
-  mass_matrix(m_.model, m_.rm, composite, Eigen::Ref<MatrixX<double>>(M));
+  mass_matrix(m_.model, m_.kin, composite, Eigen::Ref<MatrixX<double>>(M));
   EXPECT_LE((I_plus_K * D.asDiagonal() * I_plus_K.transpose() - M).norm(), 1e-13 * M.norm());
 }
 

@@ -20,7 +20,7 @@ template <class T>
 VectorX<T> torque(const Mechanism<T>& m) {
   InverseDynamics<T> ws(m.model);
   VectorX<T> tau(m.model.nv());
-  inverse_dynamics(m.model, m.rm, m.qdd, ws, Eigen::Ref<VectorX<T>>(tau));
+  inverse_dynamics(m.model, m.kin, m.qdd, ws, Eigen::Ref<VectorX<T>>(tau));
   return tau;
 }
 
@@ -29,7 +29,7 @@ VectorX<T> mass_triangle(const Mechanism<T>& m) {
   const int nv = m.model.nv();
   CompositeInertia<T> ws(m.model);
   MatrixX<T> M(nv, nv);
-  mass_matrix(m.model, m.rm, ws, Eigen::Ref<MatrixX<T>>(M));
+  mass_matrix(m.model, m.kin, ws, Eigen::Ref<MatrixX<T>>(M));
   VectorX<T> out(lower_triangle_size(nv));
   for (int i = 0; i < nv; ++i)
     for (int j = 0; j <= i; ++j) out[lower_triangle_row(i, j)] = M(i, j);
@@ -41,7 +41,7 @@ struct Residuals {
   Quantities<T> operator()(const Mechanism<T>& m) const {
     Innovations<T> ws(m.model);
     VectorX<T> w(m.model.nv());
-    innovations(m.model, m.rm, m.ws.factors, m.qdd, m.tau, ws, w);
+    innovations(m.model, m.kin, m.ws.factors, m.qdd, m.tau, ws, w);
     using std::log;
     VectorX<T> log_D(m.model.nv());
     for (int k = 0; k < m.model.nv(); ++k) log_D[k] = log(m.ws.factors.D[k]);
@@ -76,26 +76,26 @@ struct Jacobians {
   explicit Jacobians(const Mechanism<double>& m)
       : Jacobians(m, m.model.nv(), lower_triangle_size(m.model.nv())) {
     Regressor<double> regressor_ws(m.model);
-    regressor(m.model, m.rm, m.qdd, regressor_ws, torque.by_theta);
+    regressor(m.model, m.kin, m.qdd, regressor_ws, torque.by_theta);
     torque.by_r = m.qdd.asDiagonal();
     torque.by_tau.setZero();
 
     AccelerationJacobian<double> acceleration_ws(m.model);
-    acceleration_jacobian(m.model, m.rm, m.ws.factors, m.a, acceleration_ws, acceleration.by_theta,
+    acceleration_jacobian(m.model, m.kin, m.ws.factors, m.a, acceleration_ws, acceleration.by_theta,
                           acceleration.by_r, acceleration.by_tau);
 
     Innovations<double> innovation_ws(m.model);
     VectorX<double> w(m.model.nv());
-    innovations(m.model, m.rm, m.ws.factors, m.qdd, m.tau, innovation_ws, w);
+    innovations(m.model, m.kin, m.ws.factors, m.qdd, m.tau, innovation_ws, w);
     InnovationJacobian<double> jacobian_ws(m.model);
-    innovation_jacobian(m.model, m.rm, m.ws.factors, m.qdd, innovation_ws.sweeps.e, jacobian_ws,
+    innovation_jacobian(m.model, m.kin, m.ws.factors, m.qdd, innovation_ws.sweeps.e, jacobian_ws,
                         innovation.by_theta, innovation.by_r, innovation.by_tau);
 
-    log_D_jacobian(m.model, m.rm, m.ws.factors, jacobian_ws, log_D.by_theta, log_D.by_r);
+    log_D_jacobian(m.model, m.kin, m.ws.factors, jacobian_ws, log_D.by_theta, log_D.by_r);
     log_D.by_tau.setZero();
 
     MassJacobian<double> mass_ws(m.model);
-    mass_jacobian(m.model, m.rm, mass_ws, mass.by_theta, mass.by_r);
+    mass_jacobian(m.model, m.kin, mass_ws, mass.by_theta, mass.by_r);
     mass.by_tau.setZero();
   }
 
@@ -159,7 +159,7 @@ TEST_P(JacobiansOf, AgreeWithTheDerivativesOfTheRecursions) {
   for (int seed = 0; seed < 3; ++seed) {
     const ParameterVector<double> direction = random_direction(at_, seed);
     FactorDirection<double> d(m.model);
-    factor_direction(m.model, m.rm, m.ws.factors, m.ws.sweeps, m.a, direction, d);
+    factor_direction(m.model, m.kin, m.ws.factors, m.ws.sweeps, m.a, direction, d);
     const Eigen::Map<const VectorX<double>> D(m.ws.factors.D.data(), m.model.nv());
     expect_near({{"a", jacobians.acceleration.times(direction)},
                  {"log D", jacobians.log_D.times(direction)}},
@@ -187,7 +187,7 @@ TEST_P(JacobiansOf, InnovationsMeasureTheTorqueResidualByTheInverseMass) {
   EXPECT_LE((whitening * Delta - w).norm(), 1e-13 * w.norm());
   Sweeps<double> sweeps(m.model);
   VectorX<double> x(m.model.nv());
-  solve(m.model, m.rm, m.ws.factors, Delta, sweeps, x);
+  solve(m.model, m.kin, m.ws.factors, Delta, sweeps, x);
   EXPECT_NEAR(w.squaredNorm(), Delta.dot(x), 1e-13 * w.squaredNorm());
 }
 

@@ -34,7 +34,7 @@ template <class T>
 struct Estimation {
   Model<T> model;
   State<T> state;
-  RandomModel<T> rm;
+  LinkKinematics<T> kin;
   Process<T> process;
   Covariances<T> cov;
   FilterSmoother<T> fs;
@@ -42,8 +42,8 @@ struct Estimation {
   Estimation(const Model<double>& parameters, std::uint64_t seed)
       : model(parameters.cast<T>()),
         state(random_state(parameters, seed).template cast<T>()),
-        rm(model),
-        process(at(model, state, rm)),
+        kin(model),
+        process(at(model, state, kin)),
         cov(process),
         fs(process) {
     EXPECT_FALSE(find_flaw(process));
@@ -54,10 +54,10 @@ struct Estimation {
     set_conditional_means(process, fs);
   }
 
-  static Process<T> at(const Model<T>& model, const State<T>& state, RandomModel<T>& rm) {
-    set_position(model, state.q, rm);
-    set_velocity(model, state.qd, rm);
-    return Process<T>(model, rm);
+  static Process<T> at(const Model<T>& model, const State<T>& state, LinkKinematics<T>& kin) {
+    set_position(model, state.q, kin);
+    set_velocity(model, state.qd, kin);
+    return Process<T>(model, kin);
   }
 };
 
@@ -105,7 +105,7 @@ TYPED_TEST(EveryPrecision, PaperAndLibraryHaveTheSameFactors) {  // D and g of r
   this->for_each_family([](const Estimation<T>& e) {
     using std::abs;
     Factors<T, Conventional> f(e.model);
-    ASSERT_TRUE(factor(e.model, e.rm, f));
+    ASSERT_TRUE(factor(e.model, e.kin, f));
     for (int k = 0; k < e.process.size(); ++k) {
       EXPECT_LE(abs(f.D[k] / e.cov.D[k] - T(1)), EveryPrecision<T>::bound) << k;
       EXPECT_LE((f.g[k] - e.cov.g[k]).norm(), EveryPrecision<T>::bound * f.g[k].norm()) << k;
@@ -265,9 +265,9 @@ TEST(Flaw, IsNotSeenInPointMassesAndRods) {  // semidefinite, to rounding
     joint.body.axes = random.quaternion();
     builder.add(joint);
     const Model<double> model = builder.build();
-    RandomModel<double> rm(model);
+    LinkKinematics<double> kin(model);
     const State<double> state = random_state(model, 69);
-    EXPECT_FALSE(find_flaw(Estimation<double>::at(model, state, rm))) << i;
+    EXPECT_FALSE(find_flaw(Estimation<double>::at(model, state, kin))) << i;
   }
 }
 
@@ -282,8 +282,8 @@ TEST(Singular, MechanismIsRefusedWithJointAndNumbers) {
   joint.translation.setZero();
   builder.add(joint);
   const Model<double> model = builder.build();
-  RandomModel<double> rm(model);
-  const Process<double> process = Estimation<double>::at(model, random_state(model, 70), rm);
+  LinkKinematics<double> kin(model);
+  const Process<double> process = Estimation<double>::at(model, random_state(model, 70), kin);
   Covariances<double> cov(process);
   const Outcome outcome = set_state_covariances(process, cov);
   EXPECT_EQ(outcome.status, Outcome::Status::singular);
@@ -294,10 +294,10 @@ TEST(Singular, MechanismIsRefusedWithJointAndNumbers) {
 
 TEST(Singular, NearlySingularIsNotRefused) {  // as factors.hpp: stretched chains keep their digits
   const Model<double> model = straight_chain(200);
-  RandomModel<double> rm(model);
+  LinkKinematics<double> kin(model);
   State<double> rest = random_state(model, 71);
   rest.q.setZero();
-  const Process<double> process = Estimation<double>::at(model, rest, rm);
+  const Process<double> process = Estimation<double>::at(model, rest, kin);
   Covariances<double> cov(process);
   EXPECT_TRUE(set_state_covariances(process, cov));
 }

@@ -23,14 +23,14 @@ struct NarrowFactorsScheme {
   template <class T>
   struct Workspace {
     Model<float> model;
-    RandomModel<float> rm;
+    LinkKinematics<float> kin;
     typename V::template Workspace<float> inner;
     Residual<T> residual;
     VectorX<float> rhs, x32;
 
     explicit Workspace(const Model<T>& exact)
         : model(exact.template cast<float>()),
-          rm(model),
+          kin(model),
           inner(model),
           residual(exact),
           rhs(exact.nv()),
@@ -38,34 +38,35 @@ struct NarrowFactorsScheme {
   };
 
   template <class T>
-  static Outcome factor(const Model<T>& model, const RandomModel<T>& rm, Workspace<T>& ws) {
-    ws.rm.q = rm.q.template cast<float>();
+  static Outcome factor(const Model<T>& model, const LinkKinematics<T>& kin, Workspace<T>& ws) {
+    ws.kin.q = kin.q.template cast<float>();
     for (int k = 0; k < model.nv(); ++k) {
-      ws.rm.phi[k] = {rm.phi[k].R.template cast<float>(), rm.phi[k].p.template cast<float>()};
-      ws.rm.v[k] = rm.v[k].template cast<float>();
-      ws.rm.c[k] = rm.c[k].template cast<float>();
-      ws.rm.b[k] = rm.b[k].template cast<float>();
+      ws.kin.phi[k] = {kin.phi[k].R.template cast<float>(), kin.phi[k].p.template cast<float>()};
+      ws.kin.v[k] = kin.v[k].template cast<float>();
+      ws.kin.c[k] = kin.c[k].template cast<float>();
+      ws.kin.b[k] = kin.b[k].template cast<float>();
     }
-    return V::factor(ws.model, ws.rm, ws.inner);
+    return V::factor(ws.model, ws.kin, ws.inner);
   }
 
   template <class Equation, class T>
-  static Refinement solve(const Model<T>& model, const RandomModel<T>& rm, const VectorX<T>& tau,
-                          Workspace<T>& ws, RefinementWorkspace<T>& loop, VectorX<T>& x) {
+  static Refinement solve(const Model<T>& model, const LinkKinematics<T>& kin,
+                          const VectorX<T>& tau, Workspace<T>& ws, RefinementWorkspace<T>& loop,
+                          VectorX<T>& x) {
     const auto solve_narrow = [&](const VectorX<float>& rhs, VectorX<float>& x32) {
-      V::solve(ws.model, ws.rm, rhs, ws.inner, x32);
+      V::solve(ws.model, ws.kin, rhs, ws.inner, x32);
     };
     if constexpr (Equation::linear) {
       solve_scaled(tau, solve_narrow, ws.rhs, ws.x32, x);
     } else {  // the bias does not scale with tau
       ws.rhs = tau.template cast<float>();
-      Equation::template solve<V>(ws.model, ws.rm, ws.rhs, ws.inner, ws.x32);
+      Equation::template solve<V>(ws.model, ws.kin, ws.rhs, ws.inner, ws.x32);
       x = ws.x32.template cast<T>();
     }
     return refine<T>(
         most, enough,
         [&](const VectorX<T>& y, VectorX<T>& d) {
-          set_residual<Equation>(model, rm, tau, y, ws.residual);
+          set_residual<Equation>(model, kin, tau, y, ws.residual);
           solve_scaled(ws.residual.r, solve_narrow, ws.rhs, ws.x32, d);
         },
         loop, x);

@@ -26,19 +26,20 @@ struct OnePrecisionScheme {
   };
 
   template <class T>
-  static Outcome factor(const Model<T>& model, const RandomModel<T>& rm, Workspace<T>& ws) {
-    return V::factor(model, rm, ws.inner);
+  static Outcome factor(const Model<T>& model, const LinkKinematics<T>& kin, Workspace<T>& ws) {
+    return V::factor(model, kin, ws.inner);
   }
 
   template <class Equation, class T>
-  static Refinement solve(const Model<T>& model, const RandomModel<T>& rm, const VectorX<T>& tau,
-                          Workspace<T>& ws, RefinementWorkspace<T>& loop, VectorX<T>& x) {
-    Equation::template solve<V>(model, rm, tau, ws.inner, x);
+  static Refinement solve(const Model<T>& model, const LinkKinematics<T>& kin,
+                          const VectorX<T>& tau, Workspace<T>& ws, RefinementWorkspace<T>& loop,
+                          VectorX<T>& x) {
+    Equation::template solve<V>(model, kin, tau, ws.inner, x);
     return refine<T>(
         most, enough,
         [&](const VectorX<T>& y, VectorX<T>& d) {
-          set_residual<Equation>(model, rm, tau, y, ws.residual);
-          V::solve(model, rm, ws.residual.r, ws.inner, d);
+          set_residual<Equation>(model, kin, tau, y, ws.residual);
+          V::solve(model, kin, ws.residual.r, ws.inner, d);
         },
         loop, x);
   }

@@ -2,8 +2,8 @@
 // which the residual is taken. It has
 //   name(), equation, supports<T>                      as a variant has
 //   Workspace<T>                                       from a model
-//   factor(model, rm, ws) -> Outcome
-//   solve<Equation>(model, rm, tau, ws, loop, x) -> Refinement
+//   factor(model, kin, ws) -> Outcome
+//   solve<Equation>(model, kin, tau, ws, loop, x) -> Refinement
 // where solve, after factor, writes the refined solution x of an equation of refinement.hpp.
 #pragma once
 
@@ -36,32 +36,32 @@ struct RefinedVariant {
   };
 
   template <class T>
-  static Outcome factor(const Model<T>& model, const RandomModel<T>& rm, Workspace<T>& ws) {
-    return Scheme::template factor<T>(model, rm, ws);
+  static Outcome factor(const Model<T>& model, const LinkKinematics<T>& kin, Workspace<T>& ws) {
+    return Scheme::template factor<T>(model, kin, ws);
   }
 
-  // a (nv) from tau (nv), with the bias of rm, after factor.
+  // a (nv) from tau (nv), with the bias of kin, after factor.
   template <class T>
-  static void acceleration(const Model<T>& model, const RandomModel<T>& rm, const VectorX<T>& tau,
-                           Workspace<T>& ws, VectorX<T>& a) {
-    ws.refinement = Scheme::template solve<EquationOfMotion, T>(model, rm, tau, ws, ws.loop, a);
+  static void acceleration(const Model<T>& model, const LinkKinematics<T>& kin,
+                           const VectorX<T>& tau, Workspace<T>& ws, VectorX<T>& a) {
+    ws.refinement = Scheme::template solve<EquationOfMotion, T>(model, kin, tau, ws, ws.loop, a);
   }
 
   // x = M^-1 tau, after factor.
   template <class T>
-  static void solve(const Model<T>& model, const RandomModel<T>& rm, const VectorX<T>& tau,
+  static void solve(const Model<T>& model, const LinkKinematics<T>& kin, const VectorX<T>& tau,
                     Workspace<T>& ws, VectorX<T>& x) {
-    Scheme::template solve<MassEquation, T>(model, rm, tau, ws, ws.loop, x);
+    Scheme::template solve<MassEquation, T>(model, kin, tau, ws, ws.loop, x);
   }
 
   // M^-1 (nv x nv), both triangles, after factor: every column refined, the mean of both triangles.
   template <class T>
-  static void inverse(const Model<T>& model, const RandomModel<T>& rm, Workspace<T>& ws,
+  static void inverse(const Model<T>& model, const LinkKinematics<T>& kin, Workspace<T>& ws,
                       MatrixX<T>& X) {
     for (int j = 0; j < X.cols(); ++j) {
       ws.unit.setZero();
       ws.unit[j] = T(1);
-      solve(model, rm, ws.unit, ws, ws.column);
+      solve(model, kin, ws.unit, ws, ws.column);
       X.col(j) = ws.column;
     }
     for (int j = 0; j < X.cols(); ++j)

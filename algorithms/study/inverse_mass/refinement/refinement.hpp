@@ -59,15 +59,15 @@ struct EquationOfMotion {  // M x + bias = tau
   static constexpr bool linear = false;
 
   template <class V, class T, class Workspace>
-  static void solve(const Model<T>& model, const RandomModel<T>& rm, const VectorX<T>& tau,
+  static void solve(const Model<T>& model, const LinkKinematics<T>& kin, const VectorX<T>& tau,
                     Workspace& ws, VectorX<T>& x) {
-    V::acceleration(model, rm, tau, ws, x);
+    V::acceleration(model, kin, tau, ws, x);
   }
 
   template <class T>
-  static void torque(const Model<T>& model, const RandomModel<T>& rm, const VectorX<T>& x,
+  static void torque(const Model<T>& model, const LinkKinematics<T>& kin, const VectorX<T>& x,
                      InverseDynamics<T>& ws, Eigen::Ref<VectorX<T>> tau) {
-    inverse_dynamics(model, rm, x, ws, tau);
+    inverse_dynamics(model, kin, x, ws, tau);
   }
 };
 
@@ -75,15 +75,15 @@ struct MassEquation {  // M x = tau
   static constexpr bool linear = true;
 
   template <class V, class T, class Workspace>
-  static void solve(const Model<T>& model, const RandomModel<T>& rm, const VectorX<T>& tau,
+  static void solve(const Model<T>& model, const LinkKinematics<T>& kin, const VectorX<T>& tau,
                     Workspace& ws, VectorX<T>& x) {
-    V::solve(model, rm, tau, ws, x);
+    V::solve(model, kin, tau, ws, x);
   }
 
   template <class T>
-  static void torque(const Model<T>& model, const RandomModel<T>& rm, const VectorX<T>& x,
+  static void torque(const Model<T>& model, const LinkKinematics<T>& kin, const VectorX<T>& x,
                      InverseDynamics<T>& ws, Eigen::Ref<VectorX<T>> tau) {
-    mass_times(model, rm, x, ws, tau);
+    mass_times(model, kin, x, ws, tau);
   }
 };
 
@@ -97,9 +97,9 @@ struct Residual {
 
 // r = tau - ID(x), in the precision of all that it is given.
 template <class Equation, class T>
-void set_residual(const Model<T>& model, const RandomModel<T>& rm, const VectorX<T>& tau,
+void set_residual(const Model<T>& model, const LinkKinematics<T>& kin, const VectorX<T>& tau,
                   const VectorX<T>& x, Residual<T>& ws) {
-  Equation::torque(model, rm, x, ws.newton_euler, Eigen::Ref<VectorX<T>>(ws.r));
+  Equation::torque(model, kin, x, ws.newton_euler, Eigen::Ref<VectorX<T>>(ws.r));
   ws.r = tau - ws.r;
 }
 

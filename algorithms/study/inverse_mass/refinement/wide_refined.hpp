@@ -9,7 +9,7 @@
 // M^^-1 r has no such digit where T cannot hold r: r is small next to what its rounding moves, and
 // above kappa ~ 1/u that of a joint torque is enough. M^^ may even be so stiff along an error that
 // |d| comes down and the error does not. So where |d| does not come down to the last bits, or D was
-// so small that the test for singularity had to look (outcome.suspect), M is factored in the wider
+// so small that the test for singularity had to look (outcome.recomputed), M is factored in the wider
 // precision too, and x starts again from there. It is said (outcome.widened). Of wild mechanisms a
 // quarter needs it in float32, of robots none was seen to.
 #pragma once
@@ -37,7 +37,7 @@ struct WideResidualScheme {
     VectorX<T> rhs, scaled_d;
     bool suspect = false;
     Model<Wider<T>> model;
-    RandomModel<Wider<T>> rm;
+    LinkKinematics<Wider<T>> kin;
     Residual<Wider<T>> residual;
     VectorX<Wider<T>> wide_tau, wide_x, wide_rhs, wide_d;
     typename V::template Workspace<Wider<T>> wide_inner;
@@ -48,7 +48,7 @@ struct WideResidualScheme {
           rhs(narrow.nv()),
           scaled_d(narrow.nv()),
           model(narrow.template cast<Wider<T>>()),
-          rm(model),
+          kin(model),
           residual(model),
           wide_tau(narrow.nv()),
           wide_x(narrow.nv()),
@@ -58,32 +58,33 @@ struct WideResidualScheme {
   };
 
   template <class T>
-  static Outcome factor(const Model<T>& model, const RandomModel<T>& rm, Workspace<T>& ws) {
-    set_position(ws.model, rm.q, ws.rm);
+  static Outcome factor(const Model<T>& model, const LinkKinematics<T>& kin, Workspace<T>& ws) {
+    set_position(ws.model, kin.q, ws.kin);
     ws.widened.reset();
-    const Outcome outcome = V::factor(model, rm, ws.inner);
-    ws.suspect = outcome.suspect;
+    const Outcome outcome = V::factor(model, kin, ws.inner);
+    ws.recomputed = outcome.recomputed;
     return outcome;
   }
 
   template <class Equation, class T>
-  static Refinement solve(const Model<T>& model, const RandomModel<T>& rm, const VectorX<T>& tau,
-                          Workspace<T>& ws, RefinementWorkspace<T>& loop, VectorX<T>& x) {
-    if constexpr (!Equation::linear) set_velocity(ws.model, rm.qd, ws.rm);
+  static Refinement solve(const Model<T>& model, const LinkKinematics<T>& kin,
+                          const VectorX<T>& tau, Workspace<T>& ws, RefinementWorkspace<T>& loop,
+                          VectorX<T>& x) {
+    if constexpr (!Equation::linear) set_velocity(ws.model, kin.qd, ws.kin);
     ws.wide_tau = tau.template cast<Wider<T>>();
-    Equation::template solve<V>(model, rm, tau, ws.inner, x);
+    Equation::template solve<V>(model, kin, tau, ws.inner, x);
     const Refinement narrow = refine_by<Equation, T>(
-        [&](const VectorX<T>& rhs, VectorX<T>& d) { V::solve(model, rm, rhs, ws.inner, d); },
+        [&](const VectorX<T>& rhs, VectorX<T>& d) { V::solve(model, kin, rhs, ws.inner, d); },
         ws.rhs, ws.scaled_d, ws, loop, x);
-    if (!ws.suspect && narrow.error <= settled * unit_roundoff<T>()) return narrow;
+    if (!ws.recomputed && narrow.error <= settled * unit_roundoff<T>()) return narrow;
 
-    if (!ws.widened) ws.widened = V::factor(ws.model, ws.rm, ws.wide_inner);
+    if (!ws.widened) ws.widened = V::factor(ws.model, ws.kin, ws.wide_inner);
     if (!*ws.widened) return narrow;
-    Equation::template solve<V>(ws.model, ws.rm, ws.wide_tau, ws.wide_inner, ws.wide_x);
+    Equation::template solve<V>(ws.model, ws.kin, ws.wide_tau, ws.wide_inner, ws.wide_x);
     x = ws.wide_x.template cast<T>();
     Refinement wide = refine_by<Equation, T>(
         [&](const VectorX<Wider<T>>& rhs, VectorX<Wider<T>>& d) {
-          V::solve(ws.model, ws.rm, rhs, ws.wide_inner, d);
+          V::solve(ws.model, ws.kin, rhs, ws.wide_inner, d);
         },
         ws.wide_rhs, ws.wide_d, ws, loop, x);
     wide.widened = true;
@@ -99,7 +100,7 @@ struct WideResidualScheme {
         most, enough,
         [&](const VectorX<T>& y, VectorX<T>& d) {
           ws.wide_x = y.template cast<Wider<T>>();
-          set_residual<Equation>(ws.model, ws.rm, ws.wide_tau, ws.wide_x, ws.residual);
+          set_residual<Equation>(ws.model, ws.kin, ws.wide_tau, ws.wide_x, ws.residual);
           solve_scaled(ws.residual.r, solve, rhs, scaled_d, d);
         },
         loop, x);

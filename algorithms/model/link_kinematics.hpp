@@ -22,12 +22,12 @@
 namespace kalmarm {
 
 template <class T>
-struct RandomModel {
+struct LinkKinematics {
   std::vector<Transform<T>> phi;
   std::vector<Vector6<T>> v, c, b;
   VectorX<T> q, qd;  // the state that it is of
 
-  explicit RandomModel(const Model<T>& model)
+  explicit LinkKinematics(const Model<T>& model)
       : phi(model.nv()),
         v(model.nv(), Vector6<T>::Zero()),
         c(model.nv(), Vector6<T>::Zero()),
@@ -39,17 +39,17 @@ struct RandomModel {
 // phi of every link from q (nq values; quaternions of any length but zero). One sine and cosine and
 // 20 flops a hinge.
 template <class T, class Q>
-void set_position(const Model<T>& model, const Q& q, RandomModel<T>& rm) {
+void set_position(const Model<T>& model, const Q& q, LinkKinematics<T>& kin) {
   const auto turned = [](const Matrix3<T>& R) {  // R C
     Matrix3<T> out;
     out << R.col(1), R.col(2), R.col(0);
     return out;
   };
-  for (int i = 0; i < model.nq(); ++i) rm.q[i] = q[i];
+  for (int i = 0; i < model.nq(); ++i) kin.q[i] = q[i];
   for (int k = 0; k < model.nv(); ++k) {
     const Joint<T>& joint = model.joint(k);
     const Matrix3<T>& E = model.E(k);
-    Transform<T>& phi = rm.phi[k];
+    Transform<T>& phi = kin.phi[k];
     phi.R = E;
     phi.p = joint.translation;
     switch (joint.coordinate) {
@@ -84,21 +84,21 @@ void set_position(const Model<T>& model, const Q& q, RandomModel<T>& rm) {
 
 // v, c and b of every link from qd (nv values), after set_position. About 110 flops a link.
 template <class T, class V>
-void set_velocity(const Model<T>& model, const V& qd, RandomModel<T>& rm) {
-  for (int k = 0; k < model.nv(); ++k) rm.qd[k] = qd[k];
+void set_velocity(const Model<T>& model, const V& qd, LinkKinematics<T>& kin) {
+  for (int k = 0; k < model.nv(); ++k) kin.qd[k] = qd[k];
   Vector6<T> u;  // of the joint that the current DoF belongs to
   for (int k = 0; k < model.nv(); ++k) {
     const int parent = model.parent(k), axis = model.joint(k).axis();
-    const Transform<T>& phi = rm.phi[k];
+    const Transform<T>& phi = kin.phi[k];
     const Vector6<T> inboard =
-        parent < 0 ? Vector6<T>(Vector6<T>::Zero()) : phi.motion_from_parent(rm.v[parent]);
+        parent < 0 ? Vector6<T>(Vector6<T>::Zero()) : phi.motion_from_parent(kin.v[parent]);
     u = model.joint(k).coordinate == Coordinate::follower ? phi.motion_from_parent(u) : inboard;
-    rm.v[k] = inboard;
-    rm.v[k][axis] += qd[k];
+    kin.v[k] = inboard;
+    kin.v[k][axis] += qd[k];
     Vector6<T> joint_velocity = Vector6<T>::Zero();
     joint_velocity[axis] = qd[k];
-    rm.c[k] = cross_motion(u, joint_velocity);
-    rm.b[k] = cross_force(rm.v[k], Vector6<T>(model.M(k) * rm.v[k]));
+    kin.c[k] = cross_motion(u, joint_velocity);
+    kin.b[k] = cross_force(kin.v[k], Vector6<T>(model.M(k) * kin.v[k]));
   }
 }
 

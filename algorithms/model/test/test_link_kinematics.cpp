@@ -156,29 +156,29 @@ struct Mechanism {
   Model<double> parameters;
   Model<Mp> model;
   State<Mp> state;
-  RandomModel<Mp> rm;
+  LinkKinematics<Mp> kin;
   InverseDynamics<Mp> ws;
 
   Mechanism(const Model<double>& made, std::uint64_t seed)
       : parameters(made),
         model(made.cast<Mp>()),
         state(random_state(made, seed).cast<Mp>()),
-        rm(model),
+        kin(model),
         ws(model) {
-    set_position(model, state.q, rm);
-    set_velocity(model, state.qd, rm);
+    set_position(model, state.q, kin);
+    set_velocity(model, state.qd, kin);
   }
 
   VectorX<Mp> torque(const VectorX<Mp>& qdd) {
     VectorX<Mp> tau(model.nv());
-    inverse_dynamics(model, rm, qdd, ws, Eigen::Ref<VectorX<Mp>>(tau));
+    inverse_dynamics(model, kin, qdd, ws, Eigen::Ref<VectorX<Mp>>(tau));
     return tau;
   }
 
   MatrixX<Mp> mass() const {
     CompositeInertia<Mp> composite(model);
     MatrixX<Mp> M(model.nv(), model.nv());
-    mass_matrix(model, rm, composite, Eigen::Ref<MatrixX<Mp>>(M));
+    mass_matrix(model, kin, composite, Eigen::Ref<MatrixX<Mp>>(M));
     return M;
   }
 
@@ -221,10 +221,10 @@ class EveryFamily : public testing::TestWithParam<Family> {
 };
 
 TEST_P(EveryFamily, LinkVelocitiesGiveTheKineticEnergy) {
-  const auto& [parameters, model, state, rm, ws] = mechanism;
+  const auto& [parameters, model, state, kin, ws] = mechanism;
   Mp twice = 0;
   for (int k = 0; k < model.nv(); ++k)
-    twice += rm.v[k].dot(model.M(k) * rm.v[k]) + model.joint(k).r * state.qd[k] * state.qd[k];
+    twice += kin.v[k].dot(model.M(k) * kin.v[k]) + model.joint(k).r * state.qd[k] * state.qd[k];
   const Mp energy = World(model, state.q, state.qd).kinetic_energy();
   EXPECT_LE(abs(twice / 2 - energy), rounding * energy);
   EXPECT_LE(abs(state.qd.dot(mechanism.mass() * state.qd) / 2 - energy), rounding * energy);
@@ -252,7 +252,7 @@ TEST_P(EveryFamily, MassMatrixIsTheDerivativeOfTheTorques) {
 }
 
 TEST_P(EveryFamily, BiasAndMassMatrixAreThoseOfTheWorldFrame) {
-  const auto& [parameters, model, state, rm, ws] = mechanism;
+  const auto& [parameters, model, state, kin, ws] = mechanism;
   const World world(model, state.q, state.qd);
   expect_near(mechanism.mass(), world.mass_matrix());
   expect_near(mechanism.torque(VectorX<Mp>::Zero(model.nv())), world.bias());
