@@ -68,7 +68,7 @@ class LimbsInLanes {
   // A joint of every lane.
   struct Level {
     int link[lanes];  // -1: a dummy body
-    bool noise = false, turned = false, has_y = false, has_z = false;
+    bool has_noise = false, turned = false, has_y = false, has_z = false;
     LoweredBody<Lane> body;
     Turn<Lane> alpha{Lane(S(1)), Lane(S(0))}, theta = alpha;
     Lane p[3], d = Lane(S(0));
@@ -146,7 +146,7 @@ class LimbsInLanes {
         const LoweredLink<S>& link = model.link(k);
         taken_[k] = 1;
         level.link[lane] = k;
-        level.noise |= link.has_noise;
+        level.has_noise |= link.has_noise;
         level.turned |= link.turned;
         level.has_y |= link.p[1] != S(0);
         level.has_z |= link.p[2] != S(0);
@@ -177,7 +177,7 @@ class LimbsInLanes {
     Pending<Lane> pending = {zero, zero};
     Lane margin = Lane(factors.margin);
     for (const Level& level : group.levels) {
-      if (level.noise)
+      if (level.has_noise)
         cross<true>(model, level, limbs, P, pending, margin, factors);
       else
         cross<false>(model, level, limbs, P, pending, margin, factors);
@@ -228,7 +228,7 @@ class LimbsInLanes {
       auto& at = factors.links[k];
       static_assert(sizeof at == sizeof rows[lane]);
       std::memcpy(&at, &rows[lane], sizeof at);
-      if (noise && !model.link(k).noise) at.g.z = S(1);
+      if (noise && !model.link(k).has_noise) at.g.z = S(1);
     }
   }
 
