@@ -28,13 +28,11 @@ double nearness(const Outcome& outcome) {
 double capped(double error) { return error <= largest_error ? error : largest_error; }
 
 // The error as Outcome::error tells it: in the measure of the task, but of an acceleration that is
-// nothing beside gravity and what velocities bring, beside u (|gravity| + |qd|^2) (claims.hpp).
+// nothing beside gravity and what velocities bring (measures.hpp).
 double error_as_claimed(Want task, const Answer<Wide>& difference, const Answer<Wide>& exact,
                         double nothing) {
-  const double error = error_of(task, difference, exact);
-  if (task != Want::acceleration) return error;
-  const auto size = static_cast<double>(exact[0].norm());
-  return size < nothing ? static_cast<double>(difference[0].norm()) / nothing : error;
+  if (task != Want::acceleration) return error_of(task, difference, exact);
+  return error_as_told<Wide>(difference[0].norm(), exact[0].norm(), nothing);
 }
 
 template <class T>

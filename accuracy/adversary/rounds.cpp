@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "accuracy/adversary/search_json.hpp"
 #include "accuracy/programs/common/digest.hpp"
 #include "robots/loader/files/text_file.hpp"
 #include "robots/loader/input_error.hpp"
@@ -16,18 +17,6 @@ namespace {
 using nlohmann::json;
 
 constexpr std::size_t most_rounds = 200'000;  // their evaluations are counted in an int
-
-json asked_json(const Asked& asked) {
-  return {{"variant", asked.of.variant},
-          {"precision", asked.of.precision},
-          {"task", to_string(asked.of.task)},
-          {"objective", to_string(asked.of.goal)},
-          {"kernel", to_string(asked.of.kernel)},
-          {"rows", asked.of.rows},
-          {"seed", asked.seed},
-          {"method", asked.method()},
-          {"condition", asked.condition}};
-}
 
 constexpr const char *format = "kalmarm-rounds-1", *digest_begin = "\"digest\":\"";
 
@@ -52,14 +41,6 @@ json unsealed(const std::string& text) {
   return document;
 }
 
-// A count in the range; a number of JSON is converted to int whatever it is.
-int count_of(const json& value, const char* what, int low, int high) {
-  if (!value.is_number_integer() || value < low || value > high)
-    throw InputError(std::string(what) + " is not a whole number from " + std::to_string(low) +
-                     " to " + std::to_string(high));
-  return value;
-}
-
 // log10 of an error, of which the judge's largest is 1e300.
 double value_of(const json& value) {
   const double out = finite_number(value, "value");
@@ -71,14 +52,7 @@ double value_of(const json& value) {
 Round round_of(const json& entry) {
   constexpr int most = 10'000;  // evaluations of a round: ten times the usual number
   Round out;
-  out.best.bodies = count_of(entry.at("bodies"), "bodies", 1, most_dofs);
-  for (const json& x : entry.at("x")) {
-    out.best.x.push_back(finite_number(x, "x"));
-    if (!(out.best.x.back() >= 0 && out.best.x.back() <= 1))
-      throw InputError("x is not from 0 to 1");
-  }
-  if (static_cast<int>(out.best.x.size()) != length_of(out.best.bodies))
-    throw InputError("a genome has the wrong length");
+  out.best = genome_of(entry);
   out.value = value_of(entry.at("value"));
   out.evaluations = count_of(entry.at("evaluations"), "evaluations", 1, most);
   for (const json& point : entry.at("curve")) {

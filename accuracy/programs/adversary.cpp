@@ -1,10 +1,13 @@
 // adversary: the mechanisms and states on which variants are most wrong without saying so, or most
 // wrong beside what they say (judge.hpp), found by a search (search.hpp) over chains and trees of 1 to 9 DoF (genome.hpp).
+// Or one island of a campaign of such searches (island.hpp).
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <sstream>
 
+#include "accuracy/adversary/island.hpp"
 #include "accuracy/adversary/record.hpp"
 #include "accuracy/programs/common/command_line.hpp"
 #include "accuracy/programs/common/output_file.hpp"
@@ -17,12 +20,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr int most_evaluations = 100000000;
+
 struct Options {
   std::vector<std::string> variants, precisions = {"float32", "float64"};
   std::vector<std::string> methods = {"search", "random"};
   std::vector<std::string> tasks = {"acceleration"}, goals = {"error"}, kernels = {"spatial"};
   bool rows = false;
-  std::string out, csv;
+  std::string out, csv, unit;
+  std::vector<std::string> from;
   std::uint64_t seed = 1;
   int evaluations = 5000;
   double condition = usual_condition;
@@ -52,14 +58,18 @@ struct Search {
   }
 };
 
+// What the search maximises. The arguments must outlive it.
+Objective objective_of(const Asked& asked, Judge& judge) {
+  return [&](const Genome& genome) {
+    return judge.look(decode(genome, asked.of.kernel)).value(asked.of.goal, asked.condition);
+  };
+}
+
 // Rounds until the evaluations are spent.
 void complete(Search& search, const Options& options, Progress& progress) {
   const Asked& asked = search.asked;
   std::vector<Round>& rounds = search.rounds;
-  const Objective objective = [&](const Genome& genome) {
-    return search.judge->look(decode(genome, asked.of.kernel))
-        .value(asked.of.goal, asked.condition);
-  };
+  const Objective objective = objective_of(asked, *search.judge);
   while (evaluations_of(rounds) < options.evaluations) {
     progress.step(asked.slug());
     rounds.push_back(next_round(objective, effort_of(asked), asked.seed, rounds));
@@ -134,8 +144,46 @@ std::vector<Asked> all_asked(const Options& options) {
   return out;
 }
 
+int rounds_for(int evaluations) { return (evaluations + Effort().sum() - 1) / Effort().sum(); }
+
+// SEED+EVALUATIONS
+Island island_of(const Options& options) {
+  const std::vector<Asked> all = all_asked(options);
+  if (all.size() != 1)
+    throw InputError(
+        "--unit is one search: one variant, precision, task, objective, kernel, method");
+  Island out{all.front()};
+  char plus = 0, rest = 0;
+  std::istringstream text(options.unit);
+  const bool digits = options.unit.find_first_not_of("0123456789+") == std::string::npos;
+  if (!digits || !(text >> out.asked.seed >> plus >> out.evaluations) || plus != '+' ||
+      text >> rest || out.evaluations < 1 || out.evaluations > most_evaluations)
+    throw InputError("unit '" + options.unit + "' is not SEED+EVALUATIONS, up to " +
+                     std::to_string(most_evaluations));
+  return out;
+}
+
+int run_unit(const Options& options) {
+  if (options.out.empty()) throw InputError("--out is required");
+  const Island island = island_of(options);
+  const std::unique_ptr<Judge> judge = make_judge(island.asked.of);
+  for (const std::string& file : options.from) add_input(file);
+  OutputFile out(options.out);
+  const Provenance made = provenance();
+  const Objective objective = objective_of(island.asked, *judge);
+  std::vector<Round> rounds = immigrants(options.from, island, made, objective);
+  Progress progress(rounds_for(island.evaluations));
+  while (evaluations_of(rounds) < island.evaluations) {
+    progress.step(island.asked.slug());
+    rounds.push_back(next_round(objective, effort_of(island.asked), island.asked.seed, rounds));
+  }
+  out.write(island_record(island, made, rounds, *judge));
+  return 0;
+}
+
 int run(Options options) {
   options.variants = stress::select(options.variants, stress::variant_names(), "variant");
+  if (!options.unit.empty()) return run_unit(options);
   if (options.out.empty() && options.csv.empty()) throw InputError("--out or --csv is required");
   if (options.resumes && options.out.empty()) throw InputError("--resume needs --out");
   if (!options.out.empty()) {
@@ -147,8 +195,7 @@ int run(Options options) {
   std::vector<Search> searches;
   for (const Asked& asked : all_asked(options)) searches.emplace_back(asked, options);
   std::string text = csv_header;
-  const int rounds = (options.evaluations + Effort().sum() - 1) / Effort().sum();
-  Progress progress(static_cast<int>(searches.size()) * rounds);
+  Progress progress(static_cast<int>(searches.size()) * rounds_for(options.evaluations));
   for (Search& search : searches) text += run_case(search, options, progress);
   csv.write(text);
   return 0;
@@ -196,13 +243,12 @@ int main(int argc, char** argv) {
       ->delimiter(',')
       ->check(CLI::IsMember({"search", "random"}))
       ->capture_default_str();
-  app.add_option("--evaluations", options.evaluations,
-                 "mechanisms that are judged by each method, rounded up to whole rounds")
-      ->check(between(1, 100000000))
-      ->capture_default_str();
-  app.add_option("--seed", options.seed, "the same seed, the same result")
-      ->check(any_seed())
-      ->capture_default_str();
+  auto* evaluations =
+      app.add_option("--evaluations", options.evaluations,
+                     "mechanisms that are judged by each method, rounded up to whole rounds");
+  evaluations->check(between(1, adversary::most_evaluations))->capture_default_str();
+  auto* seed = app.add_option("--seed", options.seed, "the same seed, the same result");
+  seed->check(any_seed())->capture_default_str();
   app.add_option("--condition", options.condition,
                  "structured condition number above which an error counts for less: rounding each "
                  "parameter changes such an answer by as many roundoffs")
@@ -211,7 +257,15 @@ int main(int argc, char** argv) {
   app.add_option("--out", options.out,
                  "folder for what is found, as NAME.xml and NAME.json, which evaluate reads, and "
                  "for the rounds that are done");
-  app.add_flag("--resume", options.resumes, "go on after the rounds that --out holds");
-  app.add_option("--csv", options.csv, "file for the best so far against evaluations");
+  auto* resume =
+      app.add_flag("--resume", options.resumes, "go on after the rounds that --out holds");
+  auto* csv = app.add_option("--csv", options.csv, "file for the best so far against evaluations");
+  auto* unit = app.add_option("--unit", options.unit,
+                              "SEED+EVALUATIONS: an island of a campaign, one search by one "
+                              "method, whose best genomes --out, a JSON file, is for");
+  for (auto* other : {evaluations, seed, resume, csv}) unit->excludes(other);
+  app.add_option("--from", options.from,
+                 "files of islands: a unit starts from the best that they have found")
+      ->needs(unit);
   return run_program(app, argc, argv, [&] { return adversary::run(options); });
 }

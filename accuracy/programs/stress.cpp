@@ -1,5 +1,6 @@
 // stress: stiff and extreme mechanisms x variants x precision -> one CSV (measure_case.hpp), or what
-// the advisor chooses for them (measure_advice.hpp).
+// the advisor chooses for them (measure_advice.hpp), or counts of a unit of a campaign
+// (measure_unit.hpp), which this process alone works at and which is written whole or not at all.
 //
 // The work is split over processes, not threads, because multi-precision keeps its precision per
 // process. Each worker takes the next case and appends its records to a journal, the folder
@@ -27,10 +28,13 @@
 #include "accuracy/programs/common/journal.hpp"
 #include "accuracy/programs/common/output_file.hpp"
 #include "accuracy/programs/common/progress.hpp"
+#include "accuracy/programs/common/provenance.hpp"
 #include "accuracy/programs/common/ranges.hpp"
 #include "accuracy/stress/measure_advice.hpp"
 #include "accuracy/stress/measure_case.hpp"
+#include "accuracy/stress/measure_unit.hpp"
 #include "accuracy/stress/selection.hpp"
+#include "accuracy/truth/truth.hpp"
 #include "robots/scene/memory_limit.hpp"
 
 namespace kalmarm::stress {
@@ -39,13 +43,15 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int quick_wild = 150, full_wild = 10000;  // mechanisms of a wild family
+constexpr double bytes_of_a_row = 200;              // of a CSV
 constexpr double many_links = 1000;  // beyond, one seed is enough: its truth takes minutes
 
 struct Options {
   std::vector<std::string> families, variants, precisions = {"float32", "float64"};
-  std::vector<double> advice;  // tolerances; empty: every variant is measured
-  std::string out, json_file, shard = "0/1";
-  int seeds = 0, jobs = 0;
+  std::vector<double> advice;      // tolerances; empty: every variant is measured
+  std::vector<std::string> tasks;  // empty: those of the family
+  std::string out, json_file, unit, rows;
+  int seeds = 0, jobs = 0, worst = Campaign().worst;
   bool quick = false, full = false, list = false;
 };
 
@@ -68,6 +74,7 @@ Selection selection(const Family& family, const Options& options) {
   Selection out{options.variants, {}};
   const bool wild = family.kind == FamilyKind::wild;
   if (wild) out.tasks = {"white", "dynamics"};
+  if (!options.tasks.empty()) out.tasks = options.tasks;
   if (!out.variants.empty()) return out;
   for (const auto& variant : registered_variants<double>()) {
     const VariantTraits& traits = variant.traits;
@@ -109,17 +116,6 @@ std::vector<Job> plan(const std::vector<Family>& all, const Options& options) {
   return jobs;
 }
 
-// Every n-th job, from the i-th on: shards take about the same time.
-std::vector<Job> shard(const std::vector<Job>& jobs, const std::string& which) {
-  int i = 0, n = 0;
-  char rest = 0;
-  if (std::sscanf(which.c_str(), "%d/%d%c", &i, &n, &rest) != 2 || i < 0 || i >= n)
-    throw InputError("--shard " + which + " is not I/N with 0 <= I < N");
-  std::vector<Job> out;
-  for (std::size_t k = i; k < jobs.size(); k += n) out.push_back(jobs[k]);
-  return out;
-}
-
 // Shared by the processes.
 struct Shared {
   std::atomic<std::size_t> next{0}, done{0};
@@ -128,12 +124,13 @@ struct Shared {
 };
 
 std::string records(const Job& job, const Options& options) {
+  const Family& family = *job.family;
   try {
-    return options.advice.empty()
-               ? measure_case(*job.family, job.value, job.seed, job.precision,
-                              selection(*job.family, options))
-               : measure_advice(*job.family, job.value, job.seed, options.advice);
-  } catch (const std::runtime_error& e) {
+    if (!options.advice.empty()) return measure_advice(family, job.value, job.seed, options.advice);
+    return csv_rows(family, job.value, job.seed, job.precision,
+                    measure_case(family.make(job.value, job.seed), job.seed, job.precision,
+                                 selection(family, options)));
+  } catch (const NoTruth& e) {
     std::fprintf(stderr, "stress: note: %s: %s\n", job.name().c_str(), e.what());
     return "";
   }
@@ -239,6 +236,7 @@ std::string key_of(const std::vector<Job>& jobs, const Options& options) {
   std::ostringstream key;
   key << fs::last_write_time("/proc/self/exe").time_since_epoch().count() << '\n';
   for (const std::string& variant : options.variants) key << variant << '\n';
+  for (const std::string& task : options.tasks) key << "task " << task << '\n';
   for (const double tolerance : options.advice) key << "advice " << tolerance << '\n';
   for (const Job& job : jobs) key << job.name() << '\n';
   return key.str();
@@ -283,12 +281,47 @@ int list(const std::vector<Family>& all, const Options& options) {
   return 0;
 }
 
+std::vector<std::string> in_order(std::vector<std::string> names) {
+  std::ranges::sort(names);
+  names.erase(std::ranges::unique(names).begin(), names.end());
+  return names;
+}
+
+// The names are known, and so is what each of them is.
+int run_unit(const std::vector<Family>& all, const Options& options) {
+  const Unit unit = unit_of(options.unit, all);
+  const Selection asked = selection(*unit.family, options);
+  const Campaign campaign{in_order(asked.variants), in_order(options.precisions),
+                          in_order(asked.tasks.empty() ? acceleration_tasks : asked.tasks),
+                          options.worst};
+  for (const std::string& task : campaign.tasks)
+    if (std::ranges::find(acceleration_tasks, task) == acceleration_tasks.end())
+      throw InputError("--unit counts accelerations, not task '" + task + "'");
+  const double answers = double(unit.count) * double(campaign.precisions.size());
+  const double rows = answers * double(campaign.variants.size() * campaign.tasks.size());
+  if (!options.rows.empty()) refuse_large(number(rows) + " rows", bytes_of_a_row * rows);
+
+  OutputFile out(options.out), csv(options.rows);
+  std::string text = csv_header;
+  Progress progress(static_cast<int>(std::min(answers, 1e9)));
+  const Tally tally = measure_unit(
+      unit, campaign, [&](const Measurement& measured, const std::string& precision, auto seed) {
+        progress.step(unit.name());
+        if (!options.rows.empty())
+          text += csv_rows(*unit.family, unit.value, seed, precision, measured);
+      });
+  csv.write(text);
+  out.write(unit_record(unit, campaign, provenance(), tally));
+  return 0;
+}
+
 int run(Options options) {
   const std::vector<Family> all = all_families();
   if (options.list) return list(all, options);
   if (options.out.empty()) throw InputError("--out is required");
   options.variants = select(options.variants, variant_names(), "variant");
-  const std::vector<Job> jobs = shard(plan(all, options), options.shard);
+  if (!options.unit.empty()) return run_unit(all, options);
+  const std::vector<Job> jobs = plan(all, options);
 
   OutputFile out(options.out);
   const JournalFolder folder(options.out, out.is_file());
@@ -319,26 +352,41 @@ int main(int argc, char** argv) {
   using namespace kalmarm;
   CLI::App app("Every variant on stiff and extreme mechanisms against truth, as CSV", "stress");
   stress::Options options;
-  app.add_option("--family", options.families,
-                 "families; a name that ends in * takes all that begin so");
+  auto* family = app.add_option("--family", options.families,
+                                "families; a name that ends in * takes all that begin so");
   app.add_option("--variant", options.variants, "variants, in the same way; default: all");
   app.add_option("--precision", options.precisions, "float32, float64 or both")
       ->delimiter(',')
       ->check(CLI::IsMember({"float32", "float64"}))
       ->capture_default_str();
-  app.add_option("--advice", options.advice,
-                 "tolerances: what the advisor chooses for every mechanism, and its error")
+  std::vector<std::string> tasks = stress::acceleration_tasks;
+  for (const char* of_matrices : {"inverse", "factors"}) tasks.emplace_back(of_matrices);
+  app.add_option("--task", options.tasks, "tasks; default: all, of wild mechanisms white,dynamics")
       ->delimiter(',')
-      ->check(positive());
-  app.add_option("--seeds", options.seeds, "seeds 1 to N of every case")
-      ->check(between(1, 10000000));
+      ->check(CLI::IsMember(tasks));
+  auto* advice =
+      app.add_option("--advice", options.advice,
+                     "tolerances: what the advisor chooses for every mechanism, and its error");
+  advice->delimiter(',')->check(positive());
+  auto* seeds = app.add_option("--seeds", options.seeds, "seeds 1 to N of every case");
+  seeds->check(between(1, 10000000));
   auto* quick = app.add_flag("--quick", options.quick, "few values and seeds (default)");
-  app.add_flag("--full", options.full, "all values, 10 000 wild mechanisms")->excludes(quick);
-  app.add_option("--shard", options.shard,
-                 "I/N: every N-th case from the I-th on; concatenate the files")
-      ->capture_default_str();
-  app.add_option("--jobs", options.jobs, "processes; default: one a core")->check(between(1, 1024));
+  auto* full = app.add_flag("--full", options.full, "all values, 10 000 wild mechanisms");
+  full->excludes(quick);
+  auto* jobs = app.add_option("--jobs", options.jobs, "processes; default: one a core");
+  jobs->check(between(1, 1024));
   auto* list = app.add_flag("--list", options.list, "print families and variants");
+  auto* unit = app.add_option(
+      "--unit", options.unit,
+      "FAMILY/VALUE/FIRST+COUNT: COUNT seeds of a campaign, counted into one JSON file by this "
+      "process");
+  for (auto* other : {family, advice, seeds, quick, full, jobs, list}) unit->excludes(other);
+  app.add_option("--worst", options.worst, "of a unit: worst cases kept, of each series")
+      ->check(between(0, 100000))
+      ->needs(unit)
+      ->capture_default_str();
+  app.add_option("--rows", options.rows, "of a unit: CSV file for every record too, without kappa")
+      ->needs(unit);
   app.add_option("--json", options.json_file, std::string("the list: ") + json_help)->needs(list);
   app.add_option("--out", options.out, "file to write");
   return run_program(app, argc, argv, [&] { return stress::run(options); });

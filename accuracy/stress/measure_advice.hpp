@@ -18,7 +18,7 @@ namespace kalmarm::stress {
 inline constexpr const char* advice_header =
     "family,value,n,seed,task,tolerance,variant,precision,predicted,enough,error\n";
 
-// The records of one case. Throws std::runtime_error where there is no truth for lack of digits.
+// The records of one case. Throws NoTruth.
 std::string measure_advice(const Family& family, double value, std::uint64_t seed,
                            const std::vector<double>& tolerances);
 

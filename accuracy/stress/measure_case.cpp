@@ -7,30 +7,22 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <memory>
+#include <optional>
 
-#include "accuracy/measures/measures.hpp"
 #include "accuracy/programs/common/csv.hpp"
+#include "accuracy/stress/forward_dynamics.hpp"
+#include "accuracy/truth/acceleration_truth.hpp"
 #include "accuracy/truth/truth_cache.hpp"
-#include "algorithms/study/solver.hpp"
+#include "algorithms/dynamics/check_model.hpp"
 
 namespace kalmarm::stress {
 namespace {
 
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr int draws = 6;             // for kS
 constexpr int largest_dense = 1000;  // joints for which a variant may store nv^2 numbers
 constexpr int largest_kS = 10000;    // joints for which kS is affordable: 1 GB
 
 using Wide = long double;  // what results are judged in, from truth
-
-struct Record {
-  std::string task, variant;
-  Outcome outcome = {};
-  double kS = none, relative = none, energy = none, componentwise = none, backward = none,
-         oettli_prager = none, eta = none, unrefined = none;
-  double P_min = none, P_constraint = none, P_asymmetry = none;
-};
 
 std::string short_number(double value) {
   if (std::isnan(value)) return "";
@@ -57,32 +49,37 @@ class Measured {
         weightless_(model_),
         q_(c.q.cast<T>()),
         nv_(model_.nv()),
-        matrices_(nv_ <= largest_inverse) {
+        has_M_(nv_ <= largest_inverse),
+        has_inverse_(has_M_ && selection.matrices) {
     weightless_.set_gravity(Vector3<T>::Zero());
     make_tasks(c.qd.cast<T>(), seed);
     std::vector<Task<T>> tasks;
     for (const auto& [name, task] : tasks_) tasks.push_back(task);
-    truth_ = cached_truth(model_, q_, tasks,
-                          {.matrices = matrices_, .draws = nv_ <= largest_kS ? draws : 0});
+    const TruthOptions options{.matrices = has_M_, .draws = nv_ <= largest_kS ? draws : 0};
+    truth_ = selection.matrices ? cached_truth(model_, q_, tasks, options)
+                                : acceleration_truth(model_, q_, tasks, options);
     if (!truth_.outcome) return;
     for (const Response<T>& response : truth_.responses)
       a_.push_back(response.a.template cast<Wide>());
-    if (!matrices_) return;
+    if (has_M_) M_ = truth_.M.template cast<Wide>();
+    if (!has_inverse_) return;
     condition_ = condition(truth_.M, truth_.X);
-    M_ = truth_.M.template cast<Wide>();
     X_ = truth_.X.template cast<Wide>();
     D_ = truth_.D.template cast<Wide>();
     g_ = truth_.g.template cast<Wide>();
   }
 
-  std::vector<Record> records() {
+  Measurement measurement() const { return {nv_, truth_.outcome, condition_, records()}; }
+
+ private:
+  std::vector<Record> records() const {
     std::vector<Record> out;
     for (const RegisteredVariant<T>& variant : registered_variants<T>()) {
       if (!wanted(selection_.variants, variant.name)) continue;
       const bool stacked = variant.traits.kind == VariantKind::stacked;
       if (variant.traits.dense && nv_ > (stacked ? largest_inverse : largest_dense)) continue;
       add_accelerations(variant, out);
-      if (!matrices_) continue;
+      if (!has_inverse_) continue;
       if (wanted(selection_.tasks, "inverse")) out.push_back(inverse(variant));
       if (wanted(selection_.tasks, "factors")) add_factors(variant, out);
     }
@@ -90,10 +87,6 @@ class Measured {
     return out;
   }
 
-  int nv() const { return nv_; }
-  const Condition& condition_numbers() const { return condition_; }
-
- private:
   void make_tasks(const VectorX<T>& qd, std::uint64_t seed) {
     boost::random::mt19937_64 random(seed);
     boost::random::normal_distribution<double> normal;
@@ -116,15 +109,18 @@ class Measured {
         tasks_.push_back(task);
   }
 
-  void add_accelerations(const RegisteredVariant<T>& variant, std::vector<Record>& out) {
-    const auto heavy = variant.make(model_), weightless = variant.make(weightless_);
+  void add_accelerations(const RegisteredVariant<T>& variant, std::vector<Record>& out) const {
+    std::optional<ForwardDynamics<T>> heavy, weightless;
     for (std::size_t i = 0; i < tasks_.size(); ++i) {
       const auto& [name, task] = tasks_[i];
       Record record{.task = name, .variant = variant.name};
       VectorX<T> a = VectorX<T>::Constant(nv_, std::numeric_limits<T>::quiet_NaN());
-      Solver<T>& solver = task.gravity ? *heavy : *weightless;
+      auto& dynamics = task.gravity ? heavy : weightless;
+      if (!dynamics) dynamics.emplace(variant, task.gravity ? model_ : weightless_);
       const VectorX<T> tau = truth_.outcome ? truth_.responses[i].tau : task.value;
-      record.outcome = solver.acceleration(q_, task.qd, tau, a);
+      record.outcome = dynamics->acceleration(q_, task.qd, tau, a);
+      if (truth_.outcome && truth_.responses[i].kS.relative > 0)
+        record.kS = truth_.responses[i].kS.relative;
       if (truth_.outcome && record.outcome) judge(i, a, record);
       out.push_back(std::move(record));
     }
@@ -132,22 +128,23 @@ class Measured {
 
   void judge(std::size_t task, const VectorX<T>& a, Record& record) const {
     const VectorX<Wide>& exact = a_[task];
-    record.kS = truth_.responses[task].kS.relative;
-    if (matrices_) {
+    const Wide error = (a.template cast<Wide>() - exact).norm();
+    record.relative = quotient(error, exact.norm());
+    if (has_M_) {
       const AccelerationError e = acceleration_error(a, exact, M_);
-      record.relative = e.relative;
       record.energy = e.energy;
+      if (std::isnan(e.energy))  // drowned in long double
+        record.energy = acceleration_error(a, truth_.responses[task].a, truth_.M).energy;
       record.componentwise = e.componentwise;
       const BackwardError b = backward_error(a, exact, M_);
       record.backward = b.normwise;
       record.oettli_prager = b.componentwise;
-    } else {
-      record.relative = quotient((a.template cast<Wide>() - exact).norm(), exact.norm());
     }
-    if (record.kS > 0)
-      record.eta = eta<T>(record.relative, record.kS);
-    else
-      record.kS = none;
+    const Task<T>& asked = tasks_[task].second;
+    Wide brought = asked.qd.template cast<Wide>().squaredNorm();
+    if (asked.gravity) brought += Wide(model_.gravity().norm());
+    record.told = error_as_told<Wide>(error, exact.norm(), unit_roundoff<T>() * brought);
+    if (record.kS > 0) record.eta = eta<T>(record.relative, record.kS);
   }
 
   Record inverse(const RegisteredVariant<T>& variant) const {
@@ -214,7 +211,7 @@ class Measured {
   Model<T> model_, weightless_;
   VectorX<T> q_;
   int nv_;
-  bool matrices_;
+  bool has_M_, has_inverse_;
   std::vector<std::pair<std::string, Task<T>>> tasks_;
   Truth<T> truth_;
   MatrixX<Wide> M_, X_, g_;
@@ -223,20 +220,27 @@ class Measured {
   Condition condition_{none, none};
 };
 
-template <class T>
-std::string measure(const Family& family, double value, std::uint64_t seed,
-                    const std::string& precision, const Selection& selection) {
-  Measured<T> measured(family.make(value, seed), seed, selection);
-  const std::vector<Record> records = measured.records();
+}  // namespace
+
+Measurement measure_case(const Case& c, std::uint64_t seed, const std::string& precision,
+                         const Selection& selection) {
+  if (precision == "float32" && !fits_float(plain(c.model)))
+    throw NoTruth(NoTruth::Why::range, "a parameter is beyond the range of its precision");
+  return precision == "float32" ? Measured<float>(c, seed, selection).measurement()
+                                : Measured<double>(c, seed, selection).measurement();
+}
+
+std::string csv_rows(const Family& family, double value, std::uint64_t seed,
+                     const std::string& precision, const Measurement& measured) {
   const std::string begin = field(family.name) + ',' + number(value) + ',' +
-                            std::to_string(measured.nv()) + ',' + std::to_string(seed) + ',' +
+                            std::to_string(measured.nv) + ',' + std::to_string(seed) + ',' +
                             precision + ',';
-  const Condition& c = measured.condition_numbers();
+  const Condition& c = measured.condition;
   const std::string kappa = short_number(c.kappa) + ',' + short_number(c.kappa_scaled) + ',';
   std::string out;
-  for (const Record& r : records) {
-    out += begin + r.task + ',' + kappa + short_number(r.kS) + ',' + field(r.variant) + ',' +
-           to_string(r.outcome.status) + ',' + warning(r.outcome);
+  for (const Record& r : measured.records) {
+    out += begin + r.task + ',' + kappa + short_number(r.outcome ? r.kS : none) + ',' +
+           field(r.variant) + ',' + to_string(r.outcome.status) + ',' + warning(r.outcome);
     for (const double x : {r.relative, r.energy, r.componentwise, r.backward, r.oettli_prager,
                            r.eta, r.outcome.error, r.unrefined})
       out += ',' + short_number(x);
@@ -247,14 +251,6 @@ std::string measure(const Family& family, double value, std::uint64_t seed,
     out += '\n';
   }
   return out;
-}
-
-}  // namespace
-
-std::string measure_case(const Family& family, double value, std::uint64_t seed,
-                         const std::string& precision, const Selection& selection) {
-  return precision == "float32" ? measure<float>(family, value, seed, precision, selection)
-                                : measure<double>(family, value, seed, precision, selection);
 }
 
 }  // namespace kalmarm::stress

@@ -19,13 +19,19 @@
 // relative of the variant inside Refined<>. steps and widened: as in Outcome. P_min: least over
 // largest eigenvalue of P+, P_constraint |HP+| / |P+| where r = 0, P_asymmetry |P+ - P+'| / |P+|;
 // the worst over all joints.
+//
+// A campaign counts records instead (tally.hpp). It asks for accelerations alone, of which truth
+// takes a sixth of the time (acceleration_truth.hpp); M^-1 and so kappa are not known then.
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
+#include "accuracy/measures/measures.hpp"
 #include "accuracy/stress/families.hpp"
+#include "kalmarm/outcome.hpp"
 
 namespace kalmarm::stress {
 
@@ -34,14 +40,41 @@ inline constexpr const char* csv_header =
     "energy,componentwise,backward,oettli_prager,eta,estimate,unrefined,steps,widened,P_min,"
     "P_constraint,P_asymmetry\n";
 
+inline const std::vector<std::string> acceleration_tasks = {"random", "white", "consistent",
+                                                            "free_fall", "dynamics"};
+
 struct Selection {
   std::vector<std::string> variants;  // empty: all
   std::vector<std::string> tasks;     // empty: all
+  bool matrices = true;               // false: accelerations alone
 };
 
-// The records of one case. `precision` is float32 or float64. Throws std::runtime_error where there
-// is no truth.
-std::string measure_case(const Family& family, double value, std::uint64_t seed,
-                         const std::string& precision, const Selection& selection);
+inline constexpr double none = std::numeric_limits<double>::quiet_NaN();
+
+// Of one variant's answer to one task. NaN: does not apply.
+struct Record {
+  std::string task, variant;
+  Outcome outcome = {};
+  double kS = none;  // of the task, whatever the outcome
+  double relative = none, energy = none, componentwise = none, backward = none,
+         oettli_prager = none, eta = none, unrefined = none;
+  double told = none;  // the error as Outcome::error of the certified form tells it (measures.hpp)
+  double P_min = none, P_constraint = none, P_asymmetry = none;
+};
+
+struct Measurement {
+  int nv = 0;
+  Outcome truth = {};  // not ok: there is no answer, and no error
+  Condition condition{none, none};
+  std::vector<Record> records = {};
+};
+
+// `precision` is float32 or float64. Throws NoTruth.
+Measurement measure_case(const Case& c, std::uint64_t seed, const std::string& precision,
+                         const Selection& selection);
+
+// The records as lines.
+std::string csv_rows(const Family& family, double value, std::uint64_t seed,
+                     const std::string& precision, const Measurement& measured);
 
 }  // namespace kalmarm::stress

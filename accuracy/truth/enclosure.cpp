@@ -126,14 +126,25 @@ double Enclosure::g_width(const MatrixX<Real>& g) const {
   return bound_of(worst);
 }
 
-// (3)
 AccelerationWidth Enclosure::acceleration_width(const VectorX<Real>& qd, const VectorX<Real>& tau,
                                                 const Vector3<Real>& gravity,
                                                 const VectorX<Real>& a) const {
+  return acceleration_width(residual(qd, tau, gravity, a), a);
+}
+
+VectorX<Ball> Enclosure::residual(const VectorX<Real>& qd, const VectorX<Real>& tau,
+                                  const Vector3<Real>& gravity, const VectorX<Real>& a) const {
+  return balls(tau) - world_.torque(balls(qd), balls(a), balls(gravity));
+}
+
+// (3)
+AccelerationWidth Enclosure::acceleration_width(const VectorX<Ball>& residual,
+                                                const VectorX<Real>& a) const {
   if (!definite_) return {};
   const VectorX<Ball> given = balls(a), zero = VectorX<Ball>::Zero(a.size());
-  const Ball error = theta_norm(balls(tau) - world_.torque(balls(qd), given, balls(gravity)));
-  const VectorX<Ball> Ma = world_.torque(zero, given, Vector3<Ball>::Zero());
+  const Ball error = theta_norm(residual);
+  const VectorX<Ball> Ma =
+      M_.size() > 0 ? VectorX<Ball>(M_ * given) : world_.torque(zero, given, Vector3<Ball>::Zero());
   Ball componentwise = 0;
   for (Eigen::Index k = 0; k < a.size(); ++k)
     enlarge(componentwise, relative(upper_end(error * root_[k]), abs(given[k])));

@@ -52,6 +52,11 @@ class Enclosure {
   AccelerationWidth acceleration_width(const VectorX<Real>& qd, const VectorX<Real>& tau,
                                        const Vector3<Real>& gravity, const VectorX<Real>& a) const;
 
+  // r of (3), which also corrects a, and the width by it.
+  VectorX<Ball> residual(const VectorX<Real>& qd, const VectorX<Real>& tau,
+                         const Vector3<Real>& gravity, const VectorX<Real>& a) const;
+  AccelerationWidth acceleration_width(const VectorX<Ball>& residual, const VectorX<Real>& a) const;
+
  private:
   const MatrixX<Ball>& M() const;
   const std::optional<FactorBalls>& factors() const;

@@ -1,6 +1,7 @@
 #include "accuracy/truth/structured_condition.hpp"
 
 #include <cassert>
+#include <cmath>
 
 #include "accuracy/measures/measures.hpp"
 #include "accuracy/truth/move.hpp"
@@ -9,8 +10,8 @@
 namespace kalmarm {
 namespace {
 
-// States that need no more digits take half the time (FixedReal).
-constexpr unsigned fixed_digits = 160;
+// States that need no more digits take half the time (FixedReal), or a thirtieth of it.
+constexpr unsigned fixed_digits = 160, wide_digits = 18;
 
 // A model in one position, with one velocity after another.
 template <class S>
@@ -53,6 +54,7 @@ std::vector<StructuredCondition> condition_in(const Model<T>& model, const Vecto
                                               const std::vector<Response<T>>& responses,
                                               const Solve& solve, unsigned digits, int draws,
                                               std::uint64_t seed) {
+  using std::pow;
   const S delta = pow(S(10), -static_cast<int>(digits));
   const Model<S> exact = model.template cast<S>();
   const VectorX<S> position = q.template cast<S>(), zero = VectorX<S>::Zero(model.nv());
@@ -101,10 +103,11 @@ std::vector<StructuredCondition> structured_condition(const Model<T>& model, con
                                                       const Solve& solve, unsigned digits,
                                                       int draws, std::uint64_t seed) {
   assert(tasks.size() == responses.size() && draws > 0);
-  const bool fixed = 2 * digits <= fixed_digits;
+  const bool fixed = 2 * digits <= fixed_digits, wide = 2 * digits <= wide_digits;
   const Digits precision(fixed ? digits : 2 * digits);
-  return (fixed ? condition_in<FixedReal<fixed_digits>, T>
-                : condition_in<Real, T>)(model, q, tasks, responses, solve, digits, draws, seed);
+  return (wide    ? condition_in<long double, T>
+          : fixed ? condition_in<FixedReal<fixed_digits>, T>
+                  : condition_in<Real, T>)(model, q, tasks, responses, solve, digits, draws, seed);
 }
 
 template std::vector<StructuredCondition> structured_condition(

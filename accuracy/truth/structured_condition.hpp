@@ -15,6 +15,10 @@
 // 10^-digits kappa(M) / (kS delta) of da. The truth was carried with as many digits as make
 // kappa(M) 10^-digits at most 1e-25; twice the digits here, and delta = 10^-digits, make both
 // negligible.
+//
+// With 9 digits all is worked out in long double. That is for a kS of which the decade is asked
+// (acceleration_truth.hpp): kS delta << 1 is all that is known of the error then. Of 400 wild
+// mechanisms, whose kS is up to 4e6, none is off by 3 per cent.
 #pragma once
 
 #include <cstdint>

@@ -23,6 +23,8 @@
 // `singular` is no theorem: it says that with `digits` digits D cannot be told from zero.
 #pragma once
 
+#include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "accuracy/truth/task.hpp"
@@ -56,8 +58,19 @@ struct TruthOptions {
   int draws = 0;         // for kS of every task; 0: none
 };
 
-// q: nq values. T: float or double. Throws std::runtime_error with the numbers if (1) cannot be
-// proven within the digits, or if the torque of a task is beyond the range of T.
+// Why there is no truth, in words with the numbers.
+struct NoTruth : std::runtime_error {
+  enum class Why {
+    digits,  // (1) cannot be proven within the digits
+    range,   // a parameter, or the torque of a task, is beyond the range of T
+  };
+
+  Why why;
+
+  NoTruth(Why reason, const std::string& what) : std::runtime_error(what), why(reason) {}
+};
+
+// q: nq values. T: float or double. Throws NoTruth.
 template <class T>
 Truth<T> truth(const Model<T>& model, const VectorX<T>& q, const std::vector<Task<T>>& tasks,
                const TruthOptions& options = {});

@@ -1,9 +1,10 @@
-// SHA-1 of bytes, by which files that a program reads again are known to be what it wrote.
+// SHA-1 of bytes, by which files that a program reads again are known to be what it wrote. In hex it
+// is what sha1sum prints.
 #pragma once
 
 #include <array>
 #include <boost/uuid/detail/sha1.hpp>
-#include <cstring>
+#include <cstddef>
 #include <string>
 
 namespace kalmarm {
@@ -17,7 +18,8 @@ inline Digest digest_of(const std::string& bytes) {
   hash.get_digest(digest);
   Digest out;
   static_assert(sizeof digest == sizeof out);
-  std::memcpy(out.data(), &digest, sizeof out);
+  for (std::size_t i = 0; i < out.size(); ++i)  // words, the highest byte first
+    out[i] = static_cast<char>(digest[i / 4] >> (24 - 8 * (i % 4)));
   return out;
 }
 

@@ -67,7 +67,8 @@ class MeasureCase : public testing::Test {
 
   std::vector<Row> measure(const Family& of, double value, const std::string& precision,
                            const Selection& selection = {}) {
-    return rows(measure_case(of, value, 1, precision, selection));
+    return rows(csv_rows(of, value, 1, precision,
+                         measure_case(of.make(value, 1), 1, precision, selection)));
   }
 };
 
