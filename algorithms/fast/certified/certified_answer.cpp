@@ -36,7 +36,7 @@ CertifiedAnswer<S>::~CertifiedAnswer() = default;
 
 namespace {
 
-Outcome suspect(Outcome out) {
+Outcome recomputed(Outcome out) {
   out.recomputed = static_cast<bool>(out);
   return out;
 }
@@ -47,37 +47,37 @@ template <class S>
 Outcome CertifiedAnswer<S>::acceleration(const S* q, const S* qd, const S* tau, S* a) {
   Parts& parts = *parts_;
   const S* const moving = parts.no_velocity.empty() ? qd : parts.no_velocity.data();
-  return suspect(parts.acceleration->acceleration(parts.models, q, moving, tau, a));
+  return recomputed(parts.acceleration->acceleration(parts.models, q, moving, tau, a));
 }
 
 template <class S>
 Outcome CertifiedAnswer<S>::inverse(const S* q, S* X) {
-  return suspect(parts_->factors->inverse(q, X));
+  return recomputed(parts_->factors->inverse(q, X));
 }
 
 template <class S>
 Outcome CertifiedAnswer<S>::factor(const S* q) {
-  return suspect(parts_->factors->factor(q));
+  return recomputed(parts_->factors->factor(q));
 }
 
 template <class S>
 Outcome CertifiedAnswer<S>::solve(int columns, const S* taus, S* X) {
-  return suspect(parts_->factors->solve(columns, taus, X));
+  return recomputed(parts_->factors->solve(columns, taus, X));
 }
 
 template <class S>
 Outcome CertifiedAnswer<S>::diagonal(const S* q, S* x) {
-  return suspect(parts_->factors->diagonal(q, x));
+  return recomputed(parts_->factors->diagonal(q, x));
 }
 
 template <class S>
 Outcome CertifiedAnswer<S>::log_det(const S* q, S& x) {
-  return suspect(parts_->factors->log_det(q, x));
+  return recomputed(parts_->factors->log_det(q, x));
 }
 
 template <class S>
 Outcome CertifiedAnswer<S>::selected(const S* q, S* X) {
-  return suspect(parts_->factors->selected(q, X));
+  return recomputed(parts_->factors->selected(q, X));
 }
 
 template class CertifiedAnswer<float>;

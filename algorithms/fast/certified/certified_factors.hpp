@@ -90,7 +90,7 @@ class CertifiedFactors {
   Outcome solve(int columns, const double* taus, double* X) {
     const int nv = models_.lowered.nv();
     Outcome out = kept_;
-    if (by_wide_) return suspect(wide_.solve(columns, taus, X));
+    if (by_wide_) return recomputed(wide_.solve(columns, taus, X));
     out.error = 0;
     std::optional<Outcome> wide;  // factors for columns that do not settle
     const auto by_kept = bounded_.on(models_.lowered, factors_);
@@ -107,7 +107,7 @@ class CertifiedFactors {
         continue;
       }
       if (!wide) wide = wide_.factor(q_.data());
-      out = worse(out, suspect(*wide ? wide_.solve(1, taus + start, X + start) : *wide));
+      out = worse(out, recomputed(*wide ? wide_.solve(1, taus + start, X + start) : *wide));
     }
     return !out || all_finite(std::ptrdiff_t(columns) * nv, X)
                ? out
@@ -132,10 +132,10 @@ class CertifiedFactors {
       out.error = error(of_D);
       if (out.error <= enough) return out;
     }
-    return suspect(last());
+    return recomputed(last());
   }
 
-  static Outcome suspect(Outcome out) {
+  static Outcome recomputed(Outcome out) {
     out.recomputed = static_cast<bool>(out);
     return out;
   }

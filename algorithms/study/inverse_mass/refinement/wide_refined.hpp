@@ -35,7 +35,7 @@ struct WideResidualScheme {
   struct Workspace {
     typename V::template Workspace<T> inner;
     VectorX<T> rhs, scaled_d;
-    bool suspect = false;
+    bool recomputed = false;
     Model<Wider<T>> model;
     LinkKinematics<Wider<T>> kin;
     Residual<Wider<T>> residual;
