@@ -80,6 +80,7 @@ def refuse_repeats(data: Data) -> None:
         "sample": (row[:5] for row in data.samples),
         "family": ((family.name,) for family in data.stress_families),
         "variant": ((variant.name,) for variant in data.stress_variants),
+        "stress of a robot": ((it.name, it.stress) for it in data.robot_limits),
         "integration": (row[:6] for row in data.integrations),
     }
     for what, recorded in keys.items():

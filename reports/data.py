@@ -165,12 +165,26 @@ class Find(NamedTuple):
     precision: str
     asked: Asked
     seed: int
-    method: str  # search, or random
+    method: str  # search, islands or random
     evaluations: int
     error: float | None
     kS: float | None  # noqa: N815, the structured condition number; of the last alone
     nv: int | None  # of the last alone
     bodies: tuple[FoundBody, ...] = ()  # of the last alone
+
+
+class Kept(NamedTuple):
+    """How far a stress may go; a robot that was refused has a name and a reason alone."""
+
+    name: str
+    robot: str
+    promise: str  # what keeps how many digits; empty: nothing keeps three
+    stress: str
+    unit: str
+    kept: float | None  # the last value that keeps the promise
+    whole: bool  # whether that is the last one tried
+    silent: int  # errors without a warning, of all variants
+    refused: str = ""
 
 
 @dataclass
@@ -205,6 +219,7 @@ class Data:
     integrations: list[Integration] = field(default_factory=list)
     finds: list[Find] = field(default_factory=list)  # of each search in order
     campaign: Campaign | None = None
+    robot_limits: list[Kept] = field(default_factory=list)  # of a campaign of many robots
     baseline: "Data | None" = None  # another run, to compare with
 
     @cached_property

@@ -9,6 +9,7 @@ import advice
 import benchmark_readers as benchmarks
 import campaign_files
 import paper_readers
+import robot_readers
 import search_readers
 import stress_readers
 from campaign import MergeError
@@ -263,6 +264,7 @@ READERS = {
     "families": read_families,
     "adversary": _csv_reader("finds", search_readers.COLUMNS, search_readers.find),
     "campaign": read_campaign,
+    "robots": _csv_reader("robot_limits", robot_readers.COLUMNS, robot_readers.kept),
     "integration": _csv_reader("integrations", INTEGRATION_COLUMNS, _integration),
 }
 
@@ -315,4 +317,5 @@ def _records(data: Data) -> tuple:
         data.integrations,
         data.finds,
         [data.campaign] if data.campaign else [],
+        data.robot_limits,
     )

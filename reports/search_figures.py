@@ -8,7 +8,7 @@ import altair as alt
 from charts import NUMBER, Style, error_scale, filtered, frame, log_axis, mark_last, names, short
 from figures import series
 
-METHOD_DASH = alt.Scale(domain=["search", "random"], range=[[1, 0], [2, 4]])
+METHOD_DASH = alt.Scale(domain=["search", "islands", "random"], range=[[1, 0], [6, 3], [2, 4]])
 JOINT_SHAPE = alt.Scale(
     domain=["hinge", "slide", "ball", "free"],
     range=["circle", "square", "diamond", "triangle-up"],
@@ -45,7 +45,7 @@ BODY_TOOLTIPS = {
 def worst_so_far(rows: list[dict], style: Style, choices: dict[str, str]):
     """A staircase each variant and method; a row has evaluations, error and their texts."""
     rows = [row | {"error": short(row["error"])} for row in rows]
-    mark_last([row for row in rows if row["scene"] == "search"], "error", "evaluations")
+    mark_last([row for row in rows if row["scene"] != "random"], "error", "evaluations")
     x = alt.X(
         "evaluations:Q",
         axis=log_axis("x", "mechanisms judged", NUMBER),

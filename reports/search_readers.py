@@ -10,7 +10,8 @@ COLUMNS = (
 TASKS = ("acceleration", "inverse", "solve", "diagonal", "log_det", "derivatives")
 OBJECTIVES = ("error", "claim")
 KERNELS = ("spatial", "spatial_at_rest", "planar", "translational")
-METHODS = ("search", "random")
+ISLANDS = "islands"  # many searches, which exchange what they find: scripts/campaign adversary
+METHODS = ("search", "random", ISLANDS)
 JOINTS = ("hinge", "slide", "ball", "free")
 
 

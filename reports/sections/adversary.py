@@ -28,7 +28,8 @@ def section(data: Data) -> Section | None:
             "An optimiser looks for the mechanism and state on which an acceleration is most wrong "
             "without a warning: chains and trees of 1 to 9 degrees of freedom, all joint types, "
             "masses over sixteen decades, lengths over six. Solid lines are the search, dotted "
-            "ones as many mechanisms drawn at random. A difference between variants says what was "
+            "ones as many mechanisms drawn at random, dashed ones a campaign of searches that exchange "
+            "what they find. A difference between variants says what was "
             "found, not what there is.",
             "Errors are relative to the acceleration of the mechanism as the precision rounds it. "
             "They count for less where rounding each parameter alone changes the answer by more "

@@ -3,6 +3,7 @@
 import search_figures
 from charts import VIEW, Style
 from data import Asked, Data, Find
+from search_readers import ISLANDS
 from section import Choice, Figure, Section, Table
 from sections.adversary import RANDOM, SEARCH
 from tails import Series, series, upper_limit
@@ -18,7 +19,7 @@ def section(data: Data) -> Section | None:
     finds = [
         find
         for find in data.finds
-        if find.error and find.method == SEARCH and find.asked == Asked()
+        if find.error and find.method in (SEARCH, ISLANDS) and find.asked == Asked()
         if (find.variant, find.precision) in drawn
     ]
     if not finds:
@@ -34,7 +35,7 @@ def section(data: Data) -> Section | None:
         "How far do you have to look?",
         [
             "The largest silent error of an acceleration against the mechanisms that were judged for "
-            "it. Solid: the search. Dotted: the error that one in so many of the campaign’s random "
+            "it. Solid: a search. Dashed: searches that exchange what they find. Dotted: the error that one in so many of the campaign’s random "
             "mechanisms shows, by its counts.",
             "The two draw from other populations: a search has at most nine degrees of freedom and "
             "ranges that are wider than a family’s, and counts an error for less where it is the "
@@ -58,7 +59,7 @@ def _drawn_at_random(data: Data) -> dict[tuple[str, str], Series]:
 
 
 def _search_row(find: Find) -> dict:
-    return _row(find.variant, find.precision, SEARCH, find.evaluations, find.error, find.seed)
+    return _row(find.variant, find.precision, find.method, find.evaluations, find.error, find.seed)
 
 
 def _random_rows(key: tuple[str, str], own: Series) -> list[dict]:
@@ -87,11 +88,12 @@ def _table(finds: list[Find], drawn: dict[tuple[str, str], Series]) -> Table:
         worst.setdefault((find.variant, find.precision), find)
     return Table(
         "Mechanisms judged by search, and random ones that it takes to see as large an error",
-        ["Variant", "Precision", "Search: judged", "worst", "Random: judged", "worst", "for as large"],
+        ["Variant", "Precision", "By", "Search: judged", "worst", "Random: judged", "worst", "for as large"],
         [
             [
                 find.variant,
                 find.precision,
+                find.method,
                 str(find.evaluations),
                 error_text(find.error),
                 str(own.trials),
@@ -100,7 +102,7 @@ def _table(finds: list[Find], drawn: dict[tuple[str, str], Series]) -> Table:
             ]
             for find, own in ((find, drawn[key]) for key, find in sorted(worst.items()))
         ],
-        "llrrrrr",
+        "lllrrrrr",
     )
 
 

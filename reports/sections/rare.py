@@ -118,7 +118,7 @@ def _counts(found: dict[tuple, Series], first: dict[str, str]) -> list[Table]:
                 "Mechanisms",
                 "Refused",
                 "Silent",
-                "Silent / million",
+                "in a million",
                 "95 % limit",
                 "Warned",
                 "False warnings",

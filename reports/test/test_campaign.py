@@ -145,7 +145,7 @@ Fast<Conventional>,float32,acceleration,error,spatial,0,1,search,100,1e-7,,,,
 Fast<Conventional>,float32,acceleration,error,spatial,0,1,search,700,1e30,,,,
 Fast<Conventional>,float32,acceleration,error,spatial,0,1,search,1000,1e30,1,1,A,0 hinge 1 1 0
 Fast<Conventional>,float32,inverse,error,spatial,0,1,search,9,1e40,,,,
-Fast<Certified>,float32,acceleration,error,spatial,0,1,search,1000,6e-8,,,,
+Fast<Certified>,float32,acceleration,error,spatial,0,1,islands,1000,6e-8,,,,
 Other,float32,acceleration,error,spatial,0,1,search,1000,1,,,,
 """
 
@@ -156,9 +156,9 @@ def test_what_random_mechanisms_it_takes_to_see_what_a_search_found(read):
     (table,) = looking.section(data).tables
     certified, conventional = table.rows
     trials = 400 - data.campaign.no_truth["digits"]
-    assert conventional[:4] == ["Fast<Conventional>", "float32", "700", "1.0e30"]
+    assert conventional[:5] == ["Fast<Conventional>", "float32", "search", "700", "1.0e30"]
     assert conventional[-1] == "> 130"
-    assert certified[:4] == ["Fast<Certified>", "float32", "1000", "6.0e-8"]
+    assert certified[:5] == ["Fast<Certified>", "float32", "islands", "1000", "6.0e-8"]
     assert 1 < float(certified[-1]) < 5  # a roundoff, which half the made-up errors are above
 
 

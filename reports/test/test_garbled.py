@@ -18,6 +18,7 @@ from campaign import Worst
 from data import DataError, Error
 from readers import COLUMNS, READERS, SAMPLE_COLUMNS, load
 from records import ROBOT, ROW, SAMPLE, fast, paper, peak, timed
+from robot_readers import COLUMNS as ROBOT_COLUMNS
 from search_readers import COLUMNS as SEARCH_COLUMNS
 from sections import SECTIONS
 from stress import Integration, Stress
@@ -76,6 +77,11 @@ def table_of(records):
 
 
 TABLES = {
+    "robots": table(
+        ROBOT_COLUMNS,
+        "arm,arm:7,Fast<A>,float32,5,Payload on link,times its mass,100,1e8,0,",
+        "bad,,,,,,,,,,no mass",
+    ),
     "errors": table(COLUMNS, ROW, "panda:7,7,,float64,model,0,kappa,12.5,ok"),
     "simulation": table(SAMPLE_COLUMNS, SAMPLE, "panda:7,7,M,Exact,0,0,1e-16,1e-5,1"),
     "adversary": table(SEARCH_COLUMNS, *FOUND.splitlines()),

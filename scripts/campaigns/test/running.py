@@ -2,15 +2,26 @@
 
 import json
 import os
+import re
+import signal
 import subprocess
 import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
+
 HERE = Path(__file__).parent
 RUN = HERE.parent / "run.py"
 BIN = HERE / "bin"  # the worker's folder
+ENGINE = HERE.parents[2] / "build" / "venv-cluster" / "bin" / "snakemake"
+needs_engine = pytest.mark.skipif(not ENGINE.exists(), reason="needs scripts/setup --cluster")
+
+
+def expect_refusal(done: subprocess.CompletedProcess, line: str) -> None:
+    assert done.returncode == 2
+    assert re.fullmatch(rf"campaign: error: .*{line}.*\n", done.stderr), done.stderr
 
 
 def start(*arguments: str, **environment: str) -> subprocess.Popen:
@@ -20,6 +31,8 @@ def start(*arguments: str, **environment: str) -> subprocess.Popen:
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        # A shell that starts tests in the background lets them ignore it, and what they start.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
 
 
@@ -70,3 +83,7 @@ def has_ended(process: int) -> bool:
 
 def document(file: Path) -> dict:
     return json.loads(file.read_text())
+
+
+def write(file: Path, document: dict) -> None:
+    file.write_text(json.dumps(document))

@@ -6,8 +6,8 @@ import math
 import random
 from pathlib import Path
 
-import pytest
 import fake_campaign as units
+import pytest
 from campaign import Campaign, Range, joined
 from campaign_files import read, written
 from data import DataError

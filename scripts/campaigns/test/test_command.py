@@ -7,17 +7,13 @@ import signal
 import subprocess
 from pathlib import Path
 
-import running as campaign
-import pytest
 import fake_campaign as units
-from running import begun, has_ended, result, wait_for, wild
+import pytest
+import running as campaign
 from campaign_files import written
 from merge import merged
 from plan import sha1
-
-ROOT = Path(__file__).parents[3]
-ENGINE = ROOT / "build" / "venv-cluster" / "bin" / "snakemake"
-needs_engine = pytest.mark.skipif(not ENGINE.exists(), reason="needs scripts/setup --cluster")
+from running import ENGINE, begun, expect_refusal, has_ended, needs_engine, result, wait_for, wild
 
 
 @pytest.fixture(scope="module")
@@ -27,11 +23,6 @@ def whole(tmp_path_factory) -> bytes:
     done = wild(out)
     assert (done.returncode, done.stderr) == (0, "")
     return result(out)
-
-
-def expect_refusal(done: subprocess.CompletedProcess, line: str) -> None:
-    assert done.returncode == 2
-    assert re.fullmatch(rf"campaign: error: .*{line}.*\n", done.stderr), done.stderr
 
 
 @needs_engine
@@ -77,7 +68,7 @@ def test_a_worker_that_dies_is_named_and_the_next_start_goes_on(tmp_path, whole)
     fault = tmp_path / "fault"
     for mode, line in (
         ("die", "7 of 8 units are there, start again to go on"),
-        ("refuse", "wild/1/61[+]20: stress: error: wild/1/61[+]20: no such family .*; 7 of 8"),
+        ("refuse", "wild_1_61[+]20: stress: error: wild/1/61[+]20: no such family .*; 7 of 8"),
     ):
         out = tmp_path / mode
         fault.write_text(f"61 {mode}")
@@ -156,6 +147,27 @@ def test_a_folder_of_another_program_is_refused(tmp_path):
 
 
 @needs_engine
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda plan: plan.clear(),
+        lambda plan: plan.pop("key"),
+        lambda plan: plan.update(version=2),
+        lambda plan: plan.update(jobs={"a": ["--unit=a"]}),
+        lambda plan: plan.update(jobs={"a": [7]}),
+        lambda plan: plan["key"].pop("isa"),
+    ],
+)
+def test_a_plan_that_is_none_is_refused(tmp_path, whole, change):
+    wild(tmp_path)
+    plan = campaign.document(tmp_path / "plan.json")
+    change(plan)
+    units.write(tmp_path / "plan.json", plan)
+    expect_refusal(wild(tmp_path), f"{tmp_path}/plan.json: not a plan: ")
+    assert result(tmp_path) == whole
+
+
+@needs_engine
 def test_a_second_run_in_a_folder_is_refused(tmp_path):
     log, out = tmp_path / "log", tmp_path / "out"
     process = campaign.start(*campaign.wild_arguments(out), FAKE_LOG=str(log), FAKE_SECONDS="30")
@@ -172,7 +184,7 @@ def test_units_of_a_time_follow_from_what_a_mechanism_takes(tmp_path):
     done = campaign.run("wild", "--mechanisms=2000", "--minutes=0.002", f"--out={out}")
     assert done.returncode == 0, done.stderr
     plan = campaign.document(out / "plan.json")
-    sizes = [int(name.split("+")[1]) for name in plan["units"]]
+    sizes = [int(name.split("+")[1]) for name in plan["jobs"]]
     assert sum(sizes) == 2000 and len(sizes) >= 16 and max(sizes) - min(sizes) < len(sizes)
     assert f"{len(sizes)} units" in done.stdout
 

@@ -1,0 +1,104 @@
+"""Many robots, each under every stress (accuracy/limits): what digits are left, and what is refused."""
+
+import argparse
+import csv
+import io
+from pathlib import Path
+
+import advice
+from checks import checked_scene, read_json, refusing
+from data import DataError
+from found import Found
+from plan import Plan, last_line, sha1
+from robot_readers import COLUMNS
+from values import number
+
+NAME, WORKER, HELP = "robots", "limits", "robots' files, each loaded and changed until digits are lost"
+RESULT = "robots-campaign.csv"
+
+
+def effort(text: str) -> float:
+    return number("effort", float(text), 1e-3)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument
+    add("files", nargs="+", type=Path, metavar="FILE", help="MJCF or URDF")
+    add("--effort", type=effort, default=1, help="states searched, times the usual number")
+    add(
+        "--read",
+        action="append",
+        default=[],
+        metavar="OPTION",
+        help="how the files are read, such as --read=--floating; several times",
+    )
+
+
+def asked(options: argparse.Namespace) -> dict:
+    """With what the files were, but not what they include."""
+    files: dict[str, Path] = {}
+    for file in options.files:
+        if file.stem in files:
+            raise DataError(f"{file}: another file is called {file.stem} too")
+        files[file.stem] = file.resolve()
+    own = {name: [str(file), sha1(file)] for name, file in sorted(files.items())}
+    return {"files": own, "effort": options.effort, "read": options.read}
+
+
+def made(options: argparse.Namespace, worker: Path) -> Plan:
+    own = asked(options)
+    more = [f"--effort={options.effort}", *options.read]
+    jobs = {name: [file, *more] for name, (file, _) in own["files"].items()}
+    return Plan(sha1(worker), own, jobs, "--json")
+
+
+class Judged(Found):
+    """What became of each robot. One that the worker refuses in words is judged as well."""
+
+    def __init__(self, plan: Plan, folder: Path):
+        super().__init__(plan, folder)
+        self.rows: dict[str, list[dict]] = {}
+
+    def take(self, name: str, file: Path) -> None:
+        document = read_json(file)
+        with refusing(file, "what limits writes"):
+            checked_scene(document["robot"])
+            advice.limits(document)
+            self.rows[name] = [self._row(name, document, stress) for stress in document["stresses"]]
+
+    def _row(self, name: str, document: dict, stress: dict) -> dict:
+        promise = document.get("promise") or {}
+        kept = stress["kept"]
+        curves = [curve for curves in stress["tasks"].values() for curve in curves]
+        return {
+            "name": name,
+            "robot": document["robot"],
+            "variant": promise.get("variant"),
+            "precision": promise.get("precision"),
+            "digits": promise.get("digits"),
+            "stress": stress["title"],
+            "unit": stress["unit"],
+            "kept": None if kept is None else number("kept", kept),
+            "last": number("value", stress["values"][-1]),
+            "silent": sum(sum(curve["silent"]) for curve in curves),
+        }
+
+    def settle(self) -> None:
+        for name in list(self.left):
+            if "error: " in (said := last_line(self.said(name))):
+                self.rows[name] = [{"name": name, "refused": said.split("error: ", 1)[1]}]
+                del self.left[name]
+
+    def result(self) -> str:
+        text = io.StringIO()
+        table = csv.DictWriter(text, COLUMNS, restval="", lineterminator="\n")
+        table.writeheader()
+        table.writerows(row for _, rows in sorted(self.rows.items()) for row in rows)
+        return text.getvalue()
+
+    def total(self) -> str:
+        refused = sum("refused" in rows[0] for rows in self.rows.values())
+        return f"{len(self.rows)} robots, {refused} of them refused,"
+
+
+FOUND = Judged
