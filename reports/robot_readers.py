@@ -10,8 +10,8 @@ COLUMNS = "name,robot,variant,precision,digits,stress,unit,kept,last,silent,refu
 def kept(row: dict) -> Kept:
     if not row["name"]:
         raise ValueError("name is empty")
-    if row["refused"]:
-        return Kept(row["name"], "", "", "", "", None, False, 0, row["refused"])
+    if refused := " ".join(row["refused"].split()):
+        return Kept(row["name"], "", "", "", "", None, False, 0, refused)
     promise = ""
     if row["digits"]:
         promise = f"{row['variant']}, {row['precision']}: {count_in(row, 'digits')} digits"

@@ -18,7 +18,12 @@ TOOLTIPS = {
 
 def tails(rows: list[dict], style: Style, choices: dict[str, str]):
     """A row has x, probability, low, high and tooltip texts; low is 0 where nothing was seen."""
-    mark_last([row for row in rows if row["probability"]], "probability", "x", ("scene", "task", "measure"))
+    mark_last(
+        [row for row in rows if row["probability"]],
+        "probability",
+        "x",
+        ("scene", "task", "measure"),
+    )
     x = alt.X(
         "x:Q",
         axis=log_axis("x", "error x", NUMBER),

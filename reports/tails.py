@@ -1,7 +1,7 @@
 """How often an error is beyond a bound, with exact binomial limits, from a campaign's counts.
 
-Of n mechanisms k did something. Clopper and Pearson's limits of its probability p are the p at which
-k or more, and k or fewer, would have a probability of (1 - confidence) / 2:
+Of n mechanisms k did something. Clopper and Pearson's limits of its probability p are the p at
+which k or more, and k or fewer, would have a probability of (1 - confidence) / 2:
 
     low  = quantile of Beta(k, n - k + 1)      at (1 - confidence) / 2                        (1)
     high = quantile of Beta(k + 1, n - k)      at 1 - (1 - confidence) / 2                    (2)

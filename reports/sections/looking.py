@@ -35,8 +35,8 @@ def section(data: Data) -> Section | None:
         "How far do you have to look?",
         [
             "The largest silent error of an acceleration against the mechanisms that were judged for "
-            "it. Solid: a search. Dashed: searches that exchange what they find. Dotted: the error that one in so many of the campaign’s random "
-            "mechanisms shows, by its counts.",
+            "it. Solid: a search. Dashed: searches that exchange what they find. Dotted: the error "
+            "that one in so many of the campaign’s random mechanisms shows, by its counts.",
             "The two draw from other populations: a search has at most nine degrees of freedom and "
             "ranges that are wider than a family’s, and counts an error for less where it is the "
             "problem’s own (kS above 1000). A random error may be no fault of the variant; one that "
@@ -88,7 +88,16 @@ def _table(finds: list[Find], drawn: dict[tuple[str, str], Series]) -> Table:
         worst.setdefault((find.variant, find.precision), find)
     return Table(
         "Mechanisms judged by search, and random ones that it takes to see as large an error",
-        ["Variant", "Precision", "By", "Search: judged", "worst", "Random: judged", "worst", "for as large"],
+        [
+            "Variant",
+            "Precision",
+            "By",
+            "Search: judged",
+            "worst",
+            "Random: judged",
+            "worst",
+            "for as large",
+        ],
         [
             [
                 find.variant,

@@ -1,4 +1,4 @@
-"""Errors that one mechanism in many shows: the tails of a campaign, and the worst that it has seen."""
+"""Errors that one mechanism in many shows: a campaign's tails, and the worst that it has seen."""
 
 import shlex
 
@@ -44,14 +44,15 @@ def _paragraphs(campaign: Campaign) -> list[str]:
     without = "all have" if not left else f"all but {left} have"
     worked = ", ".join(unit.name for unit in campaign.units)
     return [
-        f"A campaign over {campaign.mechanisms} mechanisms ({worked}: family, value, first seed and "
-        f"number of seeds), of which {without} a proven truth and count here.",
+        f"A campaign over {campaign.mechanisms} mechanisms ({worked}: family, value, first seed "
+        f"and number of seeds), of which {without} a proven truth and count here.",
         f"Silent: more than {100 * WRONG:.2g} % wrong (the edge of the bin that 1 % lies in), "
         "without a failure or a warning. Limits are exact binomial ones (Clopper and Pearson): the "
-        f"band holds the probability with a confidence of 95 %; the upper limit of silent failures in a million has "
-        "one of 95 % by itself, also where none was seen. A warning is false where the answer is "
-        "less wrong than that, and missing from each silent failure. Beyond 4 claims: silent answers "
-        "of a variant that claims an error, with more than four times that error.",
+        "band holds the probability with a confidence of 95 %; the upper limit of silent failures "
+        "in a million has one of 95 % by itself, also where none was seen. A warning is false "
+        "where the answer is less wrong than that, and missing from each silent failure. Beyond 4 "
+        "claims: silent answers of a variant that claims an error, with more than four times "
+        "that error.",
     ]
 
 

@@ -13,7 +13,9 @@ def section(data: Data) -> Section | None:
     by_name = groupby(sorted(data.robot_limits, key=lambda it: it.name), lambda it: it.name)
     robots = {name: list(rows) for name, rows in by_name}
     judged = {name: rows for name, rows in robots.items() if not rows[0].refused}
-    refused = [[name, sentence(rows[0].refused)] for name, rows in robots.items() if rows[0].refused]
+    refused = [
+        [name, sentence(rows[0].refused)] for name, rows in robots.items() if rows[0].refused
+    ]
     tables = []
     if judged:
         tables.append(
@@ -30,9 +32,9 @@ def section(data: Data) -> Section | None:
     return Section(
         "Many robots",
         [
-            f"{len(judged)} robots of a campaign, as given, loaded, without armature, with a light wrist, a "
-            "long tool and a light first link; the worst position of each is searched for. Silent: "
-            "answers of any variant more than 1 % wrong without a warning.",
+            f"{len(judged)} robots of a campaign, as given, loaded, without armature, with a light "
+            "wrist, a long tool and a light first link; the worst position of each is searched for. "
+            "Silent: answers of any variant more than 1 % wrong without a warning.",
         ],
         tables=tables,
     )

@@ -55,7 +55,9 @@ def test_a_tail_counts_what_is_at_least_as_wrong():
     own = counted({-70: 5, -64: 2, -33: 3, -32: 4, 7: 1})
     assert own.tail == [(2**-3, 15), (2**-2, 10), (2**-1, 5), (1.0, 1), (2 ** (7 / 32), 1)]
     for error, count in ((2**-2.2, 15), (0.26, 8), (0.5, 5), (1.17, 0), (3.0, 0)):
-        expected = sum(n for b, n in own.counts.silent.bins.items() if b >= math.floor(32 * math.log2(error)))
+        expected = sum(
+            n for b, n in own.counts.silent.bins.items() if b >= math.floor(32 * math.log2(error))
+        )
         assert own.as_wrong(error) == expected
 
 
@@ -155,7 +157,6 @@ def test_what_random_mechanisms_it_takes_to_see_what_a_search_found(read):
     data = read("campaign-wild.json", fake_campaign.unit("wild", 1.0, 1, 400))
     (table,) = looking.section(data).tables
     certified, conventional = table.rows
-    trials = 400 - data.campaign.no_truth["digits"]
     assert conventional[:5] == ["Fast<Conventional>", "float32", "search", "700", "1.0e30"]
     assert conventional[-1] == "> 130"
     assert certified[:5] == ["Fast<Certified>", "float32", "islands", "1000", "6.0e-8"]

@@ -22,7 +22,13 @@ def take(read):
 def test_a_robot_has_what_it_keeps_and_where_that_ends(take):
     judged, refused = robots.section(take(ROWS)).tables
     assert judged.rows == [
-        ["arm", "7", "Fast<A>, float32: 5 digits", "Payload on link7: 30 times its mass; Light rod: at once", "3"],
+        [
+            "arm",
+            "7",
+            "Fast<A>, float32: 5 digits",
+            "Payload on link7: 30 times its mass; Light rod: at once",
+            "3",
+        ],
         ["weak", "3", "–", "Poses: at once", "7"],
     ]
     assert refused.rows == [["bad", "Body link2: mass is negative."]]
