@@ -12,6 +12,7 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
+#include <memory_resource>
 
 namespace kalmarm::stress {
 
@@ -38,7 +39,10 @@ inline int bin_of(double error) {
 
 struct ErrorCounts {
   std::uint64_t zero = 0, nan = 0, inf = 0;
-  std::map<int, std::uint64_t> bins;  // by (1)
+  std::pmr::map<int, std::uint64_t> bins;  // by (1)
+
+  explicit ErrorCounts(std::pmr::memory_resource* memory = std::pmr::get_default_resource())
+      : bins(memory) {}
 
   void add(double error) {
     if (std::isnan(error))

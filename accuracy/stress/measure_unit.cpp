@@ -6,6 +6,7 @@
 #include <new>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <utility>
 
 #include "accuracy/truth/truth.hpp"
 #include "algorithms/study/solver.hpp"
@@ -110,28 +111,28 @@ std::string unit_record(const Unit& unit, const Campaign& campaign, const Proven
   json groups = json::array(), worst = json::array();
   for (const auto& [group, counts] : tally.groups()) groups.push_back(written(unit, group, counts));
   for (const WorstCase& found : tally.worst()) worst.push_back(written(unit, found));
-  const json out = {{"format", "kalmarm unit"},
-                    {"version", 1},
-                    {"key",
-                     {{"program", made.program},
-                      {"campaign",
-                       {{"variants", campaign.variants},
-                        {"precisions", campaign.precisions},
-                        {"tasks", campaign.tasks},
-                        {"worst", campaign.worst}}},
-                      {"compiler", made.compiler},
-                      {"flags", made.flags},
-                      {"isa", made.isa},
-                      {"blas", made.blas}}},
-                    {"unit",
-                     {{"family", unit.family->name},
-                      {"value", unit.value},
-                      {"first", unit.first},
-                      {"count", unit.count}}},
-                    {"mechanisms", unit.count},
-                    {"no_truth", tally.left_out()},
-                    {"groups", groups},
-                    {"worst", worst}};
+  json out = {{"format", "kalmarm unit"},
+              {"version", 1},
+              {"key",
+               {{"program", made.program},
+                {"campaign",
+                 {{"variants", campaign.variants},
+                  {"precisions", campaign.precisions},
+                  {"tasks", campaign.tasks},
+                  {"worst", campaign.worst}}},
+                {"compiler", made.compiler},
+                {"flags", made.flags},
+                {"isa", made.isa},
+                {"blas", made.blas}}},
+              {"unit",
+               {{"family", unit.family->name},
+                {"value", unit.value},
+                {"first", unit.first},
+                {"count", unit.count}}},
+              {"mechanisms", unit.count},
+              {"no_truth", tally.left_out()}};
+  out["groups"] = std::move(groups);
+  out["worst"] = std::move(worst);
   return out.dump() + '\n';
 }
 

@@ -10,6 +10,7 @@
 namespace kalmarm::stress {
 namespace {
 
+constexpr std::size_t first_block = 1 << 20;  // [bytes]
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
 // (1)
@@ -47,7 +48,9 @@ bool WorstCase::operator<(const WorstCase& other) const {
 }
 
 Tally::Tally(std::set<std::string> claiming, int most)
-    : claiming_(std::move(claiming)), most_(static_cast<std::size_t>(most)) {}
+    : memory_(std::make_unique<std::pmr::monotonic_buffer_resource>(first_block)),
+      claiming_(std::move(claiming)),
+      most_(static_cast<std::size_t>(most)) {}
 
 void Tally::add(std::uint64_t seed, double mass_ratio, const std::string& precision,
                 const Measurement& measured) {
@@ -66,7 +69,7 @@ void Tally::add(std::uint64_t seed, double mass_ratio, const std::string& precis
 }
 
 void Tally::count(const Group& group, const Record& record, double error) {
-  Counts& counts = groups_[group];
+  Counts& counts = groups_.try_emplace(group, memory_.get()).first->second;
   ++counts.status[to_string(record.outcome.status)];
   const bool claims = group.measure == "relative" && claiming_.contains(group.variant);
   if (claims && !counts.beyond_claim) counts.beyond_claim = 0;

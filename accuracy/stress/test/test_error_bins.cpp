@@ -58,7 +58,7 @@ TEST(ErrorBins, WhatIsNoPositiveNumberHasItsOwnCount) {
   EXPECT_EQ(counts.zero, 2u);
   EXPECT_EQ(counts.inf, 1u);
   EXPECT_EQ(counts.nan, 1u);
-  EXPECT_EQ(counts.bins, (std::map<int, std::uint64_t>{{0, 2}, {1, 1}}));
+  EXPECT_EQ(counts.bins, (std::pmr::map<int, std::uint64_t>{{0, 2}, {1, 1}}));
 }
 
 }  // namespace

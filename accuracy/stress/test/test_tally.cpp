@@ -42,8 +42,8 @@ TEST(Tally, TellsWarningsFromSilence) {
   EXPECT_EQ(counts.silent.zero, 1u);
   EXPECT_EQ(counts.silent.nan, 1u);
   EXPECT_EQ(counts.silent.inf, 1u);
-  EXPECT_EQ(counts.silent.bins, (std::map<int, std::uint64_t>{{0, 1}}));
-  EXPECT_EQ(counts.warned.bins, (std::map<int, std::uint64_t>{{-64, 2}}));
+  EXPECT_EQ(counts.silent.bins, (std::pmr::map<int, std::uint64_t>{{0, 1}}));
+  EXPECT_EQ(counts.warned.bins, (std::pmr::map<int, std::uint64_t>{{-64, 2}}));
 }
 
 TEST(Tally, CountsClaimsThatAreExceededFourfold) {
