@@ -161,7 +161,9 @@ def joined(ours: list[Range], theirs: list[Range]) -> list[Range]:
         result.insert(place, unit)
         for i in (place, place - 1):  # with the next one, then with the one before
             if 0 <= i < len(result) - 1 and result[i + 1][:3] == (*result[i][:2], result[i].end):
-                result[i : i + 2] = [result[i]._replace(count=result[i].count + result[i + 1].count)]
+                result[i : i + 2] = [
+                    result[i]._replace(count=result[i].count + result[i + 1].count)
+                ]
     return result
 
 

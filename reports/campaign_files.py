@@ -1,4 +1,4 @@
-"""Reads what `stress --unit` and merges write, and refuses what is no such record; writes merges."""
+"""Reads what `stress --unit` and merges write, refuses what is no such record; writes merges."""
 
 import json
 import re
@@ -69,7 +69,10 @@ def _campaign(document: dict) -> Campaign:
         units, summed = [_unit(document["unit"])], ()
     else:
         _expect(document, expected | {"units", "summed_over"})
-        units, summed = joined([], [parse_name(name) for name in _list(document, "units")]), _summed(document)
+        units, summed = (
+            joined([], [parse_name(name) for name in _list(document, "units")]),
+            _summed(document),
+        )
     key = checked_key(document["key"])
     worst = [_worst(case) for case in _list(document, "worst")]
     if worst != cut(worst, key["campaign"]["worst"]):
@@ -194,7 +197,11 @@ def _errors(errors: dict) -> Errors:
     _expect(errors, {"zero", "nan", "inf", "bins"})
     bins = Counter()
     for name, value in errors["bins"].items():
-        if not re.fullmatch("-?[0-9]{1,5}", name) or int(name) not in BINS or str(int(name)) != name:
+        if (
+            not re.fullmatch("-?[0-9]{1,5}", name)
+            or int(name) not in BINS
+            or str(int(name)) != name
+        ):
             raise ValueError(f"no bin is {name!r}")
         if count(name, value):
             bins[int(name)] = value
@@ -228,7 +235,9 @@ def _check_totals(campaign: Campaign) -> None:
         answers[cell[:6]] += counts.status.total()
     for series, total in answers.items():
         if total > mechanisms[series[:2]]:
-            raise ValueError(f"{total} outcomes of {mechanisms[series[:2]]} {'/'.join(map(str, series))}")
+            raise ValueError(
+                f"{total} outcomes of {mechanisms[series[:2]]} {'/'.join(map(str, series))}"
+            )
     for case in campaign.worst:
         if not any(
             unit[:2] == case[:2] and unit.first <= case.seed < unit.end for unit in campaign.units

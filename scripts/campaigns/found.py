@@ -44,7 +44,9 @@ class Found:
             refused = file.with_name(f"{name}.refused")
             file.replace(refused)
             why = str(error).removeprefix(f"{file}: ")
-            raise DataError(f"{refused}: set aside: {why}; start again to measure it anew") from None
+            raise DataError(
+                f"{refused}: set aside: {why}; start again to measure it anew"
+            ) from None
         del self.left[name]
 
     def log(self, name: str) -> Path:

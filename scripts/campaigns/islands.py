@@ -1,8 +1,8 @@
 """Searches for the worst mechanism that exchange what they find.
 
-Of each variant and precision some islands search by seeds of their own. Those of a generation start from
-the best of all islands of the generation before; one in four starts anew, so that all do not end at
-one mechanism. What an island finds depends on its options and those files alone.
+Of each variant and precision some islands search by seeds of their own. Those of a generation start
+from the best of all islands of the generation before; one in four starts anew, so that not all end
+at one mechanism. What an island finds depends on its options and those files alone.
 """
 
 import argparse
@@ -91,9 +91,14 @@ def made(options: argparse.Namespace, worker: Path) -> Plan:
         of = island.variant, island.precision
         before.setdefault((*of, island.generation + 1), []).append(island.name)
         needed = [] if island.anew else before[*of, island.generation]
-        jobs[island.name] = [*_options(island, own), *(f"--from=units/{name}.json" for name in needed)]
+        jobs[island.name] = [
+            *_options(island, own),
+            *(f"--from=units/{name}.json" for name in needed),
+        ]
         needs[island.name] = needed
-    return Plan(sha1(worker), own, jobs, "--out", key=_key(worker, islands(own)[0], own), needs=needs)
+    return Plan(
+        sha1(worker), own, jobs, "--out", key=_key(worker, islands(own)[0], own), needs=needs
+    )
 
 
 def _options(island: Island, asked: dict) -> list[str]:
@@ -144,7 +149,10 @@ class Best(Found):
                 raise ValueError(f"another program or build: {document['key']}")
             search = document["key"]["search"]
             of = island.variant, island.precision
-            if (search["variant"], search["precision"], document["unit"]["seed"]) != (*of, island.seed):
+            if (search["variant"], search["precision"], document["unit"]["seed"]) != (
+                *of,
+                island.seed,
+            ):
                 raise ValueError(f"it is the search of {search}, {document['unit']}")
             self.records[name] = {
                 "evaluations": count("evaluations", document["evaluations"]),
@@ -184,7 +192,12 @@ class Best(Found):
     def _row(self, island: Island, judged: int, best: dict) -> dict:
         asked = self.plan.asked
         row = {"variant": island.variant, "precision": island.precision, "task": asked["task"]}
-        row |= {"objective": asked["objective"], "kernel": "spatial", "rows": 0, "seed": asked["seed"]}
+        row |= {
+            "objective": asked["objective"],
+            "kernel": "spatial",
+            "rows": 0,
+            "seed": asked["seed"],
+        }
         row |= {"method": ISLANDS, "evaluations": judged}
         return row | {name: best.get(name) for name in ("error", "kS", "nv")}
 

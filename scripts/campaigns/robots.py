@@ -1,4 +1,4 @@
-"""Many robots, each under every stress (accuracy/limits): what digits are left, and what is refused."""
+"""Many robots, each under every stress (accuracy/limits): digits that are left, and refusals."""
 
 import argparse
 import csv
@@ -13,7 +13,11 @@ from plan import Plan, last_line, sha1
 from robot_readers import COLUMNS
 from values import number
 
-NAME, WORKER, HELP = "robots", "limits", "robots' files, each loaded and changed until digits are lost"
+NAME, WORKER, HELP = (
+    "robots",
+    "limits",
+    "robots' files, each loaded and changed until digits are lost",
+)
 RESULT = "robots-campaign.csv"
 
 

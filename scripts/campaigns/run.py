@@ -140,15 +140,21 @@ class Parser(argparse.ArgumentParser):
 
 def parser() -> argparse.ArgumentParser:
     top = Parser(
-        "scripts/campaign", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+        "scripts/campaign",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    kinds = top.add_subparsers(dest="campaign", required=True, metavar="CAMPAIGN", parser_class=Parser)
+    kinds = top.add_subparsers(
+        dest="campaign", required=True, metavar="CAMPAIGN", parser_class=Parser
+    )
     snakemake = ROOT / "build" / "venv-cluster" / "bin" / "snakemake"
     for kind in KINDS.values():
         own = kinds.add_parser(kind.NAME, help=kind.HELP)
         kind.add_arguments(own)
         own.add_argument("--profile", default="local", help="local, slurm, or a folder of your own")
-        own.add_argument("--out", type=Path, metavar="FOLDER", help="default: in reports/out/campaigns")
+        own.add_argument(
+            "--out", type=Path, metavar="FOLDER", help="default: in reports/out/campaigns"
+        )
         own.add_argument("--engine", type=Path, default=snakemake, metavar="SNAKEMAKE")
     both = kinds.add_parser("merge", help="merged files of several campaigns into one")
     both.add_argument("--out", type=Path, required=True, metavar="FILE")
@@ -179,7 +185,9 @@ def main() -> int:
         print(f"campaign: error: {error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
-        print("campaign: interrupted; what is finished is kept, run again to go on", file=sys.stderr)
+        print(
+            "campaign: interrupted; what is finished is kept, run again to go on", file=sys.stderr
+        )
         return 130
     except (OSError, RuntimeError) as error:  # pathlib says RuntimeError of a loop of links
         print(f"campaign: error: {error}", file=sys.stderr)

@@ -41,11 +41,13 @@ PartitionName=all Nodes=ALL Default=YES State=UP
 
 class Cluster:
     def __init__(self, folder: Path):
-        assert os.getpid() == 1, "what is mounted and started here ends with scripts/test_cluster alone"
+        assert os.getpid() == 1, (
+            "what is mounted and started here ends with scripts/test_cluster alone"
+        )
         self.folder, self.daemons = folder, {}
         (folder / "state").mkdir()
         subprocess.run(["ip", "link", "set", "lo", "up"], check=True)
-        # Slurm binds to any address of the machine, and the C library counts those of 127/8 as none.
+        # Slurm binds to any address of the machine; the C library counts those of 127/8 as none.
         subprocess.run(["ip", "address", "add", "10.0.0.1/32", "dev", "lo"], check=True)
         for place in ("/etc/slurm", "/run"):
             subprocess.run(["mount", "-t", "tmpfs", "tmpfs", place], check=True)

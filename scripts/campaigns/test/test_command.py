@@ -1,4 +1,4 @@
-"""The command on this machine: it resumes, keeps what is finished, and says in a line what is wrong."""
+"""The command on this machine: it goes on, keeps what is finished, says in a line what is wrong."""
 
 import ast
 import os
@@ -47,9 +47,7 @@ def test_what_is_finished_is_not_measured_again(tmp_path, whole):
 @pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGINT, signal.SIGTERM])
 def test_a_campaign_that_is_ended_takes_its_workers_along_and_goes_on(tmp_path, whole, end):
     log, out = tmp_path / "log", tmp_path / "out"
-    process = campaign.start(
-        *campaign.wild_arguments(out), FAKE_LOG=str(log), FAKE_SECONDS="2"
-    )
+    process = campaign.start(*campaign.wild_arguments(out), FAKE_LOG=str(log), FAKE_SECONDS="2")
     wait_for(lambda: len(campaign.units(out)) >= 2 and len(begun(log)) > len(campaign.units(out)))
     process.send_signal(end)
     _, err = process.communicate(timeout=60)
@@ -87,7 +85,9 @@ def test_a_unit_that_is_none_is_set_aside_whole_and_measured_anew(tmp_path, whol
     out, fault = tmp_path / "out", tmp_path / "fault"
     fault.write_text(f"61 {mode}")
     refused = out / "units" / "wild_1_61+20.refused"
-    expect_refusal(wild(out, FAKE_FAULT=str(fault)), f"{re.escape(str(refused))}: set aside: {why};")
+    expect_refusal(
+        wild(out, FAKE_FAULT=str(fault)), f"{re.escape(str(refused))}: set aside: {why};"
+    )
     assert refused.stat().st_size > 1000
     fault.unlink()
     assert wild(out, FAKE_FAULT=str(fault)).returncode == 0
@@ -308,5 +308,7 @@ def test_merges_of_campaigns_are_written_and_summed(tmp_path):
     assert out.read_text() == written(merged(parts).sum_over(["kS"]))
     other = units.write(tmp_path / "x.json", units.unit("wild", 1.0, 101, 5, "1" * 40))
     before = out.read_bytes()
-    expect_refusal(campaign.run("merge", f"--out={out}", str(parts[0]), str(other)), "another program")
+    expect_refusal(
+        campaign.run("merge", f"--out={out}", str(parts[0]), str(other)), "another program"
+    )
     assert out.read_bytes() == before

@@ -28,7 +28,13 @@ def own(seed: int) -> float:
 
 
 def test_no_two_islands_of_a_search_have_one_seed():
-    asked = {"variants": ["A", "B"], "precisions": ["float32"], "generations": 4, "islands": 5, "seed": 3}
+    asked = {
+        "variants": ["A", "B"],
+        "precisions": ["float32"],
+        "generations": 4,
+        "islands": 5,
+        "seed": 3,
+    }
     for variant in asked["variants"]:
         seeds = [island.seed for island in islands(asked) if island.variant == variant]
         assert sorted(seeds) == list(range(3, 23))
@@ -43,7 +49,9 @@ def test_a_generation_starts_from_the_best_of_all_islands_before_it(tmp_path):
     for _ in range(2):
         expected.append(expected[-1] + 0.5)  # as the made-up worker improves what it is given
     found = rows(tmp_path / "out")
-    assert [float(row["error"]) for row in found] == pytest.approx([10**value for value in expected])
+    assert [float(row["error"]) for row in found] == pytest.approx(
+        [10**value for value in expected]
+    )
     assert [row["evaluations"] for row in found] == ["40", "80", "120"]
     assert {row["method"] for row in found} == {"islands"}
     calls = [line.split()[1:] for line in log.read_text().splitlines()]

@@ -75,7 +75,10 @@ def test_the_worst_are_those_of_all_units(save, parts):
         unit = part["unit"]
         for seed in range(unit["first"], unit["first"] + unit["count"]):
             everything += units.unit(unit["family"], unit["value"], seed, 1)["worst"]
-    for series in (("dynamics", "Fast<Certified>", "float32"), ("white", "Fast<Conventional>", "float64")):
+    for series in (
+        ("dynamics", "Fast<Certified>", "float32"),
+        ("white", "Fast<Conventional>", "float64"),
+    ):
         errors = [float.fromhex(it["error"]) for it in everything if series == of(it)]
         found = [case.error for case in merged(map(save, parts)).worst if case.series == series]
         assert found == sorted(errors, reverse=True)[: units.WORST]
@@ -195,7 +198,9 @@ def changed(document: dict, path: str, value) -> dict:
 )
 def test_what_is_no_unit_is_refused_with_the_value(save, parts, path, value, message):
     file = save(changed(parts[0], path, value))
-    with pytest.raises(DataError, match=f"^{file}: not a unit or a campaign: .*{message}") as raised:
+    with pytest.raises(
+        DataError, match=f"^{file}: not a unit or a campaign: .*{message}"
+    ) as raised:
         merged([file])
     assert "\n" not in str(raised.value)
 
@@ -237,7 +242,10 @@ def test_what_is_refused_adds_nothing(save, parts):
     campaign = Campaign(read(save(parts[0])).key)
     campaign.add(read(save(parts[0])))
     before = written(campaign)
-    for other in (units.unit("wild", 1.0, 20, 40), units.unit("wild", 1.0, 41, 9, program="1" * 40)):
+    for other in (
+        units.unit("wild", 1.0, 20, 40),
+        units.unit("wild", 1.0, 41, 9, program="1" * 40),
+    ):
         with pytest.raises(ValueError):
             campaign.add(read(save(other)))
     assert written(campaign) == before

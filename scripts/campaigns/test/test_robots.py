@@ -31,7 +31,12 @@ def test_a_robot_that_is_refused_is_told_beside_the_others(tmp_path, files):
     assert (done.returncode, done.stderr) == (0, "")
     assert "3 robots, 1 of them refused" in done.stdout
     first, second, third = rows(out)
-    assert (first["robot"], first["digits"], first["kept"], first["silent"]) == ("a:7", "3", "1.0", "1")
+    assert (first["robot"], first["digits"], first["kept"], first["silent"]) == (
+        "a:7",
+        "3",
+        "1.0",
+        "1",
+    )
     assert (second["robot"], second["digits"]) == ("b:7", "4")
     assert third["name"] == "c" and third["refused"].endswith("c.xml: mass is negative")
     assert third["robot"] == ""
