@@ -1,4 +1,4 @@
-"""The chart of tails: how often a silent error is beyond a bound, with its limits."""
+"""Charts of how often a silent error occurs, with exact limits: beyond a bound, and by kS."""
 
 import altair as alt
 
@@ -9,14 +9,26 @@ TOOLTIPS = {
     "scene": "family",
     "variant": "variant",
     "precision": "precision",
-    "x_text": "error",
-    "count": "as wrong, silently",
+    "x_text": "x",
+    "count": "silent",
     "trials": "of mechanisms",
     "limits_text": "95 % limits of the probability",
 }
 
 
 def tails(rows: list[dict], style: Style, choices: dict[str, str]):
+    """Of errors of at least x."""
+    return _probabilities(rows, style, choices, "error x", "P(silent error ≥ x)")
+
+
+def by_condition(rows: list[dict], style: Style, choices: dict[str, str]):
+    """Of silent failures in the decade of kS from x on."""
+    return _probabilities(rows, style, choices, "kS, by decade", "P(silent failure)")
+
+
+def _probabilities(
+    rows: list[dict], style: Style, choices: dict[str, str], x_title: str, y_title: str
+):
     """A row has x, probability, low, high and tooltip texts; low is 0 where nothing was seen."""
     mark_last(
         [row for row in rows if row["probability"]],
@@ -26,11 +38,11 @@ def tails(rows: list[dict], style: Style, choices: dict[str, str]):
     )
     x = alt.X(
         "x:Q",
-        axis=log_axis("x", "error x", NUMBER),
+        axis=log_axis("x", x_title, NUMBER),
         scale=alt.Scale(type="log", nice=False, padding=12),
     )
     scale = alt.Scale(type="log", nice=False, padding=8)
-    y = alt.Y("probability:Q", axis=log_axis("y", "P(silent error ≥ x)", NUMBER), scale=scale)
+    y = alt.Y("probability:Q", axis=log_axis("y", y_title, NUMBER), scale=scale)
     seen = filtered(choices).transform_filter("datum.probability > 0")
     band = seen.mark_area(opacity=0.15).encode(x=x, y=alt.Y("low:Q", scale=scale), y2="high:Q")
     band = band.encode(

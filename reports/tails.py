@@ -90,6 +90,15 @@ def beyond(errors, place: int) -> int:
     return errors.inf + errors.nan + sum(n for b, n in errors.bins.items() if b >= place)
 
 
+def by_condition(campaign: Campaign) -> dict[tuple, dict[int, Series]]:
+    """The same, decade by decade of kS; none where groups do not tell it."""
+    found = defaultdict(lambda: defaultdict(Series))
+    for cell, counts in campaign.groups.items():
+        if cell.kS is not None:
+            found[cell[:6]][cell.kS].counts.add(counts)
+    return {key: dict(sorted(own.items())) for key, own in sorted(found.items())}
+
+
 def series(campaign: Campaign) -> dict[tuple, Series]:
     """By family, value, task, variant, precision and measure, in order."""
     found = defaultdict(Series)

@@ -7,7 +7,7 @@ from campaign import Campaign, Worst, shortest
 from charts import SCENE, Style, short
 from data import Data
 from section import Choice, Figure, Section, Table
-from tails import WRONG, Series, limits, series, upper_limit
+from tails import WRONG, Series, by_condition, limits, series, upper_limit
 from text import error_text, measure_text, share_text, task_rank, task_text, thousands_text
 
 TASK, MEASURE = "rare_task", "rare_measure"
@@ -20,14 +20,20 @@ def section(data: Data) -> Section | None:
     if not (campaign and campaign.groups):
         return None
     found = series(campaign)
-    rows = [row for key, own in found.items() for row in _rows(key, own)]
+    rows = [_row(key, x, *of) for key, own in found.items() for x, *of in _tail(own)]
+    decades = by_condition(campaign).items()
+    failures = [_row(key, x, *of) for key, own in decades for x, *of in _failures(own)]
     choices = _choices(found)
     style = Style((key[3] for key in found), (key[4] for key in found))
     first = {choice.signal: choice.first for choice in choices}
-    figures = []
-    if rows:
-        chart = tail_figures.tails(rows, style, first)
-        figures = [Figure("probability of a silent error beyond x", chart, tail_figures.TOOLTIPS)]
+    figures = [
+        Figure(title, chart(of, style, first), tail_figures.TOOLTIPS)
+        for title, chart, of in (
+            ("probability of a silent error beyond x", tail_figures.tails, rows),
+            ("silent failures by condition", tail_figures.by_condition, failures),
+        )
+        if of
+    ]
     return Section(
         "Rare errors",
         _paragraphs(campaign),
@@ -53,6 +59,8 @@ def _paragraphs(campaign: Campaign) -> list[str]:
         "where the answer is less wrong than that, and missing from each silent failure. Beyond 4 "
         "claims: silent answers of a variant that claims an error, with more than four times "
         "that error.",
+        "kS is how much the answer changes with relative changes of the mechanism’s parameters: a "
+        "failure at a small one is the variant’s own.",
     ]
 
 
@@ -80,28 +88,31 @@ def _place(key: tuple) -> dict[str, str]:
     return {SCENE: _case(key), TASK: key[2], MEASURE: key[5]}
 
 
-def _rows(key: tuple, own: Series) -> list[dict]:
-    rows = []
-    for x, count in own.tail:
-        low, high = limits(count, own.trials)
-        texts = [error_text(limit) for limit in (low, high)]
-        rows.append(
-            _place(key)
-            | {
-                "task": key[2],
-                "variant": key[3],
-                "precision": key[4],
-                "x": short(x),
-                "x_text": error_text(x),
-                "probability": short(count / own.trials),
-                "low": short(low),
-                "high": short(high),
-                "count": str(count),
-                "trials": str(own.trials),
-                "limits_text": f"{texts[0]} to {texts[1]}",
-            }
-        )
-    return rows
+def _tail(own: Series) -> list[tuple[float, int, int]]:
+    """Errors, and the answers at least as wrong of all mechanisms."""
+    return [(x, count, own.trials) for x, count in own.tail]
+
+
+def _failures(own: dict[int, Series]) -> list[tuple[float, int, int]]:
+    """Decades of kS where there are any, and the silent failures of their mechanisms."""
+    return [(10.0**k, it.silent, it.trials) for k, it in own.items() if it.silent]
+
+
+def _row(key: tuple, x: float, count: int, trials: int) -> dict:
+    low, high = limits(count, trials)
+    return _place(key) | {
+        "task": key[2],
+        "variant": key[3],
+        "precision": key[4],
+        "x": short(x),
+        "x_text": error_text(x),
+        "probability": short(count / trials),
+        "low": short(low),
+        "high": short(high),
+        "count": str(count),
+        "trials": str(trials),
+        "limits_text": f"{error_text(low)} to {error_text(high)}",
+    }
 
 
 def _counts(found: dict[tuple, Series], first: dict[str, str]) -> list[Table]:
@@ -125,7 +136,7 @@ def _counts(found: dict[tuple, Series], first: dict[str, str]) -> list[Table]:
                 "False warnings",
                 "Beyond 4 claims",
             ],
-            [_row(key, series_) for key, series_ in own],
+            [_counts_row(key, series_) for key, series_ in own],
             "llrrrrrrrr",
             shown=place,
             first=place == first,
@@ -134,7 +145,7 @@ def _counts(found: dict[tuple, Series], first: dict[str, str]) -> list[Table]:
     ]
 
 
-def _row(key: tuple, own: Series) -> list[str]:
+def _counts_row(key: tuple, own: Series) -> list[str]:
     claimed = own.counts.beyond_claim
     return [
         key[3],

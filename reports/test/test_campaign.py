@@ -10,6 +10,7 @@ from data import Data, DataError
 from scipy.stats import binom, binomtest
 from sections import looking, rare
 from tails import WRONG, WRONG_BIN, Series, limits, upper_limit
+from tails import series as series_of
 
 
 @pytest.mark.parametrize("k, n", [(0, 10), (1, 10), (5, 10), (10, 10), (3, 10**6), (0, 10**7)])
@@ -103,8 +104,32 @@ def only(unit: dict, place: str) -> dict:
     return unit
 
 
+def test_failures_by_condition_are_all_of_them(campaign):
+    tails, by_condition = rare.section(campaign).figures
+    counted: dict[tuple, int] = {}
+    for row in by_condition.chart.data.values:
+        series = row["rare_task"], row["variant"], row["precision"], row["rare_measure"]
+        counted[series] = counted.get(series, 0) + int(row["count"])
+        assert row["x"] in (1.0, 1e3, 1e7)  # as fake_campaign.py has them
+        assert int(row["trials"]) < 400
+    # The made-up mechanisms of which kS is unknown count in the table alone.
+    whole = {key[2:6]: own.silent for key, own in series_of(campaign.campaign).items()}
+    unknown = sum(
+        counts.silent.bins[place]
+        for cell, counts in campaign.campaign.groups.items()
+        for place in counts.silent.bins
+        if cell.kS is None and place >= WRONG_BIN
+    )
+    assert sum(counted.values()) == sum(whole.values()) - unknown > 0
+
+
+def test_without_decades_of_the_condition_there_is_no_figure_of_them(campaign):
+    campaign.campaign = campaign.campaign.sum_over(["kS"])
+    assert len(rare.section(campaign).figures) == 1
+
+
 def test_the_chart_draws_bands_about_lines(campaign):
-    (figure,) = rare.section(campaign).figures
+    figure = rare.section(campaign).figures[0]
     chart = figure.chart
     assert len(alt_scene.marks(chart, "area")) == 4 and len(alt_scene.marks(chart, "line")) == 4
     for row in chart.data.values:
