@@ -30,7 +30,11 @@ class Found:
 
     def look(self) -> int:
         """Takes what is new; returns how many files that were."""
-        stems = [name[:-5] for name in os.listdir(self.folder / "units") if name.endswith(".json")]
+        try:
+            names = os.listdir(self.folder / "units")
+        except FileNotFoundError:  # Snakemake clears away what a job that fails leaves empty
+            names = []
+        stems = [name.removesuffix(".json") for name in names if name.endswith(".json")]
         new = sorted(stem for stem in stems if stem in self.left)
         for name in new:
             self._take(name)

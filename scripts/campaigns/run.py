@@ -63,7 +63,7 @@ def measure(options: argparse.Namespace) -> int:
     kind = KINDS[options.campaign]
     worker = program(kind.WORKER)
     engine = Engine(options.engine, options.profile, options.out, worker)
-    (options.out / "units").mkdir(parents=True, exist_ok=True)
+    options.out.mkdir(parents=True, exist_ok=True)
     with alone(options.out):
         plan = planned(kind, options, worker)
         with refusing(options.out / "plan.json", "a plan"):

@@ -43,6 +43,14 @@ def test_a_robot_that_is_refused_is_told_beside_the_others(tmp_path, files):
 
 
 @needs_engine
+def test_robots_may_all_be_refused(tmp_path, files):
+    out = tmp_path / "out"
+    done = running.run("robots", *files(a="bad", b="bad"), f"--out={out}")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert [row["name"] for row in rows(out)] == ["a", "b"]
+
+
+@needs_engine
 def test_a_worker_that_dies_is_no_refusal(tmp_path, files):
     out = tmp_path / "out"
     done = running.run("robots", *files(a="two", b="dies"), f"--out={out}")
