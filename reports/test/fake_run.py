@@ -228,7 +228,7 @@ def write(folder: Path) -> None:
     for scene in fake_estimation.PAPERS:
         file = folder / f"paper-{scene.replace(':', '-')}.json"
         file.write_text(json.dumps(fake_estimation.paper(scene)))
-    campaign = fake_campaign.unit("wild", 1.0, 1, 300)
+    campaign = fake_campaign.unit("wild", 1.0, 1, 3000)
     (folder / "campaign-wild.json").write_text(json.dumps(campaign))
     with (folder / "simulation-panda-7.csv").open("w", newline="") as file:
         lines = csv.writer(file, lineterminator="\n")
