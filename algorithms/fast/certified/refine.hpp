@@ -60,9 +60,6 @@ class Refiner {
   void refine(const Model& model, TwiceResidual<T>& residual, Kept&& by, int states, T* x,
               Verdict* out);
 
-  // |x|^2, or what takes its place beside gravity.
-  double size(double xx) const { return std::max(xx, square(unit_roundoff<S>() * gravity_)); }
-
  private:
   // Norms are sums of squares in T, one state's in double. Out of this range they may have lost what
   // is compared.
@@ -78,6 +75,9 @@ class Refiner {
   }
 
   static double square(double x) { return x * x; }
+
+  // |x|^2, or what takes its place beside gravity.
+  double size(double xx) const { return std::max(xx, square(unit_roundoff<S>() * gravity_)); }
 
   // (4) and (5), of squares.
   bool trusted(double xx, double bound, double first) const {

@@ -50,9 +50,8 @@ inline constexpr double trusted_error = std::is_same_v<S, float> ? 3e-3 : 1e-7;
 template <class S>
 inline constexpr double farthest_start = std::is_same_v<S, float> ? 1.0 : 1e-9;
 inline constexpr double gravity_share = 0.1;
-//   What rounding of the residual may do, by a bound, in units of u: where gravity and torques cancel
-//   the bound is up to 10 on families that absorb, the truth a quarter of it (test_certified.cpp).
-inline constexpr double enough_of_residuals = 16;
+//   What rounding of the residual may do to answers in float64, by a bound, in units of u.
+inline constexpr double enough_of_residuals = 8;
 
 // Errors of parts of M^-1 that are not refined, in units of u sqrt(nv); beyond, the next precision
 // answers. Families of the tests are below (test_certified.cpp).

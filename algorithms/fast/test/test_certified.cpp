@@ -372,10 +372,14 @@ TYPED_TEST(Certified, EquilibriumIsRefinedNotRefused) {
     const double error = Truth(model, state.template cast<double>()).relative(a);
     EXPECT_LE(error, (std::is_same_v<T, float> ? 1 : 400) * this->u);
     EXPECT_LE(error, 4 * std::max(out.error, this->u));
+    if (std::is_same_v<T, float>) {  // a second step is one in float64
+      EXPECT_LE(out.error, this->u);
+      continue;
+    }
     if (family.name == std::string_view("massless_links") ||
         family.name == std::string_view("everything"))
       continue;  // what rounding may do where a link absorbs nothing is known roughly
-    EXPECT_LE(out.error, (std::is_same_v<T, float> ? 1 : 400) * this->u);
+    EXPECT_LE(out.error, 400 * this->u);
     EXPECT_FALSE(out.recomputed);
   }
 }
