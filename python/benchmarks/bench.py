@@ -41,7 +41,7 @@ import pinocchio as pin
 
 import kalmarm
 
-ROBOTS = Path(__file__).parents[2] / "robots"
+ROBOTS = Path(__file__).parents[2] / "robots" / "models"
 SINGLE_STATES = 251  # that calls of one state cycle through
 AGREE = 1e-8  # of answers, relative to the largest entry of a
 AGREE_ROLLOUT = 1e-6  # of velocities' differences over a step

@@ -6,7 +6,7 @@ import pytest
 
 import kalmarm
 
-ROBOTS = Path(__file__).parents[2] / "robots"
+ROBOTS = Path(__file__).parents[2] / "robots" / "models"
 NAMES = sorted(path.parent.name for path in ROBOTS.glob("*/*.xml") if path.parent.name == path.stem)
 
 

@@ -44,7 +44,7 @@ def test_of_a_urdf_refuse_nothing(tmp_path: Path, parts: str, rest: str) -> None
     with pytest.warns(UserWarning, match=NOTE):
         drawn = read(tmp_path, urdf(parts, rest))
     q = np.array([0.3])
-    assert drawn.mass(q) == plain.mass(q)
+    assert drawn.mass_matrix(q) == plain.mass_matrix(q)
 
 
 @pytest.mark.parametrize(
