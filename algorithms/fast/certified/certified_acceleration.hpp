@@ -9,14 +9,13 @@
 // what comes after the sweep's own factors is float64, certified; in float64 two numbers for one
 // (wide_acceleration.hpp). What these cannot tell from singular is refused.
 //
-// The residual is rounded too, in float64 for float32 and in pairs, of roundoff u2 = 2^-104, for
+// The residual is rounded too, in float64 for float32 and in pairs, of roundoff u2, for
 // float64. Where a first step is enough (refine.hpp), the sweep was right to sqrt(u) / 20, and that
 // does not show. Else in float32 float64 answers: accelerations of joints that cancel within a heavy
 // link were seen to spoil the residual by 240 u, which no sum of the sweep has. In float64, by (10)
 // of force_noise.hpp,
 //   |da|_M / |a|_M <= b u2 sqrt((N + E) / |a|_s^2)                                        (1)
-// of which a quarter counts in the error where (1) is above enough_of_residuals u, since an error may
-// be four times what is claimed; the truth was at most a third of (1) wherever it was above u
+// of which claimed_share_of_residuals counts in the error where (1) is above enough_of_residuals u
 // (test_certified.cpp, EquilibriumIsRefinedNotRefused).
 #pragma once
 
@@ -87,7 +86,7 @@ class CertifiedSweep {
   // (1), with N by (2) of force_noise.hpp, or where that is coarse by (3) and (4) there.
   void add_rounding_of_residual(const CertifiedModels<S>& models, const T* a, int lane,
                                 Verdict& out) {
-    const double u2 = 0x1p-104, unit = rounding_unit<S>();
+    const double u2 = roundoff_of_pairs, unit = rounding_unit<S>();
     const double limit = enough_of_residuals * unit_roundoff<S>();
     const double energy = unit * detail::number(sweep_.energy, lane);
     const int nv = models.lowered.nv();
@@ -114,7 +113,7 @@ class CertifiedSweep {
       if (error <= limit) return;
     }
     out.settled = Lanes<T>::count == 1 && std::isfinite(error);
-    out.error += error / 4;
+    out.error += claimed_share_of_residuals * error;
   }
 
   static double square(double x) { return x * x; }

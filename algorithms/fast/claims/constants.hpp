@@ -52,6 +52,10 @@ inline constexpr double farthest_start = std::is_same_v<S, float> ? 1.0 : 1e-9;
 inline constexpr double gravity_share = 0.1;
 //   What rounding of the residual may do to answers in float64, by a bound, in units of u.
 inline constexpr double enough_of_residuals = 8;
+//   Beyond, the share of that bound that is claimed: the truth was at most a third of the bound.
+inline constexpr double claimed_share_of_residuals = 0.25;
+//   The unit roundoff of pairs: two more bits are lost than two doubles have.
+inline constexpr double roundoff_of_pairs = 0x1p-104;
 
 // Errors of parts of M^-1 that are not refined, in units of u sqrt(nv); beyond, the next precision
 // answers. Families of the tests are below (test_certified.cpp).
