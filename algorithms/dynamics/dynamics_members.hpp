@@ -2,6 +2,8 @@
 // the study for multi-precision.
 #pragma once
 
+#include <functional>
+
 #include "algorithms/dynamics/check_model.hpp"
 #include "algorithms/dynamics/execution.hpp"
 #include "algorithms/model/plain.hpp"
@@ -55,6 +57,11 @@ int Dynamics<T>::checked_columns(const char* call, const MatrixView<const T>& ta
     refuse(call, "tau", tau.shape(), std::to_string(asked_) + " x any, column-major,");
   if (!x.fits(asked_, columns) || x.is_row_major())
     refuse(call, "x", x.shape(), detail::shape(asked_, columns) + ", column-major,");
+  // A column that its sweep does not vouch for is solved again from tau.
+  const std::ptrdiff_t size = columns * asked_;
+  const std::less<const T*> before;
+  if (size > 0 && before(x.data(), tau.data() + size) && before(tau.data(), x.data() + size))
+    throw std::invalid_argument(std::string(call) + ": tau and x overlap");
   return static_cast<int>(columns);
 }
 

@@ -186,6 +186,7 @@ TYPED_TEST(Refusals, WrongSizesAreRefusedAtEveryCall) {
   RowMajor<T> by_rows(3, 3);
   refused("solve", "tau", "3 x 3", columns, [&] { (void)robot.solve(by_rows, X); });
   refused("solve", "x", "3 x 3", square_columns, [&] { (void)robot.solve(X, by_rows); });
+  EXPECT_THROW((void)robot.solve(X, X), std::invalid_argument);
 
   refused("derivatives", "q", q_given, q_needed,
           [&] { (void)robot.derivatives(q_long, v, v, {.dq = X}, asked); });

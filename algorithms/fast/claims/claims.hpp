@@ -9,10 +9,11 @@
 //                          certified      |dX_ij| <= error sqrt(X_ii X_jj)        entries     (5)
 //   diagonal               certified      |dx_i| <= error x_i                     entries     (5)
 //   log det M              certified      |dL| <= error max(1, |L|)               number      (5)
-//   solve                  certified      |dx| <= error |x|, columns alone        Euclid's    (5)
+//   solve                  conventional   |dx| <= largest_error_of_a |x|, columns Euclid's    (1)
+//                          certified      |dx| <= error |x|, columns alone        Euclid's    (5)
 //   derivatives            all            (4); no error is told
 //
-// (1) by (8) and (9) of force_noise.hpp, beside a hundredth of gravity where |a| is less;
+// (1) by (8), (8') and (9) of force_noise.hpp, a beside a hundredth of gravity where |a| is less;
 // (2) by (10) there; (3) by (3) of refine.hpp, beside u (|gravity| + |qd|^2) where |a| is less: where
 // forces cancel to their last digits there is none left to be right; (4) by rounding_test.hpp and rounding_bound.hpp: in
 // the order of positive semidefinite matrices M of the factors is within 1 +- e of M;

@@ -48,6 +48,11 @@
 // since E and the weight bound |a|_M^2 but for a factor of 2. What is suspected still, the certified
 // form answers.
 //
+// x = M^-1 tau by factors that are kept sweeps forces and motions in the same way (columns.hpp), at
+// rest and without gravity: it is believed where
+//   T (c u)^2 (N + E) < e^2 |x|^2                                                         (8')
+// and by (3), (4) and T eps^2 E beside it where not, or where the test of D suspects the factors.
+//
 // The same sums say how wrong an answer is. In each joint's own scale |a|_s^2 = sum of mu(k) a(k)^2
 // is about |a|_M^2 and mostly below it, so that of |da|_M / |a|_M
 //   error^2 = (b u)^2 (N + E) / max(|a|_s, 0.01 |gravity| mean of sqrt(mu))^2             (10)
@@ -73,16 +78,22 @@ KALMARM_INLINE T absorbed(const RoundingWeights<S>& w, const Sixfold<T>& z) {
          (w.Cxx * (z.u * z.u) + w.Cyy * (z.v * z.v) + w.Czz * (z.w * z.w));
 }
 
-// The share of a link in E by (7), from l+. e_plus: with what the rows of a square root know of it.
-template <class T, class S>
-KALMARM_INLINE T motion_noise(const LoweredLink<S>& link, const Sixfold<T>& g, const T& inverse_D,
-                              const T& e_plus, const Sixfold<T>& l) {
+// The share of a link in E by (7) but for D, from l+. e_plus: with what the rows of a square root
+// know of it. g and D: of T, or the same for every lane of T.
+template <class T, class S, class U>
+KALMARM_INLINE T motion_terms(const LoweredLink<S>& link, const Sixfold<U>& g, const T& e_plus,
+                              const Sixfold<T>& l) {
   const auto square = [](const T& x) KALMARM_INLINE_LAMBDA { return x * x; };
   const T turned = square(g.x * l.x) + square(g.y * l.y);
   const T moved = square(g.u * l.u) + square(g.v * l.v);
   const T own = link.slides ? T(square(g.z * l.z) + square(link.has_noise ? T(g.w * l.w) : l.w))
                             : T(square(g.w * l.w) + square(link.has_noise ? T(g.z * l.z) : l.z));
-  return (square(e_plus) + (turned + moved + own)) / inverse_D;
+  return square(e_plus) + (turned + moved + own);
+}
+template <class T, class S>
+KALMARM_INLINE T motion_noise(const LoweredLink<S>& link, const Sixfold<T>& g, const T& inverse_D,
+                              const T& e_plus, const Sixfold<T>& l) {
+  return motion_terms(link, g, e_plus, l) / inverse_D;
 }
 
 // z whose squares hold the terms of (2').

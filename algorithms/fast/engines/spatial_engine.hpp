@@ -86,13 +86,26 @@ class SpatialEngine final : public CommonEngine<S> {
     S check = S(0);
     for (const auto& at : factors_->links) check += at.inverse_D * S(0);
     by_certified_ = may_be_wrong(q, check);
+    guard_->keep(lowered(), q);
     return by_certified_ ? guard_->certified().factor(q) : Outcome{};
   }
 
   Outcome solve(int columns, const S* taus, S* X) override {
     if (by_certified_) return guard_->certified().solve(columns, taus, X);
-    const S check = solver_->solve(lowered(), *factors_, columns, taus, X);
-    return check == S(0) ? Outcome{} : Outcome{.status = Outcome::Status::not_finite};
+    const std::ptrdiff_t nv = lowered().nv();
+    Outcome out;
+    for (int first = 0; first < columns; first += FactorSolver<S>::lanes) {
+      const int left = columns - first, count = std::min(left, FactorSolver<S>::lanes);
+      const S* const tau = taus + first * nv;
+      S* const x = X + first * nv;
+      const auto sums = solver_->solve(lowered(), *factors_, count, left, tau, x);
+      for (int j = 0; j < count; ++j) {
+        const SolveSums<S> of_x = {sums.noise[j], sums.energy[j], sums.squares[j]};
+        if (factors_->margin > S(0) && guard_->believed(of_x)) continue;
+        out = worse(out, second_solve(of_x, tau + j * nv, x + j * nv));
+      }
+    }
+    return out;
   }
 
   Outcome diagonal(const S* q, S* x) override {
@@ -138,6 +151,14 @@ class SpatialEngine final : public CommonEngine<S> {
     Worker(const LoweredModel<S>& model, Guard<S, F> g)
         : workspace(model), rows(model), guard(std::move(g)) {}
   };
+
+  // Of one column that its sums do not vouch for.
+  Outcome second_solve(const SolveSums<S>& of_x, const S* tau, S* x) {
+    const auto& z = solver_->forces(lowered(), *factors_, tau);
+    const bool wrong =
+        guard_->may_be_wrong(lowered(), *factors_, of_x, [&](int k) { return z[k]; });
+    return wrong ? guard_->certified_column(lowered().nv(), tau, x) : Outcome{};
+  }
 
   void set_factors(const S* q) { factoring_->factor(lowered(), q, *factors_); }
   bool may_be_wrong(const S* q, const S& check) {

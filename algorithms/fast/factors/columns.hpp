@@ -131,12 +131,14 @@ KALMARM_INLINE T gain(const LoweredModel<S>& model, int k, const Link& at, const
 // Factors: Placements<U> with links of (d, g, inverse_D), as FastFactors<U> is and what a sweep of
 // forward dynamics has left in its CovarianceWorkspace<U>.
 
-// Sees z- of every link, and e before it is divided by D.
+// Sees z- of every link, e before it is divided by D, and then e+ and l+.
 struct Unobserved {
-  template <class T>
-  void gathered(int, const Sixfold<T>&) const {}
+  template <class Z>
+  void gathered(int, const Z&) const {}
   template <class T>
   void measured(int, const T&) const {}
+  template <class T, class L>
+  void moved(int, const T&, const L&) const {}
 };
 
 // e of the links up to `last`, of which those with visits[k] have a tau(k) outboard that is not 0.
@@ -170,9 +172,10 @@ void sweep_inward(const LoweredModel<S>& model, const Factors& factors, int last
 }
 
 // write(k, a) of the links up to `last`.
-template <class T, class S, class Factors, class Write>
+template <class T, class S, class Factors, class Write, class Observer = Unobserved>
 KALMARM_INLINE void sweep_outward(const LoweredModel<S>& model, const Factors& factors, int last,
-                                  ColumnsWorkspace<T>& ws, const Write& write) {
+                                  ColumnsWorkspace<T>& ws, const Write& write,
+                                  const Observer& observer = {}) {
   Sixfold<T> l;
   set_zero(l);
   for (int k = 0; k <= last; ++k) {
@@ -183,6 +186,7 @@ KALMARM_INLINE void sweep_outward(const LoweredModel<S>& model, const Factors& f
     else if (!link.hangs_on_previous)
       assign(l, ws.branches[model.link(link.parent).branch].l);
     if (link.parent >= 0) motion_from_parent(model, link, factors, at.d, l);
+    observer.moved(k, ws.e[k], l);
     write(k, smooth(link, at.g, ws.e[k], l));
     if (link.branch >= 0) assign(ws.branches[link.branch].l, l);
   }

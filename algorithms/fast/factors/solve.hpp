@@ -1,63 +1,113 @@
-// M^-1 tau for one tau or many, by factors that are kept: (3.3), two sweeps (columns.hpp).
+// M^-1 tau for one tau or many, by factors that are kept: (3.3), two sweeps (columns.hpp), and what
+// (8') of force_noise.hpp asks of them.
 #pragma once
 
 #include <algorithm>
 #include <cstddef>
 #include <vector>
 
+#include "algorithms/fast/covariance/force_noise.hpp"
 #include "algorithms/fast/factors/columns.hpp"
 #include "algorithms/spatial/lanes.hpp"
 
 namespace kalmarm {
 
+// Of x = M^-1 tau, one or one in every lane: N and E of force_noise.hpp, and |x|^2.
+template <class T>
+struct SolveSums {
+  T noise, energy, squares;
+};
+
+namespace detail {
+
+// What the sweeps show of one column, or one in every lane.
+template <class T, class S, class Factors>
+struct SolveObserver {
+  const LoweredModel<S>& model;
+  const Factors& factors;
+  SolveSums<T>& sums;
+
+  KALMARM_INLINE void gathered(int k, const Sixfold<T>& z) const {
+    sums.noise += absorbed(model.body(k).weights, z);
+  }
+  void measured(int, const T&) const {}
+  KALMARM_INLINE void moved(int k, const T& e, const Sixfold<T>& l) const {
+    const auto& at = factors.links[k];
+    sums.energy += motion_terms(model.link(k), at.g, e, l) * T(S(1) / at.inverse_D);
+  }
+};
+
+// write(k, x) of x = M^-1 tau. all: a path for any tau.
+template <class T, class S, class Factors, class Tau, class Write>
+KALMARM_INLINE SolveSums<T> solve(const LoweredModel<S>& model, const Factors& factors,
+                                  const char* all, const Tau& tau, ColumnsWorkspace<T>& ws,
+                                  const Write& write) {
+  SolveSums<T> sums = {T(S(0)), T(S(0)), T(S(0))};
+  const SolveObserver<T, S, Factors> observer = {model, factors, sums};
+  sweep_inward(model, factors, model.nv() - 1, all, tau, ws, observer);
+  sweep_outward(
+      model, factors, model.nv() - 1, ws,
+      [&](int k, const T& x) {
+        sums.squares += x * x;
+        write(k, x);
+      },
+      observer);
+  return sums;
+}
+
+}  // namespace detail
+
 template <class S>
 class FactorSolver {
- public:
-  explicit FactorSolver(const LoweredModel<S>& model)
-      : one_(model), few_(model), all_(model.nv(), 1), block_(model.nv()) {}
+  using Few = WidePack<S>;
 
-  // X (nv x m) = M^-1 T (nv x m). About 87 nv m flops. Returns 0 if all of it is finite, else NaN.
-  S solve(const LoweredModel<S>& model, const FastFactors<S>& factors, int m, const S* T, S* X);
+ public:
+  static constexpr int lanes = Lanes<Few>::count;
+
+  explicit FactorSolver(const LoweredModel<S>& model)
+      : one_(model), few_(model), all_(model.nv(), 1), block_(model.nv()), z_(model.nv()) {}
+
+  // X (nv x m) = M^-1 T (nv x m) of m columns, at most `lanes`; column j is in lane j of what is
+  // returned. left >= m: so many columns of T can be read. About 127 nv m flops.
+  SolveSums<Few> solve(const LoweredModel<S>& model, const FastFactors<S>& factors, int m, int left,
+                       const S* T, S* X) {
+    const int nv = model.nv();
+    if (m == 1) {
+      const SolveSums<S> one = detail::solve(
+          model, factors, all_.data(), [&](int k) { return T[k]; }, one_,
+          [&](int k, const S& x) { X[k] = x; });
+      return {Few(one.noise), Few(one.energy), Few(one.squares)};
+    }
+    to_lanes(T, nv, m, left, block_);
+    const SolveSums<Few> sums = detail::solve(
+        model, factors, all_.data(), [&](int k) { return block_[k]; }, few_,
+        [&](int k, const Few& x) { block_[k] = x; });
+    from_lanes(block_, nv, m, X);
+    return sums;
+  }
+
+  // z- of every link, of one tau.
+  const std::vector<Sixfold<S>>& forces(const LoweredModel<S>& model,
+                                        const FastFactors<S>& factors, const S* tau) {
+    detail::sweep_inward(
+        model, factors, model.nv() - 1, all_.data(), [&](int k) { return tau[k]; }, one_,
+        Keeping{z_});
+    return z_;
+  }
 
  private:
-  using Few = WidePack<S>;
-  static constexpr int few = Lanes<Few>::count;
+  struct Keeping {
+    std::vector<Sixfold<S>>& z_of;
+
+    void gathered(int k, const Sixfold<S>& z) const { z_of[k] = z; }
+    void measured(int, const S&) const {}
+  };
 
   ColumnsWorkspace<S> one_;
   ColumnsWorkspace<Few> few_;
   std::vector<char> all_;   // links: a path for any tau
-  std::vector<Few> block_;  // of right-hand sides
+  std::vector<Few> block_;  // of columns
+  std::vector<Sixfold<S>> z_;
 };
-
-template <class S>
-S FactorSolver<S>::solve(const LoweredModel<S>& model, const FastFactors<S>& factors, int m,
-                         const S* T, S* X) {
-  const int nv = model.nv();
-  S check = S(0);
-  if (m == 1) {
-    detail::sweep_inward(
-        model, factors, nv - 1, all_.data(), [&](int k) { return T[k]; }, one_);
-    detail::sweep_outward(model, factors, nv - 1, one_, [&](int k, const S& a) {
-      check += a * S(0);
-      X[k] = a;
-    });
-    return check;
-  }
-  Few checks = Few(S(0));
-  for (int first = 0; first < m; first += few) {
-    const int count = std::min(few, m - first);
-    const std::ptrdiff_t start = std::ptrdiff_t(first) * nv;
-    to_lanes(T + start, nv, count, m - first, block_);
-    detail::sweep_inward(
-        model, factors, nv - 1, all_.data(), [&](int k) { return block_[k]; }, few_);
-    detail::sweep_outward(model, factors, nv - 1, few_, [&](int k, const Few& a) {
-      checks += a * Few(S(0));
-      block_[k] = a;
-    });
-    from_lanes(block_, nv, count, X + start);
-  }
-  for (int i = 0; i < few; ++i) check += checks[i];
-  return check;
-}
 
 }  // namespace kalmarm

@@ -2,7 +2,8 @@
 //
 // A sweep leaves for every lane: margin, positive where rounding cannot have moved a D far; for
 // accelerations the noise N of its forces, the energy E of its motions, |a|^2 and |a|_s^2
-// (force_noise.hpp), for the rest check, which is zero where every result is finite. Only a state
+// (force_noise.hpp), for solves N, E and |x|^2, for the rest check, which is zero where every result
+// is finite. Only a state
 // that fails a test, or whose estimated error is coarse, pays for more: a second look, then the
 // certified form.
 #pragma once
@@ -11,11 +12,13 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "algorithms/fast/certified/certified_answer.hpp"
 #include "algorithms/fast/engine/forms.hpp"
 #include "algorithms/fast/engine/instances.hpp"
+#include "algorithms/fast/factors/solve.hpp"
 
 namespace kalmarm {
 
@@ -40,7 +43,8 @@ class Guard {
         loses_(F::may_lose_D(lowered)),
         own_(lowered),
         a_(lowered.nv()),
-        certified_(robot, lowered, options, F::at_rest) {}
+        certified_(robot, lowered, options, F::at_rest),
+        q_(lowered.nq()) {}
 
   CertifiedAnswer<S>& certified() { return certified_; }
 
@@ -50,8 +54,14 @@ class Guard {
     using std::sqrt;
     const T nothing = squares * T(S(0));
     const T sum = noise + T(rounding_unit<S>()) * energy;
-    return {T(allowed_ / forces_.constant_trace()) * larger(squares, T(least_)) - sum + nothing,
+    return {margin(sum, larger(squares, T(least_))) + nothing,
             sqrt(T(unit_of_error()) * sum / larger(size, T(least_size_))) + nothing};
+  }
+
+  // Whether the sums of x = M^-1 tau pass (8'), by factors whose D pass their own test. false where x
+  // is not finite.
+  bool believed(const SolveSums<S>& of_x) const {
+    return margin(S(of_x.noise + rounding_unit<S>() * of_x.energy), of_x.squares) > S(0);
   }
 
   // The estimated error of a lane of `swept`, accelerations a that `by` is said of; NaN where they are
@@ -91,6 +101,34 @@ class Guard {
     return !(second_.error_of_D(lowered, q, swept, lane) < error_of_D_let_pass<S>);
   }
 
+  // Factors at q are kept, by which columns are solved.
+  void keep(const LoweredModel<S>& lowered, const S* q) {
+    std::copy_n(q, lowered.nq(), q_.data());
+    kept_.reset();
+  }
+
+  // Of a column x = M^-1 tau by the factors that are kept and believed, where of_x is not: the second
+  // look of (8'). z(k): z-(k) of its sweep.
+  template <class Forces>
+  bool may_be_wrong(const LoweredModel<S>& lowered, const FastFactors<S>& factors,
+                    const SolveSums<S>& of_x, const Forces& z) {
+    const double of_D = error_of_D(lowered, q_.data(), factors, 0);
+    if (!(of_D < error_of_D_to_refine)) return true;
+    const S energy = rounding_unit<S>() * of_x.energy;
+    const S most = allowed_ * of_x.squares / forces_.trace(lowered, factors);
+    const S N = energy + noise_closer(lowered, factors, z, most);
+    return !(static_cast<double>(N) + in_units(of_D, rounding_constant_of_a) * energy <
+             static_cast<double>(most));
+  }
+
+  // The column by certified factors, which are made for the first.
+  Outcome certified_column(int nv, const S* tau, S* x) {
+    if (!Eigen::Map<const VectorX<S>>(tau, nv).allFinite())
+      return {.status = Outcome::Status::not_finite};
+    if (!kept_) kept_ = certified_.factor(q_.data());
+    return *kept_ ? certified_.solve(1, tau, x) : *kept_;
+  }
+
  private:
   // How wrong a D of a lane can be, relatively, where it may count.
   template <class Swept>
@@ -113,24 +151,40 @@ class Guard {
   // (9), and then the second look of (10).
   template <class Swept>
   double closer(const LoweredModel<S>& lowered, const Swept& swept, const S* a, double error_of_D) {
-    const S trace = forces_.trace(lowered, swept);
-    const S most = allowed_ * std::max(swept.squares, least_) / trace;
-    const S little = S(little_share) * most;
-    S N = rounding_unit<S>() * swept.energy, size = S(0);
-    forces_.begin();
-    for (int k = lowered.nv() - 1; k >= 0; --k) {
-      N += forces_.charge(lowered, swept, k, F::forces(lowered, swept, k), little);
-      size += a[k] * a[k] / forces_.variance(k);
-    }
+    const S most = allowed_ * std::max(swept.squares, least_) / forces_.trace(lowered, swept);
+    const S noise = noise_closer(
+        lowered, swept, [&](int k) { return F::forces(lowered, swept, k); }, most);
+    const double N = static_cast<double>(rounding_unit<S>() * swept.energy + noise);
     const double E = static_cast<double>(rounding_unit<S>() * (swept.energy + weight_));
-    const auto of_D = [&](double c) {
-      return square(error_of_D / (c * static_cast<double>(unit_roundoff<S>())));
-    };
-    if (!(static_cast<double>(N) + of_D(rounding_constant_of_a) * E < static_cast<double>(most)))
+    if (!(N + in_units(error_of_D, rounding_constant_of_a) * E < static_cast<double>(most)))
       return answer_anew;
+    S size = S(0);
+    for (int k = 0; k < lowered.nv(); ++k) size += a[k] * a[k] / forces_.variance(k);
     return std::sqrt(static_cast<double>(unit_of_error()) *
-                     (static_cast<double>(N) + of_D(rounding_constant_of_error) * E) /
+                     (N + in_units(error_of_D, rounding_constant_of_error) * E) /
                      static_cast<double>(std::max(size, least_size_)));
+  }
+
+  // N by (3), of z(k) = z-(k), where `most` is allowed.
+  template <class Swept, class Forces>
+  S noise_closer(const LoweredModel<S>& lowered, const Swept& swept, const Forces& z, S most) {
+    const S little = S(little_share) * most;
+    S N = S(0);
+    forces_.begin();
+    for (int k = lowered.nv() - 1; k >= 0; --k)
+      N += forces_.charge(lowered, swept, k, z(k), little);
+    return N;
+  }
+
+  // (8): what may be added to the sum of N and E, in units of the weights.
+  template <class T>
+  T margin(const T& sum, const T& squares) const {
+    return T(allowed_ / forces_.constant_trace()) * squares - sum;
+  }
+
+  // (eps / (c u))^2
+  static double in_units(double eps, double c) {
+    return square(eps / (c * static_cast<double>(unit_roundoff<S>())));
   }
 
   template <class T>
@@ -171,6 +225,8 @@ class Guard {
   typename F::template Workspace<S> own_;
   std::vector<S> a_;
   CertifiedAnswer<S> certified_;
+  std::vector<S> q_;             // of the factors that are kept
+  std::optional<Outcome> kept_;  // of certified ones there
 };
 
 }  // namespace kalmarm

@@ -60,9 +60,10 @@ KALMARM_INLINE void force_to_parent(const PlanarStep<S>& step, Planar<T>& z) {
 }
 
 // e / D of the links up to `last`, of which those with visits[k] have a tau outboard that is not 0.
-template <class T, class S, class Tau>
+template <class T, class S, class Tau, class Observer = Unobserved>
 void sweep_inward(const PlanarModel<S>& model, const PlanarWorkspace<S>& ws, int last,
-                  const char* visits, const Tau& tau, PlanarColumns<T>& columns) {
+                  const char* visits, const Tau& tau, PlanarColumns<T>& columns,
+                  const Observer& observer = {}) {
   for (auto& branch : columns.branches) set_zero(branch.z);
   Planar<T> z;
   set_zero(z);
@@ -76,6 +77,7 @@ void sweep_inward(const PlanarModel<S>& model, const PlanarWorkspace<S>& ws, int
     const PlanarLink<S>& link = model.link(k);
     if (!carried) set_zero(z);
     if (link.branch >= 0) add(z, columns.branches[link.branch].z);
+    observer.gathered(k, z);
     columns.e[k] = gain(ws, link, k, T(tau(k)), z) * ws.links[k].inverse_D;
     carried = link.hangs_on_previous;
     if (link.parent < 0) continue;
@@ -85,9 +87,10 @@ void sweep_inward(const PlanarModel<S>& model, const PlanarWorkspace<S>& ws, int
 }
 
 // write(k, a) of the links up to `last`.
-template <class T, class S, class Write>
+template <class T, class S, class Write, class Observer = Unobserved>
 KALMARM_INLINE void sweep_outward(const PlanarModel<S>& model, const PlanarWorkspace<S>& ws,
-                                  int last, PlanarColumns<T>& columns, const Write& write) {
+                                  int last, PlanarColumns<T>& columns, const Write& write,
+                                  const Observer& observer = {}) {
   Planar<T> l;
   set_zero(l);
   for (int k = 0; k <= last; ++k) {
@@ -98,6 +101,7 @@ KALMARM_INLINE void sweep_outward(const PlanarModel<S>& model, const PlanarWorks
       assign(l, columns.branches[model.link(link.parent).branch].l);
     PlanarStep<S> step{};
     if (link.parent >= 0) step = ws.step(link, k);
+    observer.moved(k, columns.e[k], squares_of_terms(ws, link, step, ws.links[k].g, l));
     write(k, smooth(ws, link, step, ws.links[k].g, columns.e[k], l));
     if (link.branch >= 0) assign(columns.branches[link.branch].l, l);
   }

@@ -159,9 +159,9 @@ KALMARM_INLINE T smooth(const PlanarWorkspace<G>& ws, const PlanarLink<G>& link,
 }
 
 // Of the terms of g'l+, that of its own direction too.
-template <class T>
-KALMARM_INLINE T squares_of_terms(const PlanarWorkspace<T>& ws, const PlanarLink<T>& link,
-                                  const PlanarStep<T>& step, const Planar<T>& g,
+template <class T, class G>
+KALMARM_INLINE T squares_of_terms(const PlanarWorkspace<G>& ws, const PlanarLink<G>& link,
+                                  const PlanarStep<G>& step, const Planar<G>& g,
                                   const Planar<T>& l) {
   const auto square = [](const T& x) KALMARM_INLINE_LAMBDA { return x * x; };
   const T x = l.x + step.tx * l.n, y = l.y + step.ty * l.n;

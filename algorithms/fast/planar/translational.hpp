@@ -101,12 +101,17 @@ class TranslationalFactors {
   const MatrixX<T>& inverse() const { return inverse_; }
   const VectorX<T>& by_weight() const { return by_weight_; }  // a where tau is 0
 
-  // Of (1), over (b u)^2.
-  T energy(const T* tau) const {
-    T sum = energy_by_weight_;
-    for (int k = 0; k < nv(); ++k) sum += energies_[k] * (tau[k] * tau[k]);
+  // Of (1), over (b u)^2: of M^-1 tau, tau(k) of slide k, and of a0.
+  template <class Tau>
+  T energy(const Tau& tau) const {
+    T sum = T(0);
+    for (int k = 0; k < nv(); ++k) {
+      const T force = tau(k);
+      sum += energies_[k] * (force * force);
+    }
     return sum;
   }
+  const T& energy_by_weight() const { return energy_by_weight_; }
 
   // write(k, x) of x = M^-1 tau.
   template <class Tau, class Write>

@@ -49,20 +49,27 @@ class TranslationalEngine final : public CommonEngine<T> {
   }
 
   Outcome factor(const T* q) override {
-    return answered() ? own_.guard->certified().factor(q) : refusal_;
+    if (answered()) return own_.guard->certified().factor(q);
+    own_.guard->keep(this->lowered(), q);
+    return refusal_;
   }
 
   Outcome solve(int columns, const T* taus, T* X) override {
     if (answered()) return own_.guard->certified().solve(columns, taus, X);
-    const std::ptrdiff_t nv = this->lowered().nv();
-    T check = T(0);
-    for (int j = 0; j < columns; ++j)
-      own_.factors.solve([&](int k) { return taus[j * nv + k]; },
-                         [&](int k, const T& a) {
-                           check += a * T(0);
-                           X[j * nv + k] = a;
-                         });
-    return check == T(0) ? refusal_ : Outcome{.status = Outcome::Status::not_finite};
+    if (!refusal_) return refusal_;
+    const int nv = this->lowered().nv();
+    Outcome out;
+    for (int j = 0; j < columns; ++j, taus += nv, X += nv) {
+      const auto force = [&](int k) { return taus[k]; };
+      T squares = T(0);
+      own_.factors.solve(force, [&](int k, const T& x) {
+        X[k] = x;
+        squares += x * x;
+      });
+      if (!own_.guard->believed({T(0), own_.factors.energy(force), squares}))
+        out = worse(out, own_.guard->certified_column(nv, taus, X));
+    }
+    return out;
   }
 
   Outcome inverse(const T* q, T* X) override {
@@ -118,13 +125,15 @@ class TranslationalEngine final : public CommonEngine<T> {
     auto& guard = *worker.guard;
     if (answered()) return guard.certified().acceleration(q, qd, tau, a);
     T squares = T(0), size = T(0);
-    worker.factors.solve([&](int k) { return tau[k]; },
+    const auto force = [&](int k) { return tau[k]; };
+    worker.factors.solve(force,
                          [&](int k, const T& x) {
                            a[k] = x + worker.factors.by_weight()[k];
                            squares += a[k] * a[k];
                            size += this->lowered().least_inertias()[k] * (a[k] * a[k]);
                          });
-    const auto by = guard.believed(T(0), worker.factors.energy(tau), squares, size);
+    const T energy = worker.factors.energy(force) + worker.factors.energy_by_weight();
+    const auto by = guard.believed(T(0), energy, squares, size);
     if (by.margin > T(0)) return {.error = by.error};
     return guard.certified().acceleration(q, qd, tau, a);
   }
@@ -137,7 +146,7 @@ class TranslationalEngine final : public CommonEngine<T> {
         own_(TranslationalFactors<T>(slides_, wide.gravity(), W(least_D_over_size<T>(1)))) {
     EngineOptions able = options;
     if (own_.factors.suspect()) able.want.insert(Want::solve);
-    if (able.wants(Want::acceleration) || own_.factors.suspect())
+    if (able.wants(Want::acceleration) || able.wants(Want::solve))
       own_.guard.emplace(robot, this->lowered(), able);
     if (own_.factors.suspect()) {
       const VectorX<T> q = VectorX<T>::Zero(wide.nq());

@@ -157,10 +157,11 @@ class KALMARM_EXPORT Dynamics {
   }
 
   // x = M^-1 tau by the factors that are kept, of one vector (asked) or of every column of a matrix
-  // (asked x m, column-major). The outcome is that of the factors, made again where another call has
-  // overwritten them, or not_finite; of the certified form it has the error of the worst column.
-  // After a factorisation that failed its outcome is returned, and x is filled with NaN. Before any:
-  // std::logic_error. 87 n m.
+  // (asked x m, column-major), which does not overlap x. The outcome is the worst of the factors',
+  // made again where another call has overwritten them, and the columns': a column that rounding may
+  // have moved far is answered by the certified form. Of those that it has answered the outcome has
+  // the worst error. After a factorisation that failed its outcome is returned, and x is filled with
+  // NaN. Before any: std::logic_error. 127 n m.
   Outcome solve(MatrixView<const T> tau, MatrixView<T> x) {
     return solve(checked_columns("solve", tau, x), tau.data(), x.data());
   }

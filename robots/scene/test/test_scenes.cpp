@@ -93,13 +93,16 @@ TEST_P(ShippedScene, HasMujocosSiteJacobians) {
 TEST_P(ShippedScene, IsNotSuspectedInRandomStates) {
   const Scene scene = load_scene(GetParam());
   const auto suspects = [&]<class T>(T) {
-    Dynamics<T> robot(plain(scene.model), {.question = {.want = {Want::acceleration}}});
+    Dynamics<T> robot(plain(scene.model),
+                      {.question = {.want = {Want::acceleration, Want::solve}}});
     VectorX<T> a(robot.nv());
     int sum = 0;
+    const auto count = [&](const Outcome& out) { sum += !out || out.recomputed || out.warns(); };
     for (const State& given : random_states(scene, 20, 1)) {
       const VectorX<T> q = given.q.cast<T>(), qd = given.qd.cast<T>(), tau = given.tau.cast<T>();
-      const Outcome out = robot.forward_dynamics(q, qd, tau, a);
-      sum += !out || out.recomputed || out.warns();
+      count(robot.forward_dynamics(q, qd, tau, a));
+      count(robot.factor(q));
+      count(robot.solve(tau, a));
     }
     return sum;
   };
