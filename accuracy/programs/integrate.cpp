@@ -29,7 +29,7 @@ struct Options {
   std::vector<double> values;
   std::string out;
   Fall fall;
-  int seeds = 0;
+  int seeds = 0, first_seed = 1;
   bool quick = false, full = false;
 };
 
@@ -78,7 +78,7 @@ std::vector<Job> plan(const std::vector<Family>& all, const Options& options) {
     refuse_large("cases of " + std::to_string(seeds) + " seeds",
                  2 * sizeof(Job) * (double(jobs.size()) + double(seeds) * double(values.size())));
     for (const double value : values)
-      for (int seed = 1; seed <= seeds; ++seed)
+      for (int seed = options.first_seed; seed < options.first_seed + seeds; ++seed)
         jobs.push_back({&family, value, static_cast<std::uint64_t>(seed)});
   }
   return jobs;
@@ -137,8 +137,11 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember({"float32", "float64"}))
       ->capture_default_str();
   app.add_option("--seeds", options.seeds,
-                 "seeds 1 to N of every case; default: 3, or 1 where the seed changes nothing")
+                 "N seeds of every case; default: 3, or 1 where the seed changes nothing")
       ->check(between(1, 10000000));
+  app.add_option("--first-seed", options.first_seed, "the first of them")
+      ->check(between(1, 1000000000))
+      ->capture_default_str();
   auto* values = app.add_option("--values", options.values, "values of the family's parameter")
                      ->delimiter(',')
                      ->check(finite());

@@ -51,7 +51,7 @@ struct Options {
   std::vector<double> advice;      // tolerances; empty: every variant is measured
   std::vector<std::string> tasks;  // empty: those of the family
   std::string out, json_file, unit, rows;
-  int seeds = 0, jobs = 0, worst = Campaign().worst;
+  int seeds = 0, first_seed = 1, jobs = 0, worst = Campaign().worst;
   bool quick = false, full = false, list = false;
 };
 
@@ -109,7 +109,7 @@ std::vector<Job> plan(const std::vector<Family>& all, const Options& options) {
   refuse_large(number(count) + " cases", 2 * sizeof(Job) * count);
   std::vector<Job> jobs;
   each_value([&](const Family& family, double value, int seeds) {
-    for (int seed = 1; seed <= seeds; ++seed)
+    for (int seed = options.first_seed; seed < options.first_seed + seeds; ++seed)
       for (const std::string& precision : precisions)
         jobs.push_back({&family, value, static_cast<std::uint64_t>(seed), precision});
   });
@@ -368,8 +368,10 @@ int main(int argc, char** argv) {
       app.add_option("--advice", options.advice,
                      "tolerances: what the advisor chooses for every mechanism, and its error");
   advice->delimiter(',')->check(positive());
-  auto* seeds = app.add_option("--seeds", options.seeds, "seeds 1 to N of every case");
+  auto* seeds = app.add_option("--seeds", options.seeds, "N seeds of every case");
   seeds->check(between(1, 10000000));
+  auto* first_seed = app.add_option("--first-seed", options.first_seed, "the first of them");
+  first_seed->check(between(1, 1000000000))->capture_default_str();
   auto* quick = app.add_flag("--quick", options.quick, "few values and seeds (default)");
   auto* full = app.add_flag("--full", options.full, "all values, 10 000 wild mechanisms");
   full->excludes(quick);
@@ -380,7 +382,8 @@ int main(int argc, char** argv) {
       "--unit", options.unit,
       "FAMILY/VALUE/FIRST+COUNT: COUNT seeds of a campaign, counted into one JSON file by this "
       "process");
-  for (auto* other : {family, advice, seeds, quick, full, jobs, list}) unit->excludes(other);
+  for (auto* other : {family, advice, seeds, first_seed, quick, full, jobs, list})
+    unit->excludes(other);
   app.add_option("--worst", options.worst, "of a unit: worst cases kept, of each series")
       ->check(between(0, 100000))
       ->needs(unit)
