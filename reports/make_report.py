@@ -12,18 +12,18 @@ import jinja2
 import vl_convert
 from markupsafe import Markup
 
-import charts
-import figures
-import palette
-from data import Data, DataError, scene_name
-from drawing import VEGA_LITE, bundle, compiled
-from output import write
-from readers import load
-from section import slug
+from charts import palette
+from charts import variants as variant_charts
+from charts.common import THEME, Style, css_colour, css_name
+from charts.drawing import VEGA_LITE, bundle, compiled
+from charts.text import task_text
+from page.output import write
+from page.section import slug
+from read.data import Data, DataError, scene_name
+from read.readers import load
 from sections import SECTIONS
 from sections.method import distinct
-from summary import points
-from text import task_text
+from summary.points import points
 
 PAGE = Path(__file__).parent / "page"
 STYLE = ("page.css", "layout.css", "tables.css")
@@ -61,8 +61,8 @@ def page(data: Data) -> str:
     return environment.get_template("page.html.jinja").render(
         facts=facts(data),
         sections=sections,
-        colours={charts.css_name(name): pair for name, pair in palette.colours(variants).items()},
-        css_colour=charts.css_colour,
+        colours={css_name(name): pair for name, pair in palette.colours(variants).items()},
+        css_colour=css_colour,
         shape=palette.shape,
         shapes=palette.shapes,
         slug=slug,
@@ -102,13 +102,13 @@ def figure(data: Data) -> str:
     if not tasks:
         raise DataError(f"{scene}: no task with errors and times to draw")
     drawn = [point for point in drawn if point.task in tasks]
-    style = charts.Style((p.variant for p in drawn), (p.precision for p in drawn), for_file=True)
+    style = Style((p.variant for p in drawn), (p.precision for p in drawn), for_file=True)
     panels = []
     for i, task in enumerate(tasks):
         panel = [point for point in drawn if point.task == task]
-        chart = figures.work_precision(panel, style, scales=f"concat_{i}_")
+        chart = variant_charts.work_precision(panel, style, scales=f"concat_{i}_")
         panels.append(chart.properties(width=330, title=f"{scene_name(scene)}: {task_text(task)}"))
-    theme = charts.THEME | {"background": "white", "padding": 10}
+    theme = THEME | {"background": "white", "padding": 10}
     return vl_convert.vegalite_to_svg(
         alt.hconcat(*panels).resolve_scale(color="shared", shape="shared").to_dict(),
         vl_version=VEGA_LITE,

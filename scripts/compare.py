@@ -17,8 +17,8 @@ from typing import NamedTuple
 from scipy.stats import mannwhitneyu
 
 sys.path.append(str(Path(__file__).parent.parent / "reports"))
-from benchmark_readers import NANOSECONDS  # noqa: E402
-from text import time_text  # noqa: E402
+from charts.text import time_text  # noqa: E402
+from read.benchmarks import NANOSECONDS  # noqa: E402
 
 SIGNIFICANT = 0.01
 RELEVANT = 0.02

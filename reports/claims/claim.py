@@ -3,9 +3,9 @@
 import math
 from typing import NamedTuple
 
-from laboratory import Laboratory, Point
-from summary import Fit, fit_exponent
-from text import error_text, fit_text
+from charts.text import error_text, fit_text
+from read.laboratory import Laboratory, Point
+from summary.points import Fit, fit_exponent
 
 ABA = "Sequential<Conventional>"
 JOSEPH = "Sequential<Joseph>"

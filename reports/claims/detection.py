@@ -4,6 +4,7 @@ import math
 from collections import defaultdict
 from itertools import permutations
 
+from charts.text import share_text
 from claims.claim import (
     ABA,
     CHOLESKY,
@@ -20,10 +21,9 @@ from claims.claim import (
     row_of,
     within,
 )
-from data import Data
-from laboratory import Laboratory, Point
-from stress import U, WRONG
-from text import share_text
+from read.data import Data
+from read.laboratory import Laboratory, Point
+from read.stress import WRONG, U
 
 JUDGED = (CHOLESKY, ABA, JOSEPH, MGS, GIVENS, UD)
 INVERTING = (CHOLESKY, "ClosedForm<Conventional>", "ClosedForm<ArrayMGS>", *JUDGED[1:])

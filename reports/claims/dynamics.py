@@ -17,8 +17,8 @@ from claims.claim import (
     row_of,
     within,
 )
-from data import Data
-from stress import U, Integration, Stress
+from read.data import Data
+from read.stress import Integration, Stress, U
 
 FACTORED = "FactoredBias<ArrayMGS>"
 GRACE = 1e8  # below, the motion itself changes with the mass ratio

@@ -22,9 +22,9 @@ from claims.claim import (
     slope_check,
     within,
 )
-from data import Data
-from laboratory import Laboratory, Point
-from stress import U
+from read.data import Data
+from read.laboratory import Laboratory, Point
+from read.stress import U
 
 HOUSEHOLDER = "Sequential<ArrayHouseholder>"
 POTTER = "Sequential<Potter>"

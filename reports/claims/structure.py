@@ -20,10 +20,10 @@ from claims.claim import (
     slope,
     within,
 )
-from data import Data
-from laboratory import Laboratory, Point
-from stress import U
-from summary import FIT_FROM
+from read.data import Data
+from read.laboratory import Laboratory, Point
+from read.stress import U
+from summary.points import FIT_FROM
 
 LENGTHS = ("straight", "zigzag", "bent", "folded", "random_chain")
 POINT_MASSES = "non_minimum_phase_length"

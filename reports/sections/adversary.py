@@ -2,11 +2,11 @@
 
 from itertools import groupby
 
-import search_figures
-from charts import VIEW, Style
-from data import Asked, Data, Find
-from section import Choice, Figure, Section, Table
-from text import error_text
+from charts import search as search_charts
+from charts.common import VIEW, Style
+from charts.text import error_text
+from page.section import Choice, Figure, Section, Table
+from read.data import Asked, Data, Find
 
 SEARCH, RANDOM = "search", "random"
 GAP = 1.5  # lanes from one mechanism to the next
@@ -50,17 +50,15 @@ def section(data: Data) -> Section | None:
 def _figures(rows: list[dict], bodies: list[dict], style: Style, choices: list[Choice]) -> list:
     figures = []
     if rows:
-        chart = search_figures.worst_so_far(rows, style, _first(choices))
-        figures.append(Figure("worst silent error so far", chart, search_figures.TOOLTIPS))
+        chart = search_charts.worst_so_far(rows, style, _first(choices))
+        figures.append(Figure("worst silent error so far", chart, search_charts.TOOLTIPS))
     if bodies:
-        chart = search_figures.mechanisms(bodies, style, _first(choices))
+        chart = search_charts.mechanisms(bodies, style, _first(choices))
         note = (
             "A body's size says its mass, on a logarithmic scale; lines are not to scale. Positions, "
             "axes and inertias are in the MJCF that the command below the figure writes."
         )
-        figures.append(
-            Figure("worst mechanisms", chart, search_figures.BODY_TOOLTIPS, notes=[note])
-        )
+        figures.append(Figure("worst mechanisms", chart, search_charts.BODY_TOOLTIPS, notes=[note]))
     return figures
 
 
@@ -82,7 +80,7 @@ def _drawn(found: dict[tuple, list[Find]]) -> list[dict]:
         if any(row["variant"] == find.variant for row in rows if row[VIEW] == find.precision):
             continue  # of another seed, and less wrong
         top = tops.get(find.precision, 0)
-        bodies = search_figures.body_rows(mechanism, find.bodies, top)
+        bodies = search_charts.body_rows(mechanism, find.bodies, top)
         tops[find.precision] = max(row["y"] for row in bodies) + GAP
         rows += bodies
     return rows

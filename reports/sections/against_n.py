@@ -2,13 +2,13 @@
 
 from collections import defaultdict
 
-import charts
-import figures
-from data import Data, Error, families, scene_name, scene_size
-from section import Figure, Section, Table
+from charts import variants as variant_charts
+from charts.common import VIEW, Style
+from charts.text import error_text, fit_text, task_text
+from page.section import Figure, Section, Table
+from read.data import Data, Error, families, scene_name, scene_size
 from sections.views import view_choice
-from summary import FIT_FROM, TIME_ALONE, Point, fit_exponent, points, summarise
-from text import error_text, fit_text, task_text
+from summary.points import FIT_FROM, TIME_ALONE, Point, fit_exponent, points, summarise
 
 CONDITION = {"kappa": "κ(M)", "kappa_scaled": "scaled κ"}
 
@@ -20,7 +20,7 @@ def section(data: Data) -> Section | None:
     if not drawn:
         return None
     views = view_choice(drawn)
-    style = charts.Style((p.variant for p in drawn), (p.precision for p in drawn))
+    style = Style((p.variant for p in drawn), (p.precision for p in drawn))
     result = Section(
         "Against N",
         [
@@ -36,14 +36,14 @@ def section(data: Data) -> Section | None:
         variants=style.variants,
         precisions=style.precisions,
     )
-    first = {charts.VIEW: views.first}
+    first = {VIEW: views.first}
     condition = {}
     for name in names:
         family = [point for point in drawn if point.name == name]
         for what, field in (("error", "median"), ("time", "time")):
             if any(getattr(point, field) is not None for point in family):
-                chart = figures.against_size(family, style, first, what)
-                result.figures.append(Figure(f"{name}: {what}", chart, figures.TOOLTIPS))
+                chart = variant_charts.against_size(family, style, first, what)
+                result.figures.append(Figure(f"{name}: {what}", chart, variant_charts.TOOLTIPS))
         model = [
             row
             for row in data.errors
@@ -51,9 +51,9 @@ def section(data: Data) -> Section | None:
         ]
         if model_numbers := _condition_numbers(model):
             condition[name] = model_numbers
-            chart = figures.condition(model_numbers)
+            chart = variant_charts.condition(model_numbers)
             result.figures.append(
-                Figure(f"{name}: condition of M", chart, figures.CONDITION_TOOLTIPS)
+                Figure(f"{name}: condition of M", chart, variant_charts.CONDITION_TOOLTIPS)
             )
     for task in dict.fromkeys(value.split("/")[0] for value, _ in views.options):
         result.tables.append(

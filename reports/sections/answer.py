@@ -2,16 +2,16 @@
 
 import math
 
-import advice_figures
-import advice_tables
-from advice import ADVISED, Advice, Contender, Limits, Pick
-from advice_tables import TITLE
-from charts import SCENE, TOLERANCE, VIEW, Style
-from data import Data, scene_name
-from fragment import fragment
-from section import Answer, Choice, Figure, Section
-from summary import Point, points
-from text import sentence, task_text, time_text, tolerance_text
+from charts import advice as advice_charts
+from charts.common import SCENE, TOLERANCE, VIEW, Style
+from charts.text import sentence, task_text, time_text, tolerance_text
+from page.section import Answer, Choice, Figure, Section
+from read.advice import ADVISED, Advice, Contender, Limits, Pick
+from read.data import Data, scene_name
+from sections import advice_tables
+from sections.advice_tables import TITLE
+from sections.fragment import fragment
+from summary.points import Point, points
 
 FIRST_TOLERANCE = 1e-5
 NO_ADVICE = (
@@ -38,7 +38,7 @@ def section(data: Data) -> Section | None:
         row
         for robot, found in robots.items()
         for task in tasks
-        for row in advice_figures.contender_rows(
+        for row in advice_charts.contender_rows(
             robot, task, found.get(task, []), advised.get(robot), limits.get(robot)
         )
     ]
@@ -89,8 +89,8 @@ def _figure(rows: list[dict], first: dict[str, str], tolerances: list[float]) ->
         notes.append("The scale ends at an error of 10, where nothing is right.")
     return Figure(
         "Worst error beside the median",
-        advice_figures.median_and_worst(rows, style, first, tolerances),
-        advice_figures.ADVICE_TOOLTIPS,
+        advice_charts.median_and_worst(rows, style, first, tolerances),
+        advice_charts.ADVICE_TOOLTIPS,
         notes=notes,
     )
 

@@ -5,13 +5,14 @@ from collections import defaultdict
 from statistics import median
 from typing import NamedTuple
 
-from claims.claim import ABA
-from data import Data
-from laboratory import Laboratory, Point
 from markupsafe import Markup
-from section import Section, Table
+
+from claims.claim import ABA
+from page.section import Section, Table
+from read.data import Data
+from read.laboratory import Laboratory, Point
+from read.stress import WILD, U
 from sections.digits import FIRST, own_task
-from stress import U, WILD
 
 DIGITS = (3, 6, 9, 12)
 STABLE = 100  # η

@@ -1,12 +1,13 @@
 """Ten claims about accuracy: their plots, the numbers that decide them, their verdicts."""
 
-import stress_figures
-from charts import Style
+from markupsafe import Markup
+
+from charts.common import Style
 from claims import CLAIMS
 from claims.claim import Claim
-from data import Data
-from markupsafe import Markup
-from section import Figure, Section, Table
+from page.section import Figure, Section, Table
+from read.data import Data
+from sections import claim_charts
 
 
 def section(data: Data) -> Section | None:
@@ -38,7 +39,7 @@ def section(data: Data) -> Section | None:
 
 def _figure(claim: Claim, style: Style) -> Figure | None:
     title = f"{claim.id} {claim.title}"
-    return stress_figures.figure(claim.plot, title, style, [_verdict(claim), claim.sentence])
+    return claim_charts.figure(claim.plot, title, style, [_verdict(claim), claim.sentence])
 
 
 def _verdict(claim: Claim) -> Markup:

@@ -6,8 +6,13 @@ from statistics import geometric_mean
 
 from markupsafe import Markup
 
-import aggregate_figures
-from baseline import (
+from charts import aggregates as aggregate_charts
+from charts.common import VIEW, Style
+from charts.text import error_text, measure_text, task_rank, task_text, three_digits, time_text
+from page.section import Choice, Figure, Section, Table
+from read.data import Data
+from sections.method import distinct
+from summary.baseline import (
     LEAST,
     NOISES,
     WORSE,
@@ -18,11 +23,6 @@ from baseline import (
     differences,
     worse_and_better,
 )
-from charts import VIEW, Style
-from data import Data
-from section import Choice, Figure, Section, Table
-from sections.method import distinct
-from text import error_text, measure_text, task_rank, task_text, three_digits, time_text
 
 MOST = 100  # rows of a table of changes
 OTHER_MACHINE = "machines differ"
@@ -39,8 +39,8 @@ def section(data: Data) -> Section | None:
     figures, tables = [], []
     style = Style((row["variant"] for row in rows), (row["precision"] for row in rows))
     if rows:
-        chart = aggregate_figures.ratios(rows, style, {VIEW: views.first})
-        figures = [Figure("times now over before", chart, aggregate_figures.RATIO_TOOLTIPS)]
+        chart = aggregate_charts.ratios(rows, style, {VIEW: views.first})
+        figures = [Figure("times now over before", chart, aggregate_charts.RATIO_TOOLTIPS)]
         tables = [_summary(found, foreign), _largest(found, foreign)]
     return Section(
         "This run against the baseline",

@@ -2,10 +2,10 @@
 
 from collections import defaultdict
 
-from data import Data, Time, scene_size
-from section import Section, Table
-from summary import FIT_FROM, fit_exponent
-from text import fit_text, time_text
+from charts.text import fit_text, time_text
+from page.section import Section, Table
+from read.data import Data, Time, scene_size
+from summary.points import FIT_FROM, fit_exponent
 
 ORDERS = {"inverse": "N²", "operators": "N³"}  # by operation count; a recursion's is N
 
@@ -24,9 +24,7 @@ def section(data: Data) -> Section | None:
             precision,
             ORDERS.get(task, "N"),
             fit_text(
-                fit_exponent(
-                    ((size, time.nanoseconds) for size, time in times.items()), FIT_FROM
-                )
+                fit_exponent(((size, time.nanoseconds) for size, time in times.items()), FIT_FROM)
             ),
             *(_cell(times.get(size)) for size in sizes),
         ]

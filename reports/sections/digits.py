@@ -4,12 +4,13 @@ import math
 from collections import defaultdict
 
 import numpy as np
-from data import Data
-from laboratory import Laboratory, Point
 from markupsafe import Markup, escape
-from section import Choice, Section, Table
-from stress import U, Variant
-from text import TASKS, share_text, task_text
+
+from charts.text import TASKS, share_text, task_text
+from page.section import Choice, Section, Table
+from read.data import Data
+from read.laboratory import Laboratory, Point
+from read.stress import U, Variant
 
 TASK, GROUP = "task", "group"
 FIRST = "dynamics, else random"

@@ -3,13 +3,13 @@
 from collections import defaultdict
 from itertools import groupby
 
-import charts
-import figures
-from data import Data, Time
-from section import Choice, Figure, Section
+from charts import variants as variant_charts
+from charts.common import SCENE, VIEW, Style
+from charts.text import task_text
+from page.section import Choice, Figure, Section
+from read.data import Data, Time
 from sections.views import view_choice
-from summary import Point, points
-from text import task_text
+from summary.points import Point, points
 
 
 def section(data: Data) -> Section | None:
@@ -17,7 +17,7 @@ def section(data: Data) -> Section | None:
     if not drawn:
         return None
     views = view_choice(drawn)
-    style = charts.Style((p.variant for p in drawn), (p.precision for p in drawn))
+    style = Style((p.variant for p in drawn), (p.precision for p in drawn))
     panels = [list(group) for _, group in groupby(drawn, key=lambda point: point.name)]
     panels.sort(key=lambda panel: (panel[0].name in data.families, panel[0].n, panel[0].name))
     return Section(
@@ -37,17 +37,17 @@ def section(data: Data) -> Section | None:
     )
 
 
-def _panel(panel: list[Point], style: charts.Style, views: Choice, times: list[Time]) -> Figure:
+def _panel(panel: list[Point], style: Style, views: Choice, times: list[Time]) -> Figure:
     sizes = {point.scene: point.n for point in sorted(panel, key=lambda point: point.n)}
     middle = list(sizes)[len(sizes) // 2]
-    scenes = Choice(charts.SCENE, "N", [(scene, str(n)) for scene, n in sizes.items()], middle)
+    scenes = Choice(SCENE, "N", [(scene, str(n)) for scene, n in sizes.items()], middle)
     several = len(sizes) > 1
     name = panel[0].name
-    first = {charts.VIEW: views.first, charts.SCENE: scenes.first}
+    first = {VIEW: views.first, SCENE: scenes.first}
     return Figure(
         name if several else f"{name}, {panel[0].n} degrees of freedom",
-        figures.work_precision(panel, style, first),
-        figures.TOOLTIPS,
+        variant_charts.work_precision(panel, style, first),
+        variant_charts.TOOLTIPS,
         choices=[scenes] if several else [],
         notes=_refusals([time for time in times if time.refused and time.scene in sizes]),
     )

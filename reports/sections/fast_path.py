@@ -1,9 +1,9 @@
 """Forward dynamics of the fast path: one state and batches, against the plain variant."""
 
-from data import Data, scene_size
-from section import Section, Table
+from charts.text import task_rank, task_text, time_text
+from page.section import Section, Table
+from read.data import Data, scene_size
 from sections.method import distinct
-from text import task_rank, task_text, time_text
 
 PLAIN = "Sequential<Conventional>"
 ONE_STATE = "acceleration"

@@ -2,10 +2,10 @@
 
 from markupsafe import Markup
 
-from data import Data, scene_name, scene_size
-from section import Section, Table
-from summary import Point, points
-from text import error_text, time_text
+from charts.text import error_text, time_text
+from page.section import Section, Table
+from read.data import Data, scene_name, scene_size
+from summary.points import Point, points
 
 SHORT = {"acceleration": "a", "inverse": "M⁻¹"}
 

@@ -2,13 +2,13 @@
 
 from collections import defaultdict
 
-import charts
-import fit_figures
-import palette
-from data import Data, scene_size
-from fits import Identification
-from section import Choice, Figure, Section, Table, Verdict
-from text import error_text, three_digits, time_text
+from charts import fits as fit_charts
+from charts import palette
+from charts.common import Style
+from charts.text import error_text, three_digits, time_text
+from page.section import Choice, Figure, Section, Table, Verdict
+from read.data import Data, scene_size
+from read.fits import Identification
 
 RESIDUALS = list(palette.RESIDUALS)
 NAMED = 8  # parameters that are named at most
@@ -20,13 +20,13 @@ def section(data: Data) -> Section | None:
         return None
     known = [fit for fit in fits if any(step.error for step in fit.iterations)]
     exact = [fit for fit in known if not fit.noise]
-    style = charts.Style((fit.residual for fit in exact), [])
+    style = Style((fit.residual for fit in exact), [])
     figures = []
     for scene in dict.fromkeys(fit.scene for fit in exact):
         own = [fit for fit in exact if fit.scene == scene]
-        chart = fit_figures.convergence(own, style)
+        chart = fit_charts.convergence(own, style)
         title = f"{scene}: convergence without noise"
-        figures.append(Figure(title, chart, fit_figures.CONVERGENCE_TOOLTIPS))
+        figures.append(Figure(title, chart, fit_charts.CONVERGENCE_TOOLTIPS))
     noisy = [fit for fit in known if fit.noise and fit.base_parameters]
     figures += [_intervals(fit) for fit in noisy]
     shown = [fit for fit in noisy or fits if fit.predictions]
@@ -66,19 +66,19 @@ def _intervals(fit: Identification) -> Figure:
     held = sum(parameter.holds_truth for parameter in parameters)
     return Figure(
         f"{fit.title}: fitted against true",
-        fit_figures.intervals(fit),
-        fit_figures.PARAMETER_TOOLTIPS,
+        fit_charts.intervals(fit),
+        fit_charts.PARAMETER_TOOLTIPS,
         notes=[f"{held} of {len(parameters)} intervals of 95 % hold the truth."],
     )
 
 
 def _torques(fit: Identification) -> Figure:
     joints = [prediction.joint for prediction in fit.predictions]
-    choice = Choice(fit_figures.JOINT, "Joint", [(joint, joint) for joint in joints], joints[0])
+    choice = Choice(fit_charts.JOINT, "Joint", [(joint, joint) for joint in joints], joints[0])
     return Figure(
         f"{fit.title}: held-out torque",
-        fit_figures.torques(fit, choice.first),
-        fit_figures.TORQUE_TOOLTIPS,
+        fit_charts.torques(fit, choice.first),
+        fit_charts.TORQUE_TOOLTIPS,
         choices=[choice],
     )
 

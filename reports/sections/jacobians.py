@@ -1,11 +1,11 @@
 """Time and error of the Jacobians of a fit: factored, by dual numbers, by differences."""
 
-import charts
-import fit_figures
-from data import Data, Jacobian, scene_size
-from section import Figure, Section, Table
+from charts import fits as fit_charts
+from charts.common import Style
+from charts.text import error_text, task_rank, task_text, three_digits, time_text
+from page.section import Figure, Section, Table
+from read.data import Data, Jacobian, scene_size
 from sections.method import distinct
-from text import error_text, task_rank, task_text, three_digits, time_text
 
 OURS = "Factored"
 OTHERS = {
@@ -21,7 +21,7 @@ def section(data: Data) -> Section | None:
         return None
     timed.sort(key=lambda jacobian: (scene_size(jacobian.time.scene), jacobian.time.variant))
     tasks = sorted({jacobian.time.task for jacobian in timed}, key=task_rank)
-    style = charts.Style((jacobian.time.variant for jacobian in timed), [])
+    style = Style((jacobian.time.variant for jacobian in timed), [])
     own = {task: [jacobian for jacobian in timed if jacobian.time.task == task] for task in tasks}
     return Section(
         "Jacobians of a fit",
@@ -46,8 +46,8 @@ def section(data: Data) -> Section | None:
         figures=[
             Figure(
                 task_text(task),
-                fit_figures.work_precision(own[task], style),
-                fit_figures.JACOBIAN_TOOLTIPS,
+                fit_charts.work_precision(own[task], style),
+                fit_charts.JACOBIAN_TOOLTIPS,
             )
             for task in tasks
         ],

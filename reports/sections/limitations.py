@@ -2,11 +2,11 @@
 
 from collections import defaultdict
 
-from data import Data
-from section import Section, Table
+from charts.text import share_text, task_text
+from page.section import Section, Table
+from read.data import Data
 from sections.method import distinct
-from summary import points
-from text import share_text, task_text
+from summary.points import points
 
 NOISY = 0.05
 

@@ -1,13 +1,13 @@
 """How many mechanisms have to be looked at to see an error: at random, and by search."""
 
-import search_figures
-from charts import VIEW, Style
-from data import Asked, Data, Find
-from search_readers import ISLANDS
-from section import Choice, Figure, Section, Table
+from charts import search as search_charts
+from charts.common import VIEW, Style
+from charts.text import error_text, thousands_text
+from page.section import Choice, Figure, Section, Table
+from read.data import Asked, Data, Find
+from read.search import ISLANDS
 from sections.adversary import RANDOM, SEARCH
-from tails import Series, series, upper_limit
-from text import error_text, thousands_text
+from summary.tails import Series, series, upper_limit
 
 TASKS = {"acceleration": "dynamics"}  # of a search, and what a campaign calls it
 
@@ -30,7 +30,7 @@ def section(data: Data) -> Section | None:
     precisions = sorted({precision for _, precision in shown})
     choice = Choice(VIEW, "Precision", [(name, name) for name in precisions], precisions[-1])
     style = Style((variant for variant, _ in shown), precisions)
-    chart = search_figures.worst_so_far(rows, style, {VIEW: choice.first})
+    chart = search_charts.worst_so_far(rows, style, {VIEW: choice.first})
     return Section(
         "How far do you have to look?",
         [
@@ -44,7 +44,7 @@ def section(data: Data) -> Section | None:
         ],
         choices=[choice],
         variants=style.variants,
-        figures=[Figure("worst silent error by mechanisms judged", chart, search_figures.TOOLTIPS)],
+        figures=[Figure("worst silent error by mechanisms judged", chart, search_charts.TOOLTIPS)],
         tables=[_table(finds, drawn)],
     )
 

@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from data import Data
-from section import Section, Table
-from summary import points
-from text import time_text
+from charts.text import time_text
+from page.section import Section, Table
+from read.data import Data
+from summary.points import points
 
 IN_WORDS = ("timed_call",)  # keys of the context that are prose, not a cell
 

@@ -1,8 +1,8 @@
 """Agreement with MuJoCo: each scene against its bounds, with every variant's numbers to unfold."""
 
-from data import Data, scene_name, scene_size
-from section import Section, Table, Verdict
-from text import error_text
+from charts.text import error_text
+from page.section import Section, Table, Verdict
+from read.data import Data, scene_name, scene_size
 
 
 def section(data: Data) -> Section | None:

@@ -2,14 +2,14 @@
 
 import math
 
-import aggregate_figures
-from advice import ADVISED
-from aggregates import geometric_mean, profile, share_answered, slowdowns
-from charts import TOLERANCE, VIEW, Style
-from data import Data
-from section import Choice, Figure, Section, Table
-from summary import points
-from text import share_text, task_text, three_digits, tolerance_text
+from charts import aggregates as aggregate_charts
+from charts.common import TOLERANCE, VIEW, Style
+from charts.text import share_text, task_text, three_digits, tolerance_text
+from page.section import Choice, Figure, Section, Table
+from read.advice import ADVISED
+from read.data import Data
+from summary.aggregates import geometric_mean, profile, share_answered, slowdowns
+from summary.points import points
 
 FEWEST = 3  # robots that are worth a mean
 TOLERANCES = (1e-3, 1e-5, 1e-9, 1e-12)
@@ -56,8 +56,8 @@ def section(data: Data) -> Section | None:
         figures=[
             Figure(
                 "performance profile",
-                aggregate_figures.performance_profile(rows, style, first),
-                aggregate_figures.PROFILE_TOOLTIPS,
+                aggregate_charts.performance_profile(rows, style, first),
+                aggregate_charts.PROFILE_TOOLTIPS,
             )
         ],
         tables=tables,

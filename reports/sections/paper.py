@@ -1,8 +1,8 @@
 """The paper's equations, each checked: what is misprinted, and what it should say."""
 
-from data import Data, Equation, Paper, scene_name, scene_size
-from section import Section, Table, Verdict
-from text import error_text
+from charts.text import error_text
+from page.section import Section, Table, Verdict
+from read.data import Data, Equation, Paper, scene_name, scene_size
 
 BEYOND = "beyond"
 

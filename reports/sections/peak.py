@@ -2,11 +2,11 @@
 
 from collections import defaultdict
 
-import charts
-import figures
-from data import Call, Data, scene_name, scene_size
-from section import Choice, Figure, Section
-from text import rate_text, share_text, task_rank, task_text, time_text
+from charts import variants as variant_charts
+from charts.common import VIEW, Style
+from charts.text import rate_text, share_text, task_rank, task_text, time_text
+from page.section import Choice, Figure, Section
+from read.data import Call, Data, scene_name, scene_size
 
 
 def section(data: Data) -> Section | None:
@@ -14,8 +14,8 @@ def section(data: Data) -> Section | None:
     if not rows:
         return None
     tasks = sorted({row["view"] for row in rows}, key=task_rank)
-    views = Choice(charts.VIEW, "Task", [(task, task_text(task)) for task in tasks], tasks[0])
-    style = charts.Style((row["variant"] for row in rows), (row["precision"] for row in rows))
+    views = Choice(VIEW, "Task", [(task, task_text(task)) for task in tasks], tasks[0])
+    style = Style((row["variant"] for row in rows), (row["precision"] for row in rows))
     return Section(
         "How near the machine’s peak",
         [
@@ -33,8 +33,8 @@ def section(data: Data) -> Section | None:
         figures=[
             Figure(
                 "share of the peak",
-                figures.share_of_peak(rows, style, {charts.VIEW: views.first}),
-                figures.PEAK_TOOLTIPS,
+                variant_charts.share_of_peak(rows, style, {VIEW: views.first}),
+                variant_charts.PEAK_TOOLTIPS,
             )
         ],
     )

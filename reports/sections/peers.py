@@ -3,13 +3,14 @@
 from itertools import groupby
 from typing import NamedTuple
 
-import palette
-from data import Call, Data, scene_name, scene_size
-from groups import LIBRARIES
 from markupsafe import Markup
-from section import Choice, Section, Table
+
+from charts import palette
+from charts.groups import LIBRARIES
+from charts.text import factor_text, task_rank, task_text, time_text
+from page.section import Choice, Section, Table
+from read.data import Call, Data, scene_name, scene_size
 from sections.method import distinct
-from text import factor_text, task_rank, task_text, time_text
 
 TASK = "task"
 

@@ -4,11 +4,11 @@ import shlex
 
 from markupsafe import Markup
 
-import question_figures
-from data import Call, Data, Question
-from section import Figure, Section, Table
+from charts import questions as question_charts
+from charts.text import factor_text, share_text, task_rank, task_text, three_digits, time_text
+from page.section import Figure, Section, Table
+from read.data import Call, Data, Question
 from sections.method import distinct
-from text import factor_text, share_text, task_rank, task_text, three_digits, time_text
 
 DRAWN = "float64"
 RULES = {  # what each leaves out
@@ -45,8 +45,8 @@ def section(data: Data) -> Section | None:
         figures=[
             Figure(
                 f"before and after, {DRAWN}",
-                question_figures.before_and_after(blocks),
-                question_figures.TOOLTIPS,
+                question_charts.before_and_after(blocks),
+                question_charts.TOOLTIPS,
             )
         ]
         if blocks

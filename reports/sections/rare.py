@@ -2,13 +2,13 @@
 
 import shlex
 
-import tail_figures
-from campaign import Campaign, Worst, shortest
-from charts import SCENE, Style, short
-from data import Data
-from section import Choice, Figure, Section, Table
-from tails import WRONG, Series, by_condition, limits, series, upper_limit
-from text import error_text, measure_text, share_text, task_rank, task_text, thousands_text
+from charts import tails as tail_charts
+from charts.common import SCENE, Style, short
+from charts.text import error_text, measure_text, share_text, task_rank, task_text, thousands_text
+from page.section import Choice, Figure, Section, Table
+from read.campaign import Campaign, Worst, shortest
+from read.data import Data
+from summary.tails import WRONG, Series, by_condition, limits, series, upper_limit
 
 TASK, MEASURE = "rare_task", "rare_measure"
 LISTED = 3  # worst cases named a series
@@ -27,10 +27,10 @@ def section(data: Data) -> Section | None:
     style = Style((key[3] for key in found), (key[4] for key in found))
     first = {choice.signal: choice.first for choice in choices}
     figures = [
-        Figure(title, chart(of, style, first), tail_figures.TOOLTIPS)
+        Figure(title, chart(of, style, first), tail_charts.TOOLTIPS)
         for title, chart, of in (
-            ("probability of a silent error beyond x", tail_figures.tails, rows),
-            ("silent failures by condition", tail_figures.by_condition, failures),
+            ("probability of a silent error beyond x", tail_charts.tails, rows),
+            ("silent failures by condition", tail_charts.by_condition, failures),
         )
         if of
     ]

@@ -2,9 +2,9 @@
 
 from itertools import groupby
 
-from data import Data, Kept, scene_size
-from section import Section, Table
-from text import sentence, tolerance_text
+from charts.text import sentence, tolerance_text
+from page.section import Section, Table
+from read.data import Data, Kept, scene_size
 
 
 def section(data: Data) -> Section | None:

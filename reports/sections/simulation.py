@@ -2,13 +2,13 @@
 
 from itertools import groupby
 
-import palette
-import sample_figures
-from charts import QUANTITY, Style
-from data import Data
-from section import Choice, Figure, Section, Table
-from summary import Band, Fit, bands, fit_exponent
-from text import error_text, fit_text, time_text
+from charts import palette
+from charts import samples as sample_charts
+from charts.common import QUANTITY, Style
+from charts.text import error_text, fit_text, time_text
+from page.section import Choice, Figure, Section, Table
+from read.data import Data
+from summary.points import Band, Fit, bands, fit_exponent
 
 TARGET = 1e-6
 RATES = {"MonteCarlo": -0.5, "Antithetic": -0.5}  # known, so better than a fitted one
@@ -34,9 +34,9 @@ def section(data: Data) -> Section | None:
     for scene in dict.fromkeys(band.scene for band in drawn):
         own = [band for band in drawn if band.scene == scene]
         for what, title in (("samples", "samples"), ("time", "run time")):
-            chart = sample_figures.against(own, style, {QUANTITY: quantities[0]}, what)
+            chart = sample_charts.against(own, style, {QUANTITY: quantities[0]}, what)
             title = f"{scene}: error against {title}"
-            figures.append(Figure(title, chart, sample_figures.TOOLTIPS))
+            figures.append(Figure(title, chart, sample_charts.TOOLTIPS))
     return Section(
         "The mass matrix as a sample covariance",
         [

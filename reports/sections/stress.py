@@ -1,11 +1,11 @@
 """How far each variant is from trouble on a robot: errors under growing loads."""
 
-import advice_figures
-from advice import ADVISED, Curve, Limits, Load
-from charts import SCENE, VIEW, Style
-from data import Data, scene_name
-from section import Choice, Figure, Section, Table
-from text import error_text, sentence, task_text
+from charts import advice as advice_charts
+from charts.common import SCENE, VIEW, Style
+from charts.text import error_text, sentence, task_text
+from page.section import Choice, Figure, Section, Table
+from read.advice import ADVISED, Curve, Limits, Load
+from read.data import Data, scene_name
 
 KEPT = 1e-3  # three digits
 
@@ -24,7 +24,7 @@ def section(data: Data) -> Section | None:
     rows = {}
     for it in found:
         for i, load in enumerate(it.loads):
-            rows.setdefault((load.title, load.unit), []).extend(advice_figures.load_rows(it, i))
+            rows.setdefault((load.title, load.unit), []).extend(advice_charts.load_rows(it, i))
     series = [row for own in rows.values() for row in own]
     style = Style((row["variant"] for row in series), (row["precision"] for row in series))
     return Section(
@@ -41,8 +41,8 @@ def section(data: Data) -> Section | None:
         figures=[
             Figure(
                 title,
-                advice_figures.against_load(own, style, first, unit),
-                advice_figures.LOAD_TOOLTIPS,
+                advice_charts.against_load(own, style, first, unit),
+                advice_charts.LOAD_TOOLTIPS,
             )
             for (title, unit), own in rows.items()
             if own

@@ -1,9 +1,9 @@
 """The choice of task and measure that sections share."""
 
-from charts import VIEW, view
-from section import Choice
-from summary import Point
-from text import measure_text, task_rank, task_text
+from charts.common import VIEW, view
+from charts.text import measure_text, task_rank, task_text
+from page.section import Choice
+from summary.points import Point
 
 
 def view_choice(points: list[Point]) -> Choice:

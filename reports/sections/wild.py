@@ -3,12 +3,13 @@
 import math
 
 import numpy as np
+
+from charts.text import share_text, task_text
 from claims.detection import FACTOR, within_factor
 from claims.dynamics import HARM, LAW, harmed_by_refinement
-from data import Data
-from section import Choice, Section, Table
-from stress import U, Stress
-from text import share_text, task_text
+from page.section import Choice, Section, Table
+from read.data import Data
+from read.stress import Stress, U
 
 QUANTILES = (0.5, 0.9, 0.99, 1)
 LISTED = 20  # seeds named a series

@@ -11,7 +11,7 @@ sys.path.insert(0, str(REPORTS))
 
 import fake_run  # noqa: E402
 import make_report  # noqa: E402
-from readers import load  # noqa: E402
+from read.readers import load  # noqa: E402
 
 expect.set_options(timeout=30_000)  # ms; builds may run beside
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 
-from stress import COLUMNS, U, Integration  # noqa: E402
+from read.stress import COLUMNS, Integration, U  # noqa: E402
 
 KS = 10.0
 SCATTER = {1: 1.0, 2: 0.5, 3: 2.0}  # by seed: the median is the law itself

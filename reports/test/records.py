@@ -1,7 +1,7 @@
 """Small records of every kind, to be changed by a test."""
 
 import fake_estimation
-from readers import COLUMNS, SAMPLE_COLUMNS
+from read.readers import COLUMNS, SAMPLE_COLUMNS
 
 HEADER = ",".join(COLUMNS)
 ROW = "panda:7,7,Batch<EigenLLT>,float64,inverse,0,relative,1.5e-16,ok"

@@ -1,10 +1,11 @@
 """What searches have found, on the page."""
 
-import alt_scene
 import pytest
-from data import Data, DataError
-from readers import load
-from search_figures import places
+
+import alt_scene
+from charts.search import places
+from read.data import Data, DataError
+from read.readers import load
 from sections import adversary
 
 HEADER = (
@@ -38,7 +39,9 @@ def test_a_row_a_search_with_its_command_and_what_as_many_random_ones_showed(rea
         ["Fast<B>", "float32", "acceleration", "1000", "–", "–", "–", "–"],
     ]
     command = table.rows[0][-1]
-    assert command.startswith("build/bin/adversary --variant 'Fast<A>' --precision float32 --seed 1")
+    assert command.startswith(
+        "build/bin/adversary --variant 'Fast<A>' --precision float32 --seed 1"
+    )
     assert "--evaluations 1000" in command
 
 
@@ -75,7 +78,9 @@ def test_a_first_child_goes_on_in_its_parents_lane():
 
 
 def test_the_worst_mechanism_is_drawn_body_by_body(read):
-    better = "Fast<A>,float32,acceleration,error,spatial,0,2,search,1000,0.01,1,1,Fast-A,0 slide 1 1 0\n"
+    better = (
+        "Fast<A>,float32,acceleration,error,spatial,0,2,search,1000,0.01,1,1,Fast-A,0 slide 1 1 0\n"
+    )
     found = adversary.section(read(FOUND + better))
     chart = found.figures[1].chart
     rows = chart.data.values
@@ -91,7 +96,9 @@ def test_the_worst_mechanism_is_drawn_body_by_body(read):
 
 
 def test_without_a_find_there_is_a_table_and_no_figure(read):
-    found = adversary.section(read("Fast<B>,float32,acceleration,error,spatial,0,1,search,1000,,,,,\n"))
+    found = adversary.section(
+        read("Fast<B>,float32,acceleration,error,spatial,0,1,search,1000,,,,,\n")
+    )
     assert not found.figures and len(found.tables[0].rows) == 1
 
 

@@ -3,17 +3,18 @@
 import json
 import re
 
+import pytest
+from playwright.sync_api import expect
+
 import fake_advice
 import make_report
-import pytest
 from browsing import figure, marks, section
-from data import DataError
-from fragment import fragment
-from groups import first_series, group
-from playwright.sync_api import expect
-from readers import load
+from charts.groups import first_series, group
+from charts.text import sentence
+from read.data import DataError
+from read.readers import load
 from sections import answer, stress
-from text import sentence
+from sections.fragment import fragment
 
 PANDA = "panda:7"
 
@@ -59,14 +60,12 @@ def test_code_has_ten_lines_by_the_door_and_else_a_command():
     code = fragment("panda", "panda.urdf", "", "acceleration", "Fast<SquareRoot>", "float32")
     assert len(code.splitlines()) == 10 and max(map(len, code.splitlines())) < 90
     assert "Dynamics<float> robot(file.model, {.form = kalmarm::Form::square_root});" in code
-    assert "load_robot(\"panda.urdf\")" in code
+    assert 'load_robot("panda.urdf")' in code
     panda = ("panda", "panda.urdf", '{.floating = ""}', "inverse")
     code = fragment(*panda, "Fast<Conventional>", "float64")
     assert "inverse_mass(q, X)" in code
     assert 'load_robot("panda.urdf", {.floating = ""});' in code
-    assert fragment(*panda, "Sequential<UD>", "float64").startswith(
-        "build/bin/evaluate"
-    )
+    assert fragment(*panda, "Sequential<UD>", "float64").startswith("build/bin/evaluate")
 
 
 def test_the_worst_of_the_stresses_is_beside_the_median(read):

@@ -3,9 +3,10 @@
 import math
 
 import pytest
-from aggregates import geometric_mean, profile, share_answered, slowdowns
-from readers import load
+
+from read.readers import load
 from sections import over_robots
+from summary.aggregates import geometric_mean, profile, share_answered, slowdowns
 
 A, B, C = ("A", "float64"), ("B", "float64"), ("C", "float32")
 # Two robots where A and B take turns at twice the other's time; a third that only B answers, and a

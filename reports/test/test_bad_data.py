@@ -3,7 +3,8 @@
 import math
 
 import pytest
-from data import DataError
+
+from read.data import DataError
 from records import HEADER, ROBOT, ROW, SAMPLE, SAMPLES, changed, fast, paper, peak, timed
 
 

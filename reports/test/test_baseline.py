@@ -5,12 +5,13 @@ import json
 import math
 import shutil
 
-import baseline
 import pytest
+
 from browsing import figure, marks
-from data import Data, Time
-from readers import load
+from read.data import Data, Time
+from read.readers import load
 from sections import compared
+from summary import baseline
 from test_make_report import assert_refused, report
 
 FILES = ("errors-panda-7.csv", "times-panda-7.json")

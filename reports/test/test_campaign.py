@@ -2,15 +2,16 @@
 
 import math
 
+import pytest
+from scipy.stats import binom, binomtest
+
 import alt_scene
 import fake_campaign
-import pytest
-from campaign import Counts, Errors
-from data import Data, DataError
-from scipy.stats import binom, binomtest
+from read.campaign import Counts, Errors
+from read.data import Data, DataError
 from sections import looking, rare
-from tails import WRONG, WRONG_BIN, Series, limits, upper_limit
-from tails import series as series_of
+from summary.tails import WRONG, WRONG_BIN, Series, limits, upper_limit
+from summary.tails import series as series_of
 
 
 @pytest.mark.parametrize("k, n", [(0, 10), (1, 10), (5, 10), (10, 10), (3, 10**6), (0, 10**7)])

@@ -3,6 +3,8 @@
 import re
 
 import pytest
+from playwright.sync_api import expect
+
 from browsing import (
     EIGEN,
     PHONE,
@@ -15,10 +17,9 @@ from browsing import (
     show,
     show_every,
 )
-from playwright.sync_api import expect
-from readers import load
-from summary import points
-from text import error_text, time_text
+from charts.text import error_text, time_text
+from read.readers import load
+from summary.points import points
 
 SIZE = "Against N"
 SIMULATION = "The mass matrix as a sample covariance"

@@ -1,12 +1,13 @@
 """Each claim's rule: on data that confirm it, that refute it, and that lack what it needs."""
 
-import fake_stress
 import pytest
+
+import fake_stress
 from claims import CLAIMS
 from claims.claim import Check, Claim, Plot
-from data import Data, Time
-from readers import load
-from stress import U
+from read.data import Data, Time
+from read.readers import load
+from read.stress import U
 
 ABA = "Sequential<Conventional>"
 MGS = "Sequential<ArrayMGS>"

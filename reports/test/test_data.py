@@ -3,7 +3,8 @@
 import math
 
 import pytest
-from readers import load
+
+from read.readers import load
 from records import HEADER, ROBOT, ROW, SAMPLE, SAMPLES, fast, paper, peak, timed
 
 

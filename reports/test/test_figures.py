@@ -2,15 +2,16 @@
 
 import re
 
-import alt_scene
-import charts
-import figures
-import palette
 import pytest
-import sample_figures
-from summary import Band, Point
 
-STYLE = charts.Style(["A", "B"], ["float64"], for_file=True)
+import alt_scene
+from charts import palette
+from charts import samples as sample_charts
+from charts import variants as variant_charts
+from charts.common import BAND, HEIGHT, QUANTITY, VIEW, Style
+from summary.points import Band, Point
+
+STYLE = Style(["A", "B"], ["float64"], for_file=True)
 
 
 def points(*times_and_errors, failures=0):
@@ -37,8 +38,8 @@ def points(*times_and_errors, failures=0):
 
 def front(drawn):
     """The front's (time, error), in its order."""
-    style = charts.Style([point.variant for point in drawn], ["float64"], for_file=True)
-    (line, *_) = alt_scene.marks(figures.work_precision(drawn, style), "line")
+    style = Style([point.variant for point in drawn], ["float64"], for_file=True)
+    (line, *_) = alt_scene.marks(variant_charts.work_precision(drawn, style), "line")
     return [
         tuple(map(float, re.findall(r"(?:time|error): ([^;]+)", item["description"])))
         for item in line
@@ -68,7 +69,7 @@ def test_a_variant_that_fails_is_not_on_the_front():
 
 
 def test_a_failure_is_a_cross_with_its_share():
-    chart = figures.work_precision(points((100, None), failures=3), STYLE)
+    chart = variant_charts.work_precision(points((100, None), failures=3), STYLE)
     (crosses,) = [
         items
         for items in alt_scene.marks(chart, "symbol")
@@ -79,20 +80,22 @@ def test_a_failure_is_a_cross_with_its_share():
 
 
 def test_an_exact_result_has_a_mark_below_the_scale():
-    chart = figures.work_precision(points((100, 0.0), (200, 1e-9)), STYLE)
+    chart = variant_charts.work_precision(points((100, 0.0), (200, 1e-9)), STYLE)
     ys = [
         item["y"]
         for items in alt_scene.marks(chart, "symbol")
         for item in items
         if "description" in item
     ]
-    assert max(ys) == charts.HEIGHT - charts.BAND / 2
-    assert min(ys) < charts.HEIGHT - charts.BAND
+    assert max(ys) == HEIGHT - BAND / 2
+    assert min(ys) < HEIGHT - BAND
 
 
 @pytest.mark.parametrize("span", [1.1, 1.6, 3, 10, 1e4, 1e7])
 def test_a_time_axis_of_any_span_has_labels(span):
-    labels = alt_scene.texts(figures.work_precision(points((400, 1e-9), (400 * span, 1e-8)), STYLE))
+    labels = alt_scene.texts(
+        variant_charts.work_precision(points((400, 1e-9), (400 * span, 1e-8)), STYLE)
+    )
     assert sum(bool(re.fullmatch(r"[\d.]+ (ns|µs|ms|s)", label)) for label in labels) >= 1
 
 
@@ -105,15 +108,15 @@ def share(scene: str, n: int, share: float) -> dict:
 @pytest.mark.parametrize("largest, height", [(0.5, 0), (2, 0.5)])
 def test_the_peak_is_a_line_at_one_that_stays_in_sight(largest, height):
     rows = [share("chain:31", 31, 0.25), share("chain:100", 100, largest)]
-    chart = figures.share_of_peak(rows, STYLE, {charts.VIEW: "mass"})
+    chart = variant_charts.share_of_peak(rows, STYLE, {VIEW: "mass"})
     (rule,) = [item for items in alt_scene.marks(chart, "rule") for item in items]
-    assert rule["y"] == pytest.approx(height * charts.HEIGHT)
+    assert rule["y"] == pytest.approx(height * HEIGHT)
     assert "peak of fused multiply-adds" in alt_scene.texts(chart)
 
 
 def test_a_robot_is_on_no_line_of_a_family():
     rows = [share("chain:31", 31, 0.3), share("g1:35", 35, 0.9), share("chain:100", 100, 0.3)]
-    chart = figures.share_of_peak(rows, STYLE, {charts.VIEW: "mass"})
+    chart = variant_charts.share_of_peak(rows, STYLE, {VIEW: "mass"})
     lines = alt_scene.marks(chart, "line")
     assert sorted(len(line) for line in lines) == [1, 2]
     assert len({item["y"] for item in max(lines, key=len)}) == 1
@@ -155,7 +158,7 @@ def test_every_colour_stands_out_from_its_page():
         assert contrast(light, "#ffffff") >= 3 and contrast(dark, "#15181d") >= 3, (light, dark)
 
 
-SAMPLERS = charts.Style(["MonteCarlo", "SigmaPoints", "Recursion"], [], for_file=True)
+SAMPLERS = Style(["MonteCarlo", "SigmaPoints", "Recursion"], [], for_file=True)
 
 
 def bands(*counts_and_errors, method="MonteCarlo"):
@@ -171,7 +174,7 @@ EXACT = bands((12, 1e-16), method="SigmaPoints") + bands((0, 2e-16), method="Rec
 
 
 def samples(what, drawn=SAMPLED + EXACT):
-    return sample_figures.against(drawn, SAMPLERS, {charts.QUANTITY: "M"}, what)
+    return sample_charts.against(drawn, SAMPLERS, {QUANTITY: "M"}, what)
 
 
 def test_a_sampler_is_a_line_of_medians_in_its_band():
@@ -188,7 +191,7 @@ def test_a_sampler_is_a_line_of_medians_in_its_band():
 
 def test_exact_methods_stand_below_the_scale_of_samples():
     chart = samples("samples")
-    below = charts.HEIGHT - charts.BAND / 2
+    below = HEIGHT - BAND / 2
     (rule,) = [item for items in alt_scene.marks(chart, "rule") for item in items]
     assert rule["y"] == below and "Recursion" in rule["description"]
     points = [item for items in alt_scene.marks(chart, "symbol") for item in items]
@@ -203,16 +206,16 @@ def test_exact_methods_are_points_on_the_scale_of_time():
     assert len(points) == 5 and not alt_scene.marks(chart, "rule")
     by_method = {item["description"].split("method: ")[1].split(";")[0]: item for item in points}
     recursion, sigma = by_method["Recursion"], by_method["SigmaPoints"]
-    assert recursion["x"] < sigma["x"] and recursion["y"] < sigma["y"] < charts.HEIGHT
+    assert recursion["x"] < sigma["x"] and recursion["y"] < sigma["y"] < HEIGHT
 
 
 def test_an_error_of_zero_has_a_mark_below_the_scale_of_time():
     chart = samples("time", SAMPLED + bands((0, 0.0), method="Recursion"))
     points = [item for items in alt_scene.marks(chart, "symbol") for item in items]
     (zero,) = [item for item in points if "Recursion" in item["description"]]
-    assert zero["y"] == charts.HEIGHT - charts.BAND / 2
+    assert zero["y"] == HEIGHT - BAND / 2
     (area,) = alt_scene.marks(chart, "area")
-    assert max(item["y"] for item in area) < charts.HEIGHT - charts.BAND
+    assert max(item["y"] for item in area) < HEIGHT - BAND
     assert "0" in alt_scene.texts(chart)
 
 

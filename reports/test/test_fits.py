@@ -2,14 +2,15 @@
 
 import json
 
-import make_report
 import pytest
-from browsing import unfold_all
-from data import DataError
-from fake_fits import JOINTS, TIMES, fit, jacobians
-from fits import identification
 from playwright.sync_api import expect
-from readers import load
+
+import make_report
+from browsing import unfold_all
+from fake_fits import JOINTS, TIMES, fit, jacobians
+from read.data import DataError
+from read.fits import identification
+from read.readers import load
 from sections import identification as identification_section
 from sections import jacobians as jacobians_section
 

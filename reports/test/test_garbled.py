@@ -7,21 +7,22 @@ import math
 import random
 from dataclasses import fields, is_dataclass
 
+import numpy as np
+import pytest
+
 import fake_advice
 import fake_campaign
 import fake_fits
 import fake_questions
 import fake_stress
-import numpy as np
-import pytest
-from campaign import Worst
-from data import DataError, Error
-from readers import COLUMNS, READERS, SAMPLE_COLUMNS, load
+from read.campaign import Worst
+from read.data import DataError, Error
+from read.readers import COLUMNS, READERS, SAMPLE_COLUMNS, load
+from read.robots import COLUMNS as ROBOT_COLUMNS
+from read.search import COLUMNS as SEARCH_COLUMNS
+from read.stress import Integration, Stress
 from records import ROBOT, ROW, SAMPLE, fast, paper, peak, timed
-from robot_readers import COLUMNS as ROBOT_COLUMNS
-from search_readers import COLUMNS as SEARCH_COLUMNS
 from sections import SECTIONS
-from stress import Integration, Stress
 
 ERROR = {"max": 1e-15, "median": 1e-16, "bound": None}
 COMPARED = {"variant": "Fast<A>", "precision": "float64", "failures": 0}

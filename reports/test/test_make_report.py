@@ -11,8 +11,8 @@ import pytest
 import fake_estimation
 import make_report
 from conftest import REPORTS
-from data import Data, Error
-from readers import SAMPLE_COLUMNS, load
+from read.data import Data, Error
+from read.readers import SAMPLE_COLUMNS, load
 from sections import limitations
 from sections.method import distinct
 

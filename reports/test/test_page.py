@@ -1,7 +1,9 @@
 """The page as a reader has it: opened in headless Chromium, on a phone, by night."""
 
-import make_report
 import pytest
+from playwright.sync_api import expect
+
+import make_report
 from browsing import (
     EIGEN,
     PHONE,
@@ -14,10 +16,9 @@ from browsing import (
     show_every,
     unfold_all,
 )
-from data import scene_name
-from playwright.sync_api import expect
-from readers import load
-from summary import points
+from read.data import scene_name
+from read.readers import load
+from summary.points import points
 
 
 def test_every_figure_is_drawn(page, run):

@@ -2,10 +2,11 @@
 
 import json
 
-import make_report
 import pytest
-from data import Data
-from readers import load
+
+import make_report
+from read.data import Data
+from read.readers import load
 from sections import fast_path, peak, peers
 
 

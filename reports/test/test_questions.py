@@ -2,14 +2,15 @@
 
 import json
 
-import make_report
 import pytest
-from data import DataError
-from browsing import PHONE, overflowing, unfold_all
-from fake_questions import QUESTIONS, call, record
 from markupsafe import Markup
 from playwright.sync_api import expect
-from readers import load
+
+import make_report
+from browsing import PHONE, overflowing, unfold_all
+from fake_questions import QUESTIONS, call, record
+from read.data import DataError
+from read.readers import load
 from sections import questions
 
 TITLE = "What a question does not need"

@@ -1,8 +1,9 @@
 """A campaign of many robots on the page."""
 
 import pytest
-from data import Data, DataError
-from robot_readers import COLUMNS
+
+from read.data import Data, DataError
+from read.robots import COLUMNS
 from sections import robots
 
 ROWS = """\

@@ -4,13 +4,14 @@ import json
 import math
 import re
 
-import fake_stress
 import pytest
-from data import Data, DataError
-from laboratory import Point
-from readers import INTEGRATION_COLUMNS, load
+
+import fake_stress
+from read.data import Data, DataError
+from read.laboratory import Point
+from read.readers import INTEGRATION_COLUMNS, load
+from read.stress import COLUMNS
 from sections import choosing, digits, wild
-from stress import COLUMNS
 
 HEADER = ",".join(COLUMNS)
 MGS = "Sequential<ArrayMGS>"
@@ -102,7 +103,7 @@ def test_a_malformed_row_is_refused_with_its_file_and_line(read, changed, messag
 
 
 def test_the_line_is_right_beyond_the_first_block(read, monkeypatch):
-    monkeypatch.setattr("stress_readers.BLOCK", 2)
+    monkeypatch.setattr("read.stress_files.BLOCK", 2)
     lines = [line(seed=seed) for seed in range(6)]
     with pytest.raises(DataError, match="stress-0.csv:6:"):
         read(*lines[:4], line(relative="x"), *lines[4:])

@@ -2,12 +2,13 @@
 
 import re
 
+import pytest
+from playwright.sync_api import expect
+
 import fake_stress
 import make_report
-import pytest
 from browsing import PHONE, brightness, draw, drawn_section, overflowing, section
-from playwright.sync_api import expect
-from readers import load
+from read.readers import load
 
 LABORATORY = "The accuracy laboratory"
 CLAIMS = "Ten claims, decided by this run"

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from data import Call, Data, Error, Sample, Time
-from summary import bands, fit_exponent, points, quantiles, summarise
+from read.data import Call, Data, Error, Sample, Time
+from summary.points import bands, fit_exponent, points, quantiles, summarise
 
 
 def errors(*values, outcome="ok"):

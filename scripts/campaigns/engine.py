@@ -9,7 +9,7 @@ from collections import deque
 from pathlib import Path
 
 from children import end_with_parent
-from data import DataError
+from read.data import DataError
 
 HERE = Path(__file__).parent
 PROFILES = HERE / "profiles"

@@ -3,8 +3,8 @@
 import os
 from pathlib import Path
 
-from data import DataError
 from plan import Plan
+from read.data import DataError
 
 
 class Found:

@@ -14,13 +14,13 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from checks import read_json, refusing
-from data import DataError
 from found import Found
 from plan import Plan, last_line, sha1
-from search_readers import COLUMNS, ISLANDS, OBJECTIVES, TASKS
-from stress import U
-from values import count, number, optional
+from read.checks import read_json, refusing
+from read.data import DataError
+from read.search import COLUMNS, ISLANDS, OBJECTIVES, TASKS
+from read.stress import U
+from read.values import count, number, optional
 from wild import whole
 
 NAME, WORKER, HELP = "adversary", "adversary", "searches for the worst that exchange what they find"

@@ -6,10 +6,10 @@ Refuses another key, other sums, and mechanisms that would count twice.
 from collections.abc import Iterable
 from pathlib import Path
 
-from campaign import Campaign, MergeError
-from campaign_files import read, written
-from data import DataError
-from output import write
+from page.output import write
+from read.campaign import Campaign, MergeError
+from read.campaign_files import read, written
+from read.data import DataError
 
 
 def merged(files: Iterable[Path]) -> Campaign:

@@ -5,10 +5,10 @@ import json
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
-from checks import read_json, refusing
-from data import DataError
-from output import write
-from values import text
+from page.output import write
+from read.checks import read_json, refusing
+from read.data import DataError
+from read.values import text
 
 FORMAT = {"format": "kalmarm plan", "version": 1}
 

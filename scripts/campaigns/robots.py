@@ -5,13 +5,13 @@ import csv
 import io
 from pathlib import Path
 
-import advice
-from checks import checked_scene, read_json, refusing
-from data import DataError
 from found import Found
 from plan import Plan, last_line, sha1
-from robot_readers import COLUMNS
-from values import number
+from read import advice
+from read.checks import checked_scene, read_json, refusing
+from read.data import DataError
+from read.robots import COLUMNS
+from read.values import number
 
 NAME, WORKER, HELP = (
     "robots",

@@ -13,7 +13,7 @@ import duckdb
 ROOT = Path(__file__).parents[2]
 sys.path[1:1] = [str(ROOT / "scripts"), str(ROOT / "reports")]
 from children import end_with_parent  # noqa: E402
-from stress import COLUMNS, TEXTS  # noqa: E402
+from read.stress import COLUMNS, TEXTS  # noqa: E402
 
 WHOLE = ("n", "seed", "steps", "widened")
 ORDER = ("family", "value", "task", "variant", "precision", "seed")  # of like beside like

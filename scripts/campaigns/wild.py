@@ -1,4 +1,4 @@
-"""Mechanisms drawn at random: units of seeds, counted (reports/campaign.py)."""
+"""Mechanisms drawn at random: units of seeds, counted (reports/read/campaign.py)."""
 
 import argparse
 import math
@@ -7,12 +7,12 @@ import subprocess
 import tempfile
 from pathlib import Path
 
-from campaign import Campaign, Range
-from campaign_files import checked_key, parse_name, read, written
-from data import DataError
 from found import Found
 from plan import Plan, last_line, sha1
-from values import MOST, number
+from read.campaign import Campaign, Range
+from read.campaign_files import checked_key, parse_name, read, written
+from read.data import DataError
+from read.values import MOST, number
 
 NAME, WORKER, HELP = "wild", "stress", "mechanisms drawn at random, of one family or several"
 RESULT = "campaign-wild.json"

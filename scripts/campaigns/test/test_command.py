@@ -7,12 +7,13 @@ import signal
 import subprocess
 from pathlib import Path
 
-import fake_campaign as units
 import pytest
+
+import fake_campaign as units
 import running as campaign
-from campaign_files import written
 from merge import merged
 from plan import sha1
+from read.campaign_files import written
 from running import ENGINE, begun, expect_refusal, has_ended, needs_engine, result, wait_for, wild
 
 

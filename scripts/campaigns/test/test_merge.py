@@ -6,12 +6,13 @@ import math
 import random
 from pathlib import Path
 
-import fake_campaign as units
 import pytest
-from campaign import Campaign, Range, joined
-from campaign_files import read, written
-from data import DataError
+
+import fake_campaign as units
 from merge import merged
+from read.campaign import Campaign, Range, joined
+from read.campaign_files import read, written
+from read.data import DataError
 
 SPLITS = ((1, 40), (41, 25), (66, 60), (126, 5), (131, 70))
 

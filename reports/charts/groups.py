@@ -1,0 +1,82 @@
+"""Groups of variants, and the few series of each that a chart shows at first."""
+
+import re
+from itertools import zip_longest
+
+from charts.palette import family
+
+MOST = 8  # series that are shown at first
+FAST, CHOLESKY, FILTERS, ROOTS, REFINED, PEERS = GROUPS = (
+    "Fast path",
+    "Cholesky",
+    "Filters",
+    "Square roots",
+    "Refined",
+    "Peers",
+)
+OTHERS = "Others"
+LIBRARIES = ("Pinocchio", "MuJoCo", "DART", "Simbody", "Bullet", "KDL")  # all else is ours
+_PATTERNS = (  # the first that fits
+    (FAST, "Fast<"),
+    (REFINED, "Refined<|WideRefined<|MixedPrecision<"),
+    (ROOTS, r"FactoredBias<|StackedQR|.*\b(Array\w+|Potter|UD)\b"),
+    (CHOLESKY, "Batch<|CRBA"),
+    (FILTERS, "Sequential<|ClosedForm<"),
+)
+_FIRST = (  # within a group; others follow by name
+    "Fast<Conventional>",
+    "Fast<SquareRoot>",
+    "Fast<Certified>",
+    "Batch<EigenLLT>",
+    "Sequential<Conventional>",
+    "Sequential<ArrayMGS>",
+    "WideRefined<FactoredBias<ArrayGivens>>",
+    "Pinocchio<LOCAL>@clang",
+    "MuJoCo",
+)
+
+
+def group(variant: str) -> str:
+    if family(variant) in LIBRARIES:
+        return PEERS
+    return next((name for name, pattern in _PATTERNS if re.match(pattern, variant)), OTHERS)
+
+
+def grouped(variants) -> dict[str, list[str]]:
+    """Variants by group, in the order of the groups."""
+    found = {name: [] for name in (*GROUPS, OTHERS)}
+    for variant in sorted(variants, key=_rank):
+        found[group(variant)].append(variant)
+    return {name: members for name, members in found.items() if members}
+
+
+def first_series(series, before=(), most: int = MOST) -> set[tuple[str, str]]:
+    """At most so many pairs of variant and precision: those `before`, one of each group, the rest
+    of the fast path, then of all groups in turn."""
+    members = {name: [] for name in (*GROUPS, OTHERS)}
+    for pair in sorted(set(series), key=lambda pair: (pair[1] != "float64", *_rank(pair[0]))):
+        members[group(pair[0])].append(pair)
+    members[FAST].sort(key=lambda pair: _rank(pair[0]))
+    order = [pair for pair in before if pair in set(series)]
+    order += [pairs[0] for pairs in members.values() if pairs]
+    order += members[FAST][1:]
+    order += [pair for turn in zip_longest(*members.values()) for pair in turn if pair]
+    return set(list(dict.fromkeys(order))[:most])
+
+
+def _rank(variant: str) -> tuple:
+    known = variant in _FIRST
+    return not known, _FIRST.index(variant) if known else 0, variant
+
+
+def mark_first(rows: list[dict], view: str = "") -> list[dict]:
+    """The rows of series that are not shown at first say so; `view` names the field that sets
+    pictures apart, each of which has its own first series."""
+    pictures = {row.get(view) for row in rows}
+    for picture in pictures:
+        own = [row for row in rows if row.get(view) == picture]
+        kept = first_series((row["variant"], row["precision"]) for row in own)
+        for row in own:
+            if (row["variant"], row["precision"]) not in kept:
+                row["more"] = 1
+    return rows

@@ -1,0 +1,78 @@
+"""The charts of the claims: a median against what was swept, or against another number."""
+
+import altair as alt
+
+from charts import variants as variant_charts
+from charts.common import (
+    NUMBER,
+    SCENE,
+    Style,
+    error_scale,
+    filtered,
+    frame,
+    log_axis,
+    mark_last,
+    short,
+)
+from charts.groups import mark_first
+from charts.text import share_text, task_text
+from claims.claim import Plot, number_text
+from page.section import Choice, Figure
+
+TASK = "task"
+TOOLTIPS = {
+    "scene": "family",
+    "task": "task",
+    "variant": "variant",
+    "precision": "precision",
+    "x_text": "x",
+    "error_text": "y",
+    "seeds": "seeds",
+    "failed": "failed",
+}
+
+
+def figure(plot: Plot, title: str, style: Style, notes: list) -> Figure | None:
+    """With a choice of task, and of family where lines of several would lie on each other."""
+    rows = [row for row in plot.rows if row["x"] > 0 and (row["error"] is not None or row["share"])]
+    if not rows:
+        return None
+    choices = []
+    for signal, label in ((SCENE, "Family"), (TASK, "Task"))[not plot.lines :]:
+        names = list(dict.fromkeys(row[signal] for row in rows))
+        if len(names) > 1:
+            options = [(name, task_text(name)) for name in names]
+            choices.append(Choice(signal, label, options, names[0]))
+    chart = _chart(plot, rows, style, {choice.signal: choice.first for choice in choices})
+    titles = TOOLTIPS | {"x_text": plot.x, "error_text": plot.y}
+    return Figure(title, chart, titles, choices, notes)
+
+
+def _chart(plot: Plot, rows: list[dict], style: Style, choices: dict[str, str]):
+    """Lines through medians with crosses for failures, or a cloud of marks."""
+    values = [
+        {name: value for name, value in row.items() if name != "share" or value}
+        | {
+            "x": short(row["x"]),
+            "error": short(row["error"]),
+            "x_text": number_text(row["x"]),
+            "error_text": "–" if row["error"] is None else number_text(row["error"]),
+            "failed": share_text(row["share"]),
+        }
+        for row in rows
+    ]
+    tooltips = TOOLTIPS | {"x_text": plot.x, "error_text": plot.y}
+    mark_first(values, "task")
+    if plot.lines:
+        mark_last(values, "error", "x", (SCENE, TASK))
+    scale = alt.Scale(type="log", nice=False, padding=12)
+    x = alt.X("x:Q", axis=log_axis("x", plot.x, NUMBER), scale=scale)
+    y = alt.Y("error:Q", axis=log_axis("y", plot.y, NUMBER), scale=error_scale(values))
+    chart = filtered(choices)
+    encoding = variant_charts.series(style, tooltips)
+    drawn = chart.transform_filter("datum.error > 0").encode(x=x, y=y, **encoding)
+    lines = variant_charts.curves(drawn, style)
+    layers = (
+        [*variant_charts.bands(chart, values, x, encoding), *lines] if plot.lines else lines[1:2]
+    )
+    return alt.layer(*layers, **frame(values))

@@ -1,0 +1,1 @@
+"""Statistics of the records, as numbers: others draw them, or write them as text."""
