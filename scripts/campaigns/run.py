@@ -20,11 +20,11 @@ import islands  # noqa: E402
 import merge  # noqa: E402
 import robots  # noqa: E402
 import wild  # noqa: E402
+from clock import clock  # noqa: E402
 from engine import Engine, profile_folder  # noqa: E402
 from found import Found  # noqa: E402
 from page.output import write  # noqa: E402
 from plan import Plan, last_line, sha1  # noqa: E402
-from progress import clock  # noqa: E402
 from read.checks import refusing  # noqa: E402
 from read.data import DataError  # noqa: E402
 
