@@ -1,0 +1,207 @@
+#include "kalmarm/implicit_step.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include "algorithms/model/short_text.hpp"
+#include "algorithms/spatial/spatial.hpp"
+
+namespace kalmarm {
+namespace {
+
+[[noreturn]] void refuse(const std::string& what) {
+  throw std::invalid_argument("implicit step: " + what);
+}
+
+// nv numbers, or as many zeros; those that are not to be negative, or that T does not hold, are refused.
+template <class T>
+std::vector<double> numbers(const RobotModel& model, const char* what,
+                            const std::vector<double>& given, double least) {
+  const auto nv = static_cast<std::size_t>(model.nv());
+  if (given.empty()) return std::vector<double>(nv, 0);
+  if (given.size() != nv)
+    refuse(std::string(what) + " of " + std::to_string(given.size()) + " DoF, needed " +
+           std::to_string(nv));
+  for (std::size_t k = 0; k < nv; ++k)
+    if (!(given[k] >= least && given[k] <= static_cast<double>(std::numeric_limits<T>::max())))
+      refuse("DoF '" + model.names[k] + "': " + what + " " + short_text("%g", given[k]));
+  return given;
+}
+
+bool may_have_a_spring(const LinkParameters& link) {
+  return link.coordinate == Coordinate::angle || link.coordinate == Coordinate::distance;
+}
+
+// With r of (2) in the place of armature.
+RobotModel with_noise(RobotModel model, double h, const std::vector<double>& b,
+                      const std::vector<double>& k) {
+  for (int dof = 0; dof < model.nv(); ++dof)
+    model.links[dof].armature += h * (b[dof] + h * k[dof]);
+  return model;
+}
+
+template <class T>
+RobotModel checked(const RobotModel& model, double h, const JointTerms& terms, Scheme scheme,
+                   const DynamicsOptions& options) {
+  if (static_cast<int>(model.names.size()) != model.nv())
+    refuse(std::to_string(model.names.size()) + " names for " + std::to_string(model.nv()) + " DoF");
+  if (!(h >= 0 && std::isfinite(h))) refuse("h = " + short_text("%g", h));
+  if (!options.question.dofs.empty() || !options.question.locked.empty())
+    refuse("of a question that leaves joints out");
+  const double any = -static_cast<double>(std::numeric_limits<T>::max());
+  const auto b = numbers<T>(model, "damping", terms.damping, 0);
+  auto k = numbers<T>(model, "stiffness", terms.stiffness, 0);
+  numbers<T>(model, "reference", terms.reference, any);
+  for (int dof = 0; dof < model.nv(); ++dof)
+    if (k[dof] > 0 && !may_have_a_spring(model.links[dof]))
+      refuse("DoF '" + model.names[dof] + "': a spring about a ball or a free joint");
+  if (scheme == Scheme::springs_at_start) std::ranges::fill(k, 0);
+  return with_noise(model, h, b, k);
+}
+
+}  // namespace
+
+template <class T>
+void advance(const RobotModel& model, double h, VectorView<const T> a, VectorView<T> q,
+             VectorView<T> v) {
+  const int nv = model.nv();
+  if (a.size() != nv || v.size() != nv || q.size() != model.nq)
+    refuse("advance: q, v and a of " + std::to_string(q.size()) + ", " + std::to_string(v.size()) +
+           " and " + std::to_string(a.size()) + ", needed " + std::to_string(model.nq) + " and " +
+           std::to_string(nv));
+  const T step = static_cast<T>(h);
+  for (int k = 0; k < nv; ++k) v.data()[k] += step * a.data()[k];
+  for (int k = 0; k < nv; ++k) {
+    const LinkParameters& link = model.links[k];
+    T* const at = q.data() + link.q_index;
+    const T* const rate = v.data() + k;
+    switch (link.coordinate) {
+      case Coordinate::angle:
+      case Coordinate::distance:
+        at[0] += step * rate[0];
+        break;
+      case Coordinate::position:
+        for (int i = 0; i < 3; ++i) at[i] += step * rate[i];
+        break;
+      case Coordinate::quaternion: {
+        const Vector3<double> half = Eigen::Map<const Vector3<T>>(rate).template cast<double>() * (h / 2);
+        const double angle = half.norm(), s = angle > 0 ? std::sin(angle) / angle : 1;
+        Eigen::Quaternion<double> turned(at[0], at[1], at[2], at[3]);
+        turned = turned * Eigen::Quaternion<double>(std::cos(angle), s * half[0], s * half[1],
+                                                    s * half[2]);
+        turned.normalize();
+        at[0] = T(turned.w()), at[1] = T(turned.x()), at[2] = T(turned.y()), at[3] = T(turned.z());
+        break;
+      }
+      case Coordinate::follower:
+        break;
+    }
+  }
+}
+
+template <class T>
+ImplicitStep<T>::ImplicitStep(const RobotModel& model, double h, const JointTerms& terms,
+                              Scheme scheme, const DynamicsOptions& options)
+    : model_(model),
+      h_(h),
+      damping_(model.nv(), T(0)),
+      h_of_springs_(scheme == Scheme::springs_at_end ? static_cast<T>(h) : T(0)),
+      dynamics_(checked<T>(model, h, terms, scheme, options), options),
+      tau_(model.nv()) {
+  const bool derived = options.question.wants(Want::derivatives);
+  if (derived) X_.resize(static_cast<std::size_t>(model.nv()) * model.nv());
+  for (int k = 0; k < model.nv(); ++k) {
+    if (!terms.damping.empty()) damping_[k] = static_cast<T>(terms.damping[k]);
+    if (terms.stiffness.empty() || terms.stiffness[k] == 0) continue;
+    const double reference = terms.reference.empty() ? 0 : terms.reference[k];
+    springs_.push_back({k, model.links[k].q_index, static_cast<T>(terms.stiffness[k]),
+                        static_cast<T>(reference)});
+  }
+}
+
+template <class T>
+void ImplicitStep<T>::require(const char* call, std::ptrdiff_t q, std::ptrdiff_t v,
+                              std::ptrdiff_t tau) const {
+  if (q == model_.nq && v == model_.nv() && tau == model_.nv()) return;
+  refuse(std::string(call) + ": q, v and tau of " + std::to_string(q) + ", " + std::to_string(v) +
+         " and " + std::to_string(tau) + ", needed " + std::to_string(model_.nq) + " and " +
+         std::to_string(model_.nv()));
+}
+
+// tau^ of (2).
+template <class T>
+void ImplicitStep<T>::set_torque(const T* q, const T* v, const T* tau, T* out) const {
+  for (int k = 0; k < model_.nv(); ++k) out[k] = tau[k] - damping_[k] * v[k];
+  for (const Spring& spring : springs_)
+    out[spring.dof] -=
+        spring.k * ((q[spring.q] - spring.reference) + h_of_springs_ * v[spring.dof]);
+}
+
+template <class T>
+Outcome ImplicitStep<T>::acceleration(VectorView<const T> q, VectorView<const T> v,
+                                      VectorView<const T> tau, VectorView<T> a) {
+  require("acceleration", q.size(), v.size(), tau.size());
+  set_torque(q.data(), v.data(), tau.data(), tau_.data());
+  return dynamics_.forward_dynamics(q, v, VectorView<const T>(tau_), a);
+}
+
+template <class T>
+int ImplicitStep<T>::acceleration(RowsView<const T> q, RowsView<const T> v, RowsView<const T> tau,
+                                  RowsView<T> a, std::span<Outcome> outcomes, int threads) {
+  const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
+  const std::ptrdiff_t nv = model_.nv(), nq = model_.nq;
+  if (!q.fits(count, nq) || !v.fits(count, nv) || !tau.fits(count, nv))
+    refuse("acceleration: rows of q, v and tau are " + q.shape() + ", " + v.shape() + " and " +
+           tau.shape() + ", needed " + detail::shape(count, nq) + " and " + detail::shape(count, nv));
+  if (static_cast<std::ptrdiff_t>(rows_.size()) < count * nv) rows_.resize(count * nv);
+  for (std::ptrdiff_t i = 0; i < count; ++i)
+    set_torque(q.data() + i * nq, v.data() + i * nv, tau.data() + i * nv, rows_.data() + i * nv);
+  return dynamics_.forward_dynamics(q, v, RowsView<const T>(rows_.data(), count, nv), a, outcomes,
+                                    threads);
+}
+
+template <class T>
+Outcome ImplicitStep<T>::step(VectorView<T> q, VectorView<T> v, VectorView<const T> tau,
+                              VectorView<T> a) {
+  const Outcome outcome = acceleration(VectorView<const T>(q.data(), q.size()),
+                                       VectorView<const T>(v.data(), v.size()), tau, a);
+  if (outcome) advance<T>(model_, h_, VectorView<const T>(a.data(), a.size()), q, v);
+  return outcome;
+}
+
+template <class T>
+Outcome ImplicitStep<T>::derivatives(VectorView<const T> q, VectorView<const T> v,
+                                     VectorView<const T> tau, const Derivatives<T>& out,
+                                     VectorView<T> a) {
+  require("derivatives", q.size(), v.size(), tau.size());
+  set_torque(q.data(), v.data(), tau.data(), tau_.data());
+  const int nv = model_.nv();
+  Derivatives<T> all = out;
+  if (!all.dtau) all.dtau = MatrixView<T>(X_.data(), nv, nv);  // (4) has X
+  const Outcome outcome = dynamics_.derivatives(q, v, VectorView<const T>(tau_), all, a);
+  if (!outcome) return outcome;
+  const auto less = [&](const MatrixView<T>& by, int column, T c) {
+    if (!by || c == T(0)) return;
+    const T* const x = all.dtau.data() + static_cast<std::ptrdiff_t>(column) * nv;
+    T* const to = by.data() + static_cast<std::ptrdiff_t>(column) * nv;
+    for (int i = 0; i < nv; ++i) to[i] -= c * x[i];
+  };
+  for (int k = 0; k < nv; ++k) less(out.dqd, k, damping_[k]);
+  for (const Spring& spring : springs_) {
+    less(out.dq, spring.dof, spring.k);
+    less(out.dqd, spring.dof, h_of_springs_ * spring.k);
+  }
+  return outcome;
+}
+
+#define KALMARM_IMPLICIT_STEP(T)                                                            \
+  template KALMARM_EXPORT void advance(const RobotModel&, double, VectorView<const T>,      \
+                                       VectorView<T>, VectorView<T>);                       \
+  template class ImplicitStep<T>;
+KALMARM_IMPLICIT_STEP(float)
+KALMARM_IMPLICIT_STEP(double)
+
+}  // namespace kalmarm
