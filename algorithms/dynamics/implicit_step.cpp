@@ -31,6 +31,15 @@ std::vector<double> numbers(const RobotModel& model, const char* what,
   return given;
 }
 
+// In T, once they are checked.
+template <class T>
+std::vector<T> held(const RobotModel& model, const std::vector<double>& given) {
+  std::vector<T> out(model.nv(), T(0));
+  if (!given.empty())
+    std::ranges::transform(given, out.begin(), [](double x) { return static_cast<T>(x); });
+  return out;
+}
+
 bool may_have_a_spring(const LinkParameters& link) {
   return link.coordinate == Coordinate::angle || link.coordinate == Coordinate::distance;
 }
@@ -107,18 +116,23 @@ ImplicitStep<T>::ImplicitStep(const RobotModel& model, double h, const JointTerm
                               Scheme scheme, const DynamicsOptions& options)
     : model_(model),
       h_(h),
-      damping_(model.nv(), T(0)),
-      h_of_springs_(scheme == Scheme::springs_at_end ? static_cast<T>(h) : T(0)),
       dynamics_(checked<T>(model, h, terms, scheme, options), options),
+      damping_(held<T>(model, terms.damping)),
+      stiffness_(held<T>(model, terms.stiffness)),
+      reference_(held<T>(model, terms.reference)),
+      h_of_springs_(scheme == Scheme::springs_at_end ? static_cast<T>(h) : T(0)),
       tau_(model.nv()) {
   const bool derived = options.question.wants(Want::derivatives);
   if (derived) X_.resize(static_cast<std::size_t>(model.nv()) * model.nv());
   for (int k = 0; k < model.nv(); ++k) {
-    if (!terms.damping.empty()) damping_[k] = static_cast<T>(terms.damping[k]);
-    if (terms.stiffness.empty() || terms.stiffness[k] == 0) continue;
-    const double reference = terms.reference.empty() ? 0 : terms.reference[k];
-    springs_.push_back({k, model.links[k].q_index, static_cast<T>(terms.stiffness[k]),
-                        static_cast<T>(reference)});
+    if (stiffness_[k] == T(0)) continue;
+    const int q = model.links[k].q_index;
+    const bool next = !springs_.empty() && springs_.back().dof + springs_.back().count == k &&
+                      springs_.back().q + springs_.back().count == q;
+    if (next)
+      ++springs_.back().count;
+    else
+      springs_.push_back({k, q, 1});
   }
 }
 
@@ -134,10 +148,15 @@ void ImplicitStep<T>::require(const char* call, std::ptrdiff_t q, std::ptrdiff_t
 // tau^ of (2).
 template <class T>
 void ImplicitStep<T>::set_torque(const T* q, const T* v, const T* tau, T* out) const {
-  for (int k = 0; k < model_.nv(); ++k) out[k] = tau[k] - damping_[k] * v[k];
-  for (const Spring& spring : springs_)
-    out[spring.dof] -=
-        spring.k * ((q[spring.q] - spring.reference) + h_of_springs_ * v[spring.dof]);
+  using Numbers = Eigen::Map<const Eigen::Array<T, Eigen::Dynamic, 1>>;
+  using Result = Eigen::Map<Eigen::Array<T, Eigen::Dynamic, 1>>;
+  const int nv = model_.nv();
+  Result(out, nv) = Numbers(tau, nv) - Numbers(damping_.data(), nv) * Numbers(v, nv);
+  for (const auto& [dof, at, count] : springs_)
+    Result(out + dof, count) -=
+        Numbers(stiffness_.data() + dof, count) *
+        ((Numbers(q + at, count) - Numbers(reference_.data() + dof, count)) +
+         h_of_springs_ * Numbers(v + dof, count));
 }
 
 template <class T>
@@ -190,9 +209,9 @@ Outcome ImplicitStep<T>::derivatives(VectorView<const T> q, VectorView<const T> 
     for (int i = 0; i < nv; ++i) to[i] -= c * x[i];
   };
   for (int k = 0; k < nv; ++k) less(out.dqd, k, damping_[k]);
-  for (const Spring& spring : springs_) {
-    less(out.dq, spring.dof, spring.k);
-    less(out.dqd, spring.dof, h_of_springs_ * spring.k);
+  for (int k = 0; k < nv; ++k) {
+    less(out.dq, k, stiffness_[k]);
+    less(out.dqd, k, h_of_springs_ * stiffness_[k]);
   }
   return outcome;
 }

@@ -37,7 +37,8 @@ enum class Scheme {
   springs_at_start,  // MuJoCo's Euler and implicitfast
 };
 
-// Of every DoF, nv numbers each; none: all zero. A ball and a free joint may have damping, no springs.
+// Of every DoF, nv numbers each; none: all zero. A ball and a free joint may have damping, no springs;
+// with it their DoF are swept one by one and looked at twice, which costs two to four sweeps more.
 struct JointTerms {
   std::vector<double> damping = {};    // b [N m s/rad or N s/m]
   std::vector<double> stiffness = {};  // k [N m/rad or N/m]
@@ -80,9 +81,9 @@ class KALMARM_EXPORT ImplicitStep {
   Dynamics<T>& dynamics() { return dynamics_; }
 
  private:
-  struct Spring {
-    int dof, q;
-    T k, reference;
+  // Springs at DoF that follow one another, as their entries of q do.
+  struct Springs {
+    int dof, q, count;
   };
 
   void require(const char* call, std::ptrdiff_t q, std::ptrdiff_t v, std::ptrdiff_t tau) const;
@@ -90,10 +91,10 @@ class KALMARM_EXPORT ImplicitStep {
 
   RobotModel model_;
   double h_;
-  std::vector<T> damping_;
-  std::vector<Spring> springs_;
+  Dynamics<T> dynamics_;  // what it is made of is checked before the rest
+  std::vector<T> damping_, stiffness_, reference_;
+  std::vector<Springs> springs_;
   T h_of_springs_;  // 0 where they are at the start
-  Dynamics<T> dynamics_;
   std::vector<T> tau_, rows_, X_;
 };
 

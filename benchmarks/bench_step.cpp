@@ -1,0 +1,197 @@
+// bench_step: time of an implicit step (kalmarm/implicit_step.hpp) against forward dynamics of the same
+// robot, one state and rows of 1024 on one core, and against mj_step of MuJoCo without contacts.
+//
+// Every hinge and slide has a spring of 1e5 N m/rad and a damper of 10 N m s/rad, and h is 2 ms.
+// Names are task/variant/scene/precision; tasks: acceleration and acceleration_batch (no terms), step and
+// step_batch, mj_step, and mj_forward, which is what mj_step does before it integrates. Everything is
+// verified before it is timed: M^ a against M a0 - B v - K (q + h v), with M and the a0 of forward dynamics
+// from case.hpp.
+#include <benchmark/benchmark.h>
+
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "algorithms/model/plain.hpp"
+#include "algorithms/study/solver.hpp"
+#include "benchmarks/case.hpp"
+#include "benchmarks/driver.hpp"
+#include "kalmarm/implicit_step.hpp"
+#include "robots/scene/mujoco_step.hpp"
+
+namespace kalmarm {
+namespace {
+
+constexpr const char* timed_call =
+    "From q, qd and tau to the acceleration of the step or of forward dynamics; of mj_step to the next "
+    "state. Memory is taken before. Each call takes the next of a pool of random states.";
+
+constexpr double h = 0.002, stiffness = 1e5, damping = 10;
+
+JointTerms terms_of(const RobotModel& robot) {
+  JointTerms out;
+  for (const LinkParameters& link : robot.links) {
+    const bool single =
+        link.coordinate == Coordinate::angle || link.coordinate == Coordinate::distance;
+    out.damping.push_back(single ? damping : 0);
+    out.stiffness.push_back(single ? stiffness : 0);
+  }
+  return out;
+}
+
+// A scene, and what its implicit steps are for the states that are verified.
+struct Steps {
+  Case base;
+  RobotModel robot;
+  JointTerms terms;
+  std::vector<VectorX<double>> at_end, at_start;  // a by where springs are
+
+  Steps(const Scene& scene, std::uint64_t seed)
+      : base(scene, seed), robot(plain(scene.model)), terms(terms_of(robot)) {
+    const int nv = robot.nv();
+    for (int i = 0; i < base.verified(); ++i) {
+      const State& state = base.states[i];
+      const auto solved = [&](double h_of_springs) {
+        MatrixX<double> M = base.M[i];
+        VectorX<double> right = M * base.a[i];
+        for (int k = 0; k < nv; ++k) {
+          const double b = terms.damping[k], s = terms.stiffness[k];
+          M(k, k) += h * (b + h_of_springs * s);
+          right[k] -= b * state.qd[k];
+          if (s > 0)
+            right[k] -= s * (state.q[robot.links[k].q_index] + h_of_springs * state.qd[k]);
+        }
+        return VectorX<double>(M.ldlt().solve(right));
+      };
+      at_end.push_back(solved(h));
+      at_start.push_back(solved(0));
+    }
+  }
+
+  // "" where a of state i is near enough.
+  template <class T, class A>
+  std::string judge(int i, const A& right, const VectorX<T>& a) const {
+    return base.flaw.empty() ? base.compare<T>(right[i], a, base.condition[i]) : base.flaw;
+  }
+};
+
+template <class T>
+using Shared = std::shared_ptr<const T>;
+
+// call(i, a): of one state. right: what is expected.
+template <class T, class Call>
+void add_one(const std::string& task, const std::string& variant, const Shared<Steps>& steps,
+             const std::vector<VectorX<double>>& right, Call call) {
+  auto a = std::make_shared<VectorX<T>>(steps->robot.nv());
+  add_benchmark(
+      name_of<T>(task, variant, steps->base),
+      [=] {
+        std::string flaw;
+        for (int i = 0; i < steps->base.verified() && flaw.empty(); ++i) {
+          a->setConstant(std::numeric_limits<T>::quiet_NaN());
+          const Outcome outcome = call(i, *a);
+          flaw = outcome ? steps->judge<T>(i, right, *a) : describe(steps->base.scene, outcome);
+        }
+        return flaw;
+      },
+      [=](int i) {
+        benchmark::DoNotOptimize(call(i, *a));
+        benchmark::DoNotOptimize(a->data());
+      });
+}
+
+// call(a, outcomes): of all rows; how many failed.
+template <class T, class Call>
+void add_rows(const std::string& task, const std::string& variant, const Shared<Steps>& steps,
+              const std::vector<VectorX<double>>& right, Call call) {
+  benchmark::RegisterBenchmark(
+      name_of<T>(task, variant, steps->base).c_str(),
+      [=](benchmark::State& run) {
+        const int nv = steps->robot.nv();
+        std::vector<T> a(batch_size * nv, std::numeric_limits<T>::quiet_NaN());
+        std::vector<Outcome> outcomes(batch_size);
+        const int failed = call(a, outcomes);
+        std::string flaw = failed > 0 ? std::to_string(failed) + " states failed" : "";
+        for (int i = 0; i < steps->base.verified() && flaw.empty(); ++i)
+          flaw = steps->judge<T>(i, right, VectorX<T>(Eigen::Map<VectorX<T>>(&a[i * nv], nv)));
+        if (!flaw.empty()) return run.SkipWithError(flaw.c_str());
+        for (auto _ : run) {
+          benchmark::DoNotOptimize(call(a, outcomes));
+          benchmark::DoNotOptimize(a.data());
+        }
+        count(run, 0, batch_size);
+      })
+      ->Unit(benchmark::kMicrosecond)
+      ->UseRealTime();
+}
+
+template <class T>
+void add_fast(const Shared<Steps>& steps) {
+  const auto pool = std::make_shared<const Pool<T>>(steps->base.states);
+  for (const RegisteredVariant<T>& variant : fast_variants<T>()) {
+    const DynamicsOptions options = {.form = variant.traits.form,
+                                     .question = {.want = {Want::acceleration}}};
+    const auto robot = std::make_shared<Dynamics<T>>(steps->robot, options);
+    const auto step = std::make_shared<ImplicitStep<T>>(steps->robot, h, steps->terms,
+                                                        Scheme::springs_at_end, options);
+    add_one<T>("acceleration", variant.name, steps, steps->base.a, [=](int i, VectorX<T>& a) {
+      return robot->forward_dynamics(pool->q[i], pool->qd[i], pool->tau[i], a);
+    });
+    add_one<T>("step", variant.name, steps, steps->at_end, [=](int i, VectorX<T>& a) {
+      return step->acceleration(pool->q[i], pool->qd[i], pool->tau[i], a);
+    });
+    add_rows<T>("acceleration_batch", variant.name, steps, steps->base.a,
+                [=](std::vector<T>& a, std::vector<Outcome>& outcomes) {
+                  return robot->forward_dynamics(pool->q_rows, pool->qd_rows, pool->tau_rows, a,
+                                                 outcomes);
+                });
+    add_rows<T>("step_batch", variant.name, steps, steps->at_end,
+                [=](std::vector<T>& a, std::vector<Outcome>& outcomes) {
+                  return step->acceleration(pool->q_rows, pool->qd_rows, pool->tau_rows, a,
+                                            outcomes);
+                });
+  }
+}
+
+void add_mujoco(const Shared<Steps>& steps) {
+  const auto model = mujoco_of(steps->base.scene);
+  const std::pair<mjtIntegrator, const char*> integrators[] = {
+      {mjINT_IMPLICITFAST, "MuJoCo implicitfast"}, {mjINT_DISCRETE, "MuJoCo discrete"}};
+  for (const auto& [integrator, name] : integrators) {
+    const auto mujoco = std::make_shared<MujocoStep>(*model, h, steps->terms, integrator);
+    const auto& right = integrator == mjINT_DISCRETE ? steps->at_end : steps->at_start;
+    add_one<double>("mj_step", name, steps, right, [=](int i, VectorX<double>& a) {
+      const State& state = steps->base.states[i];
+      mujoco->step(state.q, state.qd, state.tau);
+      a = (mujoco->v() - state.qd) / h;
+      return Outcome{};
+    });
+  }
+  const auto mujoco = std::make_shared<MujocoStep>(*model, h, steps->terms, mjINT_IMPLICITFAST);
+  add_benchmark(
+      name_of<double>("mj_forward", "MuJoCo", steps->base), [=] { return steps->base.flaw; },
+      [=](int i) {
+        const State& state = steps->base.states[i];
+        mujoco->forward(state.q, state.qd, state.tau);
+        benchmark::DoNotOptimize(mujoco->v().data());
+      });
+}
+
+void add_scenes(const std::vector<Scene>& scenes, std::uint64_t seed) {
+  for (const Scene& scene : scenes) {
+    const auto steps = std::make_shared<const Steps>(scene, seed);
+    add_fast<double>(steps);
+    add_fast<float>(steps);
+    add_mujoco(steps);
+  }
+}
+
+}  // namespace
+}  // namespace kalmarm
+
+int main(int argc, char** argv) {
+  using namespace kalmarm;
+  return Driver{"bench_step", "Time of implicit steps with springs and dampers.", timed_call}.run(
+      argc, argv, add_scenes);
+}

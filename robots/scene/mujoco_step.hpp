@@ -1,0 +1,37 @@
+// mj_step as a reference for implicit steps (kalmarm/implicit_step.hpp): a robot's springs and dampers,
+// without contacts, limits, constraints, actuators, tendons' springs, fluids and compensation of gravity.
+#pragma once
+
+#include <mujoco/mujoco.h>
+
+#include <memory>
+
+#include "algorithms/model/model.hpp"
+#include "kalmarm/implicit_step.hpp"
+#include "robots/loader/mujoco_model.hpp"
+
+namespace kalmarm {
+
+class MujocoStep {
+ public:
+  // The terms take the place of those of the model. integrator: mjINT_EULER, mjINT_IMPLICITFAST or
+  // mjINT_DISCRETE.
+  MujocoStep(const MujocoModel& model, double h, const JointTerms& terms, mjtIntegrator integrator);
+
+  // From q (nq), v (nv) and tau (nv) to q() and v() after h.
+  void step(const VectorX<double>& q, const VectorX<double>& v, const VectorX<double>& tau);
+
+  // mj_forward: what a step does before it integrates.
+  void forward(const VectorX<double>& q, const VectorX<double>& v, const VectorX<double>& tau);
+
+  Eigen::Map<const VectorX<double>> q() const { return {data_->qpos, model_->nq}; }
+  Eigen::Map<const VectorX<double>> v() const { return {data_->qvel, model_->nv}; }
+
+ private:
+  void set(const VectorX<double>& q, const VectorX<double>& v, const VectorX<double>& tau);
+
+  std::unique_ptr<mjModel, void (*)(mjModel*)> model_;
+  std::unique_ptr<mjData, void (*)(mjData*)> data_;
+};
+
+}  // namespace kalmarm
