@@ -13,6 +13,7 @@
 #include "accuracy/programs/common/open_scene.hpp"
 #include "accuracy/programs/common/output_file.hpp"
 #include "accuracy/programs/common/ranges.hpp"
+#include "accuracy/programs/step_comparison.hpp"
 #include "algorithms/dynamics/check_model.hpp"
 #include "algorithms/model/plain.hpp"
 #include "algorithms/study/inverse_mass/condition.hpp"
@@ -33,6 +34,8 @@ struct Options {
   std::string json_file;
   int random = 100;
   std::uint64_t seed = 1;
+  bool step = false;
+  StepOptions of_step;
 };
 
 // What MuJoCo says of a scene's states.
@@ -200,14 +203,18 @@ json compare(const Scene& scene, const Options& options) {
           {"pass", pass}};
 }
 
-int run(const Options& options) {
+int run(Options options) {
+  options.of_step.random = options.random;
+  options.of_step.seed = options.seed;
+  options.read.takes_steps = options.step;
   std::vector<Scene> scenes;
   for (const std::string& what : options.scenes) scenes.push_back(open_scene(what, options.read));
   OutputFile file = json_output(options.json_file);
   json document = {{"mujoco", mujoco_version()}, {"robots", json::array()}};
   bool pass = true;
   for (const Scene& scene : scenes) {
-    json record = compare(scene, options);
+    json record = options.step ? compare_steps(scene, options.of_step, options.json_file == "-")
+                               : compare(scene, options);
     pass = pass && record["pass"];
     document["robots"].push_back(std::move(record));
   }
@@ -224,7 +231,8 @@ int main(int argc, char** argv) {
   CLI::App app(
       "Every variant against MuJoCo on random states: M within 1e-13, acceleration in float64 "
       "within "
-      "1e-9 or nv u kappa(M), whichever is more. Exit 1 beyond that.",
+      "1e-9 or nv u kappa(M), whichever is more; or, with --step, implicit steps with the springs and "
+      "dampers of the file. Exit 1 beyond that.",
       "compare_mujoco");
   Options options;
   add_scene(app, options.scenes, options.read)->required();
@@ -234,6 +242,20 @@ int main(int argc, char** argv) {
   app.add_option("--seed", options.seed, "of the random states")
       ->check(any_seed())
       ->capture_default_str();
+  auto* step = app.add_flag("--step", options.step,
+                            "implicit steps against mj_step: Euler, implicitfast and discrete");
+  app.add_option("--h", options.of_step.h, "of a step [s]")
+      ->check(positive())
+      ->needs(step)
+      ->capture_default_str();
+  app.add_option("--damping", options.of_step.damping,
+                 "of every hinge and slide [N m s/rad or N s/m]; default: the file's")
+      ->check(not_negative())
+      ->needs(step);
+  app.add_option("--stiffness", options.of_step.stiffness,
+                 "likewise, about q = 0 or the file's reference [N m/rad or N/m]")
+      ->check(not_negative())
+      ->needs(step);
   app.add_option("--json", options.json_file, std::string("the table: ") + json_help);
   return run_program(app, argc, argv, [&] { return run(options); });
 }

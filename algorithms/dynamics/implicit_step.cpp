@@ -31,17 +31,25 @@ std::vector<double> numbers(const RobotModel& model, const char* what,
   return given;
 }
 
-// In T, once they are checked.
+bool may_have_a_spring(const LinkParameters& link) {
+  return link.coordinate == Coordinate::angle || link.coordinate == Coordinate::distance;
+}
+
+// In T, once they are checked, of so many rows.
 template <class T>
-std::vector<T> held(const RobotModel& model, const std::vector<double>& given) {
-  std::vector<T> out(model.nv(), T(0));
-  if (!given.empty())
-    std::ranges::transform(given, out.begin(), [](double x) { return static_cast<T>(x); });
+std::vector<T> held(const RobotModel& model, const std::vector<double>& given, int rows) {
+  std::vector<T> out;
+  for (int row = 0; row < rows; ++row)
+    for (int k = 0; k < model.nv(); ++k)
+      out.push_back(given.empty() ? T(0) : static_cast<T>(given[k]));
   return out;
 }
 
-bool may_have_a_spring(const LinkParameters& link) {
-  return link.coordinate == Coordinate::angle || link.coordinate == Coordinate::distance;
+// Whether entry k of q is that of DoF k.
+bool is_as_velocity(const RobotModel& model) {
+  for (int k = 0; k < model.nv(); ++k)
+    if (!may_have_a_spring(model.links[k]) || model.links[k].q_index != k) return false;
+  return true;
 }
 
 // With r of (2) in the place of armature.
@@ -117,9 +125,10 @@ ImplicitStep<T>::ImplicitStep(const RobotModel& model, double h, const JointTerm
     : model_(model),
       h_(h),
       dynamics_(checked<T>(model, h, terms, scheme, options), options),
-      damping_(held<T>(model, terms.damping)),
-      stiffness_(held<T>(model, terms.stiffness)),
-      reference_(held<T>(model, terms.reference)),
+      rows_of_terms_(is_as_velocity(model) ? repeated : 1),
+      damping_(held<T>(model, terms.damping, rows_of_terms_)),
+      stiffness_(held<T>(model, terms.stiffness, rows_of_terms_)),
+      reference_(held<T>(model, terms.reference, rows_of_terms_)),
       h_of_springs_(scheme == Scheme::springs_at_end ? static_cast<T>(h) : T(0)),
       tau_(model.nv()) {
   const bool derived = options.question.wants(Want::derivatives);
@@ -147,23 +156,34 @@ void ImplicitStep<T>::require(const char* call, std::ptrdiff_t q, std::ptrdiff_t
 
 // tau^ of (2).
 template <class T>
-void ImplicitStep<T>::set_torque(const T* q, const T* v, const T* tau, T* out) const {
+void ImplicitStep<T>::set_torque(std::ptrdiff_t rows, const T* q, const T* v, const T* tau,
+                                 T* out) const {
   using Numbers = Eigen::Map<const Eigen::Array<T, Eigen::Dynamic, 1>>;
   using Result = Eigen::Map<Eigen::Array<T, Eigen::Dynamic, 1>>;
-  const int nv = model_.nv();
-  Result(out, nv) = Numbers(tau, nv) - Numbers(damping_.data(), nv) * Numbers(v, nv);
-  for (const auto& [dof, at, count] : springs_)
-    Result(out + dof, count) -=
-        Numbers(stiffness_.data() + dof, count) *
-        ((Numbers(q + at, count) - Numbers(reference_.data() + dof, count)) +
-         h_of_springs_ * Numbers(v + dof, count));
+  const std::ptrdiff_t nv = model_.nv(), nq = model_.nq, block = rows_of_terms_;
+  for (std::ptrdiff_t first = 0; first < rows; first += block) {
+    const std::ptrdiff_t n = std::min(block, rows - first) * nv, at = first * nv;
+    const auto damped = Numbers(tau + at, n) - Numbers(damping_.data(), n) * Numbers(v + at, n);
+    const auto spring = [&](std::ptrdiff_t dof, std::ptrdiff_t in_q, std::ptrdiff_t count) {
+      return Numbers(stiffness_.data() + dof, count) *
+             ((Numbers(q + in_q, count) - Numbers(reference_.data() + dof, count)) +
+              h_of_springs_ * Numbers(v + at + dof, count));
+    };
+    if (block > 1) {
+      Result(out + at, n) = damped - spring(0, at, n);
+      continue;
+    }
+    Result(out + at, n) = damped;
+    for (const auto& [dof, in_q, count] : springs_)
+      Result(out + at + dof, count) -= spring(dof, first * nq + in_q, count);
+  }
 }
 
 template <class T>
 Outcome ImplicitStep<T>::acceleration(VectorView<const T> q, VectorView<const T> v,
                                       VectorView<const T> tau, VectorView<T> a) {
   require("acceleration", q.size(), v.size(), tau.size());
-  set_torque(q.data(), v.data(), tau.data(), tau_.data());
+  set_torque(1, q.data(), v.data(), tau.data(), tau_.data());
   return dynamics_.forward_dynamics(q, v, VectorView<const T>(tau_), a);
 }
 
@@ -176,8 +196,7 @@ int ImplicitStep<T>::acceleration(RowsView<const T> q, RowsView<const T> v, Rows
     refuse("acceleration: rows of q, v and tau are " + q.shape() + ", " + v.shape() + " and " +
            tau.shape() + ", needed " + detail::shape(count, nq) + " and " + detail::shape(count, nv));
   if (static_cast<std::ptrdiff_t>(rows_.size()) < count * nv) rows_.resize(count * nv);
-  for (std::ptrdiff_t i = 0; i < count; ++i)
-    set_torque(q.data() + i * nq, v.data() + i * nv, tau.data() + i * nv, rows_.data() + i * nv);
+  set_torque(count, q.data(), v.data(), tau.data(), rows_.data());
   return dynamics_.forward_dynamics(q, v, RowsView<const T>(rows_.data(), count, nv), a, outcomes,
                                     threads);
 }
@@ -196,7 +215,7 @@ Outcome ImplicitStep<T>::derivatives(VectorView<const T> q, VectorView<const T> 
                                      VectorView<const T> tau, const Derivatives<T>& out,
                                      VectorView<T> a) {
   require("derivatives", q.size(), v.size(), tau.size());
-  set_torque(q.data(), v.data(), tau.data(), tau_.data());
+  set_torque(1, q.data(), v.data(), tau.data(), tau_.data());
   const int nv = model_.nv();
   Derivatives<T> all = out;
   if (!all.dtau) all.dtau = MatrixView<T>(X_.data(), nv, nv);  // (4) has X

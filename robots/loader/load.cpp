@@ -54,6 +54,7 @@ LoadedRobot load_robot(const std::string& path, const LoadOptions& options) {
           .model = plain(model->lower()),
           .home = {model->home().q.begin(), model->home().q.end()},
           .home_velocity = {model->home().qd.begin(), model->home().qd.end()},
+          .terms = model->terms(),
           .frames = named_frames(*model),
           .notes = model->notes()};
 }

@@ -68,6 +68,20 @@ std::shared_ptr<const MujocoModel> MujocoModel::load(const std::string& path,
   }
 }
 
+JointTerms MujocoModel::terms() const {
+  const mjModel* m = get();
+  JointTerms out;
+  out.damping.assign(m->dof_damping, m->dof_damping + m->nv);
+  out.stiffness.assign(m->nv, 0);
+  out.reference.assign(m->nv, 0);
+  for (int j = 0; j < m->njnt; ++j) {
+    if (m->jnt_type[j] != mjJNT_HINGE && m->jnt_type[j] != mjJNT_SLIDE) continue;
+    out.stiffness[m->jnt_dofadr[j]] = m->jnt_stiffness[j];
+    out.reference[m->jnt_dofadr[j]] = m->qpos_spring[m->jnt_qposadr[j]];
+  }
+  return out;
+}
+
 std::shared_ptr<const MujocoModel> MujocoModel::from(const Model<double>& model,
                                                      const std::string& name) {
   install_mujoco_handlers();

@@ -3,6 +3,8 @@
 
 #include <mujoco/mujoco.h>
 
+#include <algorithm>
+#include <iterator>
 #include <type_traits>
 
 static_assert(mjVERSION_HEADER >= 3010000, "MuJoCo 3.10 or later is needed: run scripts/setup");
@@ -60,6 +62,16 @@ double& linear(Coefficients& coefficients) {
     return coefficients[0];
   else
     return coefficients;
+}
+
+// Whether one of the others, which older releases have not, is not zero.
+template <class Coefficients>
+bool is_nonlinear(const Coefficients& coefficients) {
+  if constexpr (std::is_array_v<Coefficients>)
+    return std::any_of(std::begin(coefficients) + 1, std::end(coefficients),
+                       [](double c) { return c != 0; });
+  else
+    return false;
 }
 
 }  // namespace kalmarm

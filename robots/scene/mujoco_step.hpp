@@ -12,6 +12,8 @@
 
 namespace kalmarm {
 
+static_assert(mjVERSION_HEADER >= 3013000, "MuJoCo's discrete integrator: run scripts/setup");
+
 class MujocoStep {
  public:
   // The terms take the place of those of the model. integrator: mjINT_EULER, mjINT_IMPLICITFAST or

@@ -106,7 +106,7 @@ Scene generated_scene(const std::string& name, const Model<double>& model) {
 Scene load_scene(const std::string& what, const LoadOptions& read) {
   if (std::optional<Scene> scene = load_family(what)) {
     LoadOptions changes = read;
-    changes.adds_friction = false;
+    changes.adds_friction = changes.takes_steps = false;
     if (changes != LoadOptions())
       throw InputError("scene '" + what + "': has no file to be read otherwise");
     return *std::move(scene);
@@ -185,6 +185,10 @@ JointFriction friction_of(const Scene& scene) {
   const mjModel* m = scene.mujoco->get();
   using Values = Eigen::Map<const VectorX<double>>;
   return {Values(m->dof_damping, nv), Values(m->dof_frictionloss, nv)};
+}
+
+JointTerms terms_of(const Scene& scene) {
+  return scene.mujoco ? scene.mujoco->terms() : JointTerms{};
 }
 
 std::string link_name(const Scene& scene, int k) {

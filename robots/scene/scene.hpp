@@ -54,6 +54,9 @@ struct JointFriction {
 };
 JointFriction friction_of(const Scene& scene);
 
+// Springs and dampers of the joints as the robot's file has them; none for a family.
+JointTerms terms_of(const Scene& scene);
+
 // The body of link k as people call it: the file's body that carries the joint, the DoF's name
 // where there is none (a family, a link between the DoF of a joint of several).
 std::string link_name(const Scene& scene, int k);

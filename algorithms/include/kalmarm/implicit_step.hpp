@@ -85,13 +85,15 @@ class KALMARM_EXPORT ImplicitStep {
   struct Springs {
     int dof, q, count;
   };
+  static constexpr int repeated = 32;  // rows whose terms lie side by side, where q(k) is that of DoF k
 
   void require(const char* call, std::ptrdiff_t q, std::ptrdiff_t v, std::ptrdiff_t tau) const;
-  void set_torque(const T* q, const T* v, const T* tau, T* out) const;
+  void set_torque(std::ptrdiff_t rows, const T* q, const T* v, const T* tau, T* out) const;
 
   RobotModel model_;
   double h_;
   Dynamics<T> dynamics_;  // what it is made of is checked before the rest
+  int rows_of_terms_;  // `repeated`, or 1 where q is not as v
   std::vector<T> damping_, stiffness_, reference_;
   std::vector<Springs> springs_;
   T h_of_springs_;  // 0 where they are at the start

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "kalmarm/export.hpp"
+#include "kalmarm/implicit_step.hpp"
 #include "kalmarm/robot_model.hpp"
 
 namespace kalmarm {
@@ -52,6 +53,9 @@ struct LoadOptions {
   // Whoever asks adds damping and friction of the joints itself: no note says that they are ignored.
   bool adds_friction = false;
 
+  // Whoever asks takes implicit steps with LoadedRobot::terms: no note says that these are ignored.
+  bool takes_steps = false;
+
   bool operator==(const LoadOptions&) const = default;
 };
 
@@ -65,6 +69,7 @@ struct LoadedRobot {
   RobotModel model;  // DoF are named after their joints: "knee"; of several DoF "ball:x", ...
   std::vector<double> home;           // q (nq) as the file or its keyframe starts
   std::vector<double> home_velocity;  // qd (nv) of the keyframe, else zero
+  JointTerms terms;  // linear dampers, and springs of hinges and slides: for ImplicitStep
   std::vector<NamedFrame> frames;     // those with a name: the file's sites, then its bodies
   // What an engineer should know of the file, each a line: what it holds beyond M and the bias
   // ("ignored: 2 connect constraints, 7 actuators"), and inertias that no solid body has, taken as given.

@@ -51,9 +51,13 @@ std::string ignored_parts(mjSpec* spec, const LoadOptions& options) {
     things.add(name, count(spec, type));
   for (mjsElement* e : elements(spec, mjOBJ_JOINT)) {
     mjsJoint* joint = mjs_asJoint(e);
-    if (linear(joint->damping) != 0 && !options.adds_friction) forces.add("damping");
+    if (linear(joint->damping) != 0 && !options.adds_friction && !options.takes_steps)
+      forces.add("damping");
     if (joint->frictionloss != 0 && !options.adds_friction) forces.add("friction");
-    if (linear(joint->stiffness) != 0) forces.add("springs");
+    const bool single = joint->type == mjJNT_HINGE || joint->type == mjJNT_SLIDE;
+    if (linear(joint->stiffness) != 0 && !(single && options.takes_steps)) forces.add("springs");
+    if (is_nonlinear(joint->stiffness) || is_nonlinear(joint->damping))
+      forces.add("nonlinear springs or damping");
   }
   int compensated = 0;
   for (mjsElement* e : elements(spec, mjOBJ_BODY)) compensated += mjs_asBody(e)->gravcomp != 0;

@@ -7,6 +7,8 @@
 #include "algorithms/model/mass_matrix.hpp"
 #include "algorithms/model/plain.hpp"
 #include "kalmarm/dynamics.hpp"
+#include "kalmarm/implicit_step.hpp"
+#include "kalmarm/load.hpp"
 #include "robots/loader/test/temporary_file.hpp"
 #include "robots/scene/mujoco_solver.hpp"
 #include "robots/scene/scene.hpp"
@@ -194,6 +196,39 @@ TEST(InverseDynamics, AgreesWithMujoco) {
       EXPECT_LE((tau - tau_mujoco).norm(), 1e-13 * tau.norm()) << robot;
     }
   }
+}
+
+// Dampers of every DoF, springs of hinges and slides with their references; the rest is noted.
+TEST(Terms, AreThoseOfTheFile) {
+  const std::string xml = robot(
+      body("<joint type='ball' name='b' damping='.5' stiffness='9'/>",
+           body("<joint name='h' axis='0 1 0' damping='2' stiffness='300' springref='.3'/>"
+                "<joint name='s' type='slide' axis='1 0 0' stiffness='1e6'/>")));
+  const TemporaryFile file(xml, ".xml");
+  const LoadedRobot loaded = load_robot(file.path(), {.takes_steps = true});
+  using Numbers = std::vector<double>;
+  EXPECT_EQ(loaded.terms.damping, (Numbers{.5, .5, .5, 2, 0}));
+  EXPECT_EQ(loaded.terms.stiffness, (Numbers{0, 0, 0, 300, 1e6}));
+  EXPECT_EQ(loaded.terms.reference, (Numbers{0, 0, 0, .3, 0}));
+  ASSERT_EQ(loaded.notes.size(), 1);
+  EXPECT_NE(loaded.notes[0].find("ignored: springs of 1 joint"), std::string::npos)
+      << loaded.notes[0];
+  const LoadedRobot without = load_robot(file.path());
+  ASSERT_EQ(without.notes.size(), 1);
+  EXPECT_NE(without.notes[0].find("damping of 2 joints, springs of 3 joints"), std::string::npos)
+      << without.notes[0];
+  EXPECT_NO_THROW(ImplicitStep<double>(loaded.model, 0.001, loaded.terms));
+}
+
+// A URDF's <dynamics damping>.
+TEST(Terms, AreAUrdfsDamping) {
+  const std::string xml =
+      "<robot name='r'><link name='a'/><link name='b'><inertial><mass value='1'/>"
+      "<inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial></link>"
+      "<joint name='j' type='continuous'><parent link='a'/><child link='b'/>"
+      "<dynamics damping='0.7'/></joint></robot>";
+  const LoadedRobot loaded = load_robot(TemporaryFile(xml, ".urdf").path());
+  EXPECT_EQ(loaded.terms.damping, std::vector<double>{0.7});
 }
 
 // Also where actuators have armature of their own.
