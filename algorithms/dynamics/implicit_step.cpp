@@ -235,11 +235,11 @@ Outcome ImplicitStep<T>::derivatives(VectorView<const T> q, VectorView<const T> 
   return outcome;
 }
 
-#define KALMARM_IMPLICIT_STEP(T)                                                            \
-  template KALMARM_EXPORT void advance(const RobotModel&, double, VectorView<const T>,      \
-                                       VectorView<T>, VectorView<T>);                       \
-  template class ImplicitStep<T>;
-KALMARM_IMPLICIT_STEP(float)
-KALMARM_IMPLICIT_STEP(double)
+template void advance(const RobotModel&, double, VectorView<const float>, VectorView<float>,
+                      VectorView<float>);
+template void advance(const RobotModel&, double, VectorView<const double>, VectorView<double>,
+                      VectorView<double>);
+template class ImplicitStep<float>;
+template class ImplicitStep<double>;
 
 }  // namespace kalmarm
