@@ -79,10 +79,8 @@ RobotModel checked(const RobotModel& model, double h, const JointTerms& terms, S
   return with_noise(model, h, b, k);
 }
 
-}  // namespace
-
 template <class T>
-void advance(const RobotModel& model, double h, VectorView<const T> a, VectorView<T> q,
+void move(const RobotModel& model, double h, VectorView<const T> a, VectorView<T> q,
              VectorView<T> v) {
   const int nv = model.nv();
   if (a.size() != nv || v.size() != nv || q.size() != model.nq)
@@ -117,6 +115,17 @@ void advance(const RobotModel& model, double h, VectorView<const T> a, VectorVie
         break;
     }
   }
+}
+
+}  // namespace
+
+void advance(const RobotModel& model, double h, VectorView<const double> a, VectorView<double> q,
+             VectorView<double> v) {
+  move<double>(model, h, a, q, v);
+}
+void advance(const RobotModel& model, double h, VectorView<const float> a, VectorView<float> q,
+             VectorView<float> v) {
+  move<float>(model, h, a, q, v);
 }
 
 template <class T>
@@ -206,7 +215,7 @@ Outcome ImplicitStep<T>::step(VectorView<T> q, VectorView<T> v, VectorView<const
                               VectorView<T> a) {
   const Outcome outcome = acceleration(VectorView<const T>(q.data(), q.size()),
                                        VectorView<const T>(v.data(), v.size()), tau, a);
-  if (outcome) advance<T>(model_, h_, VectorView<const T>(a.data(), a.size()), q, v);
+  if (outcome) advance(model_, h_, VectorView<const T>(a.data(), a.size()), q, v);
   return outcome;
 }
 
@@ -235,10 +244,6 @@ Outcome ImplicitStep<T>::derivatives(VectorView<const T> q, VectorView<const T> 
   return outcome;
 }
 
-template void advance(const RobotModel&, double, VectorView<const float>, VectorView<float>,
-                      VectorView<float>);
-template void advance(const RobotModel&, double, VectorView<const double>, VectorView<double>,
-                      VectorView<double>);
 template class ImplicitStep<float>;
 template class ImplicitStep<double>;
 

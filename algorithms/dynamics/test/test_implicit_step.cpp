@@ -190,7 +190,7 @@ TEST(ImplicitStepsDerivatives, AreDifferences) {
       for (int k = 0; k < nv; ++k) {
         expect_column(dq, k, [&](double by, VectorX<double>& out) {
           VectorX<double> q = state.q, v = VectorX<double>::Zero(nv);
-          advance<double>(robot, 1, VectorX<double>(by * VectorX<double>::Unit(nv, k)), q, v);
+          advance(robot, 1, VectorX<double>(by * VectorX<double>::Unit(nv, k)), q, v);
           ASSERT_TRUE(step.acceleration(q, state.qd, state.tau, out));
         });
         expect_column(dv, k, [&](double by, VectorX<double>& out) {
@@ -214,12 +214,12 @@ TEST(Advance, TurnsQuaternionsByTheirAngle) {
   VectorX<double> q(7), v(6), a = VectorX<double>::Zero(6);
   q << 1, 2, 3, 2, 0, 0, 0;  // of any length
   v << 0.5, 0, 0, 0, 0, std::numbers::pi;
-  advance<double>(robot, 1, a, q, v);
+  advance(robot, 1, a, q, v);
   const double expected[] = {1.5, 2, 3, 0, 0, 0, 1};
   for (int i = 0; i < 7; ++i) EXPECT_NEAR(q[i], expected[i], 1e-15) << i;
   v.setZero();
   const VectorX<double> before = q;
-  advance<double>(robot, 1, a, q, v);
+  advance(robot, 1, a, q, v);
   EXPECT_EQ(q, before);
 }
 
@@ -263,7 +263,7 @@ TEST(ImplicitStepRefuses, WhatNoStepIs) {
   EXPECT_THROW((void)step.acceleration(q, few, v, a), std::invalid_argument);
   EXPECT_THROW((void)step.acceleration(q, v, v, few), std::invalid_argument);
   EXPECT_THROW((void)step.step(q, v, few, a), std::invalid_argument);
-  EXPECT_THROW(advance<double>(robot, 1, few, q, v), std::invalid_argument);
+  EXPECT_THROW(advance(robot, 1, few, q, v), std::invalid_argument);
 }
 
 }  // namespace

@@ -46,9 +46,10 @@ struct JointTerms {
 };
 
 // v (nv) and q (nq) of the robot after h, by (3): in place.
-template <class T>
-KALMARM_EXPORT void advance(const RobotModel& model, double h, VectorView<const T> a,
-                            VectorView<T> q, VectorView<T> v);
+KALMARM_EXPORT void advance(const RobotModel& model, double h, VectorView<const double> a,
+                            VectorView<double> q, VectorView<double> v);
+KALMARM_EXPORT void advance(const RobotModel& model, double h, VectorView<const float> a,
+                            VectorView<float> q, VectorView<float> v);
 
 template <class T>
 class KALMARM_EXPORT ImplicitStep {
