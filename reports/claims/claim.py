@@ -18,13 +18,31 @@ LOST = 0.1  # an error above follows no law any more
 RISING = 100  # in units of u: an error above is more than rounding of the answer
 
 
+class Number(NamedTuple):
+    """What a check decides by; its bounds are the same in every run. None: the run lacks it."""
+
+    what: str
+    value: float | None
+    low: float
+    high: float
+
+    @property
+    def holds(self) -> bool | None:
+        return None if self.value is None else self.low <= self.value <= self.high
+
+
 class Check(NamedTuple):
-    """One number that a claim predicts; `holds` is None where the run does not have it."""
+    """One number that a claim predicts, and the texts of the page."""
 
     what: str
     measured: str
     wanted: str
-    holds: bool | None
+    number: Number
+    timed: bool = False  # a time, which no seed changes
+
+    @property
+    def holds(self) -> bool | None:
+        return self.number.holds
 
 
 class Plot(NamedTuple):
@@ -52,30 +70,29 @@ class Claim(NamedTuple):
         return "open" if None in held or not held else "confirmed"
 
 
-def absent(what: str, wanted: str) -> Check:
-    return Check(what, ABSENT, wanted, None)
+def check(number: Number, measured: str, wanted: str, what: str = "") -> Check:
+    """Of a number that says itself what it is, unless `what` does."""
+    measured = ABSENT if number.value is None else measured
+    return Check(what or number.what, measured, wanted, number)
 
 
 def within(what: str, value: float | None, low: float, high: float, where: str = "") -> Check:
     """Whether a number lies between two; without a lower bound if that is minus infinity."""
+    measured = "" if value is None else number_text(value) + (f" ({where})" if where else "")
+    return check(Number(what, value, low, high), measured, range_text(low, high))
+
+
+def range_text(low: float, high: float) -> str:
     bounds = [number_text(bound) for bound in (low, high)]
     if math.isinf(low):
-        wanted = f"at most {bounds[1]}"
-    elif math.isinf(high):
-        wanted = f"at least {bounds[0]}"
-    else:
-        wanted = f"{bounds[0]} to {bounds[1]}"
-    if value is None:
-        return absent(what, wanted)
-    measured = number_text(value) + (f" ({where})" if where else "")
-    return Check(what, measured, wanted, low <= value <= high)
+        return f"at most {bounds[1]}"
+    return f"at least {bounds[0]}" if math.isinf(high) else f"{bounds[0]} to {bounds[1]}"
 
 
 def slope_check(what: str, fit: Fit | None, expected: float, tolerance: float) -> Check:
-    wanted = f"{expected:g} ± {tolerance:g}"
-    if fit is None:
-        return absent(what, wanted)
-    return Check(what, fit_text(fit), wanted, abs(fit.exponent - expected) <= tolerance)
+    value = None if fit is None else fit.exponent
+    number = Number(what, value, expected - tolerance, expected + tolerance)
+    return check(number, fit_text(fit), f"{expected:g} ± {tolerance:g}")
 
 
 def slope(points: list[Point], low: float = 0, high: float = math.inf, smallest: float = 0):

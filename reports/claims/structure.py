@@ -11,10 +11,14 @@ from claims.claim import (
     LOST,
     MGS,
     UD,
+    Check,
     Claim,
+    Number,
     Plot,
-    absent,
+    check,
     collect,
+    number_text,
+    range_text,
     row_of,
     rows_of,
     slope,
@@ -97,20 +101,22 @@ def scaled_condition(data: Data) -> Claim:
     ratios = defaultdict(list)
     for point in points:
         ratios[point.family].append(point.error / (point.u * point.kappa_scaled))
+    agreement = "correlation with u · scaled κ"
+    ratio = "median error / (u · scaled κ) of a family"
     checks = [
-        absent("correlation with u · scaled κ", "at least 0.95"),
-        absent("median error / (u · scaled κ) of a family", "0.01 to 2"),
-        absent("correlation with u · κ(M)", "less"),
+        within(agreement, None, 0.95, math.inf),
+        within(ratio, None, 0.01, 2),
+        _correlates_less(None, None),
     ]
     if len(ratios) >= 3:
         medians = {family: median(values) for family, values in ratios.items()}
         low, high = min(medians, key=medians.get), max(medians, key=medians.get)
         scaled, plain = (_correlation(points, name) for name in ("kappa_scaled", "kappa"))
         checks = [
-            within(checks[0].what, scaled, 0.95, math.inf),
-            within(f"{checks[1].what}: least", medians[low], 0.01, 2, low),
-            within(f"{checks[1].what}: largest", medians[high], 0.01, 2, high),
-            within(checks[2].what, plain, -math.inf, scaled),
+            within(agreement, scaled, 0.95, math.inf),
+            within(f"{ratio}: least", medians[low], 0.01, 2, low),
+            within(f"{ratio}: largest", medians[high], 0.01, 2, high),
+            _correlates_less(plain, scaled),
         ]
     return Claim(
         "C2",
@@ -120,6 +126,15 @@ def scaled_condition(data: Data) -> Claim:
         checks,
         plot,
     )
+
+
+def _correlates_less(plain: float | None, scaled: float | None) -> Check:
+    what = "correlation with u · κ(M)"
+    more = None if plain is None else plain - scaled
+    number = Number(f"{what}, less that with u · scaled κ", more, -math.inf, 0)
+    if more is None:
+        return check(number, "", "less", what)
+    return check(number, number_text(plain), range_text(-math.inf, scaled), what)
 
 
 def _correlation(points: list[Point], condition: str) -> float:

@@ -113,6 +113,13 @@ class MergeError(ValueError):
     """Why two records are not of one campaign."""
 
 
+def refuse_another(ours: dict, theirs: dict) -> None:
+    """Of two keys."""
+    for name in sorted(ours.keys() | theirs.keys()):
+        if ours.get(name) != theirs.get(name):
+            raise MergeError(f"another {name}: {theirs.get(name)}, not {ours.get(name)}")
+
+
 @dataclass
 class Campaign:
     key: dict  # what an answer depends on beside the mechanism; equal in all that is merged
@@ -126,12 +133,12 @@ class Campaign:
     def mechanisms(self) -> int:
         return sum(unit.count for unit in self.units)
 
+    def emptied(self) -> "Campaign":
+        return Campaign(self.key, summed=self.summed)
+
     def add(self, other: "Campaign") -> None:
         """Nothing is added where MergeError is raised."""
-        for name in sorted(self.key.keys() | other.key.keys()):
-            if self.key.get(name) != other.key.get(name):
-                ours, theirs = self.key.get(name), other.key.get(name)
-                raise MergeError(f"another {name}: {theirs}, not {ours}")
+        refuse_another(self.key, other.key)
         if self.summed != other.summed:
             raise MergeError(f"summed over {list(other.summed)}, not {list(self.summed)}")
         self.units = joined(self.units, other.units)

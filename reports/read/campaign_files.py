@@ -17,8 +17,7 @@ from read.campaign import (
     cut,
     joined,
 )
-from read.checks import read_json, refusing
-from read.data import DataError
+from read.checks import expect, listed, read_document, refusing
 from read.stress import U
 from read.stress_files import STATUSES
 from read.values import count, number, optional, text
@@ -34,10 +33,10 @@ GROUP = {*Cell._fields, "status", "errors"}
 
 def read(path: Path) -> Campaign:
     """A unit, or units merged; DataError if it is neither."""
-    try:
-        document = read_json(path)
-    except (OSError, UnicodeDecodeError) as error:
-        raise DataError(f"{path}: {getattr(error, 'strerror', None) or error}") from None
+    return record(path, read_document(path))
+
+
+def record(path: Path, document: dict) -> Campaign:
     with refusing(path, "a unit or a campaign"):
         return _campaign(document)
 
@@ -76,22 +75,22 @@ def _campaign(document: dict) -> Campaign:
         raise ValueError(f"format is {document.get('format')!r} {document.get('version')!r}")
     expected = {"format", "version", "key", "mechanisms", "no_truth", "groups", "worst"}
     if document["format"] == UNIT:
-        _expect(document, expected | {"unit"})
+        expect(document, expected | {"unit"})
         units, summed = [_unit(document["unit"])], ()
     else:
-        _expect(document, expected | {"units", "summed_over"})
+        expect(document, expected | {"units", "summed_over"})
         units, summed = (
-            joined([], [parse_name(name) for name in _list(document, "units")]),
+            joined([], [parse_name(name) for name in listed(document, "units")]),
             _summed(document),
         )
     key = checked_key(document["key"])
-    worst = [_worst(case) for case in _list(document, "worst")]
+    worst = [_worst(case) for case in listed(document, "worst")]
     if worst != cut(worst, key["campaign"]["worst"]):
         raise ValueError("worst is not in order, or too long")
     campaign = Campaign(key, units, _counter(document["no_truth"]), {}, worst, summed)
     if count("mechanisms", document["mechanisms"]) != campaign.mechanisms:
         raise ValueError(f"mechanisms is {campaign.mechanisms} by its units")
-    for group in _list(document, "groups"):
+    for group in listed(document, "groups"):
         cell, counts = _group(group, summed)
         if cell in campaign.groups:
             raise ValueError(f"a group stands twice: {'/'.join(map(str, cell))}")
@@ -100,28 +99,14 @@ def _campaign(document: dict) -> Campaign:
     return campaign
 
 
-def _expect(document: dict, known: set[str], also: set[str] = frozenset()) -> None:
-    """What is not known here would be lost in a merge."""
-    if unknown := sorted(document.keys() - known - also):
-        raise ValueError(f"{unknown[0]!r} is not known")
-    if missing := sorted(known - document.keys()):
-        raise ValueError(f"{missing[0]!r} is missing")
-
-
-def _list(document: dict, name: str) -> list:
-    if not isinstance(document[name], list):
-        raise ValueError(f"{name} is {document[name]!r}")
-    return document[name]
-
-
 def checked_key(key: dict) -> dict:
-    _expect(key, KEY)
+    expect(key, KEY)
     for name in KEY - {"campaign"}:
         text(key[name])
-    _expect(key["campaign"], OPTIONS)
+    expect(key["campaign"], OPTIONS)
     count("worst", key["campaign"]["worst"])
     for name in OPTIONS - {"worst"}:
-        if not all(map(text, _list(key["campaign"], name))):
+        if not all(map(text, listed(key["campaign"], name))):
             raise ValueError(f"{name} is {key['campaign'][name]!r}")
     if not re.fullmatch("[0-9a-f]{40}", key["program"]):
         raise ValueError(f"program is {key['program']!r}")
@@ -129,7 +114,7 @@ def checked_key(key: dict) -> dict:
 
 
 def _unit(unit: dict) -> Range:
-    _expect(unit, set(Range._fields))
+    expect(unit, set(Range._fields))
     return _range(unit["family"], unit["value"], unit["first"], unit["count"])
 
 
@@ -152,7 +137,7 @@ def parse_name(name: str) -> Range:
 
 
 def _summed(document: dict) -> tuple[str, ...]:
-    summed = tuple(_list(document, "summed_over"))
+    summed = tuple(listed(document, "summed_over"))
     if list(summed) != sorted(set(summed) & set(SUMMABLE)):
         raise ValueError(f"summed_over is {document['summed_over']!r}")
     return summed
@@ -165,7 +150,7 @@ def _counter(counts: dict) -> Counter[str]:
 
 
 def _group(group: dict, summed: tuple[str, ...]) -> tuple[Cell, Counts]:
-    _expect(group, GROUP - set(summed), {"beyond_claim"})
+    expect(group, GROUP - set(summed), {"beyond_claim"})
     precision, measure = group["precision"], group["measure"]
     if precision not in U or measure not in MEASURES:
         raise ValueError(f"{measure!r} in {precision!r}")
@@ -178,7 +163,7 @@ def _group(group: dict, summed: tuple[str, ...]) -> tuple[Cell, Counts]:
         measure,
         *(_power(name, group.get(name)) for name in SUMMABLE),
     )
-    _expect(group["errors"], {"silent", "warned"})
+    expect(group["errors"], {"silent", "warned"})
     counts = Counts(
         _counter(group["status"]),
         _errors(group["errors"]["silent"]),
@@ -205,7 +190,7 @@ def _power(name: str, value) -> int | None:
 
 
 def _errors(errors: dict) -> Errors:
-    _expect(errors, {"zero", "nan", "inf", "bins"})
+    expect(errors, {"zero", "nan", "inf", "bins"})
     bins = Counter()
     for name, value in errors["bins"].items():
         if (
@@ -220,7 +205,7 @@ def _errors(errors: dict) -> Errors:
 
 
 def _worst(case: dict) -> Worst:
-    _expect(case, set(Worst._fields))
+    expect(case, set(Worst._fields))
     error = float.fromhex(text(case["error"]))
     if not error >= 0 or case["precision"] not in U:
         raise ValueError(f"error is {case['error']} in {case['precision']!r}")

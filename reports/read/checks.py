@@ -40,6 +40,14 @@ def read_json(path: Path):
         raise DataError(f"{path}: not JSON: {error}") from None
 
 
+def read_document(path: Path):
+    """The same, and DataError too where there is nothing to read."""
+    try:
+        return read_json(path)
+    except (OSError, UnicodeDecodeError) as error:
+        raise DataError(f"{path}: {getattr(error, 'strerror', None) or error}") from None
+
+
 def _integer(text: str) -> int:
     if len(text) > MOST_DIGITS:
         raise ValueError(f"an integer of {len(text)} digits")
@@ -53,6 +61,20 @@ def _refuse_depth(document) -> None:
         level = [it for values in inside for it in values if isinstance(it, (dict, list))]
     if level:
         raise ValueError(f"arrays and objects are nested more than {DEEPEST} deep")
+
+
+def expect(document: dict, known: set[str], also: set[str] = frozenset()) -> None:
+    """What is not known here would be lost in a merge."""
+    if unknown := sorted(document.keys() - known - also):
+        raise ValueError(f"{unknown[0]!r} is not known")
+    if missing := sorted(known - document.keys()):
+        raise ValueError(f"{missing[0]!r} is missing")
+
+
+def listed(document: dict, name: str) -> list:
+    if not isinstance(document[name], list):
+        raise ValueError(f"{name} is {document[name]!r}")
+    return document[name]
 
 
 # A file's kind is its name up to the first dash.

@@ -9,6 +9,7 @@ from read.advice import Advice, Limits
 from read.campaign import Campaign
 from read.fits import Identification
 from read.laboratory import Laboratory
+from read.replicates import Replicates
 from read.stress import Family, Integration, Stress, Variant
 
 LONGEST = 1000  # letters of an error
@@ -218,6 +219,7 @@ class Data:
     integrations: list[Integration] = field(default_factory=list)
     finds: list[Find] = field(default_factory=list)  # of each search in order
     campaign: Campaign | None = None
+    replicates: Replicates | None = None  # of the claims
     robot_limits: list[Kept] = field(default_factory=list)  # of a campaign of many robots
     baseline: "Data | None" = None  # another run, to compare with
 

@@ -5,7 +5,16 @@ import math
 from collections import defaultdict
 from pathlib import Path
 
-from read import advice, benchmarks, campaign_files, paper, robots, search, stress_files
+from read import (
+    advice,
+    benchmarks,
+    campaign_files,
+    paper,
+    replicate_files,
+    robots,
+    search,
+    stress_files,
+)
 from read.campaign import MergeError
 from read.checks import checked_scene, read_json, refuse_repeats, refuse_unlisted, refusing
 from read.data import (
@@ -226,16 +235,20 @@ def read_limits(path: Path, data: Data) -> None:
         data.limits.append(advice.limits(document))
 
 
-def read_campaign(path: Path, data: Data) -> None:
-    """Several are one, if they are parts of one."""
-    campaign = campaign_files.read(path)
-    if data.campaign is None:
-        data.campaign = campaign
-        return
-    try:
-        data.campaign.add(campaign)
-    except MergeError as error:
-        raise DataError(f"{path}: no part of the campaign beside it: {error}") from None
+def _campaign_reader(name: str, record):
+    """A reader of what `record` makes of a file; several are one, if they are parts of one."""
+
+    def read(path: Path, data: Data) -> None:
+        part, whole = record(path), getattr(data, name)
+        if whole is None:
+            setattr(data, name, part)
+            return
+        try:
+            whole.add(part)
+        except MergeError as error:
+            raise DataError(f"{path}: no part of the campaign beside it: {error}") from None
+
+    return read
 
 
 READERS = {
@@ -256,7 +269,8 @@ READERS = {
     "stress": read_stress,
     "families": read_families,
     "adversary": _csv_reader("finds", search.COLUMNS, search.find),
-    "campaign": read_campaign,
+    "campaign": _campaign_reader("campaign", campaign_files.read),
+    "claims": _campaign_reader("replicates", replicate_files.read),
     "robots": _csv_reader("robot_limits", robots.COLUMNS, robots.kept),
     "integration": _csv_reader("integrations", INTEGRATION_COLUMNS, _integration),
 }
@@ -310,5 +324,6 @@ def _records(data: Data) -> tuple:
         data.integrations,
         data.finds,
         [data.campaign] if data.campaign else [],
+        [data.replicates] if data.replicates else [],
         data.robot_limits,
     )

@@ -7,11 +7,13 @@ from claims import CLAIMS
 from claims.claim import Claim
 from page.section import Figure, Section, Table
 from read.data import Data
-from sections import claim_charts
+from read.replicates import Replicates
+from sections import claim_charts, claim_replicates
 
 
 def section(data: Data) -> Section | None:
-    if not len(data.stress) and not data.integrations:
+    replicates = data.replicates
+    if not (len(data.stress) or data.integrations or replicates):
         return None
     claims = [decide(data) for decide in CLAIMS]
     rows = [row for claim in claims for row in claim.plot.rows]
@@ -29,17 +31,24 @@ def section(data: Data) -> Section | None:
             "Cholesky Batch<EigenLLT>, MGS Sequential<ArrayMGS>. u is the unit roundoff, κ the "
             "condition number of M, and kS the structured one: how much the answer changes with "
             "relative changes of the robot’s parameters. η is the error over u kS.",
+            *([claim_replicates.paragraph(replicates)] if replicates else []),
         ],
         variants=style.variants,
         precisions=style.precisions,
-        figures=[figure for claim in claims if (figure := _figure(claim, style))],
-        tables=[_verdicts(claims), _numbers(claims)],
+        figures=[figure for claim in claims if (figure := _figure(claim, style, replicates))],
+        tables=[
+            _verdicts(claims),
+            _numbers(claims),
+            *(claim_replicates.tables(replicates) if replicates else []),
+        ],
     )
 
 
-def _figure(claim: Claim, style: Style) -> Figure | None:
+def _figure(claim: Claim, style: Style, replicates: Replicates | None) -> Figure | None:
     title = f"{claim.id} {claim.title}"
-    return claim_charts.figure(claim.plot, title, style, [_verdict(claim), claim.sentence])
+    notes = [_verdict(claim), claim.sentence]
+    notes += claim_replicates.notes(replicates, claim.id) if replicates else []
+    return claim_charts.figure(claim.plot, title, style, notes)
 
 
 def _verdict(claim: Claim) -> Markup:

@@ -1,10 +1,13 @@
 """Each claim's rule: on data that confirm it, that refute it, and that lack what it needs."""
 
+from fnmatch import fnmatchcase
+
 import pytest
 
 import fake_stress
 from claims import CLAIMS
-from claims.claim import Check, Claim, Plot
+from claims.claim import Claim, Plot, within
+from claims.needed import VARIANTS
 from read.data import Data, Time
 from read.readers import load
 from read.stress import U
@@ -70,7 +73,8 @@ def setting(values, **wanted):
 
 def test_a_claim_is_refuted_by_one_check_and_open_by_one_absence():
     def claim(*held) -> str:
-        checks = [Check("", "", "", holds) for holds in held]
+        values = {True: 0.5, False: 2.0, None: None}
+        checks = [within("", values[holds], 0, 1) for holds in held]
         return Claim("", "", "", checks, Plot("", "", [])).verdict
 
     assert claim(True, True) == "confirmed"
@@ -231,6 +235,26 @@ def test_an_answer_that_refinement_spoils_refutes(changed):
     claim = NAMES["C8"](changed(spoil))
     assert claim.verdict == "refuted"
     assert claim.checks[1].measured.startswith("4 of ")  # two tasks, two precisions
+
+
+def test_the_numbers_follow_from_the_variants_that_are_said_to_be_needed(confirming, changed):
+    needed = changed(
+        lambda row: row if any(fnmatchcase(row["variant"], name) for name in VARIANTS) else None
+    )
+    for decide in CLAIMS:
+        numbers, all_ = ([it.number for it in decide(data).checks] for data in (needed, confirming))
+        assert numbers == all_
+
+
+UNREFINED = ("FactoredBias<ArrayGivens>", "WideRefined<*")  # of made-up variants
+
+
+@pytest.mark.parametrize("left_out", [name for name in VARIANTS if name not in UNREFINED])
+def test_none_of_them_is_needed_for_nothing(confirming, changed, left_out):
+    fewer = changed(lambda row: None if fnmatchcase(row["variant"], left_out) else row)
+    assert [decide(fewer).checks for decide in CLAIMS] != [
+        decide(confirming).checks for decide in CLAIMS
+    ]
 
 
 MISSING = [

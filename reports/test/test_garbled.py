@@ -12,12 +12,14 @@ import pytest
 
 import fake_advice
 import fake_campaign
+import fake_claims
 import fake_fits
 import fake_questions
 import fake_stress
 from read.campaign import Worst
 from read.data import DataError, Error
 from read.readers import COLUMNS, READERS, SAMPLE_COLUMNS, load
+from read.replicates import Numbers
 from read.robots import COLUMNS as ROBOT_COLUMNS
 from read.search import COLUMNS as SEARCH_COLUMNS
 from read.stress import Integration, Stress
@@ -65,6 +67,7 @@ DOCUMENTS = {
     "limits": shortened(fake_advice.limits("panda:7")),
     "families": shortened(fake_stress.described()),
     "campaign": fake_campaign.unit("wild", 1.0, 1, 2),
+    "claims": fake_claims.record(1, 2),
 }
 BESIDE = {"families": "paper"}  # nothing to draw is in the one alone
 
@@ -132,7 +135,7 @@ def refused(take, kind: str, content: bytes, drawn: bool = True) -> bool:
 
 def expect_finite(value):
     """But for errors, which may be no numbers, and what the page repeats as it stands."""
-    if isinstance(value, (Error, Integration, Worst)):
+    if isinstance(value, (Error, Integration, Numbers, Worst)):
         return
     if isinstance(value, Stress):
         for name in ("value", "n", "seed"):

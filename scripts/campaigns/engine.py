@@ -4,6 +4,7 @@ import hashlib
 import os
 import shutil
 import subprocess
+import sys
 import threading
 from collections import deque
 from pathlib import Path
@@ -27,8 +28,9 @@ class Engine:
         # Names the jobs of this folder, whichever run has submitted them.
         self.jobs = "kalmarm-" + hashlib.sha1(os.fsencode(folder)).hexdigest()[:12]
         self.base = [snakemake, "--snakefile", HERE / "Snakefile", "--directory", folder]
+        self.base += ["--config", f"worker={worker}", f"python={sys.executable}"]
         self.command = [*self.base, "--profile", profile_folder(profile), *DECIDED]
-        self.command += [f"--slurm-jobname-prefix={self.jobs}", f"--config=worker={worker}"]
+        self.command += [f"--slurm-jobname-prefix={self.jobs}"]
         self.said: deque[str] = deque(maxlen=KEPT)
         self.process: subprocess.Popen | None = None
 

@@ -23,7 +23,9 @@ from read.stress import U
 from read.values import count, number, optional
 from wild import whole
 
-NAME, WORKER, HELP = "adversary", "adversary", "searches for the worst that exchange what they find"
+NAME, HELP = "adversary", "searches for the worst that exchange what they find"
+PROGRAMS = ("adversary",)  # the worker first
+made_by = sha1
 RESULT = "adversary-islands.csv"
 VARIANTS = ("Fast<Conventional>", "Fast<SquareRoot>", "Fast<Certified>")
 ANEW = 4  # one island in so many
@@ -97,7 +99,7 @@ def made(options: argparse.Namespace, worker: Path) -> Plan:
         ]
         needs[island.name] = needed
     return Plan(
-        sha1(worker), own, jobs, "--out", key=_key(worker, islands(own)[0], own), needs=needs
+        made_by(worker), own, jobs, "--out", key=_key(worker, islands(own)[0], own), needs=needs
     )
 
 

@@ -15,12 +15,13 @@ FORMAT = {"format": "kalmarm plan", "version": 1}
 
 @dataclass(frozen=True)
 class Plan:
-    program: str  # SHA-1 of the worker's file
+    program: str  # SHA-1 of what measures, which is the worker's file
     asked: dict  # what a later start must ask for again
     jobs: dict[str, list[str]]  # the worker's options, by the name of the file that it writes
     out: str  # the option that names this file
     rows: bool = False  # whether all rows are kept too
     key: dict | None = None  # of every file, by the worker's own account
+    script: str = ""  # beside this file, which runs the worker and writes what it finds
     needs: dict[str, list[str]] = field(default_factory=dict)  # jobs that are done before another
 
     def write(self, path: Path) -> None:
@@ -37,7 +38,8 @@ class Plan:
                 raise ValueError("something is missing")
             if set(sum(plan.needs.values(), [])) - plan.jobs.keys():
                 raise ValueError("a job needs one that is not there")
-            for words in (plan.program, plan.out, *plan.jobs, *sum(plan.jobs.values(), [])):
+            given = sum(plan.jobs.values(), [])
+            for words in (plan.program, plan.out, plan.script, *plan.jobs, *given):
                 text(words)
             return plan
 

@@ -13,11 +13,9 @@ from read.data import DataError
 from read.robots import COLUMNS
 from read.values import number
 
-NAME, WORKER, HELP = (
-    "robots",
-    "limits",
-    "robots' files, each loaded and changed until digits are lost",
-)
+NAME, HELP = "robots", "robots' files, each loaded and changed until digits are lost"
+PROGRAMS = ("limits",)  # the worker first
+made_by = sha1
 RESULT = "robots-campaign.csv"
 
 
@@ -53,7 +51,7 @@ def made(options: argparse.Namespace, worker: Path) -> Plan:
     own = asked(options)
     more = [f"--effort={options.effort}", *options.read]
     jobs = {name: [file, *more] for name, (file, _) in own["files"].items()}
-    return Plan(sha1(worker), own, jobs, "--json")
+    return Plan(made_by(worker), own, jobs, "--json")
 
 
 class Judged(Found):

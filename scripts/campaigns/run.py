@@ -18,17 +18,18 @@ ROOT = Path(__file__).parents[2]
 sys.path[1:1] = [str(ROOT / "scripts"), str(ROOT / "reports")]
 import islands  # noqa: E402
 import merge  # noqa: E402
+import replicates  # noqa: E402
 import robots  # noqa: E402
 import wild  # noqa: E402
 from clock import clock  # noqa: E402
 from engine import Engine, profile_folder  # noqa: E402
 from found import Found  # noqa: E402
 from page.output import write  # noqa: E402
-from plan import Plan, last_line, sha1  # noqa: E402
+from plan import Plan, last_line  # noqa: E402
 from read.checks import refusing  # noqa: E402
 from read.data import DataError  # noqa: E402
 
-KINDS = {kind.NAME: kind for kind in (wild, islands, robots)}
+KINDS = {kind.NAME: kind for kind in (wild, islands, robots, replicates)}
 LOOKED = 0.3  # s between looks at what is finished
 
 
@@ -42,7 +43,7 @@ def planned(kind, options: argparse.Namespace, worker: Path) -> Plan:
     plan = Plan.read(path)
     if plan.asked != kind.asked(options):
         raise DataError(f"{path}: of other options than these; give --out another folder")
-    if plan.program != sha1(worker):
+    if plan.program != kind.made_by(worker):
         raise DataError(f"{path}: of another program than {worker}; give --out another folder")
     return plan
 
@@ -61,7 +62,7 @@ def alone(folder: Path):
 def measure(options: argparse.Namespace) -> int:
     began = time.monotonic()
     kind = KINDS[options.campaign]
-    worker = program(kind.WORKER)
+    worker = programs(kind.PROGRAMS)[0]
     engine = Engine(options.engine, options.profile, options.out, worker)
     options.out.mkdir(parents=True, exist_ok=True)
     with alone(options.out):
@@ -119,18 +120,19 @@ def failure(engine: Engine, found: Found) -> str:
     return f"Snakemake: {(said or engine.said or ['it said nothing'])[-1]}; {end}"
 
 
-def program(name: str) -> Path:
-    """The worker; built where no folder of programs is given."""
+def programs(names: tuple[str, ...]) -> list[Path]:
+    """Built where no folder of programs is given."""
     folder = os.environ.get("KALMARM_BIN")
     if not folder:
-        build = [ROOT / "scripts" / "build", name]
+        build = [ROOT / "scripts" / "build", *names]
         if subprocess.run(build, check=False, stdout=subprocess.DEVNULL).returncode:
-            raise DataError(f"scripts/build {name} failed")
+            raise DataError(f"scripts/build {' '.join(names)} failed")
         folder = ROOT / "build" / "bin"
-    worker = Path(folder).resolve() / name
-    if not os.access(worker, os.X_OK):
-        raise DataError(f"{worker}: no such program")
-    return worker
+    found = [Path(folder).resolve() / name for name in names]
+    for file in found:
+        if not os.access(file, os.X_OK):
+            raise DataError(f"{file}: no such program")
+    return found
 
 
 class Parser(argparse.ArgumentParser):

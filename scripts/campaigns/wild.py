@@ -14,7 +14,9 @@ from read.campaign_files import checked_key, parse_name, read, written
 from read.data import DataError
 from read.values import MOST, number
 
-NAME, WORKER, HELP = "wild", "stress", "mechanisms drawn at random, of one family or several"
+NAME, HELP = "wild", "mechanisms drawn at random, of one family or several"
+PROGRAMS = ("stress",)  # the worker first
+made_by = sha1
 RESULT = "campaign-wild.json"
 VARIANTS = (
     "Fast<Conventional>",
@@ -91,7 +93,7 @@ def made(options: argparse.Namespace, worker: Path) -> Plan:
         most = options.count or max(1, min(within, math.ceil(options.mechanisms / FEWEST)))
         for unit in divided(some._replace(count=options.mechanisms), most):
             jobs[unit.name.replace("/", "_")] = [f"--unit={unit.name}", *given]
-    return Plan(sha1(worker), asked(options), jobs, "--out", options.rows, key)
+    return Plan(made_by(worker), asked(options), jobs, "--out", options.rows, key)
 
 
 def divided(everything: Range, most: int) -> list[Range]:

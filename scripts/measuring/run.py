@@ -157,6 +157,7 @@ def run(options: argparse.Namespace) -> int:
         files = [unit.data for unit in units if unit.has_data]
         campaigns = [*(out / "campaigns").glob("*/campaign-*.json")]  # by scripts/campaign
         campaigns += (out / "campaigns").glob("*/adversary-*.csv")
+        campaigns += (out / "campaigns").glob("*/claims-*.json")
         campaigns += (out / "campaigns").glob("*/robots-*.csv")
         drawn = bool(files) and draw(root, out, files + sorted(campaigns))
 

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 import fake_campaign as units
-from merge import merged
+import fake_claims
+from merge import merged, read, written
 from read.campaign import Campaign, Range, joined
-from read.campaign_files import read, written
 from read.data import DataError
 
 SPLITS = ((1, 40), (41, 25), (66, 60), (126, 5), (131, 70))
@@ -30,6 +30,11 @@ def parts() -> list[dict]:
     return own + [units.unit("heavy_tip", 1e10, 1, 50), units.unit("wild", 2.5, 7, 30)]
 
 
+@pytest.fixture(scope="module")
+def replicates() -> list[dict]:
+    return [fake_claims.record(first, count) for first, count in SPLITS]
+
+
 def nested(files: list[Path], dice: random.Random, save) -> Path:
     """Merged in groups of random sizes and order, and these again, until one file is left."""
     while len(files) > 1:
@@ -41,22 +46,24 @@ def nested(files: list[Path], dice: random.Random, save) -> Path:
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_order_and_nesting_of_merges_leave_no_trace(save, parts, seed):
-    files = [save(part) for part in parts]
+@pytest.mark.parametrize("kind", ["parts", "replicates"])
+def test_order_and_nesting_of_merges_leave_no_trace(save, request, kind, seed):
+    files = [save(part) for part in request.getfixturevalue(kind)]
     at_once = written(merged(files))
     assert written(read(nested(files, random.Random(seed), save))) == at_once
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_how_mechanisms_are_divided_leaves_no_trace(save, seed):
+@pytest.mark.parametrize(
+    "unit", [lambda *of: units.unit("wild", 1.0, *of), fake_claims.record], ids=["wild", "claims"]
+)
+def test_how_mechanisms_and_replicates_are_divided_leaves_no_trace(save, unit, seed):
     dice = random.Random(seed)
     ends = sorted(dice.sample(range(2, 200), 6))
     bounds = [1, *ends, 200]
-    files = [
-        save(units.unit("wild", 1.0, first, end - first)) for first, end in zip(bounds, bounds[1:])
-    ]
+    files = [save(unit(first, end - first)) for first, end in zip(bounds, bounds[1:])]
     dice.shuffle(files)
-    whole = save(units.unit("wild", 1.0, 1, 199))
+    whole = save(unit(1, 199))
     assert written(merged(files)) == written(merged([whole]))
 
 
@@ -250,3 +257,71 @@ def test_what_is_refused_adds_nothing(save, parts):
         with pytest.raises(ValueError):
             campaign.add(read(save(other)))
     assert written(campaign) == before
+
+
+def test_merged_replicates_are_as_if_counted_at_once(save, replicates):
+    """Counts and sorted numbers, worked out apart from what merges."""
+    assert json.loads(written(merged(map(save, replicates)))) == fake_claims.record(1, 200)
+
+
+@pytest.mark.parametrize("first, count", [(1, 40), (40, 5), (10, 1), (1, 100)])
+def test_replicates_that_would_count_twice_are_refused(save, replicates, first, count):
+    again = save(fake_claims.record(first, count))
+    with pytest.raises(DataError, match=f"replicate {first} is there already"):
+        merged([save(replicates[0]), again])
+
+
+@pytest.mark.parametrize("name", list(fake_claims.KEY))
+def test_replicates_of_another_key_are_refused_and_the_difference_named(save, replicates, name):
+    other = copy.deepcopy(replicates[1])
+    other["key"][name] = [] if name == "variants" else "3" * 40
+    with pytest.raises(DataError, match=f"not to be merged with .*: another {name}: "):
+        merged([save(replicates[0]), save(other)])
+
+
+def test_replicates_of_other_checks_are_refused(save, replicates):
+    other = changed(replicates[1], "claims.1.checks.0.low", 0.9)
+    for check in other["claims"][1]["checks"][:1]:
+        values = [fake_claims.value("correlation", r) for r in range(41, 66)]
+        check |= fake_claims.check(dict(enumerate(values, 41)), "correlation", 0.9, None)
+    with pytest.raises(DataError, match="other checks of C2"):
+        merged([save(replicates[0]), save(other)])
+    fewer = changed(replicates[1], "claims.1", None)
+    with pytest.raises(DataError, match="1 claims, not 2"):
+        merged([save(replicates[0]), save(fewer)])
+
+
+def test_campaigns_of_two_kinds_are_not_merged(save, parts, replicates):
+    with pytest.raises(DataError, match="a campaign of another kind"):
+        merged([save(parts[0]), save(replicates[0])])
+
+
+@pytest.mark.parametrize(
+    "path, value, message",
+    [
+        ("key.sources", None, "'sources' is missing"),
+        ("key.stress", "0", "stress is '0'"),
+        ("key.variants", "all", "variants is 'all'"),
+        ("version", 2, "format is 'kalmarm claims' 2"),
+        ("replicates", [], "it has no replicate"),
+        ("replicates", ["1+40", "40+2"], "replicate 40 stands twice"),
+        ("replicates.0", "0+40", "replicates '0.40' are not FIRST.COUNT"),
+        ("replicates.0", "1+10001", "are not FIRST.COUNT"),
+        ("replicates.0", "1+41", "40 verdicts of 41"),
+        ("timings", [], "'timings' is not known"),
+        ("claims.0.confirmed", -1, "confirmed is -1"),
+        ("claims.1.id", "C1", "C1 stands twice"),
+        ("claims.0.checks.0.holds", 40, "C1, exponent: holds is 40"),
+        ("claims.0.checks.0.low", "none", "low is 'none'"),
+        ("claims.0.checks.0.measured.0", [0.1, 41], "a replicate that is not there, or twice"),
+        ("claims.0.checks.0.measured.0", [0.1, 2], "a replicate that is not there, or twice"),
+        ("claims.0.checks.0.measured.0", ["much", 1], "measured is 'much'"),
+        ("claims.0.checks.0.measured.0", [0.1], "not enough values"),
+    ],
+)
+def test_what_is_no_campaign_of_claims_is_refused_with_the_value(
+    save, replicates, path, value, message
+):
+    file = save(changed(replicates[0], path, value))
+    with pytest.raises(DataError, match=f"^{file}: not a campaign of claims: .*{message}"):
+        merged([file])
