@@ -175,6 +175,18 @@ def test_a_finished_unit_is_not_taken_unseen(whole, run, tmp_path, change, why):
 
 
 @needs_engine
+def test_the_plan_says_which_units_are_of_another_key(whole, run, tmp_path):
+    """Not the unit that is taken first."""
+    out = tmp_path / "out"
+    subprocess.run(["cp", "-r", whole, out], check=True)
+    file = out / "units" / "replicates-1+2.json"
+    unit = running.document(file)
+    unit["key"]["blas"] = "another"
+    running.write(file, unit)
+    expect_refusal(run(out), "replicates-1[+]2.refused: set aside: another blas: another, not none")
+
+
+@needs_engine
 def test_a_unit_of_other_replicates_under_this_ones_name_is_set_aside(whole, run, tmp_path):
     out = tmp_path / "out"
     subprocess.run(["cp", "-r", whole, out], check=True)
