@@ -10,6 +10,8 @@
 // A body that cannot absorb (massless, a point, or light beside what passes through it) hands
 // S = w w' on, of which the traces are known, and then the share of link k in N is
 //   h / D,  h = H S H';   S+ <= 2 (S + h g g'),  S(parent) += phi S+ phi'                  (3)
+// where S has of its own what its children's forces lost as moments when they were moved to it, their
+// lever times the force: p x f may cancel.
 // Euclid's norm is the larger by at most the root of the trace:
 //   |x|^2 <= T |x|_M^2,  T = trace M^-1 = sum over k of v(k),  v(k) = 1/D + g' Omega(parent) g
 //   Omega(k) <= 2 (phi' Omega(parent) phi + H' H v(k)),  Omega(k) <= M(k)^-1,  v(k) <= 1/r(k)  (4)
@@ -204,16 +206,18 @@ T ForceNoise<T>::charge(const LoweredModel<S>& model, const Factors& factors, in
   const S unit = rounding_unit<S>();
   const T own = absorbed(w, z) + (w.moment * sum.turning + w.force * sum.moving);
   const T two = T(S(2));
-  sum.turning += squares(z.x, z.y, z.z);
-  sum.moving += squares(z.u, z.v, z.w);
+  const T moving = squares(z.u, z.v, z.w);
+  sum.turning += squares(z.x, z.y, z.z) + T(w.reach) * moving;
+  sum.moving += moving;
   const T h = link.slides ? sum.moving : sum.turning;
   const T share = min(own, little) + zero_where_less(own, little, T(unit * at.inverse_D * h));
   if (link.parent < 0) return share;
   const Traces g = sizes(link, at.g);
-  const T turning = two * (sum.turning + h * g.turning), moving = two * (sum.moving + h * g.moving);
+  const Traces plus = {two * (sum.turning + h * g.turning), two * (sum.moving + h * g.moving)};
   Traces& to = pending_[link.parent];
-  to.turning += zero_where_less(own, little, T(two * turning + reach(model, factors, k) * moving));
-  to.moving += zero_where_less(own, little, moving);
+  to.turning += zero_where_less(
+      own, little, T(two * plus.turning + reach(model, factors, k) * plus.moving));
+  to.moving += zero_where_less(own, little, plus.moving);
   return share;
 }
 
