@@ -1,13 +1,15 @@
 // bench_step: time of an implicit step (kalmarm/implicit_step.hpp) against forward dynamics of the same
 // robot, one state and rows of 1024 on one core, and against mj_step of MuJoCo without contacts.
 //
-// Every hinge and slide has a spring of 1e5 N m/rad and a damper of 10 N m s/rad, and h is 2 ms.
+// Every hinge and slide has a spring of 1e5 N m/rad and a damper of 10 N m s/rad, and h is 2 ms;
+// --damp-all: the DoF of ball and free joints have dampers too.
 // Names are task/variant/scene/precision; tasks: acceleration and acceleration_batch (no terms), step and
 // step_batch, mj_step, and mj_forward, which is what mj_step does before it integrates. Everything is
 // verified before it is timed: M^ a against M a0 - B v - K (q + h v), with M and the a0 of forward dynamics
 // from case.hpp.
 #include <benchmark/benchmark.h>
 
+#include <CLI/CLI.hpp>
 #include <limits>
 #include <memory>
 #include <string>
@@ -24,17 +26,17 @@ namespace kalmarm {
 namespace {
 
 constexpr const char* timed_call =
-    "From q, qd and tau to the acceleration of the step or of forward dynamics; of mj_step to the next "
+    "From q, qd and tau to the acceleration of the step or of forward dynamics; of mj_step to the "
+    "next "
     "state. Memory is taken before. Each call takes the next of a pool of random states.";
 
 constexpr double h = 0.002, stiffness = 1e5, damping = 10;
 
-JointTerms terms_of(const RobotModel& robot) {
+JointTerms terms_of(const RobotModel& robot, bool damps_all) {
   JointTerms out;
   for (const LinkParameters& link : robot.links) {
-    const bool single =
-        link.coordinate == Coordinate::angle || link.coordinate == Coordinate::distance;
-    out.damping.push_back(single ? damping : 0);
+    const bool single = takes_spring(link);
+    out.damping.push_back(single || damps_all ? damping : 0);
     out.stiffness.push_back(single ? stiffness : 0);
   }
   return out;
@@ -47,8 +49,8 @@ struct Steps {
   JointTerms terms;
   std::vector<VectorX<double>> at_end, at_start;  // a by where springs are
 
-  Steps(const Scene& scene, std::uint64_t seed)
-      : base(scene, seed), robot(plain(scene.model)), terms(terms_of(robot)) {
+  Steps(const Scene& scene, std::uint64_t seed, bool damps_all)
+      : base(scene, seed), robot(plain(scene.model)), terms(terms_of(robot, damps_all)) {
     const int nv = robot.nv();
     for (int i = 0; i < base.verified(); ++i) {
       const State& state = base.states[i];
@@ -59,8 +61,7 @@ struct Steps {
           const double b = terms.damping[k], s = terms.stiffness[k];
           M(k, k) += h * (b + h_of_springs * s);
           right[k] -= b * state.qd[k];
-          if (s > 0)
-            right[k] -= s * (state.q[robot.links[k].q_index] + h_of_springs * state.qd[k]);
+          if (s > 0) right[k] -= s * (state.q[robot.links[k].q_index] + h_of_springs * state.qd[k]);
         }
         return VectorX<double>(M.ldlt().solve(right));
       };
@@ -178,9 +179,9 @@ void add_mujoco(const Shared<Steps>& steps) {
       });
 }
 
-void add_scenes(const std::vector<Scene>& scenes, std::uint64_t seed) {
+void add_scenes(const std::vector<Scene>& scenes, std::uint64_t seed, bool damps_all) {
   for (const Scene& scene : scenes) {
-    const auto steps = std::make_shared<const Steps>(scene, seed);
+    const auto steps = std::make_shared<const Steps>(scene, seed, damps_all);
     add_fast<double>(steps);
     add_fast<float>(steps);
     add_mujoco(steps);
@@ -192,6 +193,15 @@ void add_scenes(const std::vector<Scene>& scenes, std::uint64_t seed) {
 
 int main(int argc, char** argv) {
   using namespace kalmarm;
-  return Driver{"bench_step", "Time of implicit steps with springs and dampers.", timed_call}.run(
-      argc, argv, add_scenes);
+  bool damps_all = false;
+  Driver driver{"bench_step", "Time of implicit steps with springs and dampers.", timed_call,
+                "[--damp-all] "};
+  return driver.run(
+      argc, argv,
+      [&](const std::vector<Scene>& scenes, std::uint64_t seed) {
+        add_scenes(scenes, seed, damps_all);
+      },
+      [&](CLI::App& app) {
+        app.add_flag("--damp-all", damps_all, "dampers of ball and free joints too");
+      });
 }

@@ -31,10 +31,6 @@ std::vector<double> numbers(const RobotModel& model, const char* what,
   return given;
 }
 
-bool may_have_a_spring(const LinkParameters& link) {
-  return link.coordinate == Coordinate::angle || link.coordinate == Coordinate::distance;
-}
-
 // In T, once they are checked, of so many rows.
 template <class T>
 std::vector<T> held(const RobotModel& model, const std::vector<double>& given, int rows) {
@@ -48,15 +44,14 @@ std::vector<T> held(const RobotModel& model, const std::vector<double>& given, i
 // Whether entry k of q is that of DoF k.
 bool is_as_velocity(const RobotModel& model) {
   for (int k = 0; k < model.nv(); ++k)
-    if (!may_have_a_spring(model.links[k]) || model.links[k].q_index != k) return false;
+    if (!takes_spring(model.links[k]) || model.links[k].q_index != k) return false;
   return true;
 }
 
 // With r of (2) in the place of armature.
 RobotModel with_noise(RobotModel model, double h, const std::vector<double>& b,
                       const std::vector<double>& k) {
-  for (int dof = 0; dof < model.nv(); ++dof)
-    model.links[dof].armature += h * (b[dof] + h * k[dof]);
+  for (int dof = 0; dof < model.nv(); ++dof) model.links[dof].armature += h * (b[dof] + h * k[dof]);
   return model;
 }
 
@@ -64,16 +59,18 @@ template <class T>
 RobotModel checked(const RobotModel& model, double h, const JointTerms& terms, Scheme scheme,
                    const DynamicsOptions& options) {
   if (static_cast<int>(model.names.size()) != model.nv())
-    refuse(std::to_string(model.names.size()) + " names for " + std::to_string(model.nv()) + " DoF");
+    refuse(std::to_string(model.names.size()) + " names for " + std::to_string(model.nv()) +
+           " DoF");
   if (!(h >= 0 && std::isfinite(h))) refuse("h = " + short_text("%g", h));
   if (!options.question.dofs.empty() || !options.question.locked.empty())
     refuse("of a question that leaves joints out");
+  if (options.question.at_rest) refuse("of a question at rest");
   const double any = -static_cast<double>(std::numeric_limits<T>::max());
   const auto b = numbers<T>(model, "damping", terms.damping, 0);
   auto k = numbers<T>(model, "stiffness", terms.stiffness, 0);
   numbers<T>(model, "reference", terms.reference, any);
   for (int dof = 0; dof < model.nv(); ++dof)
-    if (k[dof] > 0 && !may_have_a_spring(model.links[dof]))
+    if (k[dof] > 0 && !takes_spring(model.links[dof]))
       refuse("DoF '" + model.names[dof] + "': a spring about a ball or a free joint");
   if (scheme == Scheme::springs_at_start) std::ranges::fill(k, 0);
   return with_noise(model, h, b, k);
@@ -81,7 +78,7 @@ RobotModel checked(const RobotModel& model, double h, const JointTerms& terms, S
 
 template <class T>
 void move(const RobotModel& model, double h, VectorView<const T> a, VectorView<T> q,
-             VectorView<T> v) {
+          VectorView<T> v) {
   const int nv = model.nv();
   if (a.size() != nv || v.size() != nv || q.size() != model.nq)
     refuse("advance: q, v and a of " + std::to_string(q.size()) + ", " + std::to_string(v.size()) +
@@ -102,11 +99,12 @@ void move(const RobotModel& model, double h, VectorView<const T> a, VectorView<T
         for (int i = 0; i < 3; ++i) at[i] += step * rate[i];
         break;
       case Coordinate::quaternion: {
-        const Vector3<double> half = Eigen::Map<const Vector3<T>>(rate).template cast<double>() * (h / 2);
+        const Vector3<double> half =
+            Eigen::Map<const Vector3<T>>(rate).template cast<double>() * (h / 2);
         const double angle = half.norm(), s = angle > 0 ? std::sin(angle) / angle : 1;
         Eigen::Quaternion<double> turned(at[0], at[1], at[2], at[3]);
-        turned = turned * Eigen::Quaternion<double>(std::cos(angle), s * half[0], s * half[1],
-                                                    s * half[2]);
+        turned = turned *
+                 Eigen::Quaternion<double>(std::cos(angle), s * half[0], s * half[1], s * half[2]);
         turned.normalize();
         at[0] = T(turned.w()), at[1] = T(turned.x()), at[2] = T(turned.y()), at[3] = T(turned.z());
         break;
@@ -203,7 +201,8 @@ int ImplicitStep<T>::acceleration(RowsView<const T> q, RowsView<const T> v, Rows
   const std::ptrdiff_t nv = model_.nv(), nq = model_.nq;
   if (!q.fits(count, nq) || !v.fits(count, nv) || !tau.fits(count, nv))
     refuse("acceleration: rows of q, v and tau are " + q.shape() + ", " + v.shape() + " and " +
-           tau.shape() + ", needed " + detail::shape(count, nq) + " and " + detail::shape(count, nv));
+           tau.shape() + ", needed " + detail::shape(count, nq) + " and " +
+           detail::shape(count, nv));
   if (static_cast<std::ptrdiff_t>(rows_.size()) < count * nv) rows_.resize(count * nv);
   set_torque(count, q.data(), v.data(), tau.data(), rows_.data());
   return dynamics_.forward_dynamics(q, v, RowsView<const T>(rows_.data(), count, nv), a, outcomes,

@@ -67,7 +67,7 @@ class MujocoModel {
   const std::vector<std::string>& notes() const { return notes_; }  // of load(), each a line
   const Keyframe& home() const { return home_; }  // as the file or its keyframe starts
   Model<double> lower() const;
-  JointTerms terms() const;  // as LoadedRobot has them
+  JointTerms terms() const;                    // as LoadedRobot has them
   std::vector<LinkFrame> body_frames() const;  // of MuJoCo's bodies, in its order
 
  private:

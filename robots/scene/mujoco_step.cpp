@@ -12,8 +12,7 @@ MujocoStep::MujocoStep(const MujocoModel& model, double h, const JointTerms& ter
   m->opt.timestep = h;
   m->opt.integrator = integrator;
   // Springs at the start of a step give accelerations above 1e10, at which MuJoCo starts anew.
-  m->opt.disableflags |=
-      mjDSBL_CONTACT | mjDSBL_CONSTRAINT | mjDSBL_ACTUATION | mjDSBL_AUTORESET;
+  m->opt.disableflags |= mjDSBL_CONTACT | mjDSBL_CONSTRAINT | mjDSBL_ACTUATION | mjDSBL_AUTORESET;
   m->opt.density = m->opt.viscosity = 0;
   std::fill_n(m->body_gravcomp, m->nbody, 0.0);
   std::fill_n(m->tendon_stiffness, m->ntendon, 0.0);

@@ -13,7 +13,8 @@
 namespace kalmarm::adversary {
 namespace {
 
-const std::string folder = KALMARM_FOUND_DIR, certified = "Fast<Certified>";
+const std::string folder = KALMARM_FOUND_DIR, certified = "Fast<Certified>",
+                  conventional = "Fast<Conventional>";
 
 struct Found {
   Case asked;
@@ -77,8 +78,10 @@ TEST(AdversaryFound, NoVariantErrsInSilenceByMoreThanItDid) {
     const Verdict verdict = look(found, found.asked.variant);
     if (!verdict.silent()) continue;
     ASSERT_TRUE(verdict.known);
+    const double promised = promise(found.asked.precision);
+    const bool mended = found.asked.variant == certified || found.asked.variant == conventional;
     EXPECT_LE(verdict.error,
-              std::max(promise(found.asked.precision), rounded_otherwise * found.error));
+              mended ? promised : std::max(promised, rounded_otherwise * found.error));
   }
 }
 

@@ -24,7 +24,8 @@ JointTerms some_terms(const Model<double>& model, std::uint64_t seed) {
   JointTerms out;
   for (int k = 0; k < model.nv(); ++k) {
     out.damping.push_back(k % 3 == 0 ? 0 : std::pow(10, random.uniform(-2, 4)));
-    out.stiffness.push_back(is_single(model, k) && k % 4 != 1 ? std::pow(10, random.uniform(0, 6)) : 0);
+    out.stiffness.push_back(is_single(model, k) && k % 4 != 1 ? std::pow(10, random.uniform(0, 6))
+                                                              : 0);
     out.reference.push_back(random.uniform(-1, 1));
   }
   return out;
@@ -91,8 +92,8 @@ TYPED_TEST(ImplicitSteps, OfOneSlideAreTheClosedForm) {
   tau << T(f);
   const double q_begin = 0.5, v_begin = -2;
   ASSERT_TRUE(step.step(q, v, tau, a));
-  const double expected = (v_begin - h * k / m * (q_begin - q0) + h * f / m) /
-                          (1 + h * b / m + h * h * k / m);
+  const double expected =
+      (v_begin - h * k / m * (q_begin - q0) + h * f / m) / (1 + h * b / m + h * h * k / m);
   EXPECT_NEAR(v[0], expected, 20 * u * h * k / m);
   EXPECT_NEAR(q[0], q_begin + h * expected, 20 * u * h * h * k / m);
 }
@@ -113,7 +114,8 @@ TYPED_TEST(ImplicitSteps, OfSpringsOnSlidesLoseEnergy) {
     MatrixX<double> M(nv, nv);
     dynamics.mass(VectorX<double>(state.q.template cast<double>()), M);
     const auto energy = [&] {
-      const VectorX<double> q = state.q.template cast<double>(), v = state.qd.template cast<double>();
+      const VectorX<double> q = state.q.template cast<double>(),
+                            v = state.qd.template cast<double>();
       return 0.5 * v.dot(M * v) + 0.5 * k * q.squaredNorm();
     };
     VectorX<T> a(nv);
@@ -257,6 +259,8 @@ TEST(ImplicitStepRefuses, WhatNoStepIs) {
   DynamicsOptions some;
   some.question.dofs = {0};
   refused(0.01, {}, "leaves joints out", some);
+  some.question = {.at_rest = true};
+  refused(0.01, {}, "at rest", some);
 
   ImplicitStep<double> step(robot, 0.01, {});
   VectorX<double> q(robot.nq), v(nv), a(nv), few(nv - 1);

@@ -10,8 +10,8 @@
 // A body that cannot absorb (massless, a point, or light beside what passes through it) hands
 // S = w w' on, of which the traces are known, and then the share of link k in N is
 //   h / D,  h = H S H';   S+ <= 2 (S + h g g'),  S(parent) += phi S+ phi'                  (3)
-// where S has of its own what its children's forces lost as moments when they were moved to it, their
-// lever times the force: p x f may cancel.
+// A link's own part of S is |z(i)|^2 of its moments and forces, and of its moments |p|^2 |f|^2 too, with f
+// the forces of z and p its children's levers: the moment p x f may cancel, what rounding left of it does not.
 // Euclid's norm is the larger by at most the root of the trace:
 //   |x|^2 <= T |x|_M^2,  T = trace M^-1 = sum over k of v(k),  v(k) = 1/D + g' Omega(parent) g
 //   Omega(k) <= 2 (phi' Omega(parent) phi + H' H v(k)),  Omega(k) <= M(k)^-1,  v(k) <= 1/r(k)  (4)
@@ -215,8 +215,8 @@ T ForceNoise<T>::charge(const LoweredModel<S>& model, const Factors& factors, in
   const Traces g = sizes(link, at.g);
   const Traces plus = {two * (sum.turning + h * g.turning), two * (sum.moving + h * g.moving)};
   Traces& to = pending_[link.parent];
-  to.turning += zero_where_less(
-      own, little, T(two * plus.turning + reach(model, factors, k) * plus.moving));
+  to.turning +=
+      zero_where_less(own, little, T(two * plus.turning + reach(model, factors, k) * plus.moving));
   to.moving += zero_where_less(own, little, plus.moving);
   return share;
 }

@@ -37,7 +37,8 @@ class Engine {
   virtual void mass(const T* q, T* M) = 0;
   virtual Outcome inverse(const T* q, T* X) = 0;
   virtual Outcome factor(const T* q) = 0;
-  // By the factors of the last `factor`, which was ok: its outcome, or not_finite.
+  // By the factors of the last `factor`, which was ok; the worst outcome of the columns. taus and X do
+  // not overlap.
   virtual Outcome solve(int columns, const T* taus, T* X) = 0;
   virtual Outcome diagonal(const T* q, T* x) = 0;
   virtual Outcome log_det(const T* q, T& x) = 0;

@@ -87,8 +87,8 @@ class FactorSolver {
   }
 
   // z- of every link, of one tau.
-  const std::vector<Sixfold<S>>& forces(const LoweredModel<S>& model,
-                                        const FastFactors<S>& factors, const S* tau) {
+  const std::vector<Sixfold<S>>& forces(const LoweredModel<S>& model, const FastFactors<S>& factors,
+                                        const S* tau) {
     detail::sweep_inward(
         model, factors, model.nv() - 1, all_.data(), [&](int k) { return tau[k]; }, one_,
         Keeping{z_});

@@ -105,6 +105,7 @@ class Guard {
   void keep(const LoweredModel<S>& lowered, const S* q) {
     std::copy_n(q, lowered.nq(), q_.data());
     kept_.reset();
+    looked_at_.reset();
   }
 
   // Of a column x = M^-1 tau by the factors that are kept and believed, where of_x is not: the second
@@ -112,10 +113,12 @@ class Guard {
   template <class Forces>
   bool may_be_wrong(const LoweredModel<S>& lowered, const FastFactors<S>& factors,
                     const SolveSums<S>& of_x, const Forces& z) {
-    const double of_D = error_of_D(lowered, q_.data(), factors, 0);
+    if (!looked_at_)
+      looked_at_ = {error_of_D(lowered, q_.data(), factors, 0), forces_.trace(lowered, factors)};
+    const auto& [of_D, trace] = *looked_at_;
     if (!(of_D < error_of_D_to_refine)) return true;
     const S energy = rounding_unit<S>() * of_x.energy;
-    const S most = allowed_ * of_x.squares / forces_.trace(lowered, factors);
+    const S most = allowed_ * of_x.squares / trace;
     const S N = energy + noise_closer(lowered, factors, z, most);
     return !(static_cast<double>(N) + in_units(of_D, rounding_constant_of_a) * energy <
              static_cast<double>(most));
@@ -221,12 +224,17 @@ class Guard {
 
   S allowed_, least_, least_size_;  // e^2 / (c u)^2, the least |a|^2 and |a|_s^2
   S weight_;                        // |gravity|^2 sum of m(k)
-  bool loses_;                      // F::loses
+  bool loses_;                      // F::may_lose_D
   typename F::template Workspace<S> own_;
   std::vector<S> a_;
   CertifiedAnswer<S> certified_;
   std::vector<S> q_;             // of the factors that are kept
   std::optional<Outcome> kept_;  // of certified ones there
+  struct LookedAt {
+    double error_of_D;
+    S trace;  // T of (4)
+  };
+  std::optional<LookedAt> looked_at_;  // of those that are kept
 };
 
 }  // namespace kalmarm

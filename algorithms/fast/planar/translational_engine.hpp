@@ -126,12 +126,11 @@ class TranslationalEngine final : public CommonEngine<T> {
     if (answered()) return guard.certified().acceleration(q, qd, tau, a);
     T squares = T(0), size = T(0);
     const auto force = [&](int k) { return tau[k]; };
-    worker.factors.solve(force,
-                         [&](int k, const T& x) {
-                           a[k] = x + worker.factors.by_weight()[k];
-                           squares += a[k] * a[k];
-                           size += this->lowered().least_inertias()[k] * (a[k] * a[k]);
-                         });
+    worker.factors.solve(force, [&](int k, const T& x) {
+      a[k] = x + worker.factors.by_weight()[k];
+      squares += a[k] * a[k];
+      size += this->lowered().least_inertias()[k] * (a[k] * a[k]);
+    });
     const T energy = worker.factors.energy(force) + worker.factors.energy_by_weight();
     const auto by = guard.believed(T(0), energy, squares, size);
     if (by.margin > T(0)) return {.error = by.error};

@@ -37,8 +37,13 @@ enum class Scheme {
   springs_at_start,  // MuJoCo's Euler and implicitfast
 };
 
+// Whether a DoF may have a spring: hinges and slides.
+constexpr bool takes_spring(const LinkParameters& link) {
+  return link.coordinate == Coordinate::angle || link.coordinate == Coordinate::distance;
+}
+
 // Of every DoF, nv numbers each; none: all zero. A ball and a free joint may have damping, no springs;
-// with it their DoF are swept one by one and looked at twice, which costs two to four sweeps more.
+// with it their DoF are swept one by one and looked at twice (docs/stiff.md has what that costs).
 struct JointTerms {
   std::vector<double> damping = {};    // b [N m s/rad or N s/m]
   std::vector<double> stiffness = {};  // k [N m/rad or N/m]
@@ -56,7 +61,7 @@ class KALMARM_EXPORT ImplicitStep {
  public:
   // h >= 0 [s]. Throws std::invalid_argument with the DoF where h, b or k is negative, where a number is
   // not finite or too large for T, where a ball or free joint has a spring, and where the question
-  // leaves joints out; and what Dynamics throws.
+  // leaves joints out or is at rest; and what Dynamics throws.
   ImplicitStep(const RobotModel& model, double h, const JointTerms& terms,
                Scheme scheme = Scheme::springs_at_end, const DynamicsOptions& options = {});
 
@@ -86,7 +91,8 @@ class KALMARM_EXPORT ImplicitStep {
   struct Springs {
     int dof, q, count;
   };
-  static constexpr int repeated = 32;  // rows whose terms lie side by side, where q(k) is that of DoF k
+  static constexpr int repeated =
+      32;  // rows whose terms lie side by side, where q(k) is that of DoF k
 
   void require(const char* call, std::ptrdiff_t q, std::ptrdiff_t v, std::ptrdiff_t tau) const;
   void set_torque(std::ptrdiff_t rows, const T* q, const T* v, const T* tau, T* out) const;
@@ -94,7 +100,7 @@ class KALMARM_EXPORT ImplicitStep {
   RobotModel model_;
   double h_;
   Dynamics<T> dynamics_;  // what it is made of is checked before the rest
-  int rows_of_terms_;  // `repeated`, or 1 where q is not as v
+  int rows_of_terms_;     // `repeated`, or 1 where q is not as v
   std::vector<T> damping_, stiffness_, reference_;
   std::vector<Springs> springs_;
   T h_of_springs_;  // 0 where they are at the start

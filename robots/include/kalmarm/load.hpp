@@ -70,7 +70,7 @@ struct LoadedRobot {
   std::vector<double> home;           // q (nq) as the file or its keyframe starts
   std::vector<double> home_velocity;  // qd (nv) of the keyframe, else zero
   JointTerms terms;  // linear dampers, and springs of hinges and slides: for ImplicitStep
-  std::vector<NamedFrame> frames;     // those with a name: the file's sites, then its bodies
+  std::vector<NamedFrame> frames;  // those with a name: the file's sites, then its bodies
   // What an engineer should know of the file, each a line: what it holds beyond M and the bias
   // ("ignored: 2 connect constraints, 7 actuators"), and inertias that no solid body has, taken as given.
   std::vector<std::string> notes;

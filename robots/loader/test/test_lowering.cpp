@@ -200,10 +200,10 @@ TEST(InverseDynamics, AgreesWithMujoco) {
 
 // Dampers of every DoF, springs of hinges and slides with their references; the rest is noted.
 TEST(Terms, AreThoseOfTheFile) {
-  const std::string xml = robot(
-      body("<joint type='ball' name='b' damping='.5' stiffness='9'/>",
-           body("<joint name='h' axis='0 1 0' damping='2' stiffness='300' springref='.3'/>"
-                "<joint name='s' type='slide' axis='1 0 0' stiffness='1e6'/>")));
+  const std::string xml =
+      robot(body("<joint type='ball' name='b' damping='.5' stiffness='9'/>",
+                 body("<joint name='h' axis='0 1 0' damping='2' stiffness='300' springref='.3'/>"
+                      "<joint name='s' type='slide' axis='1 0 0' stiffness='1e6'/>")));
   const TemporaryFile file(xml, ".xml");
   const LoadedRobot loaded = load_robot(file.path(), {.takes_steps = true});
   using Numbers = std::vector<double>;

@@ -22,10 +22,8 @@ JointTerms some_terms(const RobotModel& robot) {
   };
   JointTerms out;
   for (const LinkParameters& link : robot.links) {
-    const bool single =
-        link.coordinate == Coordinate::angle || link.coordinate == Coordinate::distance;
     out.damping.push_back(decades(-1, 4));
-    out.stiffness.push_back(single ? decades(0, 7) : 0);
+    out.stiffness.push_back(takes_spring(link) ? decades(0, 7) : 0);
     out.reference.push_back(decades(-2, 0));
   }
   return out;
@@ -38,10 +36,9 @@ TEST_P(Steps, AreThoseOfMujoco) {
   const double h = 0.002;
   const RobotModel robot = plain(scene.model);
   const JointTerms terms = some_terms(robot);
-  const std::pair<mjtIntegrator, Scheme> pairs[] = {
-      {mjINT_EULER, Scheme::springs_at_start},
-      {mjINT_IMPLICITFAST, Scheme::springs_at_start},
-      {mjINT_DISCRETE, Scheme::springs_at_end}};
+  const std::pair<mjtIntegrator, Scheme> pairs[] = {{mjINT_EULER, Scheme::springs_at_start},
+                                                    {mjINT_IMPLICITFAST, Scheme::springs_at_start},
+                                                    {mjINT_DISCRETE, Scheme::springs_at_end}};
   for (const auto& [integrator, scheme] : pairs) {
     SCOPED_TRACE(static_cast<int>(integrator));
     MujocoStep theirs(*scene.mujoco, h, terms, integrator);
