@@ -41,10 +41,10 @@
 //
 // A sweep of forward dynamics is believed where
 //   T (c u)^2 (N + E) < e^2 max(|a|, 0.01 |gravity|)^2                                    (8)
-// by (2), (6) and (7), with e = largest_error_of_a (claims.hpp) and c = rounding_constant_of_a (constants.hpp):
-// roundings do not conspire. Beside gravity a smaller a is nothing. What this suspects gets a second look, by (3) and
-// (4). What the test of D suspects (rounding_test.hpp) has the error eps of D too, by
-// rounding_bound.hpp:
+// by (2), (6) and (7), with e = largest_error_of_a (claims.hpp) and c = rounding_constant_of_a
+// (constants.hpp): roundings do not conspire. Beside gravity a smaller a is nothing. What this
+// suspects gets a second look, by (3) and (4). What the test of D suspects (rounding_test.hpp) has the
+// error eps of D too, by rounding_bound.hpp:
 //   T ((c u)^2 (N + E) + eps^2 (E + |gravity|^2 sum of m(k))) < e^2 max(|a|, 0.01 |gravity|)^2
 //                                                                                         (9)
 // since E and the weight bound |a|_M^2 but for a factor of 2. What is suspected still, the certified
@@ -52,8 +52,12 @@
 //
 // x = M^-1 tau by factors that are kept sweeps forces and motions in the same way (columns.hpp), at
 // rest and without gravity: it is believed where
-//   T (c u)^2 (N + E) < e^2 |x|^2                                                         (8')
-// and by (3), (4) and T eps^2 E beside it where not, or where the test of D suspects the factors.
+//   T ((c u)^2 (N + E) + (c_D u)^2 E) < e^2 |x|^2                                         (8')
+// and by (3), (4) and T eps^2 E beside it where not, or where the test of D suspects the factors. That
+// test alone lets D pass with an error of e, which moves x by more where T E is far above |x|^2: c_D u,
+// c_D = rounding_constant_of_believed_D, stands for an error of D that was not measured. (8) goes
+// without: where torques hold a robot T E is far above |a|^2 although nothing is lost, and no search
+// has needed it.
 //
 // The same sums say how wrong an answer is. In each joint's own scale |a|_s^2 = sum of mu(k) a(k)^2
 // is about |a|_M^2 and mostly below it, so that of |da|_M / |a|_M

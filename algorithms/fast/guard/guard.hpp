@@ -61,7 +61,7 @@ class Guard {
   // Whether the sums of x = M^-1 tau pass (8'), by factors whose D pass their own test. false where x
   // is not finite.
   bool believed(const SolveSums<S>& of_x) const {
-    return margin(S(of_x.noise + rounding_unit<S>() * of_x.energy), of_x.squares) > S(0);
+    return margin(S(of_x.noise + of_believed_D() * of_x.energy), of_x.squares) > S(0);
   }
 
   // The estimated error of a lane of `swept`, accelerations a that `by` is said of; NaN where they are
@@ -114,7 +114,8 @@ class Guard {
   bool may_be_wrong(const LoweredModel<S>& lowered, const FastFactors<S>& factors,
                     const SolveSums<S>& of_x, const Forces& z) {
     if (!looked_at_)
-      looked_at_ = {error_of_D(lowered, q_.data(), factors, 0), forces_.trace(lowered, factors)};
+      looked_at_ = {second_.error_of_D(lowered, q_.data(), factors, 0),
+                    forces_.trace(lowered, factors)};
     const auto& [of_D, trace] = *looked_at_;
     if (!(of_D < error_of_D_to_refine)) return true;
     const S energy = rounding_unit<S>() * of_x.energy;
@@ -177,6 +178,12 @@ class Guard {
     for (int k = lowered.nv() - 1; k >= 0; --k)
       N += forces_.charge(lowered, swept, k, z(k), little);
     return N;
+  }
+
+  // The factor of E in (8'), in units of the weights.
+  static S of_believed_D() {
+    return S((1 + square(rounding_constant_of_believed_D / rounding_constant_of_a))) *
+           rounding_unit<S>();
   }
 
   // (8): what may be added to the sum of N and E, in units of the weights.
