@@ -1,16 +1,17 @@
 # cmake --install and cpack. Components: runtime (shared libraries), development (headers, archive, CMake and pkg-config
-# files), robots (the loader).
+# files), robots (the loader). find_package takes a build folder as well, as kalmarm_DIR.
 include(CMakePackageConfigHelpers)
 
 set(config ${CMAKE_INSTALL_LIBDIR}/cmake/kalmarm)
 set(files ${CMAKE_CURRENT_LIST_DIR})
-set(made ${PROJECT_BINARY_DIR}/install)
+set(made ${PROJECT_BINARY_DIR})
 
 function(kalmarm_install target export headers component)
   install(TARGETS ${target} EXPORT ${export}
     LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT runtime NAMELINK_COMPONENT ${component}
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT ${component})
   install(EXPORT ${export} NAMESPACE kalmarm:: DESTINATION ${config} COMPONENT ${component})
+  export(EXPORT ${export} NAMESPACE kalmarm:: FILE ${made}/${export}.cmake)
   install(DIRECTORY ${headers}/kalmarm DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT ${component}
     FILES_MATCHING PATTERN *.hpp)
 endfunction()
