@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Turns a run's recorded data into one self-contained page, and into the README's figure."""
+"""Turns a run's recorded data into one self-contained page, the README's figure and an archive."""
 
 import argparse
 import base64
@@ -17,10 +17,11 @@ from charts import variants as variant_charts
 from charts.common import THEME, Style, css_colour, css_name
 from charts.drawing import VEGA_LITE, bundle, compiled
 from charts.text import task_text
+from page.archive import archive, link
 from page.output import write
 from page.section import slug
 from read.data import Data, DataError, scene_name
-from read.readers import load
+from read.readers import data_files, load
 from sections import SECTIONS
 from sections.method import distinct
 from summary.points import points
@@ -50,7 +51,8 @@ def facts(data: Data) -> list[tuple[str, str]]:
     return [(name, value) for name, value in found if value]
 
 
-def page(data: Data) -> str:
+def page(data: Data, archived: Markup | str = "") -> str:
+    """`archived` says where the data are to be had."""
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(PAGE), autoescape=True, undefined=jinja2.StrictUndefined
     )
@@ -59,7 +61,7 @@ def page(data: Data) -> str:
     sections = [section for make in SECTIONS if (section := make(data))]
     variants = {variant for section in sections for variant in section.variants}
     return environment.get_template("page.html.jinja").render(
-        facts=facts(data),
+        facts=facts(data) + ([("Data", archived)] if archived else []),
         sections=sections,
         colours={css_name(name): pair for name, pair in palette.colours(variants).items()},
         css_colour=css_colour,
@@ -129,18 +131,31 @@ def main() -> None:
     parser.add_argument(
         "--figure", type=Path, metavar="FILE.svg", help="the README's figure to write"
     )
+    parser.add_argument(
+        "--archive",
+        type=Path,
+        metavar="FILE.tar.xz",
+        help="the data files, packed, which the page names with their checksum",
+    )
     arguments = parser.parse_args()
     if not (arguments.data or arguments.files):
         parser.error("neither --data nor --files is given")
     if not (arguments.out or arguments.figure):
         parser.error("neither --out nor --figure is given")
+    if arguments.archive and not arguments.out:
+        parser.error("--archive is for the page of --out")
     try:
         data = load(arguments.data, arguments.files)
         if arguments.baseline:
             data.baseline = load(arguments.baseline)
         if arguments.figure:
             write(arguments.figure, figure(data))
-        if arguments.out:
+        if arguments.archive:
+            packed = archive(data_files(arguments.data, arguments.files))
+            text = page(data, link(arguments.archive, arguments.out, packed))
+            write(arguments.archive, packed)
+            write(arguments.out, text)
+        elif arguments.out:
             write(arguments.out, page(data))
     except DataError as error:
         parser.error(str(error))

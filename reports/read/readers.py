@@ -280,18 +280,23 @@ def _kind(path: Path) -> str:
     return path.name.split("-", 1)[0]
 
 
+def data_files(directory: Path | None, files: list[Path] | None = None) -> list[Path]:
+    """`files`, each once, or else every data file of `directory`."""
+    if files:
+        return list(dict.fromkeys(files))
+    if not directory.is_dir():
+        raise DataError(f"{directory}: no such folder")
+    return sorted(
+        path
+        for path in directory.iterdir()
+        if path.suffix in (".csv", ".json") and _kind(path) in READERS
+    )
+
+
 def load(directory: Path | None, files: list[Path] | None = None) -> Data:
     """The records in `files`, or else in every data file of `directory`."""
-    if not files:
-        if not directory.is_dir():
-            raise DataError(f"{directory}: no such folder")
-        files = sorted(
-            path
-            for path in directory.iterdir()
-            if path.suffix in (".csv", ".json") and _kind(path) in READERS
-        )
     data = Data()
-    for path in dict.fromkeys(files):
+    for path in data_files(directory, files):
         if _kind(path) not in READERS:
             raise DataError(f"{path}: name does not start with {'-, '.join(READERS)}-")
         try:

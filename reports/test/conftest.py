@@ -28,7 +28,8 @@ def run(tmp_path_factory) -> Path:
 def written(run, tmp_path_factory) -> Path:
     """The page of the made-up run."""
     file = tmp_path_factory.mktemp("page") / "index.html"
-    make_report.write(file, make_report.page(load(run)))
+    archived = make_report.link(file.with_name("data.tar.xz"), file, b"")
+    make_report.write(file, make_report.page(load(run), archived))
     return file
 
 

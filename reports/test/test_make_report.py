@@ -1,18 +1,22 @@
 """The program: what it writes, and what it refuses to write."""
 
+import hashlib
+import io
 import json
 import re
 import shutil
 import subprocess
 import sys
+import tarfile
 
 import pytest
 
 import fake_estimation
 import make_report
 from conftest import REPORTS
+from page.archive import archive
 from read.data import Data, Error
-from read.readers import SAMPLE_COLUMNS, load
+from read.readers import SAMPLE_COLUMNS, data_files, load
 from sections import limitations
 from sections.method import distinct
 
@@ -41,6 +45,41 @@ def test_page_and_figure_are_written_and_nothing_else(run, out):
     assert sorted(path.name for path in out.parent.iterdir()) == ["figure.svg", "index.html"]
     assert out.with_name("figure.svg").read_text().startswith("<svg")
     assert "panda" in out.read_text() and "iiwa14" not in out.read_text()
+
+
+def test_a_page_is_made_again_from_its_archive_to_the_byte(run, tmp_path):
+    def made(folder, data):
+        out, packed = folder / "index.html", folder / "data.tar.xz"
+        result = report("--data", data, "--out", out, "--archive", packed)
+        assert (result.returncode, result.stderr) == (0, "")
+        return out.read_bytes(), packed.read_bytes()
+
+    first = made(tmp_path / "first", run)
+    subprocess.run(["tar", "xf", "first/data.tar.xz"], cwd=tmp_path, check=True)
+    check = ["sha256sum", "--check", "--strict", "--quiet", "SHA256SUMS"]
+    subprocess.run(check, cwd=tmp_path, check=True)
+    assert len((tmp_path / "SHA256SUMS").read_text().splitlines()) == len(data_files(run))
+    assert made(tmp_path / "again", tmp_path / run.name) == first
+
+
+def test_the_page_names_its_archive_and_the_checksum(run, tmp_path):
+    files, packed = [run / "errors-panda-7.csv"], tmp_path / "data" / "panda.tar.xz"
+    result = report("--files", *files, "--out", tmp_path / "page.html", "--archive", packed)
+    assert (result.returncode, result.stderr) == (0, "")
+    html = (tmp_path / "page.html").read_text()
+    assert '<a href="data/panda.tar.xz">panda.tar.xz</a>' in html
+    assert hashlib.sha256(packed.read_bytes()).hexdigest() in html
+
+
+def test_an_archive_keeps_files_of_one_name_apart(run, tmp_path):
+    source = run / "errors-panda-7.csv"
+    files = [tmp_path / where / source.name for where in ("data", "campaigns/wild")]
+    for file in files:
+        file.parent.mkdir(parents=True)
+        shutil.copy(source, file)
+    with tarfile.open(fileobj=io.BytesIO(archive(files))) as tar:
+        names = tar.getnames()
+    assert names == [f"campaigns/wild/{source.name}", f"data/{source.name}", "SHA256SUMS"]
 
 
 def test_the_figure_is_of_panda_or_else_of_the_first_robot(run):
@@ -85,6 +124,7 @@ def test_a_half_written_data_file_is_named(run, tmp_path, out):
         (["--out", "x.html"], "--data"),
         (["--data", "nowhere", "--out", "x.html"], "nowhere: no such folder"),
         (["--data", "."], "--out"),
+        (["--data", ".", "--figure", "x.svg", "--archive", "x.tar.xz"], "--archive"),
         (["--data", ".", "--out", "x.html", "--colour"], "--colour"),
         (["--files", "evaluate-panda.json", "--out", "x.html"], "evaluate-panda.json"),
     ],

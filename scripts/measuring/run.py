@@ -1,8 +1,9 @@
 """Measures scenes and draws the page. `scripts/report` calls it once everything is built.
 
 Measurements go to reports/out/data, what the programs print to reports/out/log, the page to
-reports/out/index.html. What was measured before with the same program, options, model and
-processor is not measured again. Exit code: 1 if a measurement failed, 2 on bad input.
+reports/out/index.html, with its data packed in reports/out/data.tar.xz. What was measured before
+with the same program, options, model and processor is not measured again. Exit code: 1 if a
+measurement failed, 2 on bad input.
 """
 
 import argparse
@@ -95,7 +96,8 @@ def measure(units: list[Unit]) -> list[Unit]:
 def draw(root: Path, out: Path, files: list[Path]) -> bool:
     """Makes the page of these data files; returns whether it is there."""
     command = [sys.executable, root / "reports" / "make_report.py"]
-    command += ["--data", out / "data", "--out", out / "index.html", "--files", *files]
+    command += ["--data", out / "data", "--out", out / "index.html"]
+    command += ["--archive", out / "data.tar.xz", "--files", *files]
     # A group of its own: an interruption from the terminal is ours alone to tell.
     done = subprocess.run(
         command, check=False, process_group=0, preexec_fn=end_with_parent(os.getpid())
