@@ -1,0 +1,54 @@
+"""MuJoCo, float64, by its own Python package."""
+
+import mujoco
+import numpy as np
+
+from protocol import Call, Engine, Mechanism, State, Unsupported
+
+
+class Adapter(Engine):
+    name = "MuJoCo"
+    package = "mujoco"
+    calls = {
+        "mass": "mj_fwdPosition, mj_fullM",
+        "inverse": "mj_fwdPosition, mj_solveM on the unit vectors",
+        "acceleration": "mj_forward, qacc_smooth",
+        "inverse_dynamics": "mj_inverse, qfrc_inverse",
+    }
+
+    def __init__(self, mechanism: Mechanism, precision: str):
+        try:
+            self.model = mujoco.MjModel.from_xml_path(str(mechanism.mjcf))
+        except ValueError as error:
+            raise Unsupported(str(error).splitlines()[0]) from None
+        self.data = mujoco.MjData(self.model)
+        self.unit = np.eye(mechanism.nv)
+
+    def call(self, task: str, state: State) -> Call:
+        model, data = self.model, self.data
+
+        def mass():
+            M = np.empty((model.nv, model.nv))
+            data.qpos = state.q
+            mujoco.mj_fwdPosition(model, data)
+            mujoco.mj_fullM(model, data, M)
+            return M
+
+        def inverse():
+            X = np.empty((model.nv, model.nv))
+            data.qpos = state.q
+            mujoco.mj_fwdPosition(model, data)
+            mujoco.mj_solveM(model, data, X, self.unit)
+            return X
+
+        def acceleration():
+            data.qpos, data.qvel, data.qfrc_applied = state.q, state.v, state.tau
+            mujoco.mj_forward(model, data)
+            return data.qacc_smooth
+
+        def inverse_dynamics():
+            data.qpos, data.qvel, data.qacc = state.q, state.v, state.a
+            mujoco.mj_inverse(model, data)
+            return data.qfrc_inverse
+
+        return Call(locals()[task], lambda x: np.array(x))

@@ -1,0 +1,365 @@
+"""Asks engines about mechanisms and writes what came out: `scripts/engines`.
+
+A unit is one variant of an engine, a precision and a mechanism. Each is asked in a process of
+the engine's own environment (worker.py): a call that takes longer than the limit, or that takes
+the process with it, is a record that says so, and the tasks after it are asked in a new process.
+A unit that was measured before with the same adapter, lock and mechanism is not measured again.
+"""
+
+import argparse
+import ast
+import hashlib
+import json
+import os
+import queue
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
+
+import environments
+import mechanisms
+import records
+from children import end_with_parent
+from clock import clock
+from environments import ROOT, Missing
+from mechanisms import BadName, Written
+
+HERE = Path(__file__).resolve().parent
+OUT = ROOT / "reports" / "out" / "engines"
+TASKS = {  # and their measures
+    "mass": "scaled",
+    "inverse": "scaled",
+    "acceleration": "relative",
+    "inverse_dynamics": "relative",
+}
+LIMIT = 120.0  # s a call, the first with compilation
+SECONDS = 0.1  # of a timing
+BATCH = 4096
+BATCHED = "acceleration"  # the task whose batches are timed
+ROUNDING = "Rounded parameters"  # the error of who rounds nothing else
+
+
+class Facts(NamedTuple):
+    """What an adapter's file says of itself, read without its engine."""
+
+    name: str
+    variants: list[str]
+    precisions: list[str]
+
+
+def facts(engine: str) -> Facts:
+    tree = ast.parse((HERE / "adapters" / f"{engine}.py").read_text())
+    found = {"variants": {}, "precisions": ("float64",)}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ClassDef) and node.name == "Adapter":
+            for line in node.body:
+                if isinstance(line, ast.Assign) and line.targets[0].id in ("name", *found):
+                    found[line.targets[0].id] = ast.literal_eval(line.value)
+    return Facts(
+        found["name"], list(found["variants"]) or [found["name"]], list(found["precisions"])
+    )
+
+
+class Unit(NamedTuple):
+    engine: str
+    variant: str
+    precision: str
+    mechanism: Written
+
+    @property
+    def file_name(self) -> str:
+        return mechanisms.slug(
+            f"{self.engine}-{self.variant}-{self.precision}-{self.mechanism.scene}"
+        )
+
+    def path(self, kind: str) -> Path:
+        return OUT / f"{kind}-engines-{self.file_name}.csv"
+
+    @property
+    def key(self) -> str:
+        sources = [
+            HERE / name for name in ("protocol.py", "worker.py", f"adapters/{self.engine}.py")
+        ]
+        digest = hashlib.sha256(b"".join(path.read_bytes() for path in sources))
+        digest.update(f"{environments.wanted(self.engine)} {self.mechanism.key}".encode())
+        return digest.hexdigest()
+
+    @property
+    def is_done(self) -> bool:
+        there = self.path("errors").is_file() and self.path("times").is_file()
+        key = self.path("errors").with_suffix(".key")
+        return there and key.is_file() and key.read_text() == self.key
+
+
+class Ended(Exception):
+    """How a worker ended before it was done."""
+
+
+def lines(command: list, limit: float) -> Iterator[dict]:
+    """What a worker says. Raises Ended where it says nothing for so long, or dies."""
+    with subprocess.Popen(
+        command,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+        preexec_fn=end_with_parent(os.getpid()),
+    ) as process:
+        said: queue.Queue = queue.Queue()
+
+        def listen() -> None:
+            for line in process.stdout:
+                said.put(line)
+            said.put(None)
+
+        threading.Thread(target=listen, daemon=True).start()
+        try:
+            while (line := said.get(timeout=limit)) is not None:
+                yield json.loads(line)
+        except queue.Empty:
+            raise Ended(f"timed out: {limit:g} s") from None
+        finally:
+            process.kill()
+            code = process.wait()
+    if code > 0:
+        raise Ended(f"crashed: exit {code}")
+    if code < 0:
+        raise Ended(f"crashed: {signal.Signals(-code).name}")
+
+
+class Answers:
+    """What is known of a unit: by task and state an error or an outcome, by task a time."""
+
+    def __init__(self, states: int):
+        self.states = states
+        self.version = ""
+        self.errors: dict[tuple[str, int], dict] = {}
+        self.times: dict[str, dict] = {}
+        self.batch: dict = {}
+
+    def take(self, said: dict) -> None:
+        if "version" in said:
+            self.version = said["version"]
+        elif "state" in said:
+            self.errors[said["task"], said["state"]] = said
+        elif "batch" in said:
+            self.batch = said
+        elif "nanoseconds" in said:
+            self.times[said["task"]] = said
+
+    def fill(self, tasks: list[str], outcome: str) -> None:
+        """Of what has no answer yet."""
+        for task in tasks:
+            if task == "batch":
+                self.batch = self.batch or {"outcome": outcome}
+                continue
+            for state in range(self.states):
+                self.errors.setdefault((task, state), {"outcome": outcome})
+
+
+def count_states(mechanism: Written) -> int:
+    return len(json.loads((mechanism.folder / "truth.json").read_text())["states"])
+
+
+def ask(unit: Unit, python: Path, limit: float, seconds: float, batch: int = 0) -> Answers:
+    folder = unit.mechanism.folder
+    answers = Answers(count_states(unit.mechanism))
+    left = [*TASKS, *(["batch"] if batch and seconds else [])]
+    while left:
+        command = [python, HERE / "worker.py", unit.engine, unit.variant, unit.precision, folder]
+        command += ["--tasks", ",".join(left), "--seconds", str(seconds), "--batch", str(batch)]
+        begun = "load"
+        try:
+            for said in lines(command, limit):
+                begun = said.get("begin", begun)
+                answers.take(said)
+                if "refused" in said:
+                    answers.fill(left, said["refused"])
+            answers.fill(left, "crashed: no answer")
+            left = []
+        except Ended as how:
+            if begun == "load":
+                answers.fill(left, str(how))
+                break
+            answers.fill([begun], str(how))
+            left = left[left.index(begun) + 1 :]
+    return answers
+
+
+def processor() -> str:
+    found = re.search(r"model name\s*:\s*(.*)", Path("/proc/cpuinfo").read_text())
+    return found[1] if found else "unknown"
+
+
+def time_row(unit: Unit, version: str, task: str, batch: int, time_of: dict, why: str) -> list:
+    """`why` it was not timed."""
+    row = [unit.mechanism.scene, unit.mechanism.scene.rsplit(":", 1)[1], unit.variant, version]
+    row += [unit.precision, task, batch]
+    row += [records.number(time_of.get(key)) for key in ("nanoseconds", "variation")]
+    row += [time_of.get("repetitions", 0), records.number(time_of.get("first_call")), processor()]
+    return [*row, "ok" if "nanoseconds" in time_of else time_of.get("outcome", why)]
+
+
+def write(unit: Unit, answers: Answers, final: bool = True) -> None:
+    """Not final: it will be measured again."""
+    OUT.mkdir(parents=True, exist_ok=True)
+    scene = unit.mechanism.scene
+    n = scene.rsplit(":", 1)[1]
+    errors, times = [], []
+    for task, measure in TASKS.items():
+        why = "not timed"
+        for state in range(answers.states):
+            said = answers.errors[task, state]
+            outcome, value = said.get("outcome", "ok"), records.number(said.get("error"))
+            row = [scene, n, unit.variant, unit.precision, task, state, measure, value, outcome]
+            errors.append(row)
+            why = outcome if "error" not in said else why
+        times.append(time_row(unit, answers.version, task, 1, answers.times.get(task, {}), why))
+    if answers.batch:
+        batch = answers.batch
+        times.append(
+            time_row(unit, answers.version, BATCHED, batch.get("batch", 0), batch, "not timed")
+        )
+    key = unit.path("errors").with_suffix(".key")
+    key.unlink(missing_ok=True)
+    records.write(unit.path("errors"), records.ERRORS, errors)
+    records.write(unit.path("times"), records.TIMES, times)
+    if final:
+        key.write_text(unit.key)
+
+
+def write_rounding(mechanism: Written) -> None:
+    """What rounding the parameters to float32 costs, as an engine that makes no other error."""
+    OUT.mkdir(parents=True, exist_ok=True)
+    truth = json.loads((mechanism.folder / "truth.json").read_text())
+    n = truth["nv"]
+    rows = [
+        [
+            mechanism.scene,
+            n,
+            ROUNDING,
+            "float32",
+            task,
+            i,
+            measure,
+            records.number(state["rounding"][task]),
+            "ok",
+        ]
+        for task, measure in TASKS.items()
+        for i, state in enumerate(truth["states"])
+    ]
+    name = mechanisms.slug(f"rounding-{mechanism.scene}")
+    records.write(OUT / f"errors-engines-{name}.csv", records.ERRORS, rows)
+
+
+def worst(answers: Answers, task: str) -> str:
+    said = [answers.errors[task, state] for state in range(answers.states)]
+    errors = [one["error"] for one in said if "error" in one]
+    if len(errors) < len(said):
+        outcome = next(one["outcome"] for one in said if "error" not in one)
+        return outcome.split(":")[0]
+    return f"{max(errors):.1e}"
+
+
+def adapters() -> list[str]:
+    return sorted(path.stem for path in (HERE / "adapters").glob("*.py"))
+
+
+def chosen(options: argparse.Namespace) -> tuple[list[str], list[str]]:
+    """Engines and mechanisms that are named, or else the usual ones."""
+    engines = [name for name in options.names if name in adapters()]
+    scenes = [name for name in options.names if name not in adapters()]
+    if options.all:
+        return adapters(), [*mechanisms.USUAL, *mechanisms.found()]
+    return engines or adapters(), scenes or mechanisms.USUAL
+
+
+def run(options: argparse.Namespace) -> int:
+    engines, scenes = chosen(options)
+    if options.lock:
+        for engine in engines:
+            environments.lock(engine)
+        return 0
+    if not mechanisms.PROGRAM.exists():
+        raise BadName(
+            "build/bin/export_mechanism is not there: scripts/build export_mechanism kalmarm"
+        )
+    written = [mechanisms.write(name) for name in scenes]
+    for mechanism in written:
+        write_rounding(mechanism)
+    absent, began = 0, time.monotonic()
+    for engine in engines:
+        its = facts(engine)
+        units = [
+            Unit(engine, variant, precision, mechanism)
+            for mechanism in written
+            for variant in its.variants
+            for precision in its.precisions
+        ]
+        try:
+            todo = [unit for unit in units if not unit.is_done]
+            python = environments.prepare(engine) if todo else None
+        except Missing as why:
+            absent += 1
+            print(f"engines: {engine}: {why}", file=sys.stderr)
+            for unit in units:
+                answers = Answers(count_states(unit.mechanism))
+                answers.fill(list(TASKS), f"missing: {why}")
+                write(unit, answers, final=False)
+            continue
+        for unit in todo:
+            answers = ask(unit, python, options.limit, options.seconds, options.batch)
+            write(unit, answers)
+            numbers = ", ".join(f"{task} {worst(answers, task)}" for task in TASKS)
+            print(f"{unit.variant} {unit.precision} {unit.mechanism.scene}: {numbers}", flush=True)
+    count = f"{len(engines)} engines, {len(written)} mechanisms"
+    print(f"{os.path.relpath(OUT)}: {count} in {clock(time.monotonic() - began)}")
+    return 1 if absent else 0
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(
+        prog="engines",
+        description="The errors and times of other engines on the same mechanisms, against proven "
+        f"truth: records for the page in {os.path.relpath(OUT, ROOT)}. ENGINE is one of "
+        f"{', '.join(adapters())}; "
+        "MECHANISM a SCENE of any program, SCENE+STRESS=VALUE with a stress of `limits`, or "
+        "found/NAME of accuracy/adversary/found. Each engine is installed into an environment of "
+        "its own, build/engines/ENGINE.",
+    )
+    parser.add_argument("names", nargs="*", metavar="ENGINE|MECHANISM")
+    parser.add_argument(
+        "--all", action="store_true", help="all engines; all mechanisms, those found by search too"
+    )
+    parser.add_argument(
+        "--limit", type=float, default=LIMIT, help="seconds a call may take (%(default)g)"
+    )
+    parser.add_argument(
+        "--seconds", type=float, default=SECONDS, help="of a timing; 0: none (%(default)g)"
+    )
+    parser.add_argument(
+        "--batch",
+        type=int,
+        default=BATCH,
+        help="states that an engine that can is timed with at once; 0: none (%(default)d)",
+    )
+    parser.add_argument(
+        "--lock", action="store_true", help="write the locks of these engines anew, and stop"
+    )
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        return run(parser.parse_args())
+    except (BadName, Missing) as error:
+        print(f"engines: error: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("engines: interrupted; what is measured is kept, run again to go on", file=sys.stderr)
+        return 130

@@ -1,0 +1,48 @@
+"""An engine of tests: right but for what the variant says, and in the last state alone."""
+
+import os
+import time
+
+import numpy as np
+
+from protocol import Call, Engine, Mechanism, Refused, State, Unsupported
+
+
+class Adapter(Engine):
+    name = "Unruly"
+    package = "numpy"
+    variants = {
+        how: {"how": how}
+        for how in "good nan crash hang raise refuse warn cannot dies prints".split()
+    }
+    warning = RuntimeWarning
+
+    def __init__(self, mechanism: Mechanism, precision: str, how: str):
+        self.how = how
+        self.last = mechanism.states(True)[-1]
+        if how == "cannot":
+            raise Unsupported("no such joint, here")
+        if how == "dies":
+            os.abort()
+
+    def call(self, task: str, state: State) -> Call:
+        def run():
+            if task != "acceleration" or (state.q != self.last.q).any():
+                return state.truth[task]
+            if self.how == "nan":
+                return np.nan * state.truth[task]
+            if self.how == "crash":
+                os.abort()
+            if self.how == "hang":
+                time.sleep(60)
+            if self.how == "raise":
+                raise ZeroDivisionError("by zero\nand more")
+            if self.how == "refuse":
+                raise Refused("singular")
+            if self.how == "warn":
+                np.float32(3e38) * np.float32(10)
+            if self.how == "prints":
+                print("{not a record")
+            return state.truth[task]
+
+        return Call(run, lambda x: x)

@@ -1,0 +1,34 @@
+import sys
+from pathlib import Path
+
+import pytest
+
+HERE = Path(__file__).resolve().parent
+ENGINES = HERE.parent
+sys.path[:0] = [str(ENGINES), str(HERE), str(ENGINES.parents[1] / "scripts")]
+
+import bodies  # noqa: E402
+import measure  # noqa: E402
+from mechanisms import Written  # noqa: E402
+
+
+@pytest.fixture
+def pendulum(tmp_path) -> Written:
+    return Written("pendulum:1", bodies.pendulum(tmp_path / "pendulum"), "")
+
+
+@pytest.fixture
+def free_body(tmp_path) -> Written:
+    return Written("free_body:6", bodies.free_body(tmp_path / "free_body"), "")
+
+
+@pytest.fixture
+def ask(monkeypatch):
+    """Asks an engine; those of test/adapters by our own interpreter."""
+    monkeypatch.setenv("PYTHONPATH", str(HERE))
+
+    def ask(engine, variant, mechanism, precision="float64", python=sys.executable, limit=20.0):
+        unit = measure.Unit(engine, variant, precision, mechanism)
+        return measure.ask(unit, Path(python), limit, 0.0 if limit < 20 else 0.001)
+
+    return ask

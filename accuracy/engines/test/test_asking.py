@@ -1,0 +1,110 @@
+"""What is recorded of engines that answer, and of those that do not."""
+
+import csv
+
+import measure
+import mechanisms
+import pytest
+import records
+
+LATER = "inverse_dynamics"  # asked after the task in which engines fail
+
+
+def outcomes(answers, task):
+    return [answers.errors[task, i].get("outcome", "ok") for i in range(answers.states)]
+
+
+def test_one_that_answers_has_an_error_a_state_and_a_time_a_task(ask, pendulum):
+    answers = ask("unruly", "good", pendulum)
+    assert {said["error"] for said in answers.errors.values()} == {0.0}
+    assert len(answers.errors) == 8 and answers.version
+    assert answers.times.keys() == measure.TASKS.keys()
+    assert all(
+        time["nanoseconds"] > 0 and time["first_call"] > 0 for time in answers.times.values()
+    )
+
+
+@pytest.mark.parametrize(
+    ("how", "outcome"),
+    [
+        ("nan", "not finite"),
+        ("crash", "crashed: SIGABRT"),
+        ("raise", "failed: ZeroDivisionError: by zero"),
+        ("refuse", "refused: singular"),
+    ],
+)
+def test_one_that_does_not_is_a_record_that_says_so_and_the_rest_goes_on(
+    ask, pendulum, how, outcome
+):
+    answers = ask("unruly", how, pendulum)
+    assert outcomes(answers, "acceleration") == ["ok", outcome]
+    assert outcomes(answers, LATER) == ["ok", "ok"]
+    assert "acceleration" not in answers.times and LATER in answers.times
+
+
+def test_a_call_that_takes_longer_than_the_limit_is_ended(ask, pendulum):
+    answers = ask("unruly", "hang", pendulum, limit=3.0)
+    assert outcomes(answers, "acceleration") == ["ok", "timed out: 3 s"]
+    assert outcomes(answers, LATER) == ["ok", "ok"]
+
+
+@pytest.mark.parametrize(
+    ("how", "outcome"),
+    [("cannot", "unsupported: no such joint, here"), ("dies", "crashed: SIGABRT")],
+)
+def test_one_that_cannot_hold_the_mechanism_answers_nothing(ask, pendulum, how, outcome):
+    answers = ask("unruly", how, pendulum)
+    assert {said["outcome"] for said in answers.errors.values()} == {outcome}
+    assert len(answers.errors) == 8
+
+
+def test_a_warning_stands_beside_its_answer(ask, pendulum):
+    answers = ask("unruly", "warn", pendulum)
+    assert answers.errors["acceleration", 1]["error"] == 0
+    assert outcomes(answers, "acceleration") == ["ok", "warned"]
+
+
+def test_what_an_engine_prints_is_no_record(ask, pendulum):
+    assert outcomes(ask("unruly", "prints", pendulum), "acceleration") == ["ok", "ok"]
+
+
+def test_records_are_written_as_they_were_measured(ask, pendulum, tmp_path, monkeypatch):
+    monkeypatch.setattr(measure, "OUT", tmp_path / "out")
+    monkeypatch.setattr(measure.Unit, "key", "key")
+    for how in ("cannot", "warn"):
+        unit = measure.Unit("unruly", how, "float64", pendulum)
+        assert not unit.is_done
+        measure.write(unit, ask("unruly", how, pendulum))
+        assert unit.is_done
+    with measure.Unit("unruly", "cannot", "float64", pendulum).path("errors").open() as file:
+        rows = list(csv.DictReader(file))
+    assert list(rows[0]) == records.ERRORS
+    assert {(row["value"], row["outcome"]) for row in rows} == {
+        ("nan", "unsupported: no such joint, here")
+    }
+    with unit.path("times").open() as file:
+        times = {row["task"]: row for row in csv.DictReader(file)}
+    assert times[LATER]["outcome"] == "ok" and float(times[LATER]["nanoseconds"]) > 0
+    unit.path("errors").with_suffix(".key").write_text("of another adapter")
+    assert not unit.is_done
+
+
+@pytest.mark.parametrize("engine", measure.adapters())
+def test_an_adapter_says_what_it_is_without_its_engine(engine):
+    facts = measure.facts(engine)
+    assert facts.name and facts.variants
+    assert set(facts.precisions) <= {"float32", "float64"}
+    assert measure.environments.LOCKS.joinpath(f"{engine}.in").is_file()
+    assert "--hash=sha256:" in measure.environments.LOCKS.joinpath(f"{engine}.txt").read_text()
+
+
+def test_names_of_mechanisms_are_scenes_stresses_and_finds():
+    assert mechanisms.arguments("chain:31")[0] == "chain:31"
+    stressed = mechanisms.arguments("iiwa14+payload=1e4")
+    assert stressed[0] == "iiwa14" and stressed[-4:] == ["--stress", "payload", "--value", "1e4"]
+    assert "--states" in mechanisms.arguments(mechanisms.found()[0])
+    assert mechanisms.label("iiwa14+payload=1e4", 7) == "iiwa14+payload=1e4:7"
+    assert mechanisms.label("chain:31", 31) == "chain:31"
+    assert mechanisms.label("robots/arm.urdf", 6) == "arm:6"
+    with pytest.raises(mechanisms.BadName):
+        mechanisms.arguments("panda+payload")
