@@ -32,22 +32,29 @@ struct Sweeps {
   explicit Sweeps(const Model<T>& model) : z(model.nv()), l(model.nv()), e(model.nv()) {}
 };
 
+// e- and e+ of joint k, and z becomes z+; P_plus_c(k, z) adds P+ c.
+template <class T, class Add>
+void filter_joint(const Joint<T>& joint, int k, const Gains<T>& gains, const T& tau, Sweeps<T>& ws,
+                  const Add& P_plus_c) {
+  const int h = joint.axis();
+  Vector6<T>& z = ws.z[k];
+  const T e = tau - z[h];    // (4.2)
+  ws.e[k] = e / gains.D[k];  // (4.6)
+  if (joint.parent < 0) return;
+  z += gains.g[k] * e;  // (4.5)
+  P_plus_c(k, z);
+  if (gains.exact_at(joint)) z[h] = tau;
+}
+
 // e+ of every joint from tau. At the start ws.z holds b; P_plus_c(k) is added behind joint k. About
 // 80 flops a link.
 template <class T, class Add>
 void filter(const Model<T>& model, const LinkKinematics<T>& kin, const Gains<T>& gains,
             const VectorX<T>& tau, Sweeps<T>& ws, const Add& P_plus_c) {
   for (int k = model.nv() - 1; k >= 0; --k) {
-    const Joint<T>& joint = model.joint(k);
-    const int h = joint.axis();
-    Vector6<T>& z = ws.z[k];
-    const T e = tau[k] - z[h];  // (4.2)
-    ws.e[k] = e / gains.D[k];   // (4.6)
-    if (joint.parent < 0) continue;
-    z += gains.g[k] * e;  // (4.5)
-    P_plus_c(k, z);
-    if (gains.exact_at(joint)) z[h] = tau[k];
-    ws.z[joint.parent] += kin.phi[k].force_to_parent(z);  // (4.4)
+    const int parent = model.parent(k);
+    filter_joint(model.joint(k), k, gains, tau[k], ws, P_plus_c);
+    if (parent >= 0) ws.z[parent] += kin.phi[k].force_to_parent(ws.z[k]);  // (4.4)
   }
 }
 

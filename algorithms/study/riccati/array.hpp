@@ -135,14 +135,17 @@ struct FirstColumn {
 struct GivensStep : FirstColumn {
   static constexpr const char* name = "ArrayGivens";
 
-  template <class T>
-  static void eliminate(Rows<T>& A, int t, int m, int j) {
+  // Of any matrix, by rows.
+  template <class Matrix>
+  static void eliminate(Matrix& A, int t, int m, int j) {
     using std::sqrt;
+    using T = typename Matrix::Scalar;
+    using Row = Eigen::Matrix<T, 1, Matrix::ColsAtCompileTime>;
     for (int i = t + 1; i < m; ++i) {
       if (A(i, j) == T(0)) continue;
       const T a = A(t, j), b = A(i, j), length = sqrt(a * a + b * b);
       const T c = length > T(0) ? T(a / length) : T(1), s = length > T(0) ? T(b / length) : T(0);
-      const Row<T> top = A.row(t), bottom = A.row(i);
+      const Row top = A.row(t), bottom = A.row(i);
       A.row(t) = c * top + s * bottom;
       A.row(i) = c * bottom - s * top;
       A(t, j) = length;
