@@ -41,6 +41,17 @@ void MujocoStep::step(const VectorX<double>& q, const VectorX<double>& v,
   mj_step(model_.get(), data_.get());
 }
 
+void MujocoStep::start(const VectorX<double>& q, const VectorX<double>& v) {
+  mj_resetData(model_.get(), data_.get());
+  std::copy(q.begin(), q.end(), data_->qpos);
+  std::copy(v.begin(), v.end(), data_->qvel);
+}
+
+void MujocoStep::go_on(const VectorX<double>& tau) {
+  std::copy(tau.begin(), tau.end(), data_->qfrc_applied);
+  mj_step(model_.get(), data_.get());
+}
+
 void MujocoStep::forward(const VectorX<double>& q, const VectorX<double>& v,
                          const VectorX<double>& tau) {
   set(q, v, tau);

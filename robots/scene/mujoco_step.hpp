@@ -16,12 +16,16 @@ static_assert(mjVERSION_HEADER >= 3013000, "MuJoCo's discrete integrator: run sc
 
 class MujocoStep {
  public:
-  // The terms take the place of those of the model. integrator: mjINT_EULER, mjINT_IMPLICITFAST or
-  // mjINT_DISCRETE.
+  // The terms take the place of those of the model. integrator: mjINT_EULER, mjINT_IMPLICITFAST,
+  // mjINT_DISCRETE or mjINT_RK4.
   MujocoStep(const MujocoModel& model, double h, const JointTerms& terms, mjtIntegrator integrator);
 
   // From q (nq), v (nv) and tau (nv) to q() and v() after h.
   void step(const VectorX<double>& q, const VectorX<double>& v, const VectorX<double>& tau);
+
+  // From q and v at time 0 through step after step of q() and v() under tau.
+  void start(const VectorX<double>& q, const VectorX<double>& v);
+  void go_on(const VectorX<double>& tau);
 
   // mj_forward: what a step does before it integrates.
   void forward(const VectorX<double>& q, const VectorX<double>& v, const VectorX<double>& tau);
