@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from read.data import Data, DataError
+from read.motions import Case
 
 DEEPEST = 32  # our own files have six levels
 MOST_DIGITS = 20
@@ -103,6 +104,9 @@ def refuse_repeats(data: Data) -> None:
         "family": ((family.name,) for family in data.stress_families),
         "variant": ((variant.name,) for variant in data.stress_variants),
         "stress of a robot": ((it.name, it.stress) for it in data.robot_limits),
+        "motion": (
+            row if isinstance(row, Case) else (*row.case, *row[1:6]) for row in data.motions
+        ),
         "integration": (row[:6] for row in data.integrations),
     }
     for what, recorded in keys.items():

@@ -9,6 +9,7 @@ from read.advice import Advice, Limits
 from read.campaign import Campaign
 from read.fits import Identification
 from read.laboratory import Laboratory
+from read.motions import Case, Simulation
 from read.replicates import Replicates
 from read.stress import Family, Integration, Stress, Variant
 
@@ -217,6 +218,7 @@ class Data:
     stress_families: list[Family] = field(default_factory=list)
     stress_variants: list[Variant] = field(default_factory=list)
     integrations: list[Integration] = field(default_factory=list)
+    motions: list[Simulation | Case] = field(default_factory=list)  # a case that has no truth
     finds: list[Find] = field(default_factory=list)  # of each search in order
     campaign: Campaign | None = None
     replicates: Replicates | None = None  # of the claims

@@ -9,6 +9,7 @@ from read import (
     advice,
     benchmarks,
     campaign_files,
+    motions,
     paper,
     replicate_files,
     robots,
@@ -145,6 +146,11 @@ def _integration(row: dict) -> Integration:
     )
 
 
+def _motion(row: dict):
+    checked_scene(row["robot"])
+    return motions.motion(row)
+
+
 def read_times(path: Path, data: Data) -> None:
     times, context = _benchmarks(path, benchmarks.times)
     data.times += [time for time in times if time.scene != benchmarks.NO_SCENE]
@@ -272,6 +278,7 @@ READERS = {
     "campaign": _campaign_reader("campaign", campaign_files.read),
     "claims": _campaign_reader("replicates", replicate_files.read),
     "robots": _csv_reader("robot_limits", robots.COLUMNS, robots.kept),
+    "motions": _csv_reader("motions", motions.COLUMNS, _motion),
     "integration": _csv_reader("integrations", INTEGRATION_COLUMNS, _integration),
 }
 
@@ -327,6 +334,7 @@ def _records(data: Data) -> tuple:
         data.limits,
         data.stress,
         data.integrations,
+        data.motions,
         data.finds,
         [data.campaign] if data.campaign else [],
         [data.replicates] if data.replicates else [],

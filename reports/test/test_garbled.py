@@ -18,6 +18,7 @@ import fake_questions
 import fake_stress
 from read.campaign import Worst
 from read.data import DataError, Error
+from read.motions import COLUMNS as MOTION_COLUMNS
 from read.readers import COLUMNS, READERS, SAMPLE_COLUMNS, load
 from read.replicates import Numbers
 from read.robots import COLUMNS as ROBOT_COLUMNS
@@ -25,6 +26,7 @@ from read.search import COLUMNS as SEARCH_COLUMNS
 from read.stress import Integration, Stress
 from records import ROBOT, ROW, SAMPLE, fast, paper, peak, timed
 from sections import SECTIONS
+from test_motions import ADAPTIVE, NO_TRUTH, STEPS
 
 ERROR = {"max": 1e-15, "median": 1e-16, "bound": None}
 COMPARED = {"variant": "Fast<A>", "precision": "float64", "failures": 0}
@@ -89,6 +91,7 @@ TABLES = {
     "errors": table(COLUMNS, ROW, "panda:7,7,,float64,model,0,kappa,12.5,ok"),
     "simulation": table(SAMPLE_COLUMNS, SAMPLE, "panda:7,7,M,Exact,0,0,1e-16,1e-5,1"),
     "adversary": table(SEARCH_COLUMNS, *FOUND.splitlines()),
+    "motions": table(MOTION_COLUMNS, STEPS[0], STEPS[2], ADAPTIVE, NO_TRUTH),
     "integration": table_of(fake_stress.integrations()[:2]),
     "stress": table_of(fake_stress.records()[:2]),
 }

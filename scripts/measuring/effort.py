@@ -22,6 +22,8 @@ class Effort:
     jacobians: tuple[str, ...]  # scenes of the Jacobians of fits in a run of all
     fits: tuple[str, ...]  # robots that are fitted by every residual in a run of all
     limits: tuple[str, ...]  # robots that are stressed in a run of all, or else those given
+    motions: tuple[str, ...]  # robots of simulated motions in a run of all, or else those given
+    motion_options: tuple[str, ...]  # of `trajectories`
     searched: tuple[str, ...]  # variants whose worst mechanisms are searched for
     evaluations: int  # of mechanisms, each variant and precision, by search and at random
 
@@ -50,6 +52,8 @@ QUICK = Effort(
     jacobians=("iiwa14", "chain:31"),
     fits=("iiwa14",),
     limits=("panda",),
+    motions=("panda",),
+    motion_options=("--T=0.1", "--h=1e-2,5e-3,2e-3,1e-3,5e-4,2e-4,1e-4,5e-5,2e-5"),
     searched=("Fast<*",),
     evaluations=1000,
 )
@@ -69,6 +73,8 @@ FULL = Effort(
     jacobians=("iiwa14", "go2", "chain:31", "chain:100"),
     fits=("iiwa14", "panda", "go2"),
     limits=("panda", "iiwa14", "ur10e", "go2", "g1"),
+    motions=("panda", "ur10e", "g1"),
+    motion_options=("--stiffness=1e3,1e4,1e5",),
     searched=(
         "Fast<*",
         "Sequential<Conventional>",

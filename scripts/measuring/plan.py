@@ -65,6 +65,7 @@ KINDS = {  # in the order in which they are measured
     ),
     "recommend": Kind("recommend", "json", "--json", "advice", alone=True, partial=True),
     "limits": Kind("limits", "json", "--json", "limits", alone=True, partial=True),
+    "motions": Kind("trajectories", "csv", "--out", "motions", alone=True, partial=True),
     "errors": Kind("scaling", "csv", "--out", "errors"),
     "mujoco": Kind("compare_mujoco", "json", "--json", "agreement with MuJoCo", shows_failure=True),
     "paper": Kind(
@@ -136,6 +137,9 @@ def plan(
     stressed = robots
     if everything:
         stressed = [scene for scene in robots if scene.label in effort.limits] or robots[:1]
+    moved = robots
+    if everything:
+        moved = [scene for scene in robots if scene.label in effort.motions] or robots[:1]
     measured = {
         "times": scenes,
         "estimation": [CHAINS] if everything or effort.estimation_always else [],
@@ -147,6 +151,7 @@ def plan(
         "identify": fits(robots, everything, effort),
         "recommend": robots,
         "limits": stressed,
+        "motions": moved,
         "errors": scenes,
         "mujoco": [scene for scene in scenes if scene.in_mujoco],
         "paper": [RANDOM_CHAIN, *robots],

@@ -100,6 +100,8 @@ class Unit:
                 return [*self.scene.options, title, *timing]
             case "identify":
                 return ["--start-error=0.5", *self.scene.options]
+            case "motions":
+                return list(effort.motion_options)
             case "errors":
                 return ["--seed=1", f"--states={effort.states_of(self.scene.size)}"]
             case "mujoco":

@@ -1,0 +1,81 @@
+"""The chart of simulated motions: error at the end against the time that was spent."""
+
+import altair as alt
+
+from charts.common import (
+    NUMBER,
+    TIME,
+    VIEW,
+    Style,
+    error_scale,
+    filtered,
+    frame,
+    log_axis,
+    mark_last,
+    short,
+)
+from charts.text import error_text, time_text
+from charts.variants import curves, series
+from read.motions import Simulation
+
+MOTION = "motion"  # the parameter that says which motion of a robot is drawn
+MEASURES = {"q": "positions q", "v": "velocities v"}
+FIRST = {  # what is shown at first
+    ("springs_at_end", "float32"),
+    ("springs_at_end", "float64"),
+    ("springs_at_start", "float64"),
+    ("semi_implicit_euler", "float64"),
+    ("rk4", "float64"),
+    ("mj_discrete", "float64"),
+    ("dopri5", "float64"),
+    ("cvode_bdf", "float64"),
+}
+TOOLTIPS = {
+    "scene": "robot",
+    "variant": "integrator",
+    "precision": "precision",
+    "step": "step",
+    "error_text": "error",
+    "time_text": "time of a simulated second",
+    "calls": "accelerations",
+}
+
+
+def step_text(simulation: Simulation) -> str:
+    if simulation.h is None:
+        return f"tolerance {error_text(simulation.tolerance)}"
+    return f"h = {time_text(1e9 * simulation.h)}"
+
+
+def work_precision(simulations: list[Simulation], style: Style, choices: dict[str, str]):
+    """A line each integrator, form and precision; its points are steps or tolerances."""
+    rows = [
+        {
+            "scene": it.case.robot,
+            MOTION: it.case.title,
+            VIEW: measure,
+            "variant": it.variant,
+            "precision": it.precision,
+            "step": step_text(it),
+            "time": short(1e9 * it.seconds),
+            "error": short(error),
+            "time_text": time_text(1e9 * it.seconds),
+            "error_text": error_text(error),
+            "calls": it.calls,
+            **({} if (it.variant, it.precision) in FIRST else {"more": 1}),
+        }
+        for it in simulations
+        if it.status == "ok"
+        for measure, error in (("q", it.error_q), ("v", it.error_v))
+    ]
+    mark_last(rows, "error", "time", (VIEW, MOTION))
+    x = alt.X(
+        "time:Q",
+        axis=log_axis("x", "time of a simulated second", TIME),
+        scale=alt.Scale(type="log", nice=False, padding=12),
+    )
+    title = "relative error at the end"
+    y = alt.Y("error:Q", axis=log_axis("y", title, NUMBER), scale=error_scale(rows))
+    drawn = filtered(choices).transform_filter("datum.error > 0")
+    drawn = drawn.encode(x=x, y=y, **series(style, TOOLTIPS))
+    return alt.layer(*curves(drawn, style), **frame(rows))
