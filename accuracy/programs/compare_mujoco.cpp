@@ -231,9 +231,8 @@ int main(int argc, char** argv) {
   CLI::App app(
       "Every variant against MuJoCo on random states: M within 1e-13, acceleration in float64 "
       "within "
-      "1e-9 or nv u kappa(M), whichever is more; or, with --step, implicit steps with the springs "
-      "and "
-      "dampers of the file. Exit 1 beyond that.",
+      "1e-9 or nv u kappa(M), whichever is more; or, with --step, implicit steps with the springs, "
+      "dampers and actuators of the file. Exit 1 beyond that.",
       "compare_mujoco");
   Options options;
   add_scene(app, options.scenes, options.read)->required();

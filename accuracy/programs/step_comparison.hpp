@@ -14,8 +14,9 @@
 namespace kalmarm {
 
 struct StepOptions {
-  double h = 0.002;                          // [s]
-  std::optional<double> damping, stiffness;  // of every hinge and slide, in the place of the file's
+  double h = 0.002;  // [s]
+  std::optional<double> damping,
+      stiffness;  // of every hinge and slide, in the place of the file's joints
   int random = 100;
   std::uint64_t seed = 1;
 };

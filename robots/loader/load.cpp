@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <optional>
 #include <stdexcept>
+#include <utility>
 
 #include "algorithms/model/plain.hpp"
+#include "robots/loader/actuators.hpp"
 #include "robots/loader/input_error.hpp"
 #include "robots/loader/mujoco_model.hpp"
 #include "robots/loader/mujoco_shim.hpp"
@@ -50,11 +53,17 @@ std::vector<NamedFrame> named_frames(const MujocoModel& model) {
 LoadedRobot load_robot(const std::string& path, const LoadOptions& options) {
   const Handlers handlers;
   const std::shared_ptr<const MujocoModel> model = MujocoModel::load(path, options, Sites::kept);
+  Driven driven = model->driven();
+  std::optional<RobotModel> compensated;
+  if (const auto weights = model->compensated()) compensated = plain(*weights);
   return {.name = std::filesystem::path(path).stem().string(),
           .model = plain(model->lower()),
           .home = {model->home().q.begin(), model->home().q.end()},
           .home_velocity = {model->home().qd.begin(), model->home().qd.end()},
-          .terms = model->terms(),
+          .terms = std::move(driven.terms),
+          .torque = std::move(driven.torque),
+          .actuators = model->actuators(),
+          .compensated = std::move(compensated),
           .frames = named_frames(*model),
           .notes = model->notes()};
 }

@@ -1,9 +1,12 @@
 // MujocoModel::lower: from a compiled model to one-DoF joints.
+#include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "algorithms/model/mass_matrix.hpp"
 #include "algorithms/spatial/principal_axes.hpp"
 #include "robots/loader/input_error.hpp"
 #include "robots/loader/mujoco_model.hpp"
@@ -35,7 +38,9 @@ Quaternion quat(const mjtNum* x) { return {x[0], x[1], x[2], x[3]}; }
 
 class Lowering {
  public:
-  explicit Lowering(const mjModel* m) : m_(m), frames_(m->nbody) {
+  // `weights`: with the weights alone that the file compensates, as points.
+  explicit Lowering(const mjModel* m, bool weights = false)
+      : m_(m), weights_(weights), frames_(m->nbody) {
     for (int body = 1; body < m->nbody; ++body) add_body(body);
   }
 
@@ -78,6 +83,10 @@ class Lowering {
     inertia.com = frame.p + frame.R * vec3(m_->body_ipos + 3 * body);
     inertia.axes = frame.R * quat(m_->body_iquat + 4 * body);
     inertia.moments = vec3(m_->body_inertia + 3 * body);
+    if (weights_) {
+      inertia.mass *= std::max(m_->body_gravcomp[body], 0.0);
+      inertia.moments.setZero();
+    }
     RigidBody<double>& link = joints_[frame.link].body;
     link = welded(link, inertia);
   }
@@ -141,7 +150,7 @@ class Lowering {
       joint.ref = m_->qpos0[q];
     joint.rotation = at.R;
     joint.translation = at.p;
-    joint.r = m_->dof_armature[k] + reflected_armature(m_->dof_jntid[k], name);
+    if (!weights_) joint.r = m_->dof_armature[k] + reflected_armature(m_->dof_jntid[k], name);
     joints_.push_back(joint);
     names_.push_back(name);
     return k;
@@ -162,6 +171,7 @@ class Lowering {
   }
 
   const mjModel* m_;
+  bool weights_;
   std::vector<Frame> frames_;
   std::vector<Joint<double>> joints_;
   std::vector<std::string> names_;
@@ -169,7 +179,27 @@ class Lowering {
 
 }  // namespace
 
+VectorX<double> diagonal_at_start(const mjModel* m) {
+  const Model<double> model = Lowering(m).model();
+  LinkKinematics<double> kin(model);
+  CompositeInertia<double> composite(model);
+  MatrixX<double> M(model.nv(), model.nv());
+  set_position(model, Eigen::Map<const VectorX<double>>(m->qpos0, m->nq), kin);
+  mass_matrix(model, kin, composite, Eigen::Ref<MatrixX<double>>(M));
+  return M.diagonal();
+}
+
 Model<double> MujocoModel::lower() const { return Lowering(get()).model(); }
+
+std::optional<Model<double>> MujocoModel::compensated() const {
+  const mjModel* m = get();
+  constexpr int passive = mjDSBL_SPRING | mjDSBL_DAMPER;  // both off: no passive force at all
+  const bool any = std::any_of(m->body_gravcomp, m->body_gravcomp + m->nbody,
+                               [](double share) { return share > 0; });
+  if (!any || (m->opt.disableflags & passive) == passive) return std::nullopt;
+  return Lowering(m, true).model();
+}
+
 std::vector<LinkFrame> MujocoModel::body_frames() const { return Lowering(get()).frames(); }
 
 }  // namespace kalmarm

@@ -8,6 +8,7 @@
 #include "robots/loader/mujoco_shim.hpp"
 #include "robots/loader/mujoco_spec.hpp"
 #include "robots/loader/mujoco_strip.hpp"
+#include "robots/loader/names.hpp"
 
 namespace kalmarm {
 namespace {
@@ -22,10 +23,27 @@ mjModel* compiled(mjSpec* spec, const std::string& what, const std::string& hint
 }
 
 std::shared_ptr<const MujocoModel> moving(mjModel* model, const std::string& what,
-                                          std::vector<std::string> notes = {}, Keyframe key = {}) {
-  auto out = std::make_shared<const MujocoModel>(model, std::move(notes), std::move(key));
+                                          std::vector<std::string> notes = {}, Keyframe key = {},
+                                          VectorX<double> controls = {}) {
+  auto out = std::make_shared<const MujocoModel>(model, std::move(notes), std::move(key),
+                                                 std::move(controls));
   if (model->nv == 0) throw InputError(what + ": no joint, so no degree of freedom");
   return out;
+}
+
+// A file may hold actuators that MuJoCo refuses: a robot needs none of them.
+mjModel* compiled_without_bad_actuators(mjSpec* spec, const std::string& what,
+                                        const std::string& hint, std::vector<Control>& controls,
+                                        std::vector<std::string>& notes) {
+  if (mjModel* model = mj_compile(spec, nullptr)) return model;
+  const std::string reason = mjs_getError(spec);
+  for (const Control& control : controls) mute(mjs_asActuator(control.actuator));
+  const bool any = !controls.empty();
+  controls.clear();
+  mjModel* model = compiled(spec, what, hint);
+  if (any)
+    notes.push_back(one_line("ignored: all actuators, of which MuJoCo refuses one: " + reason));
+  return model;
 }
 
 std::string note_of(const std::vector<GivenInertia>& taken) {
@@ -49,37 +67,38 @@ void install_mujoco_handlers() {
   mju_user_warning = [](const char*) {};
 }
 
+MujocoModel::MujocoModel(mjModel* model, std::vector<std::string> notes, Keyframe key,
+                         VectorX<double> controls)
+    : model_(model, mj_deleteModel),
+      notes_(std::move(notes)),
+      home_(completed(std::move(key), model)),
+      controls_(std::move(controls)) {
+  if (controls_.size() == 0) controls_ = VectorX<double>::Zero(actuator_count(model));
+}
+
 std::shared_ptr<const MujocoModel> MujocoModel::load(const std::string& path,
                                                      const LoadOptions& options, Sites sites) {
   install_mujoco_handlers();
-  auto [spec, notes, weights, key] = read_file(path, options);
+  auto [spec, notes, weights, key, set] = read_file(path, options);
   try {
     strip(spec.get(), sites);
     const std::vector<GivenInertia> taken = take_out_inertias(spec.get());
     if (const std::string note = one_line(note_of(taken)); !note.empty()) notes.push_back(note);
-    mjModel* model = compiled(spec.get(), path, weights);
+    const std::vector<DampingRatio> ratios = damping_ratios(spec.get());
+    mjModel* model = compiled_without_bad_actuators(spec.get(), path, weights, set, notes);
     put_back(taken, model);
-    auto out = moving(model, path, std::move(notes), std::move(key));
-    out->lower();  // refuses here what it cannot hold
+    if (!taken.empty() && !ratios.empty()) set_dampers(ratios, diagonal_at_start(model), model);
+    VectorX<double> controls = limited_controls(model, set);
+    if (const int muted = mute_destabilising(model, controls); muted > 0 && options.takes_steps)
+      notes.push_back("ignored: " + counted(muted, "actuator with negative stiffness or damping"));
+    auto out = moving(model, path, std::move(notes), std::move(key), std::move(controls));
+    out->actuators();  // refuses here what is not finite
+    out->lower();      // refuses here what it cannot hold
     return out;
   } catch (const InputError& e) {
     if (std::string(e.what()).starts_with(path)) throw;
     throw InputError(path + ": " + e.what());
   }
-}
-
-JointTerms MujocoModel::terms() const {
-  const mjModel* m = get();
-  JointTerms out;
-  out.damping.assign(m->dof_damping, m->dof_damping + m->nv);
-  out.stiffness.assign(m->nv, 0);
-  out.reference.assign(m->nv, 0);
-  for (int j = 0; j < m->njnt; ++j) {
-    if (m->jnt_type[j] != mjJNT_HINGE && m->jnt_type[j] != mjJNT_SLIDE) continue;
-    out.stiffness[m->jnt_dofadr[j]] = m->jnt_stiffness[j];
-    out.reference[m->jnt_dofadr[j]] = m->qpos_spring[m->jnt_qposadr[j]];
-  }
-  return out;
 }
 
 std::shared_ptr<const MujocoModel> MujocoModel::from(const Model<double>& model,

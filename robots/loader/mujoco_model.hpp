@@ -1,7 +1,7 @@
 // Robots from MJCF and URDF files, through MuJoCo's compiler.
 //
-// What dynamics does not ask for is taken out before compiling (mjSpec): sensors, actuators,
-// tendons, contacts, equalities, keyframes, cameras, lights, sites, materials, textures, skins, the
+// What dynamics and implicit steps do not ask for is taken out before compiling (mjSpec): sensors,
+// actuators whose force is not that of a spring, a damper and a torque (actuators.hpp), tendons, contacts, equalities, keyframes, cameras, lights, sites, materials, textures, skins, the
 // inertias of bodies that cannot move, and every geom and mesh whose body cannot move or has an
 // explicit inertia. So a robot whose mesh files are missing still loads; where an inertia has to
 // come from a geom, the geom stays. Armature stays wherever MuJoCo adds it to M: on joints, and on
@@ -20,12 +20,14 @@
 #include <mujoco/mujoco.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "algorithms/model/model.hpp"
 #include "kalmarm/load.hpp"
+#include "robots/loader/actuators.hpp"
 #include "robots/loader/files/keyframe.hpp"
 #include "robots/loader/mujoco_strip.hpp"
 
@@ -43,6 +45,9 @@ struct LinkFrame {
   }
 };
 
+// The diagonal of M where a compiled model starts (nv).
+VectorX<double> diagonal_at_start(const mjModel* model);
+
 class MujocoModel {
  public:
   // From an MJCF or URDF file. Throws InputError with file, element and MuJoCo's reason. Notes say
@@ -58,22 +63,29 @@ class MujocoModel {
                                                  const std::string& name);
 
   // Takes the compiled model. Throws InputError where the keyframe is not the model's.
-  explicit MujocoModel(mjModel* model, std::vector<std::string> notes = {}, Keyframe key = {})
-      : model_(model, mj_deleteModel),
-        notes_(std::move(notes)),
-        home_(completed(std::move(key), model)) {}
+  // controls: one an actuator; none: all zero.
+  explicit MujocoModel(mjModel* model, std::vector<std::string> notes = {}, Keyframe key = {},
+                       VectorX<double> controls = {});
 
   const mjModel* get() const { return model_.get(); }
   const std::vector<std::string>& notes() const { return notes_; }  // of load(), each a line
   const Keyframe& home() const { return home_; }  // as the file or its keyframe starts
   Model<double> lower() const;
-  JointTerms terms() const;                    // as LoadedRobot has them
-  std::vector<LinkFrame> body_frames() const;  // of MuJoCo's bodies, in its order
+
+  // As LoadedRobot has them, and the joints' own terms apart.
+  JointTerms joint_terms() const { return kalmarm::joint_terms(get()); }
+  std::vector<Actuator> actuators() const { return actuators_of(get(), controls_); }
+  Driven driven() const { return kalmarm::driven(joint_terms(), actuators()); }
+  std::optional<Model<double>> compensated() const;
+
+  const VectorX<double>& controls() const { return controls_; }  // MuJoCo's ctrl
+  std::vector<LinkFrame> body_frames() const;                    // of MuJoCo's bodies, in its order
 
  private:
   std::unique_ptr<mjModel, void (*)(mjModel*)> model_;
   std::vector<std::string> notes_;
   Keyframe home_;
+  VectorX<double> controls_;
 };
 
 }  // namespace kalmarm

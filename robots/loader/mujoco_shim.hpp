@@ -35,6 +35,12 @@ inline int actuator_count(const mjModel* m) {
 #endif
 }
 
+// The inputs of an actuator are those of its type: older releases have one alone.
+template <class SpecActuator>
+void clear_signature(SpecActuator& actuator) {
+  if constexpr (requires { actuator.ctrlspec; }) actuator.ctrlspec = 0;
+}
+
 // MuJoCo writes all digits of a double while this lives.
 class AllDigits {
  public:

@@ -5,7 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "robots/loader/actuators.hpp"
 #include "robots/loader/input_error.hpp"
+#include "robots/loader/mujoco_shim.hpp"
 #include "robots/loader/mujoco_spec.hpp"
 
 namespace kalmarm {
@@ -44,6 +46,22 @@ std::vector<const mjsBody*> strip_static_inertias(mjSpec* spec) {
   return fixed;
 }
 
+// Those whose force is no part of implicit steps stay for what they add to M and the damping of a joint.
+void strip_actuators(mjSpec* spec) {
+  spec->compiler.LRopt.mode = mjLRMODE_NONE;
+  for (mjsElement* e : elements(spec, mjOBJ_ACTUATOR)) {
+    mjsActuator* actuator = mjs_asActuator(e);
+    actuator->forcelimited = mjLIMITED_FALSE;
+    if (left_out(spec, actuator).empty()) continue;
+    const bool adds = actuator->armature != 0 || linear(actuator->damping) != 0;
+    if (adds && actuator->trntype == mjTRN_JOINT)
+      mute(actuator);
+    else
+      mjs_delete(spec, e);
+  }
+  for (mjsElement* e : elements(spec, mjOBJ_JOINT)) mjs_asJoint(e)->actfrclimited = mjLIMITED_FALSE;
+}
+
 }  // namespace
 
 bool inertia_from_geoms(const mjSpec* spec, const mjsBody* body) {
@@ -62,8 +80,7 @@ void strip(mjSpec* spec, Sites sites) {
   for (const mjtObj type : {mjOBJ_KEY, mjOBJ_SENSOR, mjOBJ_TUPLE, mjOBJ_NUMERIC, mjOBJ_TEXT,
                             mjOBJ_EXCLUDE, mjOBJ_PAIR, mjOBJ_EQUALITY})
     for (mjsElement* e : elements(spec, type)) mjs_delete(spec, e);
-  for (mjsElement* e : elements(spec, mjOBJ_ACTUATOR))
-    if (mjs_asActuator(e)->armature == 0) mjs_delete(spec, e);
+  strip_actuators(spec);
   for (const mjtObj type : {mjOBJ_TENDON, mjOBJ_SKIN, mjOBJ_CAMERA, mjOBJ_LIGHT})
     for (mjsElement* e : elements(spec, type)) mjs_delete(spec, e);
   for (mjsElement* e : elements(spec, mjOBJ_SITE))

@@ -1,5 +1,5 @@
-// Takes out of a scene's specification what M and the bias do not depend on (mujoco_model.hpp says
-// what that is).
+// Takes out of a scene's specification what neither M, the bias nor an implicit step depend on
+// (mujoco_model.hpp says what that is).
 #pragma once
 
 #include <mujoco/mujoco.h>

@@ -43,7 +43,7 @@ std::string unknown_name(const std::string& kind, const std::string& name,
 std::string counted(int count, const std::string& kind) {
   const std::string number = std::to_string(count) + " ";
   if (count == 1) return number + kind;
-  const std::size_t of = std::min(kind.find(" of "), kind.size());
+  const std::size_t of = std::min({kind.find(" of "), kind.find(" with "), kind.size()});
   std::string noun = kind.substr(0, of);
   if (noun.ends_with("sh") || noun.ends_with("x"))
     noun += "es";

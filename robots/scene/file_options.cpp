@@ -10,9 +10,9 @@
 
 namespace kalmarm {
 
-std::map<std::string, double> read_armature(const std::string& path) {
+std::map<std::string, double> read_numbers(const std::string& path) {
   const nlohmann::json document = read_json(path);
-  if (!document.is_object()) throw InputError(path + ": is no JSON object of joints and numbers");
+  if (!document.is_object()) throw InputError(path + ": is no JSON object of names and numbers");
   std::map<std::string, double> out;
   for (const auto& [joint, value] : document.items())
     out[joint] = finite_number(value, path + ": '" + joint + "'");
@@ -50,8 +50,15 @@ void add_file_options(CLI::App& app, LoadOptions& read) {
       ->type_name("NAME")
       ->group(group);
   app.add_option_function<std::string>(
-         "--armature", [&](const std::string& path) { read.armature = read_armature(path); },
+         "--armature", [&](const std::string& path) { read.armature = read_numbers(path); },
          "JSON file of joints and the inertia that rotor and gear add to each, {\"JOINT\": KG_M2}")
+      ->type_name("FILE")
+      ->group(group);
+  app.add_option_function<std::string>(
+         "--controls", [&](const std::string& path) { read.controls = read_numbers(path); },
+         "JSON file of actuators and their controls in implicit steps, {\"ACTUATOR\": NUMBER}; "
+         "others "
+         "have the keyframe's, or zero")
       ->type_name("FILE")
       ->group(group);
   app.add_option_function<std::string>(
@@ -73,15 +80,20 @@ std::string initializer_of(const LoadOptions& read) {
     add("urdf_inertia", read.urdf_inertia == UrdfInertia::none ? "kalmarm::UrdfInertia::none"
                                                                : "kalmarm::UrdfInertia::geometry");
   if (read.inertia == InertiaPolicy::balanced) add("inertia", "kalmarm::InertiaPolicy::balanced");
-  std::string folders, joints;
+  std::string folders;
   for (const std::string& folder : read.package_path)
     folders += (folders.empty() ? "" : ", ") + quoted(folder);
   if (!folders.empty()) add("package_path", "{" + folders + "}");
   if (!read.key.empty()) add("key", quoted(read.key));
-  for (const auto& [joint, armature] : read.armature)
-    joints += (joints.empty() ? "{" : ", {") + quoted(joint) + ", " +
-              nlohmann::json(armature).dump() + "}";
-  if (!joints.empty()) add("armature", "{" + joints + "}");
+  const auto add_numbers = [&](const char* member, const std::map<std::string, double>& numbers) {
+    std::string all;
+    for (const auto& [name, number] : numbers)
+      all +=
+          (all.empty() ? "{" : ", {") + quoted(name) + ", " + nlohmann::json(number).dump() + "}";
+    if (!all.empty()) add(member, "{" + all + "}");
+  };
+  add_numbers("controls", read.controls);
+  add_numbers("armature", read.armature);
   return out.empty() ? out : out + "}";
 }
 

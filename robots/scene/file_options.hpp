@@ -15,8 +15,8 @@ namespace kalmarm {
 // Adds what LoadOptions has to the command line.
 void add_file_options(CLI::App& app, LoadOptions& read);
 
-// What --armature's file adds to each joint: a JSON object of names and numbers. Throws InputError.
-std::map<std::string, double> read_armature(const std::string& path);
+// The file of --armature or --controls: a JSON object of names and numbers. Throws InputError.
+std::map<std::string, double> read_numbers(const std::string& path);
 
 // The options as C++ has them, "{.floating = \"\"}"; empty where all are as the file has it.
 std::string initializer_of(const LoadOptions& read);

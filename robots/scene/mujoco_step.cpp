@@ -3,29 +3,71 @@
 #include <algorithm>
 
 namespace kalmarm {
+namespace {
 
-MujocoStep::MujocoStep(const MujocoModel& model, double h, const JointTerms& terms,
+mjtIntegrator mujoco_integrator(Integrator integrator) {
+  switch (integrator) {
+    case Integrator::euler:
+      return mjINT_EULER;
+    case Integrator::implicitfast:
+      return mjINT_IMPLICITFAST;
+    default:
+      return mjINT_DISCRETE;
+  }
+}
+
+}  // namespace
+
+std::vector<bool> lone_free_dofs(const Model<double>& model) {
+  constexpr int dofs = 6;
+  std::vector<bool> out(model.nv(), false);
+  for (int first = 0; first < model.nv(); ++first) {
+    if (model.joint(first).coordinate != Coordinate::position || model.parent(first) >= 0) continue;
+    bool alone = true;
+    for (int k = first + dofs; k < model.nv(); ++k)
+      alone = alone && model.parent(k) != first + dofs - 1;
+    std::fill_n(out.begin() + first, dofs, alone);
+  }
+  return out;
+}
+
+MujocoStep::MujocoStep(const MujocoModel& model, double h, const JointTerms& joints,
+                       Integrator integrator)
+    : MujocoStep(model, h, joints, mujoco_integrator(integrator), true) {}
+
+MujocoStep::MujocoStep(const MujocoModel& model, double h, const JointTerms& joints,
                        mjtIntegrator integrator)
+    : MujocoStep(model, h, joints, integrator, false) {}
+
+MujocoStep::MujocoStep(const MujocoModel& model, double h, const JointTerms& joints,
+                       mjtIntegrator integrator, bool forces_of_file)
     : model_(mj_copyModel(nullptr, model.get()), mj_deleteModel),
-      data_(mj_makeData(model_.get()), mj_deleteData) {
+      data_(mj_makeData(model_.get()), mj_deleteData),
+      controls_(model.controls()) {
   mjModel* const m = model_.get();
   m->opt.timestep = h;
   m->opt.integrator = integrator;
+  if (!forces_of_file) m->opt.disableflags |= mjDSBL_ACTUATION;
   // Springs at the start of a step give accelerations above 1e10, at which MuJoCo starts anew.
-  m->opt.disableflags |= mjDSBL_CONTACT | mjDSBL_CONSTRAINT | mjDSBL_ACTUATION | mjDSBL_AUTORESET;
+  m->opt.disableflags |= mjDSBL_CONTACT | mjDSBL_CONSTRAINT | mjDSBL_AUTORESET;
+  m->opt.disableflags &= ~(mjDSBL_SPRING | mjDSBL_DAMPER);
   m->opt.density = m->opt.viscosity = 0;
-  std::fill_n(m->body_gravcomp, m->nbody, 0.0);
+  const bool compensates = forces_of_file && model.compensated().has_value();
+  for (int i = 0; i < m->nbody; ++i)
+    m->body_gravcomp[i] = compensates ? std::max(m->body_gravcomp[i], 0.0) : 0;
   std::fill_n(m->tendon_stiffness, m->ntendon, 0.0);
   std::fill_n(m->tendon_damping, m->ntendon, 0.0);
+  std::fill_n(m->actuator_damping, m->nactuator, 0.0);
   std::fill_n(m->dof_damping, m->nv, 0.0);
   std::fill_n(m->jnt_stiffness, m->njnt, 0.0);
-  std::copy(terms.damping.begin(), terms.damping.end(), m->dof_damping);
+  std::copy(joints.damping.begin(), joints.damping.end(), m->dof_damping);
   for (int j = 0; j < m->njnt; ++j) {
     const int dof = m->jnt_dofadr[j];
-    if (!terms.stiffness.empty()) m->jnt_stiffness[j] = terms.stiffness[dof];
-    if (!terms.reference.empty() && m->jnt_stiffness[j] > 0)
-      m->qpos_spring[m->jnt_qposadr[j]] = terms.reference[dof];
+    if (!joints.stiffness.empty()) m->jnt_stiffness[j] = joints.stiffness[dof];
+    if (!joints.reference.empty() && m->jnt_stiffness[j] > 0)
+      m->qpos_spring[m->jnt_qposadr[j]] = joints.reference[dof];
   }
+  std::copy(controls_.begin(), controls_.end(), data_->ctrl);
 }
 
 void MujocoStep::set(const VectorX<double>& q, const VectorX<double>& v,
@@ -43,6 +85,7 @@ void MujocoStep::step(const VectorX<double>& q, const VectorX<double>& v,
 
 void MujocoStep::start(const VectorX<double>& q, const VectorX<double>& v) {
   mj_resetData(model_.get(), data_.get());
+  std::copy(controls_.begin(), controls_.end(), data_->ctrl);
   std::copy(q.begin(), q.end(), data_->qpos);
   std::copy(v.begin(), v.end(), data_->qvel);
 }

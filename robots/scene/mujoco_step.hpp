@@ -1,24 +1,34 @@
-// mj_step as a reference for implicit steps (kalmarm/implicit_step.hpp): a robot's springs and dampers,
-// without contacts, limits, constraints, actuators, tendons' springs, fluids and compensation of gravity.
+// mj_step as a reference for implicit steps (kalmarm/implicit_step.hpp): a robot's springs, dampers,
+// actuators and compensation of gravity, without contacts, limits, constraints, tendons and fluids.
 #pragma once
 
 #include <mujoco/mujoco.h>
 
 #include <memory>
+#include <vector>
 
 #include "algorithms/model/model.hpp"
 #include "kalmarm/implicit_step.hpp"
 #include "robots/loader/mujoco_model.hpp"
+#include "robots/scene/step_terms.hpp"
 
 namespace kalmarm {
+
+// DoF of free joints that carry no other joint. By implicitfast and discrete MuJoCo takes the gyroscopic
+// torque of such a body at the end of a step, by its derivative in M^: their a is not that of
+// ImplicitStep, by some 1e-5 at h = 2 ms and 1 rad/s.
+std::vector<bool> lone_free_dofs(const Model<double>& model);
 
 static_assert(mjVERSION_HEADER >= 3013000, "MuJoCo's discrete integrator: run scripts/setup");
 
 class MujocoStep {
  public:
-  // The terms take the place of those of the model. integrator: mjINT_EULER, mjINT_IMPLICITFAST,
-  // mjINT_DISCRETE or mjINT_RK4.
-  MujocoStep(const MujocoModel& model, double h, const JointTerms& terms, mjtIntegrator integrator);
+  // The terms take the place of those of the model's joints.
+  MujocoStep(const MujocoModel& model, double h, const JointTerms& joints, Integrator integrator);
+
+  // Without the file's actuators and compensation of gravity, by any integrator of MuJoCo.
+  MujocoStep(const MujocoModel& model, double h, const JointTerms& joints,
+             mjtIntegrator integrator);
 
   // From q (nq), v (nv) and tau (nv) to q() and v() after h.
   void step(const VectorX<double>& q, const VectorX<double>& v, const VectorX<double>& tau);
@@ -36,8 +46,12 @@ class MujocoStep {
  private:
   void set(const VectorX<double>& q, const VectorX<double>& v, const VectorX<double>& tau);
 
+  MujocoStep(const MujocoModel& model, double h, const JointTerms& joints, mjtIntegrator integrator,
+             bool forces_of_file);
+
   std::unique_ptr<mjModel, void (*)(mjModel*)> model_;
   std::unique_ptr<mjData, void (*)(mjData*)> data_;
+  VectorX<double> controls_;
 };
 
 }  // namespace kalmarm

@@ -187,8 +187,8 @@ JointFriction friction_of(const Scene& scene) {
   return {Values(m->dof_damping, nv), Values(m->dof_frictionloss, nv)};
 }
 
-JointTerms terms_of(const Scene& scene) {
-  return scene.mujoco ? scene.mujoco->terms() : JointTerms{};
+JointTerms joint_terms_of(const Scene& scene) {
+  return scene.mujoco ? scene.mujoco->joint_terms() : JointTerms{};
 }
 
 std::string link_name(const Scene& scene, int k) {

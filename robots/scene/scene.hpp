@@ -54,8 +54,8 @@ struct JointFriction {
 };
 JointFriction friction_of(const Scene& scene);
 
-// Springs and dampers of the joints as the robot's file has them; none for a family.
-JointTerms terms_of(const Scene& scene);
+// Springs and dampers of the joints as the robot's file has them, without actuators; none for a family.
+JointTerms joint_terms_of(const Scene& scene);
 
 // The body of link k as people call it: the file's body that carries the joint, the DoF's name
 // where there is none (a family, a link between the DoF of a joint of several).

@@ -3,8 +3,8 @@
 //   kalmarm::LoadedRobot robot = kalmarm::load_robot("g1.xml");
 //   kalmarm::Dynamics<double> dynamics(robot.model);
 //
-// Of the file only what M and the bias depend on is read: bodies, joints, inertias, armature,
-// gravity; notes name the rest. Meshes need not be there unless an inertia comes from them. Joints
+// Of the file what M and the bias depend on is read: bodies, joints, inertias, armature, gravity;
+// and, for implicit steps, springs, dampers, actuators and compensation of gravity. Notes name the rest. Meshes need not be there unless an inertia comes from them. Joints
 // keep MuJoCo's order and conventions: entry i of q is qpos[i], DoF k is qvel[k].
 #pragma once
 
@@ -40,8 +40,11 @@ struct LoadOptions {
   // before ROS_PACKAGE_PATH, AMENT_PREFIX_PATH and the folders above the file.
   std::vector<std::string> package_path = {};
 
-  // The keyframe that is `home`, by name. Its controls are ignored.
+  // The keyframe that is `home`, by name.
   std::string key = {};
+
+  // Of actuators, by name, in the place of the keyframe's, or zero: what LoadedRobot::terms and torque hold.
+  std::map<std::string, double> controls = {};
 
   // What rotors and gears add to M, by joint: rotor inertia times gear ratio squared [kg m^2, of a
   // slide kg], for each DoF of the joint. In the place of what the file says of it.
@@ -53,7 +56,7 @@ struct LoadOptions {
   // Whoever asks adds damping and friction of the joints itself: no note says that they are ignored.
   bool adds_friction = false;
 
-  // Whoever asks takes implicit steps with LoadedRobot::terms: no note says that these are ignored.
+  // Whoever asks takes implicit steps with what LoadedRobot has for them: no note says that it is ignored.
   bool takes_steps = false;
 
   bool operator==(const LoadOptions&) const = default;
@@ -64,12 +67,33 @@ struct NamedFrame {
   Frame frame;
 };
 
+// An actuator of the file on a hinge or slide, whose force is affine in q, q' and its control u: it
+// moves its DoF by gain u + constant - stiffness q - damping q'. Force limits are not in it.
+struct Actuator {
+  std::string name;  // "" where the file has none
+  int dof = -1;
+  double control = 0;                 // u, within the file's limits of it
+  double gain = 0, constant = 0;      // [N m or N], of a unit of u
+  double stiffness = 0, damping = 0;  // as JointTerms; of a gain by length or velocity at this u
+};
+
 struct LoadedRobot {
   std::string name;  // the file's, without folder and ending
   RobotModel model;  // DoF are named after their joints: "knee"; of several DoF "ball:x", ...
   std::vector<double> home;           // q (nq) as the file or its keyframe starts
   std::vector<double> home_velocity;  // qd (nv) of the keyframe, else zero
-  JointTerms terms;  // linear dampers, and springs of hinges and slides: for ImplicitStep
+
+  // For ImplicitStep: linear dampers, springs of hinges and slides, and actuators at their controls.
+  // An actuator without stiffness is a torque (nv), to be added to tau. For other controls add
+  // gain (u - control) at the actuator's DoF.
+  JointTerms terms;
+  std::vector<double> torque;
+  std::vector<Actuator> actuators;
+
+  // Where the file compensates gravity (gravcomp): the robot of these weights alone. Its inverse
+  // dynamics at q, at rest, are the torque that bears them, to be added to tau.
+  std::optional<RobotModel> compensated;
+
   std::vector<NamedFrame> frames;  // those with a name: the file's sites, then its bodies
   // What an engineer should know of the file, each a line: what it holds beyond M and the bias
   // ("ignored: 2 connect constraints, 7 actuators"), and inertias that no solid body has, taken as given.

@@ -1,7 +1,6 @@
 #include "robots/loader/files/ignored.hpp"
 
-#include <utility>
-
+#include "robots/loader/actuators.hpp"
 #include "robots/loader/mujoco_shim.hpp"
 #include "robots/loader/mujoco_spec.hpp"
 #include "robots/loader/names.hpp"
@@ -46,9 +45,18 @@ std::string ignored_parts(mjSpec* spec, const LoadOptions& options) {
     if (const mjsEquality* equality = mjs_asEquality(e);
         equality->active && !(options.imposes_couplings && equality->type == mjEQ_JOINT))
       things.add(name_of(equality->type));
-  for (const auto& [type, name] :
-       {std::pair{mjOBJ_ACTUATOR, "actuator"}, {mjOBJ_TENDON, "tendon"}, {mjOBJ_FLEX, "flex"}})
-    things.add(name, count(spec, type));
+  int limited = 0;  // actuators, by themselves
+  for (mjsElement* e : elements(spec, mjOBJ_ACTUATOR)) {
+    const mjsActuator* actuator = mjs_asActuator(e);
+    const std::string why = left_out(spec, actuator);
+    if (!options.takes_steps)
+      things.add("actuator");
+    else if (!why.empty() && !is_switched_off(spec, actuator))
+      things.add(why);
+    limited += options.takes_steps && why.empty() && has_force_limit(spec, actuator);
+  }
+  things.add("tendon", count(spec, mjOBJ_TENDON));
+  things.add("flex", count(spec, mjOBJ_FLEX));
   for (mjsElement* e : elements(spec, mjOBJ_JOINT)) {
     mjsJoint* joint = mjs_asJoint(e);
     if (linear(joint->damping) != 0 && !options.adds_friction && !options.takes_steps)
@@ -56,17 +64,25 @@ std::string ignored_parts(mjSpec* spec, const LoadOptions& options) {
     if (joint->frictionloss != 0 && !options.adds_friction) forces.add("friction");
     const bool single = joint->type == mjJNT_HINGE || joint->type == mjJNT_SLIDE;
     if (linear(joint->stiffness) != 0 && !(single && options.takes_steps)) forces.add("springs");
+    if (options.takes_steps && has_force_limit(spec, joint))
+      forces.add("limits of actuators' forces");
     if (is_nonlinear(joint->stiffness) || is_nonlinear(joint->damping))
       forces.add("nonlinear springs or damping");
   }
   int compensated = 0;
-  for (mjsElement* e : elements(spec, mjOBJ_BODY)) compensated += mjs_asBody(e)->gravcomp != 0;
+  for (mjsElement* e : elements(spec, mjOBJ_BODY)) {
+    const double share = mjs_asBody(e)->gravcomp;
+    compensated += options.takes_steps ? share < 0 : share != 0;
+  }
 
   std::string out;
   const auto add = [&](const std::string& text) { out += (out.empty() ? "" : ", ") + text; };
   for (const auto& [name, count] : things.all()) add(counted(count, name));
   for (const auto& [name, count] : forces.all()) add(name + " of " + counted(count, "joint"));
-  if (compensated > 0) add("gravity compensation of " + counted(compensated, "body"));
+  if (limited > 0) add("force limits of " + counted(limited, "actuator"));
+  const char* const negative = options.takes_steps ? "negative " : "";
+  if (compensated > 0)
+    add(negative + std::string("gravity compensation of ") + counted(compensated, "body"));
   if (spec->option.density != 0 || spec->option.viscosity != 0) add("drag of a medium");
   return out;
 }

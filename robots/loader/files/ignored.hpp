@@ -16,7 +16,8 @@ std::string note_of_loose_couplings(mjSpec* spec);
 // "2 connect constraints, 12 actuators, damping of 7 joints": constraints that are active,
 // actuators, tendons and flexes, and of joints and bodies the forces that MuJoCo adds to the bias.
 // Empty where there is none. Contacts and joint limits are not named: every file has them.
-// Couplings of joints may be imposed, damping and friction added, by who asks, as the options say.
+// Couplings of joints may be imposed, damping and friction added, and steps taken with springs and
+// actuators, by who asks, as the options say.
 // Ask it before strip().
 std::string ignored_parts(mjSpec* spec, const LoadOptions& options);
 

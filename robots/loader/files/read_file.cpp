@@ -79,7 +79,7 @@ void refuse_meshes_that_are_no_files(mjSpec* spec, const std::string& path) {
 ReadFile read_file(const std::string& path, const LoadOptions& options) {
   const std::vector<XmlTag> tags = checked_tags(path);
   std::string left_out;
-  ReadFile out{parse(path, left_out), {}, {}, {}};
+  ReadFile out{parse(path, left_out), {}, {}, {}, {}};
   mjSpec* spec = out.spec.get();
   const auto note = [&](const std::string& text) {
     if (!text.empty()) out.notes.push_back(one_line(text));
@@ -101,6 +101,7 @@ ReadFile read_file(const std::string& path, const LoadOptions& options) {
     if (options.inertia == InertiaPolicy::balanced) note(balance_inertias(spec));
     set_armature(spec, options.armature);
     if (!options.key.empty()) out.key = keyframe_called(spec, options.key);
+    out.controls = controls_of(spec, options);
     note(note_of_loose_couplings(spec));
     const std::string parts = ignored_parts(spec, options);
     note(parts.empty() ? "" : "ignored: " + parts);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "kalmarm/load.hpp"
+#include "robots/loader/actuators.hpp"
 #include "robots/loader/files/keyframe.hpp"
 #include "robots/loader/mujoco_spec.hpp"
 
@@ -16,6 +17,7 @@ struct ReadFile {
   std::vector<std::string> notes;  // what was ignored, and what the options changed
   std::string weights;             // which of them tells of links without inertia; may be empty
   Keyframe key;                    // as the file has it; empty where none is asked for
+  std::vector<Control> controls;   // of the actuators that have terms
 };
 
 // From an MJCF or URDF file. Throws InputError with the file.

@@ -80,7 +80,7 @@ TEST(HostileFile, IsReadByNoReader) {
   none.expect_refused_by([](const std::string& path) { load_scene(path); });
   none.expect_refused_by([](const std::string& path) { static_cast<void>(load_robot(path)); });
   none.expect_refused_by([&](const std::string& path) { read_states(scene, path); });
-  none.expect_refused_by([](const std::string& path) { read_armature(path); });
+  none.expect_refused_by([](const std::string& path) { read_numbers(path); });
 }
 
 TEST(HostileFile, IsMissing) {
@@ -148,7 +148,7 @@ TEST(HostileStates, HoldNestedValuesAndQuaternionsBeyondAllNumbers) {
 TEST(HostileArmature, HoldsNoNumbers) {
   for (const char* value : {"null", "\"a\"", "[[1]]", "{}", "true"}) {
     const TemporaryFile file(std::string("{\"j\": ") + value + "}", ".json");
-    expect_refused([&] { read_armature(file.path()); }, {"'j'", "is not a finite number"});
+    expect_refused([&] { read_numbers(file.path()); }, {"'j'", "is not a finite number"});
   }
 }
 

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <random>
 #include <string>
-#include <utility>
 
 #include "algorithms/model/plain.hpp"
 #include "kalmarm/implicit_step.hpp"
@@ -36,13 +35,10 @@ TEST_P(Steps, AreThoseOfMujoco) {
   const double h = 0.002;
   const RobotModel robot = plain(scene.model);
   const JointTerms terms = some_terms(robot);
-  const std::pair<mjtIntegrator, Scheme> pairs[] = {{mjINT_EULER, Scheme::springs_at_start},
-                                                    {mjINT_IMPLICITFAST, Scheme::springs_at_start},
-                                                    {mjINT_DISCRETE, Scheme::springs_at_end}};
-  for (const auto& [integrator, scheme] : pairs) {
-    SCOPED_TRACE(static_cast<int>(integrator));
+  for (const Integrator integrator : all_integrators) {
+    SCOPED_TRACE(to_string(integrator));
     MujocoStep theirs(*scene.mujoco, h, terms, integrator);
-    ImplicitStep<double> step(robot, h, terms, scheme);
+    ImplicitStep<double> step(robot, h, terms, StepTerms(scene, integrator).scheme());
     for (const State& state : random_states(scene, 5, 3)) {
       theirs.step(state.q, state.qd, state.tau);
       VectorX<double> q = state.q, v = state.qd, a(robot.nv());

@@ -77,6 +77,7 @@ LoadOptions options_for(const std::string& text) {
   if (one_in(3)) out.inertia = InertiaPolicy::balanced;
   if (one_in(3)) out.urdf_inertia = one_in(2) ? UrdfInertia::none : UrdfInertia::geometry;
   if (one_in(4)) out.key = "home";
+  if (one_in(4)) out.controls = {{"motor", 0.5}};
   if (one_in(4)) out.armature = {{"elbow", 0.1}, {"shoulder", 0}};
   return out;
 }

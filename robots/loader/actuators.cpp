@@ -1,0 +1,249 @@
+#include "robots/loader/actuators.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "robots/loader/input_error.hpp"
+#include "robots/loader/mujoco_shim.hpp"
+#include "robots/loader/mujoco_spec.hpp"
+#include "robots/loader/names.hpp"
+
+namespace kalmarm {
+namespace {
+
+bool has_one_axis(int type) { return type == mjJNT_HINGE || type == mjJNT_SLIDE; }
+
+bool drives_joint(int transmission) {
+  return transmission == mjTRN_JOINT || transmission == mjTRN_JOINTINPARENT;
+}
+
+std::string target_of(int transmission) {
+  switch (transmission) {
+    case mjTRN_TENDON:
+      return "a tendon";
+    case mjTRN_SLIDERCRANK:
+      return "a slider-crank";
+    case mjTRN_SITE:
+      return "a site";
+    case mjTRN_BODY:
+      return "a body";
+    default:
+      return "another kind";
+  }
+}
+
+bool is_limited(const mjSpec* spec, int limited, const double range[2]) {
+  return limited == mjLIMITED_TRUE ||
+         (limited == mjLIMITED_AUTO && spec->compiler.autolimits && range[0] < range[1]);
+}
+
+// Of a compiled model.
+struct Law {
+  double torque, constant, stiffness, damping;  // G g0, G b0, k, b
+};
+Law law_of(const mjModel* m, int i, double u) {
+  const mjtNum *gain = m->actuator_gainprm + static_cast<std::ptrdiff_t>(i) * mjNGAIN,
+               *bias = m->actuator_biasprm + static_cast<std::ptrdiff_t>(i) * mjNBIAS;
+  const double G = m->actuator_gear[6 * i];
+  const bool affine = m->actuator_gaintype[i] == mjGAIN_AFFINE,
+             biased = m->actuator_biastype[i] == mjBIAS_AFFINE;
+  const auto sloped = [&](int p) {  // as 0 rather than -0
+    return 0 - G * G * ((affine ? gain[p] * u : 0) + (biased ? bias[p] : 0));
+  };
+  return {G * gain[0], biased ? G * bias[0] : 0, sloped(1), sloped(2)};
+}
+
+bool is_muted(const Law& law) {
+  return law.torque == 0 && law.constant == 0 && law.stiffness == 0 && law.damping == 0;
+}
+
+std::string name_of_actuator(const mjModel* m, int i) {
+  const char* name = mj_id2name(m, mjOBJ_ACTUATOR, i);
+  return name ? name : "";
+}
+
+}  // namespace
+
+bool is_switched_off(const mjSpec* spec, const mjsActuator* a) {
+  const bool groups = a->group >= 0 && a->group < 31;
+  return (spec->option.disableflags & mjDSBL_ACTUATION) != 0 ||
+         (groups && (spec->option.disableactuator & (1 << a->group)) != 0);
+}
+
+std::string left_out(mjSpec* spec, const mjsActuator* a) {
+  if (is_switched_off(spec, a)) return "actuator of a group that is switched off";
+  if (!drives_joint(a->trntype)) return "actuator of " + target_of(a->trntype);
+  mjsElement* joint = mjs_findElement(spec, mjOBJ_JOINT, mjs_getString(a->target));
+  if (!joint) return "actuator of a joint that is not there";
+  if (!has_one_axis(mjs_asJoint(joint)->type)) return "actuator of a joint of several axes";
+  if (a->plugin.active) return "actuator of a plugin";
+  if (a->dyntype != mjDYN_NONE) return "actuator with activation dynamics";
+  if (a->nsample != 0 || a->delay != 0) return "actuator with a delay";
+  if (is_nonlinear(a->damping)) return "actuator with nonlinear damping";
+  const bool affine = (a->gaintype == mjGAIN_FIXED || a->gaintype == mjGAIN_AFFINE) &&
+                      (a->biastype == mjBIAS_NONE || a->biastype == mjBIAS_AFFINE);
+  return affine ? "" : "actuator with a force that is not affine";
+}
+
+bool has_force_limit(const mjSpec* spec, const mjsActuator* a) {
+  return is_limited(spec, a->forcelimited, a->forcerange);
+}
+
+bool has_force_limit(const mjSpec* spec, const mjsJoint* joint) {
+  return is_limited(spec, joint->actfrclimited, joint->actfrcrange);
+}
+
+void mute(mjsActuator* a) {
+  a->gaintype = mjGAIN_FIXED;
+  a->biastype = mjBIAS_NONE;
+  a->dyntype = mjDYN_NONE;
+  std::fill_n(a->gainprm, mjNGAIN, 0.0);
+  std::fill_n(a->biasprm, mjNBIAS, 0.0);
+  a->actdim = -1;  // as the compiler finds it
+  a->actlimited = a->ctrllimited = a->forcelimited = mjLIMITED_FALSE;
+  a->inheritrange = 0;
+  a->actearly = 0;
+  a->nsample = 0;
+  a->delay = 0;
+  a->plugin.active = 0;
+  clear_signature(*a);
+}
+
+std::vector<Control> controls_of(mjSpec* spec, const LoadOptions& options) {
+  const std::vector<mjsElement*> all = elements(spec, mjOBJ_ACTUATOR);
+  const double* keyed = nullptr;
+  int count = 0;
+  for (mjsElement* e : elements(spec, mjOBJ_KEY))
+    if (!options.key.empty() && name_of(e) == options.key)
+      keyed = mjs_getDouble(mjs_asKey(e)->ctrl, &count);
+  // Some actuators have several controls: then a keyframe has more of them than there are actuators.
+  if (count != static_cast<int>(all.size())) keyed = nullptr;
+
+  std::vector<Control> out;
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const std::string name = name_of(all[i]), why = left_out(spec, mjs_asActuator(all[i]));
+    const auto given = options.controls.find(name);
+    const bool is_given = !name.empty() && given != options.controls.end();
+    if (!name.empty()) names.push_back(name);
+    if (is_given && !why.empty())
+      throw InputError("controls: '" + name + "' is an " + why + ", which is left out");
+    if (!why.empty()) continue;
+    out.push_back({all[i], is_given ? given->second : keyed ? keyed[i] : 0});
+    if (!std::isfinite(out.back().value))
+      throw InputError("the control of actuator '" + name + "' is not finite");
+  }
+  for (const auto& [name, value] : options.controls)
+    if (std::ranges::find(names, name) == names.end())
+      throw InputError(unknown_name("controls: actuator", name, names));
+  return out;
+}
+
+VectorX<double> limited_controls(const mjModel* m, const std::vector<Control>& controls) {
+  VectorX<double> out = VectorX<double>::Zero(actuator_count(m));
+  const bool clamps = (m->opt.disableflags & mjDSBL_CLAMPCTRL) == 0;
+  for (const auto& [actuator, value] : controls) {
+    const int i = mjs_getId(actuator);
+    const mjtNum* range = m->actuator_ctrlrange + 2 * static_cast<std::ptrdiff_t>(i);
+    out[i] = clamps && m->actuator_ctrllimited[i] ? std::clamp(value, range[0], range[1]) : value;
+  }
+  return out;
+}
+
+std::vector<DampingRatio> damping_ratios(mjSpec* spec) {
+  std::vector<DampingRatio> out;
+  for (mjsElement* e : elements(spec, mjOBJ_ACTUATOR)) {
+    const mjsActuator* a = mjs_asActuator(e);
+    const double kp = a->gainprm[0], ratio = a->biasprm[2];
+    if (a->gaintype == mjGAIN_FIXED && a->biastype == mjBIAS_AFFINE && kp == -a->biasprm[1] &&
+        kp > 0 && ratio > 0)
+      out.push_back({e, ratio});
+  }
+  return out;
+}
+
+void set_dampers(const std::vector<DampingRatio>& ratios, const VectorX<double>& M0, mjModel* m) {
+  for (const auto& [actuator, ratio] : ratios) {
+    const int i = mjs_getId(actuator), dof = m->jnt_dofadr[m->actuator_trnid[2 * i]];
+    const double kp = m->actuator_gainprm[static_cast<std::ptrdiff_t>(i) * mjNGAIN],
+                 G = m->actuator_gear[6 * i];
+    m->actuator_biasprm[static_cast<std::ptrdiff_t>(i) * mjNBIAS + 2] =
+        -2 * ratio * std::sqrt(kp * M0[dof]) / std::abs(G);
+  }
+}
+
+int mute_destabilising(mjModel* m, const VectorX<double>& controls) {
+  int muted = 0;
+  for (int i = 0; i < actuator_count(m); ++i) {
+    const Law law = law_of(m, i, controls[i]);
+    if (!(law.stiffness < 0 || law.damping < 0)) continue;
+    m->actuator_gaintype[i] = mjGAIN_FIXED;
+    m->actuator_biastype[i] = mjBIAS_NONE;
+    m->actuator_gainprm[static_cast<std::ptrdiff_t>(i) * mjNGAIN] = 0;
+    ++muted;
+  }
+  return muted;
+}
+
+std::vector<Actuator> actuators_of(const mjModel* m, const VectorX<double>& controls) {
+  std::vector<Actuator> out;
+  for (int i = 0; i < actuator_count(m); ++i) {
+    const double u = controls[i];
+    const Law law = law_of(m, i, u);
+    if (is_muted(law)) continue;
+    const double sum = law.torque * u + law.constant + law.stiffness + law.damping;
+    if (!std::isfinite(sum))
+      throw InputError("actuator '" + name_of_actuator(m, i) + "': a number is not finite");
+    out.push_back({.name = name_of_actuator(m, i),
+                   .dof = m->jnt_dofadr[m->actuator_trnid[2 * i]],
+                   .control = u,
+                   .gain = law.torque,
+                   .constant = law.constant,
+                   .stiffness = law.stiffness,
+                   .damping = law.damping});
+  }
+  return out;
+}
+
+JointTerms joint_terms(const mjModel* m) {
+  const bool damps = (m->opt.disableflags & mjDSBL_DAMPER) == 0,
+             springs = (m->opt.disableflags & mjDSBL_SPRING) == 0;
+  JointTerms out;
+  out.damping.assign(m->nv, 0);
+  out.stiffness.assign(m->nv, 0);
+  out.reference.assign(m->nv, 0);
+  if (damps) std::copy_n(m->dof_damping, m->nv, out.damping.begin());
+  for (int i = 0; damps && i < actuator_count(m); ++i) {
+    const double G = m->actuator_gear[6 * i];
+    out.damping[m->jnt_dofadr[m->actuator_trnid[2 * i]]] += G * G * m->actuator_damping[i];
+  }
+  for (int j = 0; springs && j < m->njnt; ++j) {
+    if (!has_one_axis(m->jnt_type[j])) continue;
+    out.stiffness[m->jnt_dofadr[j]] = m->jnt_stiffness[j];
+    out.reference[m->jnt_dofadr[j]] = m->qpos_spring[m->jnt_qposadr[j]];
+  }
+  return out;
+}
+
+Driven driven(JointTerms joints, const std::vector<Actuator>& actuators) {
+  Driven out{std::move(joints), {}};
+  JointTerms& terms = out.terms;
+  const std::size_t nv = terms.damping.size();
+  out.torque.assign(nv, 0);
+  std::vector<double> pull(nv, 0), added(nv, 0);
+  for (const Actuator& a : actuators) {
+    const double torque = a.gain * a.control + a.constant;
+    terms.damping[a.dof] += a.damping;
+    added[a.dof] += a.stiffness;
+    (a.stiffness > 0 ? pull : out.torque)[a.dof] += torque;
+  }
+  for (std::size_t k = 0; k < nv; ++k) {
+    if (added[k] == 0) continue;
+    const double own = terms.stiffness[k], K = own + added[k];
+    terms.reference[k] = (own > 0 ? own * terms.reference[k] + pull[k] : pull[k]) / K;
+    terms.stiffness[k] = K;
+  }
+  return out;
+}
+
+}  // namespace kalmarm

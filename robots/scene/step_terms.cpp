@@ -1,0 +1,85 @@
+#include "robots/scene/step_terms.hpp"
+
+#include <algorithm>
+
+namespace kalmarm {
+namespace {
+
+int positive(const std::vector<double>& numbers) {
+  return static_cast<int>(std::ranges::count_if(numbers, [](double x) { return x > 0; }));
+}
+
+}  // namespace
+
+const char* to_string(Integrator integrator) {
+  switch (integrator) {
+    case Integrator::euler:
+      return "Euler";
+    case Integrator::implicitfast:
+      return "implicitfast";
+    case Integrator::discrete:
+      return "discrete";
+  }
+  return "";
+}
+
+JointTerms joint_terms_of(const Scene& scene, std::optional<double> damping,
+                          std::optional<double> stiffness) {
+  JointTerms out = joint_terms_of(scene);
+  for (std::vector<double>* term : {&out.damping, &out.stiffness, &out.reference})
+    term->resize(scene.model.nv());
+  for (int k = 0; k < scene.model.nv(); ++k) {
+    const Coordinate coordinate = scene.model.joint(k).coordinate;
+    if (coordinate != Coordinate::angle && coordinate != Coordinate::distance) continue;
+    if (damping) out.damping[k] = *damping;
+    if (stiffness) out.stiffness[k] = *stiffness;
+  }
+  return out;
+}
+
+StepTerms::StepTerms(const Scene& scene, Integrator integrator, const JointTerms& joints)
+    : scheme_(integrator == Integrator::discrete ? Scheme::springs_at_end
+                                                 : Scheme::springs_at_start),
+      terms_(joints),
+      torque_(VectorX<double>::Zero(scene.model.nv())),
+      damping_(VectorX<double>::Zero(scene.model.nv())) {
+  for (std::vector<double>* term : {&terms_.damping, &terms_.stiffness, &terms_.reference})
+    term->resize(scene.model.nv());
+  if (!scene.mujoco) return;
+  std::vector<Actuator> actuators = scene.mujoco->actuators();
+  if (integrator == Integrator::euler)
+    for (Actuator& actuator : actuators) {
+      damping_[actuator.dof] += actuator.damping;
+      actuator.damping = 0;
+    }
+  Driven all = driven(std::move(terms_), actuators);
+  terms_ = std::move(all.terms);
+  torque_ = Eigen::Map<const VectorX<double>>(all.torque.data(), scene.model.nv());
+  compensated_ = scene.mujoco->compensated();
+}
+
+StepTerms::StepTerms(const Scene& scene, Integrator integrator)
+    : StepTerms(scene, integrator, joint_terms_of(scene)) {}
+
+StepTerms StepTerms::rounded() const {
+  StepTerms out = *this;
+  const auto hold = [](auto& numbers) {
+    for (double& x : numbers) x = static_cast<float>(x);
+  };
+  for (auto* term : {&out.terms_.damping, &out.terms_.stiffness, &out.terms_.reference})
+    hold(*term);
+  hold(out.torque_);
+  hold(out.damping_);
+  if (compensated_) out.compensated_ = compensated_->cast<float>().cast<double>();
+  return out;
+}
+
+int StepTerms::springs() const { return positive(terms_.stiffness); }
+
+int StepTerms::dampers() const {
+  std::vector<double> all = terms_.damping;
+  for (std::size_t k = 0; k < all.size(); ++k) all[k] += damping_[static_cast<int>(k)];
+  return positive(all);
+}
+
+}  // namespace kalmarm
