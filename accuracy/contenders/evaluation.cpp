@@ -81,8 +81,9 @@ template <class T>
 class Evaluation {
  public:
   Evaluation(const Contender& by, const QuestionOptions& question, const Scene& scene,
-             const DynamicsOptions& asked)
-      : want_(question.want.begin(), question.want.end()),
+             const DynamicsOptions& asked, const AskedStep* step)
+      : step_(step),
+        want_(question.want.begin(), question.want.end()),
         robot_(std::make_shared<Dynamics<T>>(make_robot<T>(by, scene, asked))),
         rows_(6 * static_cast<int>(asked.question.frames.size())) {
     if (by.variant == mujoco_variant) mujoco_ = std::make_shared<MujocoSolver>(mujoco_of(scene));
@@ -94,7 +95,9 @@ class Evaluation {
   }
 
   Result operator()(const State& state) {
-    const VectorX<T> q = state.q.cast<T>(), qd = state.qd.cast<T>(), tau = state.tau.cast<T>();
+    const VectorX<T> q = state.q.cast<T>(), qd = state.qd.cast<T>();
+    VectorX<T> tau = state.tau.cast<T>();
+    if (step_) tau = step_->torque<T>(q, qd, tau);
     const int asked = robot_->asked(), nv = static_cast<int>(tau.size());
     Result out;
     out.entry = {
@@ -124,6 +127,11 @@ class Evaluation {
       VectorX<T> a = poisoned(asked, 1);
       if (!out.take(robot_->forward_dynamics(q, qd, tau, a))) return out;
       out.entry["acceleration"] = to_json(a);
+      if (step_) {
+        VectorX<T> next_q = q, next_qd = qd;
+        step_->advance<T>(a, next_q, next_qd);
+        out.entry["next"] = {{"qpos", to_json(next_q)}, {"qvel", to_json(next_qd)}};
+      }
     }
     if (wants("factors")) {
       VectorX<T> D = poisoned(nv, 1);
@@ -152,6 +160,7 @@ class Evaluation {
     return M;
   }
 
+  const AskedStep* step_;
   std::set<std::string> want_;
   std::shared_ptr<Dynamics<T>> robot_;    // shared: std::function wants to copy
   int rows_;                              // of J
@@ -162,11 +171,14 @@ class Evaluation {
 }  // namespace
 
 Evaluator make_evaluator(const Contender& by, const QuestionOptions& asked, const Scene& scene,
-                         const Question& question) {
+                         const Question& question, const AskedStep* step) {
   const DynamicsOptions options = asked_of(by, asked, question);
-  if (by.precision == "float32") return Evaluation<float>(by, asked, scene, options);
-  if (by.precision == "float64") return Evaluation<double>(by, asked, scene, options);
-  return Evaluation<Real>(by, asked, scene, options);
+  if (step && by.variant == mujoco_variant)
+    throw InputError(
+        "--step is for variants of Kalmarm; compare_mujoco --step has MuJoCo's own steps");
+  if (by.precision == "float32") return Evaluation<float>(by, asked, scene, options, step);
+  if (by.precision == "float64") return Evaluation<double>(by, asked, scene, options, step);
+  return Evaluation<Real>(by, asked, scene, options, step);
 }
 
 }  // namespace kalmarm

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "accuracy/contenders/asked_step.hpp"
 #include "accuracy/contenders/contender.hpp"
 
 namespace kalmarm {
@@ -20,10 +21,11 @@ struct Result {
 
 using Evaluator = std::function<Result(const State&)>;
 
-// Throws InputError where the variant is unknown, has no such precision or cannot give what is
-// wanted.
+// Of a step, whose scene has its model, also the next state beside the acceleration; it is to outlive
+// the evaluator. Throws InputError where the variant is unknown, has no such precision or cannot give
+// what is wanted.
 Evaluator make_evaluator(const Contender& by, const QuestionOptions& asked, const Scene& scene,
-                         const Question& question);
+                         const Question& question, const AskedStep* step = nullptr);
 
 // Of an outcome that failed or warns, in words.
 std::string describe(const Outcome& outcome, const Scene& scene);

@@ -8,17 +8,23 @@
 // it was refined by factors of a wider precision. `--variant auto` chooses (advice.hpp) for these
 // states; "advice" says by what.
 //
+// With --step everything is of M^ and the step's acceleration (accuracy/contenders/asked_step.hpp), and
+// "next" has the state after it.
+//
 // The truth of what a variant is asked in float32 is that of parameters and a state as float32 holds
 // them: `--precision mp --rounded float32`.
 #include <algorithm>
 #include <cstdio>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "accuracy/contenders/advice.hpp"
+#include "accuracy/contenders/asked_step.hpp"
 #include "accuracy/contenders/coupled.hpp"
 #include "accuracy/contenders/evaluation.hpp"
 #include "accuracy/measures/real.hpp"
@@ -47,6 +53,9 @@ struct Options {
   double tolerance = 1e-6;
   std::uint64_t seed = 1;
   bool list = false;
+  std::optional<Integrator> step;
+  double h = 0.002;
+  std::optional<double> damping, stiffness;
 };
 
 constexpr const char* automatic = "auto";
@@ -107,11 +116,12 @@ Choice choose(const Options& options, const Scene& scene, const Question& questi
 }
 
 Evaluator evaluator(const Options& options, const Contender& used, const Scene& scene,
-                    const Question& question, const std::optional<Couplings>& couplings) {
+                    const Question& question, const std::optional<Couplings>& couplings,
+                    const AskedStep* step) {
   try {
     return couplings ? coupled(make_evaluator(used, uncoupled(options.question), scene, question),
                                *couplings, options.question)
-                     : make_evaluator(used, options.question, scene, question);
+                     : make_evaluator(used, options.question, scene, question, step);
   } catch (const std::invalid_argument& e) {  // a parameter that float32 does not hold
     throw InputError(scene.name + (options.rounded == "float32" ? ": rounded to float32: " : ": ") +
                      e.what());
@@ -120,7 +130,7 @@ Evaluator evaluator(const Options& options, const Contender& used, const Scene& 
 
 json evaluate(const Options& options, const Contender& used, const Scene& scene,
               const Question& question, const std::optional<Couplings>& couplings,
-              const std::vector<State>& states) {
+              const AskedStep* step, const std::vector<State>& states) {
   constexpr double number_bytes = 64;  // of JSON, and its text
   const std::vector<std::string>& want = options.question.want;
   const auto matrices = std::count(want.begin(), want.end(), "mass") +
@@ -128,7 +138,7 @@ json evaluate(const Options& options, const Contender& used, const Scene& scene,
   const double nv = scene.model.nv();
   refuse_large(scene.name + ": matrices of " + std::to_string(states.size()) + " states",
                static_cast<double>(states.size()) * double(matrices) * nv * nv * number_bytes);
-  const Evaluator answer = evaluator(options, used, scene, question, couplings);
+  const Evaluator answer = evaluator(options, used, scene, question, couplings, step);
   Note warnings;
   json out = json::array();
   {
@@ -149,6 +159,16 @@ json evaluate(const Options& options, const Contender& used, const Scene& scene,
   return out;
 }
 
+std::optional<AskedStep> asked_step(const Options& options, const Scene& scene) {
+  if (!options.step) return std::nullopt;
+  if (options.read.imposes_couplings || options.question.selects() || options.question.at_rest)
+    throw InputError(
+        "--step is of the whole robot that moves: no --impose-couplings, --dofs, "
+        "--locked, --free or --at-rest");
+  return AskedStep(scene, *options.step, options.h,
+                   joint_terms_of(scene, options.damping, options.stiffness));
+}
+
 int run(const Options& options) {
   if (options.list) {
     for (const auto& variant : registered_variants<double>())
@@ -163,7 +183,12 @@ int run(const Options& options) {
   const bool rounds = options.rounded == "float32";
   if (rounds && options.by.precision != "mp") throw InputError("--rounded is for --precision mp");
   OutputFile file(options.out);
-  Scene scene = open_scene(options.scene, options.read);
+  LoadOptions read = options.read;
+  read.takes_steps = options.step.has_value();
+  Scene scene = open_scene(options.scene, read);
+  std::optional<AskedStep> step = asked_step(options, scene);
+  if (step) scene.model = step->model(std::move(scene.model));
+  if (step && rounds) step = step->rounded();
   if (rounds) scene.model = scene.model.cast<float>().cast<double>();
   const bool couples = options.read.imposes_couplings;
   const Question question =
@@ -192,6 +217,8 @@ int run(const Options& options) {
     for (State& state : states) state = rounded(state);
 
   std::optional<Choice> choice;
+  if (options.by.variant == automatic && step)
+    throw InputError("--variant auto chooses for forward dynamics; with --step name a variant");
   if (options.by.variant == automatic && couplings)
     throw InputError("--variant auto chooses for a robot without couplings; name a variant");
   if (options.by.variant == automatic) choice = choose(options, scene, question, states);
@@ -204,6 +231,7 @@ int run(const Options& options) {
                    {"variant", used.variant},
                    {"precision", used.precision}};
   if (rounds) document["rounded"] = options.rounded;
+  if (step) document["step"] = {{"integrator", to_string(step->integrator())}, {"h", options.h}};
   if (choice) document["advice"] = choice->advice;
   const DynamicsOptions asked = asked_of(used, options.question, question);
   const Plan plan = make_plan(scene.model, question, asked.rules);
@@ -213,7 +241,8 @@ int run(const Options& options) {
   if (couplings)
     for (const int k : couplings->left()) document["asked"].push_back(scene.model.name(k));
   if (!question.frames.empty()) document["sites"] = options.question.sites;
-  document["states"] = evaluate(options, used, scene, question, couplings, states);
+  document["states"] =
+      evaluate(options, used, scene, question, couplings, step ? &*step : nullptr, states);
   file.write(document.dump() + "\n");
   return 0;
 }
@@ -266,6 +295,27 @@ int main(int argc, char** argv) {
       "--impose-couplings", options.read.imposes_couplings,
       "the file's linear couplings of joints (a URDF's mimic) hold exactly: mass, inverse, "
       "acceleration of the joints that are left");
+  const std::map<std::string, Integrator> integrators = {{"euler", Integrator::euler},
+                                                         {"implicitfast", Integrator::implicitfast},
+                                                         {"discrete", Integrator::discrete}};
+  auto* step = app.add_option_function<std::string>(
+      "--step", [&](const std::string& name) { options.step = integrators.at(name); },
+      "an implicit step with the file's springs, dampers and actuators, by MuJoCo's integrator of "
+      "this "
+      "name: its acceleration, the next state, and mass, inverse, ... of M + h B (+ h^2 K)");
+  step->check(CLI::IsMember({"euler", "implicitfast", "discrete"}));
+  app.add_option("--h", options.h, "of the step [s]")
+      ->check(positive())
+      ->needs(step)
+      ->capture_default_str();
+  app.add_option("--damping", options.damping,
+                 "of every hinge and slide [N m s/rad or N s/m]; default: the file's joints")
+      ->check(not_negative())
+      ->needs(step);
+  app.add_option("--stiffness", options.stiffness,
+                 "likewise, about q = 0 or the file's reference [N m/rad or N/m]")
+      ->check(not_negative())
+      ->needs(step);
   app.add_option("--out", options.out, "output file");
   return run_program(app, argc, argv, [&] { return run(options); });
 }
