@@ -17,6 +17,7 @@
 #include "arrays.hpp"
 #include "outcomes.hpp"
 #include "robot.hpp"
+#include "step.hpp"
 
 namespace kalmarm::python {
 namespace {
@@ -100,7 +101,15 @@ void bind_model(nb::module_& m) {
               if (link.coordinate == Coordinate::quaternion) out.push_back(link.q_index);
             return out;
           },
-          "Where in q a quaternion (w, x, y, z) begins.");
+          "Where in q a quaternion (w, x, y, z) begins.")
+      .def_prop_ro(
+          "single",
+          [](const RobotModel& self) {
+            std::vector<bool> out;
+            for (const LinkParameters& link : self.links) out.push_back(takes_spring(link));
+            return out;
+          },
+          "Of every DoF, whether it is a hinge or a slide.");
 
   nb::class_<ModelBuilder>(m, "ModelBuilder")
       .def(nb::init<>())
@@ -345,6 +354,7 @@ NB_MODULE(_core, m) {
   bind_model(m);
   bind_answers(m);
   bind_robot(m);
+  bind_step(m);
 }
 
 }  // namespace

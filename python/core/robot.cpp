@@ -12,18 +12,9 @@
 namespace kalmarm::python {
 namespace {
 
-constexpr int large = 64;           // DoF from which a call of one state releases the lock
 constexpr int states_at_once = 16;  // of those that a thread takes in one go
 constexpr int derivatives_fields = 4;
 nb::handle derivatives_type;  // lives as long as the module
-
-int cores(const char* call, int threads, int states) {
-  if (threads < 0)
-    throw nb::value_error(
-        (std::string(call) + ": " + std::to_string(threads) + " threads").c_str());
-  if (threads == 0) threads = static_cast<int>(std::thread::hardware_concurrency());
-  return std::clamp(threads, 1, std::max(states, 1));
-}
 
 template <class T>
 bool is_finite(const T* x, npy_intp count) {
@@ -56,6 +47,14 @@ class WithoutLock {
 };
 
 }  // namespace
+
+int cores(const char* call, int threads, int states) {
+  if (threads < 0)
+    throw nb::value_error(
+        (std::string(call) + ": " + std::to_string(threads) + " threads").c_str());
+  if (threads == 0) threads = static_cast<int>(std::thread::hardware_concurrency());
+  return std::clamp(threads, 1, std::max(states, 1));
+}
 
 Robot::Robot(RobotModel model, DynamicsOptions options)
     : model_(std::move(model)),
@@ -289,17 +288,8 @@ nb::object Robot::derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::h
   need(call, Want::derivatives);
   const int nq = model_.nq, nv = model_.nv();
   const Inputs in(call, {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}});
-  const bool given = !out.is_none();
-  if (given && (!PyTuple_Check(out.ptr()) || nb::len(out) != derivatives_fields))
-    throw nb::type_error("forward_dynamics_derivatives: out is not what an earlier call returned");
-  nb::object fields[derivatives_fields];
-  const auto matrices = [&](int i, const char* name) {
-    fields[i] = in.result(given ? untransposed(out[i]) : nb::none(), {asked_, asked_}, name);
-  };
-  matrices(0, "out.dq");
-  matrices(1, "out.dqd");
-  matrices(2, "out.dtau");
-  fields[3] = in.result(given ? nb::object(out[3]) : nb::none(), {asked_}, "out.a");
+  DerivativeArrays arrays(in, out, asked_);
+  const auto& fields = arrays.fields;
 
   const npy_intp size = npy_intp(asked_) * asked_;
   const nb::object outcome = each(
@@ -316,13 +306,7 @@ nb::object Robot::derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::h
           for (T* x : X) std::fill_n(x, size, std::numeric_limits<T>::quiet_NaN());
         return one;
       });
-  for (int i = 0; i < 3; ++i) fields[i] = transposed(fields[i]);
-
-  const nb::object result =
-      nb::steal(PyStructSequence_New(reinterpret_cast<PyTypeObject*>(derivatives_type.ptr())));
-  if (!result.is_valid()) throw nb::python_error();
-  for (int i = 0; i < derivatives_fields; ++i)
-    PyStructSequence_SetItem(result.ptr(), i, fields[i].release().ptr());
+  const nb::object result = arrays.tuple();
   return status ? nb::make_tuple(result, outcome[1]) : result;
 }
 
@@ -411,6 +395,30 @@ double Robot::time_forward_dynamics(nb::handle q, nb::handle qd, nb::handle tau,
             RowsView<T>(data_of<T>(result), count, asked_), worker->outcomes, threads));
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   });
+}
+
+DerivativeArrays::DerivativeArrays(const Inputs& in, nb::handle out, npy_intp n) {
+  const bool given = !out.is_none();
+  if (given && (!PyTuple_Check(out.ptr()) || nb::len(out) != derivatives_fields))
+    throw nb::type_error(
+        (std::string(in.call()) + ": out is not what an earlier call returned").c_str());
+  const auto matrices = [&](int i, const char* name) {
+    fields[i] = in.result(given ? untransposed(out[i]) : nb::none(), {n, n}, name);
+  };
+  matrices(0, "out.dq");
+  matrices(1, "out.dqd");
+  matrices(2, "out.dtau");
+  fields[3] = in.result(given ? nb::object(out[3]) : nb::none(), {n}, "out.a");
+}
+
+nb::object DerivativeArrays::tuple() {
+  for (int i = 0; i < 3; ++i) fields[i] = transposed(fields[i]);
+  const nb::object result =
+      nb::steal(PyStructSequence_New(reinterpret_cast<PyTypeObject*>(derivatives_type.ptr())));
+  if (!result.is_valid()) throw nb::python_error();
+  for (int i = 0; i < derivatives_fields; ++i)
+    PyStructSequence_SetItem(result.ptr(), i, fields[i].release().ptr());
+  return result;
 }
 
 void bind_derivatives(nb::module_& module) {

@@ -79,8 +79,8 @@ class Robot {
 
   RobotModel model_;
   DynamicsOptions options_;
-  Workers<float> float_workers_{model_, options_};
-  Workers<double> double_workers_{model_, options_};
+  Workers<float> float_workers_{[this] { return Dynamics<float>(model_, options_); }};
+  Workers<double> double_workers_{[this] { return Dynamics<double>(model_, options_); }};
   int asked_ = 0, rows_ = 0;
 };
 
@@ -103,5 +103,19 @@ class Factors {
 
 // (dq, dqd, dtau, a), as the named tuple that derivatives() returns.
 void bind_derivatives(nb::module_& module);
+
+// The arrays of such a tuple: new ones, or those of `out`, what an earlier call returned.
+struct DerivativeArrays {
+  DerivativeArrays(const Inputs& inputs, nb::handle out, npy_intp n);
+
+  nb::object tuple();  // takes the arrays
+
+  nb::object fields[4];  // their matrices with columns one after another
+};
+
+// How many threads `threads` are for so many states; 0: all.
+int cores(const char* call, int threads, int states);
+
+constexpr int large = 64;  // DoF from which a call of one state releases the lock
 
 }  // namespace kalmarm::python

@@ -1,46 +1,47 @@
 // Memory for calls. An object of Dynamics serves one thread at a time, so a robot keeps as many as
-// were ever called at once: a call takes a free one, or makes one. All are made from the same model
-// and answer alike.
+// were ever called at once: a call takes a free one, or makes one. All are made alike and answer
+// alike. A step keeps objects of ImplicitStep in the same way.
 #pragma once
 
+#include <functional>
 #include <kalmarm/dynamics.hpp>
 #include <memory>
 #include <mutex>
+#include <utility>
 #include <vector>
 
 namespace kalmarm::python {
 
-template <class T>
+template <class T, class D = Dynamics<T>>
 struct Worker {
-  Dynamics<T> dynamics;
+  D dynamics;
   std::vector<Outcome> outcomes;  // of rows
   std::vector<T> zeros;           // velocities and accelerations of rows that have none
 };
 
-template <class T>
+template <class T, class D = Dynamics<T>>
 class Workers {
  public:
+  using Object = Worker<T, D>;
+
   // A worker, until its end.
   class Loan {
    public:
-    Loan(Workers* from, std::unique_ptr<Worker<T>> worker)
-        : from_(from), worker_(std::move(worker)) {}
+    Loan(Workers* from, std::unique_ptr<Object> worker) : from_(from), worker_(std::move(worker)) {}
     Loan(Loan&&) noexcept = default;
     Loan& operator=(Loan&&) = delete;
     ~Loan() {
       if (worker_) from_->give_back(std::move(worker_));
     }
-    Worker<T>* operator->() const { return worker_.get(); }
-    Worker<T>& operator*() const { return *worker_; }
+    Object* operator->() const { return worker_.get(); }
+    Object& operator*() const { return *worker_; }
 
    private:
     Workers* from_;
-    std::unique_ptr<Worker<T>> worker_;
+    std::unique_ptr<Object> worker_;
   };
 
-  // Both outlive this.
-  Workers(const RobotModel& model, const DynamicsOptions& options)
-      : model_(model), options_(options) {}
+  explicit Workers(std::function<D()> make) : make_(std::move(make)) {}
 
   Loan take() {
     {
@@ -51,19 +52,18 @@ class Workers {
         return loan;
       }
     }
-    return {this, std::make_unique<Worker<T>>(Dynamics<T>(model_, options_))};
+    return {this, std::make_unique<Object>(make_())};
   }
 
  private:
-  void give_back(std::unique_ptr<Worker<T>> worker) {
+  void give_back(std::unique_ptr<Object> worker) {
     const std::lock_guard lock(mutex_);
     free_.push_back(std::move(worker));
   }
 
-  const RobotModel& model_;
-  const DynamicsOptions& options_;
+  std::function<D()> make_;
   std::mutex mutex_;
-  std::vector<std::unique_ptr<Worker<T>>> free_;
+  std::vector<std::unique_ptr<Object>> free_;
 };
 
 }  // namespace kalmarm::python

@@ -54,7 +54,8 @@ std::vector<double> answer(kalmarm::python::Workers<double>& workers, int seed, 
 int main() {
   const kalmarm::RobotModel model = arm();
   const kalmarm::DynamicsOptions options;
-  kalmarm::python::Workers<double> workers(model, options);
+  kalmarm::python::Workers<double> workers(
+      [&] { return kalmarm::Dynamics<double>(model, options); });
   std::array<std::array<std::vector<double>, 2>, threads> alone;
   for (int seed = 0; seed < threads; ++seed)
     for (const bool many : {false, true}) alone[seed][many] = answer(workers, seed, many);

@@ -20,14 +20,17 @@ from .builder import Builder
 from .files import LoadError, load
 from .mujoco import from_mujoco
 from .pinocchio import PinocchioStates, from_pinocchio
-from .robot import Robot, State, Status
+from .robot import Actuator, Robot, State, Status, Terms
+from .step import ImplicitStep, Stepped
 
 __all__ = [
+    "Actuator",
     "Builder",
     "Derivatives",
     "DynamicsError",
     "Factors",
     "Frame",
+    "ImplicitStep",
     "LoadError",
     "PinocchioStates",
     "Plan",
@@ -35,6 +38,8 @@ __all__ = [
     "Robot",
     "State",
     "Status",
+    "Stepped",
+    "Terms",
     "__version__",
     "from_mujoco",
     "from_pinocchio",

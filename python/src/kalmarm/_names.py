@@ -9,7 +9,8 @@ from collections.abc import Iterable
 
 def counted(count: int, kind: str) -> str:
     """"1 mesh", "2 bodies", "3 couplings of joints"."""
-    noun, of, rest = kind.partition(" of ")
+    word = min((" of ", " with "), key=lambda word: (kind + word).index(word))
+    noun, of, rest = kind.partition(word)
     if count != 1:
         noun = noun[:-1] + "ies" if noun.endswith(("dy", "ty")) else noun
         noun += "" if noun.endswith("ies") else "es" if noun.endswith(("sh", "x")) else "s"

@@ -10,7 +10,7 @@ import numpy as np
 
 from . import _core
 from ._names import unknown
-from .robot import Description, Robot
+from .robot import Description, Robot, Terms
 
 _SUFFIXES = {
     "hinge": ("",),
@@ -120,8 +120,16 @@ class Builder:
         """A frame on a body, with its origin [m] and axes (w, x, y, z) there, for `operational`."""
         self.add_body(name, parent=parent, position=position, rotation=rotation)
 
-    def build(self, *, q0: Any = None, notes: Sequence[str] = (), **options: Any) -> Robot:
-        """The robot; options are those of `Robot`. q0: where it starts, (nq,)."""
+    def build(
+        self,
+        *,
+        q0: Any = None,
+        notes: Sequence[str] = (),
+        terms: Terms | None = None,
+        **options: Any,
+    ) -> Robot:
+        """The robot; options are those of `Robot`. q0: where it starts, (nq,). terms: its springs and
+        dampers."""
         start = np.array(self._q0 if q0 is None else q0, float)
         if start.shape != (len(self._q0),):
             raise ValueError(f"build: q0 has shape {start.shape}, ({len(self._q0)},) is needed")
@@ -133,6 +141,7 @@ class Builder:
                 q_range=np.array(self._range, float).reshape(-1, 2),
                 frames=self._frames.copy(),
                 notes=tuple(notes),
+                terms=terms,
             ),
             **options,
         )

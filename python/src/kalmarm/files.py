@@ -9,7 +9,9 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from . import _drawn, _inertia, _model_files, _urdf
+import numpy as np
+
+from . import _actuators, _drawn, _inertia, _model_files, _urdf
 from . import mujoco as lowering
 from ._names import unknown
 from .robot import Robot
@@ -28,6 +30,8 @@ def load(
     inertia: str = "given",
     urdf_inertia: str | None = None,
     package_path: Iterable[str | os.PathLike[str]] = (),
+    controls: Mapping[str, float] | None = None,
+    takes_steps: bool = False,
     **options: Any,
 ) -> Robot:
     """The robot of an MJCF or URDF file, read by MuJoCo (`pip install mujoco`).
@@ -38,7 +42,7 @@ def load(
 
     floating: gives the root link that a URDF welds to the world a free joint, "floating_base":
         True, or the name of the link where several are welded.
-    key: the keyframe whose position is q0.
+    key: the keyframe whose position is q0, and whose controls are those of `Robot.terms`.
     armature: what rotors and gears add to M, by joint: rotor inertia times gear ratio squared
         [kg m^2, of a slide kg], for each of its DoF, in the place of what the file says.
     inertia: of principal moments that no solid body has, A <= B < C - A: "given" refuses them,
@@ -48,6 +52,9 @@ def load(
         1000 kg/m^3; "none", massless; None: the former where its meshes are found.
     package_path: folders that hold the ROS packages, or are one, of package:// meshes. Then
         ROS_PACKAGE_PATH, share of AMENT_PREFIX_PATH, and the folders above the file.
+    controls: of actuators, by name, in the place of the keyframe's, or zero.
+    takes_steps: whoever asks takes an `ImplicitStep` with `Robot.terms`: no warning names what these
+        have.
     Options are those of `Robot`.
     """
     try:
@@ -67,9 +74,10 @@ def load(
         massless = _inertia.prepare(mujoco, spec)
         model = spec.compile()
         _inertia.make_massless(massless, model)
-        q0 = None if key is None else _keyframe(mujoco, model, key)
-        notes += lowering.ignored(model)
-        robot = lowering.lower(model, Path(path).stem, notes, options, q0)
+        q0, ctrl = (None, np.zeros(model.nu)) if key is None else _keyframe(mujoco, model, key)
+        ctrl = _controls(mujoco, model, ctrl, controls or {})
+        notes += lowering.ignored(model, ctrl if takes_steps else None)
+        robot = lowering.lower(model, Path(path).stem, notes, options, ctrl, q0)
     except ValueError as error:
         raise _load_error(path, error) from None
     for note in robot.notes:
@@ -162,7 +170,7 @@ def _is_world(body: Any) -> bool:
     return body.parent is None or body.name == "world"
 
 
-def _keyframe(mujoco: Any, model: Any, name: str) -> Any:
+def _keyframe(mujoco: Any, model: Any, name: str) -> tuple[Any, Any]:
     known = [mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_KEY, i) for i in range(model.nkey)]
     if name not in known:
         named = ", ".join(one for one in known if one)
@@ -170,7 +178,21 @@ def _keyframe(mujoco: Any, model: Any, name: str) -> Any:
             f"no keyframe is called '{name}' "
             + (f"(known: {named})" if named else "(there is none with a name)")
         )
-    return model.key_qpos[known.index(name)]
+    at = known.index(name)
+    return model.key_qpos[at], model.key_ctrl[at].copy()
+
+
+def _controls(mujoco: Any, model: Any, ctrl: Any, controls: Mapping[str, float]) -> Any:
+    kind = mujoco.mjtObj.mjOBJ_ACTUATOR
+    names = [mujoco.mj_id2name(model, kind, i) for i in range(len(model.actuator_trntype))]
+    for name, value in controls.items():
+        if name not in names:
+            raise unknown("controls: actuator", name, [one for one in names if one])
+        i = names.index(name)
+        if why := _actuators.reason(model, i):
+            raise ValueError(f"controls: '{name}' is an {why}, which is left out")
+        ctrl[_actuators.control_of(model, i)] = value
+    return ctrl
 
 
 def _strip_files(mujoco: Any, spec: Any) -> None:

@@ -9,13 +9,15 @@ from typing import Any
 
 import numpy as np
 
+from . import _actuators
 from ._names import counted
 from .builder import Builder
-from .robot import Robot
+from .robot import Robot, Terms
 
 # Of MuJoCo's enumerations, which its C interface fixes.
 _FREE, _BALL, _SLIDE, _HINGE = range(4)
 _GRAVITY_DISABLED = 1 << 7
+_SPRING_DISABLED, _DAMPER_DISABLED = 1 << 5, 1 << 6
 _JOINT_TRANSMISSION = 0
 _EQUALITIES = {
     0: "connect constraint",
@@ -26,15 +28,30 @@ _EQUALITIES = {
 _FARTHEST = 1e3  # limits beyond count as none
 
 
-def from_mujoco(model: Any, *, name: str | None = None, **options: Any) -> Robot:
+def from_mujoco(
+    model: Any,
+    *,
+    name: str | None = None,
+    ctrl: Any = None,
+    takes_steps: bool = False,
+    **options: Any,
+) -> Robot:
     """The robot of a `mujoco.MjModel`: bodies, joints, inertias, armature (of joints, and of
     actuators on a single hinge or slide) and gravity.
 
     q is qpos, qd is qvel. What else moves the robot is ignored, and named in one UserWarning:
     constraints, actuators, tendons, damping, friction, springs. Contacts and limits are not named.
+
+    ctrl: controls (nu,) of the actuators in `Robot.terms`; zero unless given.
+    takes_steps: whoever asks takes an `ImplicitStep` with `Robot.terms`: no warning names what these
+        have.
     Options are those of `Robot`.
     """
-    robot = lower(model, name or _name(model, 0) or "robot", ignored(model), options)
+    controls = np.zeros(model.nu) if ctrl is None else np.asarray(ctrl, float)
+    if controls.shape != (model.nu,):
+        raise ValueError(f"ctrl has shape {controls.shape}, ({model.nu},) is needed")
+    notes = ignored(model, controls if takes_steps else None)
+    robot = lower(model, name or _name(model, 0) or "robot", notes, options, controls)
     for note in robot.notes:
         warnings.warn(f"{robot.name}: {note}", UserWarning, stacklevel=2)
     return robot
@@ -45,8 +62,25 @@ def _name(model: Any, address: int) -> str:
 
 
 def lower(
-    model: Any, name: str, notes: list[str], options: dict[str, Any], q0: Any = None
+    model: Any,
+    name: str,
+    notes: list[str],
+    options: dict[str, Any],
+    controls: np.ndarray,
+    q0: Any = None,
 ) -> Robot:
+    """controls: (nu,) of the actuators in the robot's terms."""
+    builder = _bodies(model, name)
+    return builder.build(
+        q0=model.qpos0 if q0 is None else q0,
+        notes=notes,
+        terms=_terms(model, name, controls),
+        **options,
+    )
+
+
+def _bodies(model: Any, name: str, weights: bool = False) -> Builder:
+    """weights: with the weights alone that are compensated, as points."""
     if model.nv == 0:
         raise ValueError(f"{name}: no joint, so no degree of freedom")
     if np.any(model.tendon_armature != 0):
@@ -54,6 +88,9 @@ def lower(
     falls = not model.opt.disableflags & _GRAVITY_DISABLED
     builder = Builder(name, gravity=model.opt.gravity if falls else (0, 0, 0))
     armature = model.dof_armature + _reflected_armature(model, name)
+    shares = np.ones(model.nbody)
+    if weights:
+        armature, shares = np.zeros(model.nv), np.maximum(model.body_gravcomp, 0)
 
     names = [_name(model, address) for address in model.name_bodyadr]
     standing = [-1] * model.nbody  # the builder's body with each body's frame
@@ -75,8 +112,8 @@ def lower(
                 parent=standing[body],
                 position=model.body_ipos[body],
                 rotation=model.body_iquat[body],
-                mass=model.body_mass[body],
-                inertia=model.body_inertia[body],
+                mass=shares[body] * model.body_mass[body],
+                inertia=np.zeros(3) if weights else model.body_inertia[body],
             )
     for site in range(model.nsite):
         if called := _name(model, int(model.name_siteadr[site])):
@@ -86,7 +123,28 @@ def lower(
                 position=model.site_pos[site],
                 rotation=model.site_quat[site],
             )
-    return builder.build(q0=model.qpos0 if q0 is None else q0, notes=notes, **options)
+    return builder
+
+
+def _terms(model: Any, name: str, controls: np.ndarray) -> Terms:
+    off = int(model.opt.disableflags)
+    damping, stiffness, reference = (np.zeros(model.nv) for _ in range(3))
+    if not off & _DAMPER_DISABLED:
+        damping += model.dof_damping + _actuators.reflected_damping(model)
+    single = np.flatnonzero(np.isin(model.jnt_type, (_HINGE, _SLIDE)))
+    if not off & _SPRING_DISABLED:
+        dofs = model.jnt_dofadr[single]
+        stiffness[dofs] = model.jnt_stiffness[single]
+        reference[dofs] = model.qpos_spring[model.jnt_qposadr[single]]
+    passive = off & _SPRING_DISABLED and off & _DAMPER_DISABLED
+    compensates = np.any(model.body_gravcomp > 0) and not passive
+    compensated = _bodies(model, name, weights=True) if compensates else None
+    actuators = _actuators.affine(model, controls)
+    return Terms(
+        *_actuators.driven(damping, stiffness, reference, actuators),
+        actuators,
+        compensated and compensated.build(wants=("inverse_dynamics",)),
+    )
 
 
 def _add_joint(
@@ -162,31 +220,44 @@ def _reflected_armature(model: Any, name: str) -> np.ndarray:
     return out
 
 
-def ignored(model: Any) -> list[str]:
-    """What moves the robot beyond M and the bias, in one line; none where there is nothing."""
-    parts = [counted(count, kind) for kind, count in _things(model)]
+def ignored(model: Any, controls: np.ndarray | None = None) -> list[str]:
+    """What moves the robot beyond M and the bias, in one line; none where there is nothing.
+    controls: of whoever takes steps with the robot's terms, which are not ignored then."""
+    steps = controls is not None
+    actuators = (
+        _actuators.left_out(model, controls)
+        if steps
+        else [("actuator", len(model.actuator_trntype))]
+    )
+    parts = [counted(count, kind) for kind, count in _things(model, actuators)]
+    sprung = np.any(np.atleast_2d(model.jnt_stiffness.T) != 0, axis=0)
+    single = np.isin(model.jnt_type, (_HINGE, _SLIDE))
     of_joints = (
-        ("damping", model.dof_damping != 0, model.dof_jntid),
+        ("damping", (model.dof_damping != 0) & (not steps), model.dof_jntid),
         ("friction", model.dof_frictionloss != 0, model.dof_jntid),
-        ("springs", np.any(np.atleast_2d(model.jnt_stiffness.T) != 0, axis=0), None),
+        ("springs", sprung & ~single if steps else sprung, None),
+        ("limits of actuators' forces", (model.jnt_actfrclimited != 0) & steps, None),
     )
     for kind, acts, joints in of_joints:
         where = np.flatnonzero(acts)
         count = len(set(where if joints is None else joints[where]))
         if count:
             parts.append(f"{kind} of {counted(count, 'joint')}")
-    if compensated := int(np.count_nonzero(model.body_gravcomp)):
-        parts.append(f"gravity compensation of {counted(compensated, 'body')}")
+    if steps and (limited := _actuators.limited(model, controls)):
+        parts.append(f"force limits of {counted(limited, 'actuator')}")
+    shares = model.body_gravcomp
+    if compensated := int(np.count_nonzero(shares < 0 if steps else shares != 0)):
+        negative = "negative " if steps else ""
+        parts.append(f"{negative}gravity compensation of {counted(compensated, 'body')}")
     if model.opt.density != 0 or model.opt.viscosity != 0:
         parts.append("drag of a medium")
     return ["ignored: " + ", ".join(parts)] if parts else []
 
 
-def _things(model: Any) -> Iterator[tuple[str, int]]:
+def _things(model: Any, actuators: list[tuple[str, int]]) -> Iterator[tuple[str, int]]:
     active = np.asarray(model.eq_active0, bool)
     for kind, count in Counter(model.eq_type[active].tolist()).items():
         yield _EQUALITIES.get(kind, "equality of another kind"), count
-    actuators = len(model.actuator_trntype)
-    for kind, count in (("actuator", actuators), ("tendon", model.ntendon), ("flex", model.nflex)):
+    for kind, count in (*actuators, ("tendon", model.ntendon), ("flex", model.nflex)):
         if count:
             yield kind, int(count)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -34,6 +34,38 @@ class State(NamedTuple):
     tau: NDArray[Any]
 
 
+class Actuator(NamedTuple):
+    """Of the file, on a hinge or slide: it moves its DoF by gain u + constant - stiffness q -
+    damping qd at the control u. Force limits are not in it."""
+
+    name: str
+    dof: int
+    control: float  # u, within the file's limits of it
+    gain: float  # [N m or N] of a unit of u
+    constant: float  # [N m or N]
+    stiffness: float  # of a gain by length or velocity at this u
+    damping: float
+
+
+@dataclass(frozen=True, eq=False)
+class Terms:
+    """What a robot's file says of implicit steps, each (nv,): linear dampers, springs of hinges and
+    slides with their references, and actuators at their controls.
+
+    torque: of actuators without stiffness, to be added to tau. For other controls of an actuator add
+        gain (u - control) at its DoF.
+    compensated: the robot of the weights that the file compensates (gravcomp): its `gravity(q)` is
+        to be added to tau; None where there is none.
+    """
+
+    damping: NDArray[np.float64]
+    stiffness: NDArray[np.float64]
+    reference: NDArray[np.float64]
+    torque: NDArray[np.float64]
+    actuators: tuple[Actuator, ...] = ()
+    compensated: Robot | None = None
+
+
 @dataclass(frozen=True)
 class Description:
     """A robot as it is before anything is asked of it."""
@@ -44,6 +76,7 @@ class Description:
     q_range: NDArray[np.float64]  # (nq, 2): of random states
     frames: Mapping[str, Frame] = field(default_factory=dict)  # by the names of sites and bodies
     notes: tuple[str, ...] = ()  # what was ignored, each a line
+    terms: Terms | None = None  # of implicit steps; None: none
 
 
 class Robot(_core.Robot):
@@ -147,6 +180,27 @@ class Robot(_core.Robot):
     def notes(self) -> tuple[str, ...]:
         """What of the robot's file is no part of these dynamics, each a line."""
         return self._description.notes
+
+    @property
+    def terms(self) -> Terms:
+        """What the robot's file says of springs, dampers and actuators: for `ImplicitStep`."""
+        if self._description.terms is not None:
+            return self._description.terms
+        return Terms(*(np.zeros(self.nv) for _ in range(4)))
+
+    @property
+    def model(self) -> Model:
+        """The robot as numbers."""
+        return self._description.model
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether qd is taken for zero."""
+        return bool(self._options["at_rest"])
+
+    def with_model(self, model: Model) -> Robot:
+        """The same question of another robot with the same joints."""
+        return Robot(replace(self._description, model=model), **self._options)
 
     def dof(self, joint: str) -> int:
         """The first DoF of a joint."""

@@ -1,0 +1,184 @@
+#include "step.hpp"
+
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include <algorithm>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "outcomes.hpp"
+#include "robot.hpp"
+
+namespace kalmarm::python {
+namespace {
+
+using nb::literals::operator""_a;
+
+Scheme scheme_of(const std::string& name) {
+  if (name == "springs_at_end") return Scheme::springs_at_end;
+  if (name == "springs_at_start") return Scheme::springs_at_start;
+  throw nb::value_error(
+      ("scheme '" + name + "' is unknown: springs_at_end, springs_at_start").c_str());
+}
+
+template <class T>
+VectorView<const T> row(const Inputs& in, int i, std::ptrdiff_t at, int width) {
+  return {in.data<T>(i) + at * width, width};
+}
+
+// What one state's outcome is to whoever called, and what rows' are.
+nb::object answered(const Inputs& in, const nb::object& result, bool status,
+                    const Outcome* outcomes, const std::vector<std::string>& names) {
+  if (status) return nb::make_tuple(result, record_of(in, outcomes));
+  if (in.is_single()) {
+    if (!*outcomes) raise(in.call(), *outcomes, names);
+    if (outcomes->warns()) warn(in.call(), *outcomes, names);
+  }
+  return result;
+}
+
+}  // namespace
+
+Step::Step(RobotModel model, double h, JointTerms terms, Scheme scheme, Form form)
+    : model_(std::move(model)), h_(h), terms_(std::move(terms)), scheme_(scheme), form_(form) {
+  if (model_.nv() == 0) throw nb::value_error("the robot has no joint, so no degree of freedom");
+  static_cast<void>(workers<double>().take());  // refuses here what is bad
+}
+
+RobotModel Step::stiff_model() const {
+  RobotModel out = model_;
+  for (int k = 0; k < out.nv(); ++k) {
+    const double b = terms_.damping.empty() ? 0 : terms_.damping[k];
+    const bool at_end = scheme_ == Scheme::springs_at_end && !terms_.stiffness.empty();
+    out.links[k].armature += h_ * (b + (at_end ? h_ * terms_.stiffness[k] : 0));
+  }
+  return out;
+}
+
+nb::object Step::acceleration(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
+                              bool status, int threads) {
+  const int nq = model_.nq, nv = model_.nv();
+  const Inputs in("acceleration", {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}});
+  const nb::object result = in.result(out, {nv});
+  const int count = in.count();
+  return in.with_scalar([&]<class T>(T) {
+    T* const a = data_of<T>(result);
+    const auto worker = workers<T>().take();
+    std::vector<Outcome>& outcomes = worker->outcomes;
+    outcomes.resize(std::max(count, 1));
+    if (in.is_single()) {
+      outcomes[0] = worker->dynamics.acceleration(row<T>(in, 0, 0, nq), row<T>(in, 1, 0, nv),
+                                                  row<T>(in, 2, 0, nv), {a, nv});
+    } else {
+      const int used = cores(in.call(), threads, count);
+      outcomes.resize(count);
+      const nb::gil_scoped_release released;
+      static_cast<void>(worker->dynamics.acceleration(
+          RowsView<const T>(in.data<T>(0), count, nq), RowsView<const T>(in.data<T>(1), count, nv),
+          RowsView<const T>(in.data<T>(2), count, nv), RowsView<T>(a, count, nv), outcomes, used));
+    }
+    for (int i = 0; i < count; ++i)
+      if (!outcomes[i])
+        std::fill_n(a + std::ptrdiff_t(i) * nv, nv, std::numeric_limits<T>::quiet_NaN());
+    return answered(in, result, status, outcomes.data(), model_.names);
+  });
+}
+
+nb::object Step::derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
+                             bool status) {
+  const int nq = model_.nq, nv = model_.nv();
+  const Inputs in("derivatives", {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}});
+  DerivativeArrays arrays(in, out, nv);
+  const int count = in.count();
+  return in.with_scalar([&]<class T>(T) {
+    T *const dq = data_of<T>(arrays.fields[0]), *const dqd = data_of<T>(arrays.fields[1]),
+             *const dtau = data_of<T>(arrays.fields[2]), *const a = data_of<T>(arrays.fields[3]);
+    const auto worker = workers<T>().take();
+    std::vector<Outcome>& outcomes = worker->outcomes;
+    outcomes.resize(count);
+    {
+      const nb::gil_scoped_release released;
+      const std::ptrdiff_t size = std::ptrdiff_t(nv) * nv;
+      for (std::ptrdiff_t i = 0; i < count; ++i) {
+        outcomes[i] = worker->dynamics.derivatives(row<T>(in, 0, i, nq), row<T>(in, 1, i, nv),
+                                                   row<T>(in, 2, i, nv),
+                                                   {.dq = {dq + i * size, nv, nv},
+                                                    .dqd = {dqd + i * size, nv, nv},
+                                                    .dtau = {dtau + i * size, nv, nv}},
+                                                   {a + i * nv, nv});
+        if (outcomes[i]) continue;
+        for (T* X : {dq, dqd, dtau})
+          std::fill_n(X + i * size, size, std::numeric_limits<T>::quiet_NaN());
+        std::fill_n(a + i * nv, nv, std::numeric_limits<T>::quiet_NaN());
+      }
+    }
+    return answered(in, arrays.tuple(), status, outcomes.data(), model_.names);
+  });
+}
+
+nb::tuple Step::advance(nb::handle q, nb::handle qd, nb::handle a) const {
+  const int nq = model_.nq, nv = model_.nv();
+  const Inputs in("advance", {{"q", q, nq}, {"qd", qd, nv}, {"a", a, nv}});
+  const nb::object next_q = in.result(nb::none(), {nq}), next_qd = in.result(nb::none(), {nv});
+  in.with_scalar([&]<class T>(T) {
+    T *const to_q = data_of<T>(next_q), *const to_qd = data_of<T>(next_qd);
+    const std::ptrdiff_t count = in.count();
+    std::copy_n(in.data<T>(0), count * nq, to_q);
+    std::copy_n(in.data<T>(1), count * nv, to_qd);
+    const nb::gil_scoped_release released;
+    for (std::ptrdiff_t i = 0; i < count; ++i)
+      kalmarm::advance(model_, h_, row<T>(in, 2, i, nv), VectorView<T>(to_q + i * nq, nq),
+                       VectorView<T>(to_qd + i * nv, nv));
+  });
+  return nb::make_tuple(next_q, next_qd);
+}
+
+#define KALMARM_STATE \
+  "(self, q: numpy.typing.ArrayLike, qd: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, "
+
+void bind_step(nb::module_& m) {
+  const nb::kw_only options;
+  nb::class_<Step>(m, "ImplicitStep")
+      .def(
+          "__init__",
+          [](Step* self, const RobotModel& model, double h, std::vector<double> damping,
+             std::vector<double> stiffness, std::vector<double> reference,
+             const std::string& scheme, bool certified) {
+            new (self)
+                Step(model, h, {std::move(damping), std::move(stiffness), std::move(reference)},
+                     scheme_of(scheme), certified ? Form::certified : Form::conventional);
+          },
+          "model"_a, "h"_a, "damping"_a, "stiffness"_a, "reference"_a, "scheme"_a, "certified"_a)
+      .def_prop_ro("h", &Step::h, "[s]")
+      .def_prop_ro("scheme",
+                   [](const Step& self) {
+                     return self.scheme() == Scheme::springs_at_end ? "springs_at_end"
+                                                                    : "springs_at_start";
+                   })
+      .def_prop_ro("_stiff_model", &Step::stiff_model)
+      .def("acceleration", &Step::acceleration, "q"_a, "qd"_a, "tau"_a, "out"_a = nb::none(),
+           options, "status"_a = false, "threads"_a = 1,
+           nb::sig("def acceleration" KALMARM_STATE
+                   "out: typing.Any = None, *, status: bool = False, threads: int = 1) -> "
+                   "typing.Any"),
+           R"(a = (qd+ - qd) / h of the step.
+
+q (..., nq), qd and tau (..., nv) -> a (..., nv).)")
+      .def("derivatives", &Step::derivatives, "q"_a, "qd"_a, "tau"_a, "out"_a = nb::none(), options,
+           "status"_a = false,
+           nb::sig("def derivatives" KALMARM_STATE
+                   "out: typing.Any = None, *, status: bool = False) -> typing.Any"),
+           R"(Derivatives of the step's acceleration by q, qd and tau, analytically, and a itself.
+
+q (..., nq), qd and tau (..., nv) -> Derivatives(dq, dqd, dtau, a), as those of
+Robot.forward_dynamics_derivatives; dtau is the inverse of M + h B + h^2 K.)")
+      .def("advance", &Step::advance, "q"_a, "qd"_a, "a"_a,
+           nb::sig("def advance(self, q: numpy.typing.ArrayLike, qd: numpy.typing.ArrayLike, a: "
+                   "numpy.typing.ArrayLike) -> tuple"),
+           "(q, qd) after h with the accelerations a: qd + h a, and q moved along it, quaternions "
+           "turned.");
+}
+
+}  // namespace kalmarm::python

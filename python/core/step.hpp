@@ -1,0 +1,56 @@
+// Implicit steps on NumPy arrays: the calls of kalmarm::ImplicitStep, each of one state or of as many as
+// leading dimensions say, with the failures and locks of robot.hpp.
+#pragma once
+
+#include <kalmarm/implicit_step.hpp>
+
+#include "arrays.hpp"
+#include "workers.hpp"
+
+namespace kalmarm::python {
+
+class Step {
+ public:
+  Step(RobotModel model, double h, JointTerms terms, Scheme scheme, Form form);
+
+  double h() const { return h_; }
+  Scheme scheme() const { return scheme_; }
+  const RobotModel& model() const { return model_; }
+  const JointTerms& terms() const { return terms_; }
+  RobotModel stiff_model() const;  // whose M is M^
+
+  nb::object acceleration(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out, bool status,
+                          int threads);
+  nb::object derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out, bool status);
+
+  // (q, qd) after h with a.
+  nb::tuple advance(nb::handle q, nb::handle qd, nb::handle a) const;
+
+ private:
+  template <class T>
+  using Pool = Workers<T, ImplicitStep<T>>;
+
+  template <class T>
+  Pool<T>& workers() {
+    if constexpr (std::is_same_v<T, float>)
+      return float_workers_;
+    else
+      return double_workers_;
+  }
+  template <class T>
+  ImplicitStep<T> made() const {
+    return {model_, h_, terms_, scheme_, {.form = form_}};
+  }
+
+  RobotModel model_;
+  double h_;
+  JointTerms terms_;
+  Scheme scheme_;
+  Form form_;
+  Pool<float> float_workers_{[this] { return made<float>(); }};
+  Pool<double> double_workers_{[this] { return made<double>(); }};
+};
+
+void bind_step(nb::module_& module);
+
+}  // namespace kalmarm::python

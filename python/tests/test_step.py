@@ -1,0 +1,205 @@
+"""Implicit steps: MuJoCo's discrete and implicitfast, one state or rows, terms of a file, refusals."""
+
+import warnings
+
+import mujoco
+import numpy as np
+import pytest
+from conftest import load, relative
+
+import kalmarm
+
+H = 0.002
+SCHEMES = {
+    "springs_at_end": mujoco.mjtIntegrator.mjINT_DISCRETE,
+    "springs_at_start": mujoco.mjtIntegrator.mjINT_IMPLICITFAST,
+}
+ARM = """<mujoco><compiler angle="radian" autolimits="true"/><worldbody>
+ <body gravcomp=".8"><joint name="a" axis="0 1 0" damping=".4" stiffness="30" springref=".3"/>
+  <inertial pos=".1 -.05 .2" mass="1.3" diaginertia=".03 .04 .05"/>
+  <body pos="0 .1 .4"><joint name="b" type="slide" axis="1 0 1" damping="2"/>
+   <inertial pos=".1 0 .1" mass=".7" diaginertia=".03 .04 .05"/>
+   <body pos="0 0 .2"><joint name="c" type="ball" damping=".1"/>
+    <inertial pos=".1 0 .1" mass=".4" diaginertia=".01 .02 .02"/></body></body></body>
+ </worldbody>
+ <actuator><position name="p" joint="a" gear="2" kp="2e4" dampratio="1"/>
+  <motor name="m" joint="b" gear="3" damping=".2"/>
+  <general name="g" joint="b" gaintype="affine" gainprm="7 -300 -4" biastype="affine" biasprm="1 -90 -2"/>
+  {}</actuator>
+ <keyframe><key name="k" ctrl=".4 7 .5 {}"/></keyframe></mujoco>"""
+
+
+@pytest.fixture
+def arm(tmp_path):
+    path = tmp_path / "arm.xml"
+    path.write_text(ARM.format("", ""))
+    return path
+
+
+def stepped_by_mujoco(model, integrator, state, ctrl):
+    model.opt.integrator = integrator
+    model.opt.timestep = H
+    model.opt.disableflags |= (
+        mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
+    )
+    out = []
+    for q, qd, tau in zip(*state, strict=True):
+        data = mujoco.MjData(model)
+        data.qpos, data.qvel, data.qfrc_applied, data.ctrl = q, qd, tau, ctrl
+        mujoco.mj_step(model, data)
+        out.append((data.qpos.copy(), data.qvel.copy()))
+    return [np.array(x) for x in zip(*out, strict=True)]
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_steps_of_a_file_are_those_of_mujoco(arm, scheme):
+    robot = kalmarm.load(arm, key="k", controls={"m": 5}, takes_steps=True)
+    assert robot.notes == ()
+    assert [one.control for one in robot.terms.actuators] == [0.4, 5, 0.5]
+    state = robot.random_state(1, 20)
+    q, qd = stepped_by_mujoco(
+        mujoco.MjModel.from_xml_path(str(arm)), SCHEMES[scheme], state, [0.4, 5, 0.5]
+    )
+    step = kalmarm.ImplicitStep(robot, H, scheme=scheme)
+    tau = state.tau + robot.terms.torque + robot.terms.compensated.gravity(state.q)
+    ours = step(state.q, state.qd, tau)
+    assert relative(ours.q, q) < 1e-12
+    assert relative(ours.qd, qd) < 1e-12
+    assert relative(ours.a, (qd - state.qd) / H) < 1e-9
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_rows_are_what_single_states_give(arm, dtype):
+    robot = kalmarm.load(arm, takes_steps=True)
+    step = kalmarm.ImplicitStep(robot, H)
+    state = robot.random_state(2, 21, dtype=dtype)
+    rows = step(*state)
+    for threads in (1, 2):
+        np.testing.assert_array_equal(step.acceleration(*state, threads=threads), rows.a)
+    derivatives = step.derivatives(*state)
+    for i in range(21):
+        one = step(*(x[i] for x in state))
+        assert all(x.dtype == dtype for x in one)
+        for x, y in zip(one, rows, strict=True):
+            np.testing.assert_allclose(x, y[i], rtol=1e-4 if dtype == np.float32 else 1e-11)
+        single = step.derivatives(*(x[i] for x in state))
+        for x, y in zip(single, derivatives, strict=True):
+            np.testing.assert_array_equal(x, y[i])
+
+
+def test_derivatives_are_differences_of_the_step(iiwa):
+    step = kalmarm.ImplicitStep(iiwa, H, damping=30, stiffness=1e4, reference=0.2)
+    q, qd, tau = iiwa.random_state(3)
+    found = step.derivatives(q, qd, tau)
+    e = 1e-5
+    rounding = 1e-14 / e * np.abs(found.a).max()
+    for k in range(iiwa.nv):
+        d = np.zeros(iiwa.nv)
+        d[k] = e
+        for column, up, down in (
+            (found.dq, (q + d, qd, tau), (q - d, qd, tau)),
+            (found.dqd, (q, qd + d, tau), (q, qd - d, tau)),
+            (found.dtau, (q, qd, tau + d), (q, qd, tau - d)),
+        ):
+            difference = (step.acceleration(*up) - step.acceleration(*down)) / (2 * e)
+            far = np.abs(column[:, k] - difference).max()
+            assert far < 1e-6 * np.abs(column).max() + rounding
+
+
+def test_robot_of_a_step_has_its_mass_matrix(g1):
+    k, b = 1e4, 20.0
+    step = kalmarm.ImplicitStep(g1, H, damping=b, stiffness=k)
+    q, qd, tau = g1.random_state(4)
+    added = np.diag(step.robot.mass_matrix(q) - g1.mass_matrix(q))
+    np.testing.assert_allclose(added, [0.0] * 6 + [H * b + H * H * k] * 29, atol=1e-12)
+    X = step.robot.inverse_mass_matrix(q)
+    np.testing.assert_allclose(X, step.derivatives(q, qd, tau).dtau, rtol=0, atol=1e-10 * X.max())
+
+
+def test_certified_form_is_the_robots(iiwa):
+    state = iiwa.random_state(5, 30)
+    both = [
+        kalmarm.ImplicitStep(one, H, stiffness=1e6).acceleration(*state)
+        for one in (iiwa, iiwa.replace(form="certified"))
+    ]
+    assert 0 < relative(both[0], both[1]) < 1e-12
+
+
+def test_what_a_file_has_beyond_is_named(tmp_path):
+    path = tmp_path / "arm.xml"
+    more = (
+        '<position joint="b" kp="3" timeconst=".1"/><motor joint="c" gear="1 0 0"/>'
+        '<motor joint="b" forcerange="-1 1"/>'
+        '<general joint="b" biastype="affine" biasprm="0 5 0"/>'
+    )
+    path.write_text(ARM.format(more, "0 0 0 0"))
+    note = (
+        "ignored: 1 actuator with activation dynamics, 1 actuator of a joint of several axes, "
+        "1 actuator with negative stiffness or damping, force limits of 1 actuator"
+    )
+    with pytest.warns(UserWarning, match=note):
+        robot = kalmarm.load(path, takes_steps=True)
+    model = mujoco.MjModel.from_xml_path(str(path))
+    with pytest.warns(UserWarning, match=note):
+        same = kalmarm.from_mujoco(model, takes_steps=True)
+    np.testing.assert_array_equal(robot.terms.stiffness, same.terms.stiffness)
+    with pytest.warns(UserWarning, match="7 actuators.*damping of 3 joints.*1 body"):
+        kalmarm.load(path)
+
+
+def test_robots_without_files_have_no_terms():
+    builder = kalmarm.Builder()
+    builder.add_body("rod", joint="hinge", axis=(0, 1, 0), mass=1, inertia=(1, 1, 1))
+    robot = builder.build()
+    assert robot.terms.compensated is None
+    step = kalmarm.ImplicitStep(robot, 0.5, damping=2, stiffness=8)
+    # (1 + 0.5 2 + 0.25 8) a = 4 - 8 (0.25 + 0.5 0.5) - 2 0.5
+    q, qd, a = step([0.25], [0.5], [4])
+    assert (a[0], qd[0], q[0]) == (-0.25, 0.375, 0.4375)
+
+
+def test_bad_input_is_one_line(iiwa, g1, arm):
+    for arguments, words in (
+        ({"h": -1e-3}, "h = -0.001"),
+        ({"h": np.nan}, "h = nan"),
+        ({"h": H, "damping": -1}, "damping -1"),
+        ({"h": H, "stiffness": np.inf}, "stiffness inf"),
+        ({"h": H, "stiffness": np.ones(3)}, "stiffness has shape"),
+        ({"h": H, "scheme": "rk4"}, "springs_at_end, springs_at_start"),
+    ):
+        with pytest.raises(ValueError, match=words) as refusal:
+            kalmarm.ImplicitStep(iiwa, **arguments)
+        assert "\n" not in str(refusal.value)
+    with pytest.raises(ValueError, match="spring about a ball or a free joint"):
+        kalmarm.ImplicitStep(g1, H, stiffness=np.ones(g1.nv))
+    with pytest.raises(ValueError, match="leaves joints out"):
+        kalmarm.ImplicitStep(iiwa.replace(asked=[1]), H)
+    with pytest.raises(kalmarm.LoadError, match="actuator 'q' is unknown"):
+        kalmarm.load(arm, controls={"q": 1})
+    with pytest.raises(ValueError, match=r"tau has shape"):
+        kalmarm.ImplicitStep(iiwa, H).acceleration(np.zeros(7), np.zeros(7), np.zeros(6))
+    with pytest.raises(kalmarm.DynamicsError):
+        kalmarm.ImplicitStep(iiwa, H)(np.full(7, np.nan), np.zeros(7), np.zeros(7))
+
+
+def test_a_row_without_an_answer_is_nan(iiwa):
+    step = kalmarm.ImplicitStep(iiwa, H, stiffness=1e5)
+    q, qd, tau = iiwa.random_state(6, 5)
+    q[2] = np.nan
+    after = step(q, qd, tau)
+    for x in after:
+        assert np.all(np.isnan(x[2]))
+        assert np.all(np.isfinite(np.delete(x, 2, axis=0)))
+    _, outcomes = step.acceleration(q, qd, tau, status=True)
+    assert [status != 0 for status in outcomes["status"]] == [False, False, True, False, False]
+
+
+def test_stiff_controllers_hold_where_explicit_ones_fly():
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        robot = load("panda")
+    step = kalmarm.ImplicitStep(robot, H, damping=50, stiffness=1e5, reference=robot.q0)
+    q, qd, tau = robot.random_state(7, 8, dtype=np.float32)
+    for _ in range(2000):
+        q, qd, _ = step(q, qd, tau)
+    assert np.abs(q - robot.q0).max() < 1e-2
