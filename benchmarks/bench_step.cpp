@@ -4,9 +4,10 @@
 // Every hinge and slide has a spring of 1e5 N m/rad and a damper of 10 N m s/rad, and h is 2 ms;
 // --damp-all: the DoF of ball and free joints have dampers too.
 // Names are task/variant/scene/precision; tasks: acceleration and acceleration_batch (no terms), step and
-// step_batch, mj_step, and mj_forward, which is what mj_step does before it integrates. Everything is
-// verified before it is timed: M^ a against M a0 - B v - K (q + h v), with M and the a0 of forward dynamics
-// from case.hpp.
+// step_batch, coupled and coupled_batch (with rows, --rows of them, each a spring and a damper between two
+// joints), mj_step, and mj_forward, which is what mj_step does before it integrates. Everything is
+// verified before it is timed: M^ a against M a0 - B v - K (q + h v) less the forces of rows, with M and
+// the a0 of forward dynamics from case.hpp.
 #include <benchmark/benchmark.h>
 
 #include <CLI/CLI.hpp>
@@ -42,19 +43,40 @@ JointTerms terms_of(const RobotModel& robot, bool damps_all) {
   return out;
 }
 
+// So many, over the pairs of hinges and slides that follow one another, and over those again.
+std::vector<CoupledRow> coupled_rows(const RobotModel& robot, int count) {
+  std::vector<int> single;
+  for (int k = 0; k < robot.nv(); ++k)
+    if (takes_spring(robot.links[k])) single.push_back(k);
+  std::vector<CoupledRow> out;
+  const int pairs = static_cast<int>(single.size()) - 1;
+  for (int i = 0; i < count && pairs > 0; ++i) {
+    CoupledRow row = {.damping = damping, .stiffness = stiffness};
+    row.jacobian.assign(robot.nv(), 0);
+    row.jacobian[single[i % pairs]] = 1;
+    row.jacobian[single[i % pairs + 1]] = -0.5 - i / pairs;
+    out.push_back(row);
+  }
+  return out;
+}
+
 // A scene, and what its implicit steps are for the states that are verified.
 struct Steps {
   Case base;
   RobotModel robot;
-  JointTerms terms;
-  std::vector<VectorX<double>> at_end, at_start;  // a by where springs are
+  JointTerms terms, coupled;                                 // without rows, and with them
+  std::vector<VectorX<double>> at_end, at_start, with_rows;  // a by where springs are
 
-  Steps(const Scene& scene, std::uint64_t seed, bool damps_all)
-      : base(scene, seed), robot(plain(scene.model)), terms(terms_of(robot, damps_all)) {
+  Steps(const Scene& scene, std::uint64_t seed, bool damps_all, int rows)
+      : base(scene, seed),
+        robot(plain(scene.model)),
+        terms(terms_of(robot, damps_all)),
+        coupled(terms) {
+    coupled.rows = coupled_rows(robot, rows);
     const int nv = robot.nv();
     for (int i = 0; i < base.verified(); ++i) {
       const State& state = base.states[i];
-      const auto solved = [&](double h_of_springs) {
+      const auto solved = [&](double h_of_springs, const std::vector<CoupledRow>& rows = {}) {
         MatrixX<double> M = base.M[i];
         VectorX<double> right = M * base.a[i];
         for (int k = 0; k < nv; ++k) {
@@ -63,10 +85,20 @@ struct Steps {
           right[k] -= b * state.qd[k];
           if (s > 0) right[k] -= s * (state.q[robot.links[k].q_index] + h_of_springs * state.qd[k]);
         }
+        for (const CoupledRow& row : rows) {
+          const Eigen::Map<const VectorX<double>> J(row.jacobian.data(), nv);
+          double length = 0;
+          for (int k = 0; k < nv; ++k)
+            if (J[k] != 0) length += J[k] * state.q[robot.links[k].q_index];
+          const double rate = J.dot(state.qd);
+          right -= J * (row.damping * rate + row.stiffness * (length + h_of_springs * rate));
+          M += J * (h * (row.damping + h_of_springs * row.stiffness)) * J.transpose();
+        }
         return VectorX<double>(M.ldlt().solve(right));
       };
       at_end.push_back(solved(h));
       at_start.push_back(solved(0));
+      with_rows.push_back(solved(h, coupled.rows));
     }
   }
 
@@ -152,6 +184,17 @@ void add_fast(const Shared<Steps>& steps) {
                   return step->acceleration(pool->q_rows, pool->qd_rows, pool->tau_rows, a,
                                             outcomes);
                 });
+    if (steps->coupled.rows.empty()) continue;
+    const auto coupled = std::make_shared<ImplicitStep<T>>(steps->robot, h, steps->coupled,
+                                                           Scheme::springs_at_end, options);
+    add_one<T>("coupled", variant.name, steps, steps->with_rows, [=](int i, VectorX<T>& a) {
+      return coupled->acceleration(pool->q[i], pool->qd[i], pool->tau[i], a);
+    });
+    add_rows<T>("coupled_batch", variant.name, steps, steps->with_rows,
+                [=](std::vector<T>& a, std::vector<Outcome>& outcomes) {
+                  return coupled->acceleration(pool->q_rows, pool->qd_rows, pool->tau_rows, a,
+                                               outcomes);
+                });
   }
 }
 
@@ -180,9 +223,9 @@ void add_mujoco(const Shared<Steps>& steps) {
       });
 }
 
-void add_scenes(const std::vector<Scene>& scenes, std::uint64_t seed, bool damps_all) {
+void add_scenes(const std::vector<Scene>& scenes, std::uint64_t seed, bool damps_all, int rows) {
   for (const Scene& scene : scenes) {
-    const auto steps = std::make_shared<const Steps>(scene, seed, damps_all);
+    const auto steps = std::make_shared<const Steps>(scene, seed, damps_all, rows);
     add_fast<double>(steps);
     add_fast<float>(steps);
     add_mujoco(steps);
@@ -195,14 +238,18 @@ void add_scenes(const std::vector<Scene>& scenes, std::uint64_t seed, bool damps
 int main(int argc, char** argv) {
   using namespace kalmarm;
   bool damps_all = false;
+  int rows = 6;
   Driver driver{"bench_step", "Time of implicit steps with springs and dampers.", timed_call,
-                "[--damp-all] "};
+                "[--damp-all] [--rows N] "};
   return driver.run(
       argc, argv,
       [&](const std::vector<Scene>& scenes, std::uint64_t seed) {
-        add_scenes(scenes, seed, damps_all);
+        add_scenes(scenes, seed, damps_all, rows);
       },
       [&](CLI::App& app) {
         app.add_flag("--damp-all", damps_all, "dampers of ball and free joints too");
+        app.add_option("--rows", rows, "rows that couple two joints each")
+            ->check(CLI::Range(0, 64))
+            ->capture_default_str();
       });
 }

@@ -50,18 +50,19 @@ void Dynamics<T>::refuse(const char* call, const char* what, const std::string& 
 }
 
 template <class T>
-int Dynamics<T>::checked_columns(const char* call, const MatrixView<const T>& tau,
-                                 const MatrixView<T>& x) const {
-  const std::ptrdiff_t columns = tau.columns_of(asked_);
-  if (!tau.fits(asked_, columns) || tau.is_row_major())
-    refuse(call, "tau", tau.shape(), std::to_string(asked_) + " x any, column-major,");
-  if (!x.fits(asked_, columns) || x.is_row_major())
-    refuse(call, "x", x.shape(), detail::shape(asked_, columns) + ", column-major,");
-  // A column that its sweep does not vouch for is solved again from tau.
-  const std::ptrdiff_t size = columns * asked_;
+int Dynamics<T>::checked_columns(const char* call, const char* name, const MatrixView<const T>& B,
+                                 const char* result, const MatrixView<T>& X,
+                                 std::ptrdiff_t rows) const {
+  const std::ptrdiff_t columns = B.columns_of(asked_);
+  if (!B.fits(asked_, columns) || B.is_row_major())
+    refuse(call, name, B.shape(), std::to_string(asked_) + " x any, column-major,");
+  if (!X.fits(asked_, rows * columns) || X.is_row_major())
+    refuse(call, result, X.shape(), detail::shape(asked_, rows * columns) + ", column-major,");
+  // A column that its sweep does not vouch for is solved again from B.
+  const std::ptrdiff_t of_B = columns * asked_, of_X = rows * of_B;
   const std::less<const T*> before;
-  if (size > 0 && before(x.data(), tau.data() + size) && before(tau.data(), x.data() + size))
-    throw std::invalid_argument(std::string(call) + ": tau and x overlap");
+  if (of_X > 0 && before(X.data(), B.data() + of_B) && before(B.data(), X.data() + of_X))
+    throw std::invalid_argument(std::string(call) + ": " + name + " and " + result + " overlap");
   return static_cast<int>(columns);
 }
 
@@ -82,6 +83,17 @@ template <class T>
 int Dynamics<T>::forward_dynamics(int count, const T* q, const T* qd, const T* tau, T* a,
                                   Outcome* outcomes, int threads) {
   return execution().forward_dynamics(count, q, qd, tau, a, outcomes, std::max(threads, 1));
+}
+template <class T>
+Outcome Dynamics<T>::forward_dynamics(const T* q, const T* qd, const T* tau, T* a, int m,
+                                      const T* B, T* X) {
+  return execution().forward_dynamics(q, qd, tau, a, m, B, X);
+}
+template <class T>
+int Dynamics<T>::forward_dynamics(int count, const T* q, const T* qd, const T* tau, T* a, int m,
+                                  const T* B, T* X, Outcome* outcomes, int threads) {
+  return execution().forward_dynamics(count, q, qd, tau, a, m, B, X, outcomes,
+                                      std::max(threads, 1));
 }
 template <class T>
 void Dynamics<T>::inverse_dynamics(const T* q, const T* qd, const T* qdd, T* tau) {

@@ -83,6 +83,42 @@ class Execution {
     return sum;
   }
 
+  // B and X: asked x m, torques of joints that are not asked about being zero.
+  Outcome forward_dynamics(const T* q, const T* qd, const T* tau, T* a, int m, const T* B, T* X) {
+    need(Want::solve);
+    need(Want::acceleration);
+    if (whole_) return whole_->forward_dynamics(q, at_rest_ ? zero_.data() : qd, tau, a, m, B, X);
+    const Outcome of_a = forward_dynamics(q, qd, tau, a);
+    if (!of_a) return of_a;
+    const Outcome of_D = factor(q);
+    return of_D ? worse(of_a, solve(m, B, X)) : of_D;
+  }
+
+  // X: m columns a row.
+  int forward_dynamics(int count, const T* q, const T* qd, const T* tau, T* a, int m, const T* B,
+                       T* X, Outcome* outcomes, int threads) {
+    need(Want::solve);
+    need(Want::acceleration);
+    const std::ptrdiff_t nv = plan_.nv, size = std::ptrdiff_t(asked_) * m;
+    left_over_.assign(count, 1);
+    if (whole_ && !at_rest_) {
+      reserve(threads);
+      for_each_block(count, threads, [&](int worker, int first, int states) {
+        const std::ptrdiff_t i = first;
+        whole_->forward_dynamics(worker, states, q + i * nq_, qd + i * nv, tau + i * nv, a + i * nv,
+                                 outcomes + first, m, B, X + i * size, left_over_.data() + first);
+      });
+    }
+    int failed = 0;
+    for (std::ptrdiff_t i = 0; i < count; ++i) {
+      if (!left_over_[i]) continue;
+      outcomes[i] = forward_dynamics(q + i * nq_, qd + i * nv, tau + i * nv, a + i * asked_, m, B,
+                                     X + i * size);
+      failed += !outcomes[i];
+    }
+    return failed;
+  }
+
   // qd, qdd: null where they are zero.
   void inverse_dynamics(const T* q, const T* qd, const T* qdd, T* tau) {
     need(Want::inverse_dynamics);
@@ -325,6 +361,7 @@ class Execution {
   Engine<T>* whole_ = nullptr;  // where nothing is left out but by the engine itself
   int workers_ = 0;
   std::vector<int> failed_;
+  std::vector<char> left_over_;  // rows that one state at a time is asked of
   Threads threads_;
 };
 

@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "algorithms/dynamics/coupled_rows.hpp"
 #include "algorithms/model/short_text.hpp"
 #include "algorithms/spatial/spatial.hpp"
 
@@ -56,6 +57,35 @@ RobotModel with_noise(RobotModel model, double h, const std::vector<double>& b,
 }
 
 template <class T>
+void check_rows(const RobotModel& model, double h, const std::vector<CoupledRow>& rows) {
+  const double most = static_cast<double>(std::numeric_limits<T>::max());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const CoupledRow& row = rows[i];
+    const std::string name = "row " + std::to_string(i);
+    if (row.jacobian.empty()) refuse(name + ": has no jacobian");
+    numbers<T>(model, (name + ": jacobian").c_str(), row.jacobian, -most);
+    for (int dof = 0; dof < model.nv(); ++dof)
+      if (row.jacobian[dof] != 0 && !takes_spring(model.links[dof]))
+        refuse(name + ": couples DoF '" + model.names[dof] + "' of a ball or a free joint");
+    const auto need = [&](const char* what, double given, double least) {
+      if (!(given >= least && given <= most))
+        refuse(name + ": " + what + " " + short_text("%g", given));
+    };
+    need("armature", row.armature, 0);
+    need("damping", row.damping, 0);
+    need("stiffness", row.stiffness, 0);
+    need("reference", row.reference, -most);
+    if (row.imposed && h == 0) refuse(name + ": imposed in a step of h = 0");
+  }
+}
+
+// What rows want beside what the question does.
+DynamicsOptions with_solve(DynamicsOptions options, bool rows) {
+  if (rows && !options.question.want.empty()) options.question.want.insert(Want::solve);
+  return options;
+}
+
+template <class T>
 RobotModel checked(const RobotModel& model, double h, const JointTerms& terms, Scheme scheme,
                    const DynamicsOptions& options) {
   if (static_cast<int>(model.names.size()) != model.nv())
@@ -69,6 +99,7 @@ RobotModel checked(const RobotModel& model, double h, const JointTerms& terms, S
   const auto b = numbers<T>(model, "damping", terms.damping, 0);
   auto k = numbers<T>(model, "stiffness", terms.stiffness, 0);
   numbers<T>(model, "reference", terms.reference, any);
+  check_rows<T>(model, h, terms.rows);
   for (int dof = 0; dof < model.nv(); ++dof)
     if (k[dof] > 0 && !takes_spring(model.links[dof]))
       refuse("DoF '" + model.names[dof] + "': a spring about a ball or a free joint");
@@ -131,7 +162,8 @@ ImplicitStep<T>::ImplicitStep(const RobotModel& model, double h, const JointTerm
                               Scheme scheme, const DynamicsOptions& options)
     : model_(model),
       h_(h),
-      dynamics_(checked<T>(model, h, terms, scheme, options), options),
+      dynamics_(checked<T>(model, h, terms, scheme, options),
+                with_solve(options, !terms.rows.empty())),
       rows_of_terms_(is_as_velocity(model) ? repeated : 1),
       damping_(held<T>(model, terms.damping, rows_of_terms_)),
       stiffness_(held<T>(model, terms.stiffness, rows_of_terms_)),
@@ -140,6 +172,9 @@ ImplicitStep<T>::ImplicitStep(const RobotModel& model, double h, const JointTerm
       tau_(model.nv()) {
   const bool derived = options.question.wants(Want::derivatives);
   if (derived) X_.resize(static_cast<std::size_t>(model.nv()) * model.nv());
+  if (!terms.rows.empty())
+    coupled_ =
+        std::make_unique<CoupledRows<T>>(model, terms.rows, h, static_cast<double>(h_of_springs_));
   for (int k = 0; k < model.nv(); ++k) {
     if (stiffness_[k] == T(0)) continue;
     const int q = model.links[k].q_index;
@@ -151,6 +186,13 @@ ImplicitStep<T>::ImplicitStep(const RobotModel& model, double h, const JointTerm
       springs_.push_back({k, q, 1});
   }
 }
+
+template <class T>
+ImplicitStep<T>::~ImplicitStep() = default;
+template <class T>
+ImplicitStep<T>::ImplicitStep(ImplicitStep&&) noexcept = default;
+template <class T>
+ImplicitStep<T>& ImplicitStep<T>::operator=(ImplicitStep&&) noexcept = default;
 
 template <class T>
 void ImplicitStep<T>::require(const char* call, std::ptrdiff_t q, std::ptrdiff_t v,
@@ -184,6 +226,9 @@ void ImplicitStep<T>::set_torque(std::ptrdiff_t rows, const T* q, const T* v, co
     for (const auto& [dof, in_q, count] : springs_)
       Result(out + at + dof, count) -= spring(dof, first * nq + in_q, count);
   }
+  if (!coupled_) return;
+  for (std::ptrdiff_t i = 0; i < rows; ++i)
+    coupled_->add_known(q + i * nq, v + i * nv, out + i * nv);
 }
 
 template <class T>
@@ -191,7 +236,24 @@ Outcome ImplicitStep<T>::acceleration(VectorView<const T> q, VectorView<const T>
                                       VectorView<const T> tau, VectorView<T> a) {
   require("acceleration", q.size(), v.size(), tau.size());
   set_torque(1, q.data(), v.data(), tau.data(), tau_.data());
-  return dynamics_.forward_dynamics(q, v, VectorView<const T>(tau_), a);
+  if (!coupled_) return dynamics_.forward_dynamics(q, v, VectorView<const T>(tau_), a);
+  is_kept_ = false;
+  const Outcome outcome =
+      dynamics_.forward_dynamics(q, v, VectorView<const T>(tau_), a, coupled_->B(), coupled_->Y());
+  return outcome ? coupled(outcome, q.data(), v.data(), coupled_->Y().data(), a.data()) : outcome;
+}
+
+// (6): a0 becomes a.
+template <class T>
+Outcome ImplicitStep<T>::coupled(Outcome of_a0, const T* q, const T* v, const T* Y, T* a) const {
+  if (!coupled_->factor(Y)) return coupled_->singular();
+  const Eigen::Map<const VectorX<T>> numbers(a, model_.nv());
+  const double before = static_cast<double>(numbers.norm());
+  coupled_->impose(q, v, Y, a);
+  const double after = static_cast<double>(numbers.norm());
+  if (!std::isfinite(after)) return {.status = Outcome::Status::not_finite};
+  if (before > after) of_a0.error *= before / after;
+  return of_a0;
 }
 
 template <class T>
@@ -205,8 +267,32 @@ int ImplicitStep<T>::acceleration(RowsView<const T> q, RowsView<const T> v, Rows
            detail::shape(count, nv));
   if (static_cast<std::ptrdiff_t>(rows_.size()) < count * nv) rows_.resize(count * nv);
   set_torque(count, q.data(), v.data(), tau.data(), rows_.data());
-  return dynamics_.forward_dynamics(q, v, RowsView<const T>(rows_.data(), count, nv), a, outcomes,
-                                    threads);
+  if (!coupled_)
+    return dynamics_.forward_dynamics(q, v, RowsView<const T>(rows_.data(), count, nv), a, outcomes,
+                                      threads);
+  is_kept_ = false;
+  const std::ptrdiff_t m = coupled_->count(), size = nv * m;
+  Y_.resize(std::max<std::size_t>(Y_.size(), std::min(count, rows_at_once) * size));
+  int failed = 0;
+  for (std::ptrdiff_t first = 0; first < count; first += rows_at_once) {
+    const std::ptrdiff_t n = std::min(rows_at_once, count - first);
+    const auto of = outcomes.subspan(first, n);
+    // Those that failed are counted below.
+    static_cast<void>(
+        dynamics_.forward_dynamics(RowsView<const T>(q.data() + first * nq, n, nq),
+                                   RowsView<const T>(v.data() + first * nv, n, nv),
+                                   RowsView<const T>(rows_.data() + first * nv, n, nv),
+                                   RowsView<T>(a.data() + first * nv, n, nv), coupled_->B(),
+                                   MatrixView<T>(Y_.data(), nv, n * m), of, threads));
+    for (std::ptrdiff_t i = 0; i < n; ++i) {
+      const std::ptrdiff_t at = first + i;
+      if (of[i])
+        of[i] = coupled(of[i], q.data() + at * nq, v.data() + at * nv, Y_.data() + i * size,
+                        a.data() + at * nv);
+      failed += !of[i];
+    }
+  }
+  return failed;
 }
 
 template <class T>
@@ -223,10 +309,16 @@ Outcome ImplicitStep<T>::derivatives(VectorView<const T> q, VectorView<const T> 
                                      VectorView<const T> tau, const Derivatives<T>& out,
                                      VectorView<T> a) {
   require("derivatives", q.size(), v.size(), tau.size());
-  set_torque(1, q.data(), v.data(), tau.data(), tau_.data());
   const int nv = model_.nv();
   Derivatives<T> all = out;
   if (!all.dtau) all.dtau = MatrixView<T>(X_.data(), nv, nv);  // (4) has X
+  if (coupled_) {
+    const Outcome of_a = acceleration(q, v, tau, a);
+    if (!of_a) return of_a;
+    coupled_->take_forces(tau_.data());
+  } else {
+    set_torque(1, q.data(), v.data(), tau.data(), tau_.data());
+  }
   const Outcome outcome = dynamics_.derivatives(q, v, VectorView<const T>(tau_), all, a);
   if (!outcome) return outcome;
   const auto less = [&](const MatrixView<T>& by, int column, T c) {
@@ -240,7 +332,72 @@ Outcome ImplicitStep<T>::derivatives(VectorView<const T> q, VectorView<const T> 
     less(out.dq, k, stiffness_[k]);
     less(out.dqd, k, h_of_springs_ * stiffness_[k]);
   }
+  if (!coupled_) return outcome;
+  using By = typename CoupledRows<T>::By;
+  const T* const Y = coupled_->Y().data();
+  if (out.dq) coupled_->derive(By::position, Y, out.dq.data());
+  if (out.dqd) coupled_->derive(By::velocity, Y, out.dqd.data());
+  if (out.dtau) coupled_->derive(By::torque, Y, out.dtau.data());
   return outcome;
+}
+
+template <class T>
+void ImplicitStep<T>::mass(VectorView<const T> q, MatrixView<T> M) {
+  if (coupled_ && coupled_->is_imposed())
+    throw std::logic_error("implicit step: mass: a row is imposed, and has no finite one");
+  dynamics_.mass(q, M);
+  if (coupled_) coupled_->add_mass(M.data());
+}
+
+template <class T>
+Outcome ImplicitStep<T>::inverse_mass(VectorView<const T> q, MatrixView<T> X) {
+  const Outcome outcome = dynamics_.inverse_mass(q, X);
+  if (!outcome || !coupled_) return outcome;
+  is_kept_ = false;
+  const Outcome of_rows = factor_rows(q.data());
+  if (!of_rows) return of_rows;
+  const std::ptrdiff_t nv = model_.nv();
+  for (std::ptrdiff_t j = 0; j < nv; ++j)
+    coupled_->project(coupled_->Y().data(), X.data() + j * nv);
+  return outcome;
+}
+
+template <class T>
+Outcome ImplicitStep<T>::factor(VectorView<const T> q) {
+  if (!coupled_) return dynamics_.factor(q);
+  factored_q_.assign(q.data(), q.data() + q.size());
+  return keep_rows();
+}
+
+template <class T>
+Outcome ImplicitStep<T>::keep_rows() {
+  kept_ = factor_rows(factored_q_.data());
+  is_kept_ = true;
+  return kept_;
+}
+
+// Factors of M^ without rows, Y by them, and C + G.
+template <class T>
+Outcome ImplicitStep<T>::factor_rows(const T* q) {
+  const Outcome of_D = dynamics_.factor(VectorView<const T>(q, model_.nq));
+  if (!of_D) return of_D;
+  const Outcome of_Y = dynamics_.solve(coupled_->B(), coupled_->Y());
+  if (!of_Y) return of_Y;
+  return coupled_->factor(coupled_->Y().data()) ? of_Y : coupled_->singular();
+}
+
+template <class T>
+Outcome ImplicitStep<T>::solve(MatrixView<const T> tau, MatrixView<T> x) {
+  if (coupled_ && !factored_q_.empty() && !is_kept_) static_cast<void>(keep_rows());
+  const Outcome outcome = dynamics_.solve(tau, x);
+  if (!outcome || !coupled_) return outcome;
+  const std::ptrdiff_t nv = model_.nv(), columns = tau.columns_of(nv);
+  if (!kept_)
+    std::fill_n(x.data(), nv * columns, std::numeric_limits<T>::quiet_NaN());
+  else
+    for (std::ptrdiff_t j = 0; j < columns; ++j)
+      coupled_->project(coupled_->Y().data(), x.data() + j * nv);
+  return kept_ ? outcome : kept_;
 }
 
 template class ImplicitStep<float>;

@@ -6,6 +6,7 @@
 // was made may be called.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <set>
@@ -15,6 +16,18 @@
 #include "kalmarm/dynamics.hpp"
 
 namespace kalmarm {
+
+// Of two answers that are one result: a failure, else the first warning, else what took a second
+// look; with the largest estimate of an error.
+inline Outcome worse(const Outcome& a, const Outcome& b) {
+  if (!a) return a;
+  if (!b) return b;
+  const auto rank = [](const Outcome& one) { return one.warns() ? 2 : one.recomputed ? 1 : 0; };
+  Outcome out = rank(b) > rank(a) ? b : a;
+  out.error = std::fmax(a.error, b.error);  // NaN: there is none
+  out.recomputed = a.recomputed || b.recomputed;
+  return out;
+}
 
 template <class T>
 class Engine {
@@ -26,10 +39,26 @@ class Engine {
 
   virtual Outcome forward_dynamics(const T* q, const T* qd, const T* tau, T* a) = 0;
 
+  // The same and X = M^-1 B, of m columns, by the factors of the same sweep where it is that of the
+  // conventional form. B and X do not overlap. Factors that are kept are lost.
+  virtual Outcome forward_dynamics(const T* q, const T* qd, const T* tau, T* a, int m, const T* B,
+                                   T* X) {
+    const Outcome of_a = forward_dynamics(q, qd, tau, a);
+    if (!of_a) return of_a;
+    const Outcome of_D = factor(q);
+    return of_D ? worse(of_a, worse(of_D, solve(m, B, X))) : of_D;
+  }
+
   // Rows: returns how many failed. Workers, numbered from 0, may be called at the same time.
   virtual void reserve_workers(int count) = 0;
   virtual int forward_dynamics(int worker, int count, const T* q, const T* qd, const T* tau, T* a,
                                Outcome* outcomes) = 0;
+  // The same B for every row, X: m columns a row. left_over[i]: of row i one state is to be asked.
+  virtual void forward_dynamics(int /*worker*/, int count, const T* /*q*/, const T* /*qd*/,
+                                const T* /*tau*/, T* /*a*/, Outcome* /*outcomes*/, int /*m*/,
+                                const T* /*B*/, T* /*X*/, char* left_over) {
+    std::fill_n(left_over, count, char(1));
+  }
   virtual void inverse_dynamics(int worker, int count, const T* q, const T* qd, const T* qdd,
                                 T* tau) = 0;
 
@@ -46,18 +75,6 @@ class Engine {
   virtual Outcome derivatives(const T* q, const T* qd, const T* tau, T* da_dq, T* da_dqd,
                               T* da_dtau, T* a) = 0;
 };
-
-// Of two answers that are one result: a failure, else the first warning, else what took a second
-// look; with the largest estimate of an error.
-inline Outcome worse(const Outcome& a, const Outcome& b) {
-  if (!a) return a;
-  if (!b) return b;
-  const auto rank = [](const Outcome& one) { return one.warns() ? 2 : one.recomputed ? 1 : 0; };
-  Outcome out = rank(b) > rank(a) ? b : a;
-  out.error = std::fmax(a.error, b.error);  // NaN: there is none
-  out.recomputed = a.recomputed || b.recomputed;
-  return out;
-}
 
 // By which kernels: those of 6-D vectors, the same without velocity terms, of mechanisms that stay
 // in a plane, of slides alone.

@@ -48,6 +48,13 @@ using StateLanes = Pack<S, padding<S>>;
   KIND template class InverseColumns<S>;                                                   \
   KIND template class InverseDiagonal<S>;                                                  \
   KIND template class FactorSolver<S>;                                                     \
+  KIND template SolveSums<WidePack<S>> FactorSolver<S>::solve(                             \
+      const LoweredModel<S>&, const FastFactors<S>&, int, int, const S*, S*);              \
+  KIND template SolveSums<WidePack<S>> FactorSolver<S>::solve(                             \
+      const LoweredModel<S>&, const CovarianceWorkspace<S>&, int, int, const S*, S*);      \
+  KIND template class RowSolver<StateLanes<S>>;                                            \
+  KIND template SolveSums<StateLanes<S>> RowSolver<StateLanes<S>>::solve(                  \
+      const LoweredModel<S>&, const CovarianceWorkspace<StateLanes<S>>&, const S*);        \
   KIND template class SelectedColumns<S>;                                                  \
   KIND template class RoundingBound<S>;
 

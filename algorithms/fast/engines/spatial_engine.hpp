@@ -46,7 +46,7 @@ class SpatialEngine final : public CommonEngine<S> {
     EngineOptions rows;
     rows.want = {Want::acceleration};
     while (rows_wanted_ && static_cast<int>(workers_.size()) < count)
-      workers_.emplace_back(lowered(), Guard<S, F>(robot_, lowered(), rows));
+      workers_.emplace_back(lowered(), Guard<S, F>(robot_, lowered(), rows), solver_.has_value());
   }
 
   int forward_dynamics(int worker, int count, const S* q, const S* qd, const S* tau, S* a,
@@ -75,6 +75,50 @@ class SpatialEngine final : public CommonEngine<S> {
     return failed;
   }
 
+  Outcome forward_dynamics(const S* q, const S* qd, const S* tau, S* a, int m, const S* B,
+                           S* X) override {
+    if constexpr (F::form == Form::conventional) {
+      const Outcome out = forward_dynamics(q, qd, tau, a);
+      bool by_sweep = out && !out.recomputed;
+      if (by_sweep)
+        solve_columns(*one_, m, B, X,
+                      [&](const SolveSums<S>&, std::ptrdiff_t) { by_sweep = false; });
+      if (by_sweep) return out;
+    }
+    return Engine<S>::forward_dynamics(q, qd, tau, a, m, B, X);
+  }
+
+  void forward_dynamics(int worker, int count, const S* q, const S* qd, const S* tau, S* a,
+                        Outcome* outcomes, int m, const S* B, S* X, char* left_over) override {
+    if constexpr (F::form == Form::conventional) {
+      Worker& w = workers_[worker];
+      const auto& swept = w.workspace;
+      const std::ptrdiff_t nv = lowered().nv(), size = nv * m;
+      w.rows.for_each(
+          lowered(), count, q, qd, tau, a, [&](int first, int states, const auto& store) {
+            F::acceleration(lowered(), w.rows.q.data(), w.rows.qd.data(), w.rows.tau_or_qdd.data(),
+                            w.workspace, w.rows.out.data());
+            store();
+            const auto by = w.guard.believed(swept.noise, swept.energy, swept.squares, swept.size);
+            for (int lane = 0; lane < states; ++lane) {
+              outcomes[first + lane] = {.error = by.error[lane]};
+              left_over[first + lane] = !w.guard.vouched(swept.margin, by, lane);
+            }
+            for (int j = 0; j < m; ++j) {
+              const auto sums = w.columns->solve(lowered(), swept, B + j * nv);
+              for (int lane = 0; lane < states; ++lane) {
+                S* const x = X + (first + lane) * size + j * nv;
+                for (int k = 0; k < nv; ++k) x[k] = w.columns->x()[k][lane];
+                left_over[first + lane] |=
+                    !w.guard.believed({sums.noise[lane], sums.energy[lane], sums.squares[lane]});
+              }
+            }
+          });
+    } else {
+      Engine<S>::forward_dynamics(worker, count, q, qd, tau, a, outcomes, m, B, X, left_over);
+    }
+  }
+
   Outcome inverse(const S* q, S* X) override {
     set_factors(q);
     const S check = inverse_->fill(lowered(), *factors_, X);
@@ -92,19 +136,10 @@ class SpatialEngine final : public CommonEngine<S> {
 
   Outcome solve(int columns, const S* taus, S* X) override {
     if (by_certified_) return guard_->certified().solve(columns, taus, X);
-    const std::ptrdiff_t nv = lowered().nv();
     Outcome out;
-    for (int first = 0; first < columns; first += FactorSolver<S>::lanes) {
-      const int left = columns - first, count = std::min(left, FactorSolver<S>::lanes);
-      const S* const tau = taus + first * nv;
-      S* const x = X + first * nv;
-      const auto sums = solver_->solve(lowered(), *factors_, count, left, tau, x);
-      for (int j = 0; j < count; ++j) {
-        const SolveSums<S> of_x = {sums.noise[j], sums.energy[j], sums.squares[j]};
-        if (factors_->margin > S(0) && guard_->believed(of_x)) continue;
-        out = worse(out, second_solve(of_x, tau + j * nv, x + j * nv));
-      }
-    }
+    solve_columns(*factors_, columns, taus, X, [&](const SolveSums<S>& of_x, std::ptrdiff_t at) {
+      out = worse(out, second_solve(of_x, taus + at, X + at));
+    });
     return out;
   }
 
@@ -147,10 +182,29 @@ class SpatialEngine final : public CommonEngine<S> {
     typename F::template Workspace<StateLanes<S>> workspace;
     RowBlock<S> rows;
     Guard<S, F> guard;
+    std::optional<RowSolver<StateLanes<S>>> columns;
 
-    Worker(const LoweredModel<S>& model, Guard<S, F> g)
-        : workspace(model), rows(model), guard(std::move(g)) {}
+    Worker(const LoweredModel<S>& model, Guard<S, F> g, bool solves)
+        : workspace(model), rows(model), guard(std::move(g)) {
+      if (solves) columns.emplace(model);
+    }
   };
+
+  // X = M^-1 taus by factors that are kept or that a sweep has left; doubt(sums, where it starts) of
+  // every column that its sums do not vouch for.
+  template <class Factors, class Doubt>
+  void solve_columns(const Factors& factors, int columns, const S* taus, S* X, const Doubt& doubt) {
+    const std::ptrdiff_t nv = lowered().nv();
+    for (int first = 0; first < columns; first += FactorSolver<S>::lanes) {
+      const int left = columns - first, count = std::min(left, FactorSolver<S>::lanes);
+      const std::ptrdiff_t start = first * nv;
+      const auto sums = solver_->solve(lowered(), factors, count, left, taus + start, X + start);
+      for (int j = 0; j < count; ++j) {
+        const SolveSums<S> of_x = {sums.noise[j], sums.energy[j], sums.squares[j]};
+        if (!(factors.margin > S(0) && guard_->believed(of_x))) doubt(of_x, start + j * nv);
+      }
+    }
+  }
 
   // Of one column that its sums do not vouch for.
   Outcome second_solve(const SolveSums<S>& of_x, const S* tau, S* x) {

@@ -68,8 +68,10 @@ class FactorSolver {
       : one_(model), few_(model), all_(model.nv(), 1), block_(model.nv()), z_(model.nv()) {}
 
   // X (nv x m) = M^-1 T (nv x m) of m columns, at most `lanes`; column j is in lane j of what is
-  // returned. left >= m: so many columns of T can be read. About 127 nv m flops.
-  SolveSums<Few> solve(const LoweredModel<S>& model, const FastFactors<S>& factors, int m, int left,
+  // returned. left >= m: so many columns of T can be read. About 127 nv m flops. Factors: as in
+  // columns.hpp.
+  template <class Factors>
+  SolveSums<Few> solve(const LoweredModel<S>& model, const Factors& factors, int m, int left,
                        const S* T, S* X) {
     const int nv = model.nv();
     if (m == 1) {
@@ -108,6 +110,35 @@ class FactorSolver {
   std::vector<char> all_;   // links: a path for any tau
   std::vector<Few> block_;  // of columns
   std::vector<Sixfold<S>> z_;
+};
+
+// Columns of M^-1 of one state in every lane of P, by what a sweep of forward dynamics has left.
+template <class P>
+class RowSolver {
+  using S = typename Lanes<P>::Scalar;
+
+ public:
+  explicit RowSolver(const LoweredModel<S>& model)
+      : ws_(model), path_(model.nv()), x_(model.nv()) {}
+
+  // x() = M^-1 b, the same b (nv) for every lane. About 127 nv flops a lane, less where b is zero
+  // outboard.
+  template <class Factors>
+  SolveSums<P> solve(const LoweredModel<S>& model, const Factors& factors, const S* b) {
+    for (int k = model.nv() - 1; k >= 0; --k) path_[k] = b[k] != S(0);
+    for (int k = model.nv() - 1; k >= 0; --k)
+      if (path_[k] && model.link(k).parent >= 0) path_[model.link(k).parent] = 1;
+    return detail::solve(
+        model, factors, path_.data(), [&](int k) { return P(b[k]); }, ws_,
+        [&](int k, const P& x) { x_[k] = x; });
+  }
+
+  const std::vector<P>& x() const { return x_; }
+
+ private:
+  ColumnsWorkspace<P> ws_;
+  std::vector<char> path_;  // links with a b outboard that is not 0
+  std::vector<P> x_;
 };
 
 }  // namespace kalmarm

@@ -64,16 +64,22 @@ class Guard {
     return margin(S(of_x.noise + of_believed_D() * of_x.energy), of_x.squares) > S(0);
   }
 
+  // Whether what a sweep has left of a lane vouches for its accelerations: its margin of D, and `by`.
+  template <class T>
+  static bool vouched(const T& margin_of_D, const Believed<T>& by, int lane) {
+    const S D = detail::number(margin_of_D, lane), of_a = detail::number(by.margin, lane);
+    const S error = detail::number(by.error, lane);
+    return D > S(0) && of_a > S(0) && error <= S(coarse_error) * unit_roundoff<S>();
+  }
+
   // The estimated error of a lane of `swept`, accelerations a that `by` is said of; NaN where they are
   // to be answered anew. A look at another kernel's state, whose numbers are rounded elsewhere, is one
   // at a sweep of the form itself, which then has answered.
   template <class Swept, class T>
   double error(const LoweredModel<S>& lowered, const S* q, const S* qd, const S* tau, S* a,
                const Swept& swept, const Believed<T>& by, int lane = 0) {
-    const S D = detail::number(swept.margin, lane), of_a = detail::number(by.margin, lane);
-    const S error = detail::number(by.error, lane);
-    if (D > S(0) && of_a > S(0) && error <= S(coarse_error) * unit_roundoff<S>()) return error;
-    if (std::isnan(of_a)) return answer_anew;
+    if (vouched(swept.margin, by, lane)) return detail::number(by.error, lane);
+    if (std::isnan(detail::number(by.margin, lane))) return answer_anew;
     if constexpr (!std::is_same_v<Swept, typename F::template Workspace<T>>) {
       F::acceleration(lowered, q, qd, tau, own_, a);
       return look(lowered, q, own_, a);

@@ -108,6 +108,30 @@ class KALMARM_EXPORT Dynamics {
                             outcomes.data(), threads);
   }
 
+  // The same and X = M^-1 B (asked x m) of the columns of B, such as the transposed Jacobian of what is
+  // to be constrained; by the factors of the same sweep, where none of it is suspect and the form is
+  // conventional. The outcome is the worst of them all. Factors that were kept are made again when
+  // they are asked for. Wants acceleration and solve. 465 n + 127 n m.
+  Outcome forward_dynamics(VectorView<const T> q, VectorView<const T> qd, VectorView<const T> tau,
+                           VectorView<T> a, MatrixView<const T> B, MatrixView<T> X) {
+    check("forward_dynamics", q, qd, "tau", tau, a.size(), asked_);
+    const int m = checked_columns("forward_dynamics", "B", B, "X", X);
+    return forward_dynamics(q.data(), qd.data(), tau.data(), a.data(), m, B.data(), X.data());
+  }
+
+  // Rows of states: X (asked x rows m) has the m columns of a row side by side. Those that are suspect
+  // are answered one after another.
+  [[nodiscard]] int forward_dynamics(RowsView<const T> q, RowsView<const T> qd,
+                                     RowsView<const T> tau, RowsView<T> a, MatrixView<const T> B,
+                                     MatrixView<T> X, std::span<Outcome> outcomes,
+                                     int threads = 1) {
+    const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
+    check("forward_dynamics", count, q, qd, "tau", tau, a, asked_);
+    const int m = checked_columns("forward_dynamics", "B", B, "X", X, count);
+    return forward_dynamics(static_cast<int>(count), q.data(), qd.data(), tau.data(), a.data(), m,
+                            B.data(), X.data(), outcomes.data(), threads);
+  }
+
   // tau (asked) = M qdd + bias(q, qd), gravity and armature included. 171 n.
   void inverse_dynamics(VectorView<const T> q, VectorView<const T> qd, VectorView<const T> qdd,
                         VectorView<T> tau) {
@@ -163,7 +187,7 @@ class KALMARM_EXPORT Dynamics {
   // the worst error. After a factorisation that failed its outcome is returned, and x is filled with
   // NaN. Before any: std::logic_error. 127 n m.
   Outcome solve(MatrixView<const T> tau, MatrixView<T> x) {
-    return solve(checked_columns("solve", tau, x), tau.data(), x.data());
+    return solve(checked_columns("solve", "tau", tau, "x", x), tau.data(), x.data());
   }
 
   // Derivatives of forward dynamics, and a itself (asked). Outcome::error is NaN. 1300 n + 60 n^2.
@@ -224,8 +248,9 @@ class KALMARM_EXPORT Dynamics {
     fit(name, tau_or_qdd, nv_);
     fit("the result", result, needed);
   }
-  int checked_columns(const char* call, const MatrixView<const T>& tau,
-                      const MatrixView<T>& x) const;
+  // m of B (asked x m); X has as many columns for each of the rows.
+  int checked_columns(const char* call, const char* name, const MatrixView<const T>& B,
+                      const char* result, const MatrixView<T>& X, std::ptrdiff_t rows = 1) const;
   void check_derivatives(const Derivatives<T>& out) const;
 
   Execution<T>& execution() const;  // throws std::logic_error where it was moved away
@@ -233,6 +258,9 @@ class KALMARM_EXPORT Dynamics {
   Outcome forward_dynamics(const T* q, const T* qd, const T* tau, T* a);
   int forward_dynamics(int count, const T* q, const T* qd, const T* tau, T* a, Outcome* outcomes,
                        int threads);
+  Outcome forward_dynamics(const T* q, const T* qd, const T* tau, T* a, int m, const T* B, T* X);
+  int forward_dynamics(int count, const T* q, const T* qd, const T* tau, T* a, int m, const T* B,
+                       T* X, Outcome* outcomes, int threads);
   void inverse_dynamics(const T* q, const T* qd, const T* qdd, T* tau);
   void inverse_dynamics(int count, const T* q, const T* qd, const T* qdd, T* tau, int threads);
   void mass(const T* q, T* M);

@@ -15,12 +15,25 @@
 //   da/dq = da/dq|tau^ - X K,  da/dv = da/dv|tau^ - X (B + h K),  da/dtau = X              (4)
 // without h K where springs are at the start.
 //
+// Terms that couple joints are rows. Of row i, along a length l(i) = J(i) q of hinges and slides, with
+// armature w, damping b, stiffness k and reference l0,
+//   M^ += J' W J,  W = diag(w + h b + h^2 k),  tau^ -= J' (b J v + k (J q - l0 + h J v))    (5)
+// are a tendon, an actuator on several joints, or an equality of joints that gives way. With X, a0 of
+// (2) without rows, Y = X J', G = J Y and C = W^-1, the force f of each row and then a are
+//   (C + G) f = c' + J a0,  a = a0 - Y f,  c' = C (b J v + k (J q - l0 + h J v))           (6)
+// An imposed row is that of infinite stiffness, C = 0 and c' = (J q - l0 + h J v) / h^2: its length is
+// l0 at the end of the step. A row with W = 0 has a force that is known, tau^ -= J' f. By the same f
+//   M^^-1 tau = x - Y (C + G)^-1 J x,  x = X tau                                            (7)
+//   da/dx = A - Y (C + G)^-1 (dc'/dx + J A),  A of (4) at the torque tau^ - J' f            (8)
+// a is as wrong as a0 is: where a row holds what would fall, |a0| may be far above |a|.
+//
 // Against MuJoCo without contacts, limits and constraints: (2) is its `discrete` integrator,
 // Scheme::springs_at_start its `Euler` and `implicitfast` (robots/scene/test/test_implicit_step.cpp).
 //
 // A position controller with gains kp and kv is a spring and a damper, its target their reference.
 #pragma once
 
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -42,12 +55,23 @@ constexpr bool takes_spring(const LinkParameters& link) {
   return link.coordinate == Coordinate::angle || link.coordinate == Coordinate::distance;
 }
 
+// A length J q that several hinges and slides move together, and what acts along it.
+struct CoupledRow {
+  std::vector<double> jacobian;  // J, nv numbers [m/rad, m/m or any]; zero at balls and free joints
+  double armature = 0;           // w [kg, where the length is in m]
+  double damping = 0;            // b [N s/m]
+  double stiffness = 0;          // k [N/m]
+  double reference = 0;          // l0 [m]
+  bool imposed = false;          // J q = l0 at the end of the step, whatever force that takes
+};
+
 // Of every DoF, nv numbers each; none: all zero. A ball and a free joint may have damping, no springs;
 // with it their DoF are swept one by one and looked at twice (docs/stiff.md has what that costs).
 struct JointTerms {
   std::vector<double> damping = {};    // b [N m s/rad or N s/m]
   std::vector<double> stiffness = {};  // k [N m/rad or N/m]
   std::vector<double> reference = {};  // q0 [rad or m]
+  std::vector<CoupledRow> rows = {};
 };
 
 // v (nv) and q (nq) of the robot after h, by (3): in place.
@@ -57,18 +81,26 @@ KALMARM_EXPORT void advance(const RobotModel& model, double h, VectorView<const 
                             VectorView<float> q, VectorView<float> v);
 
 template <class T>
+class CoupledRows;
+
+template <class T>
 class KALMARM_EXPORT ImplicitStep {
  public:
   // h >= 0 [s]. Throws std::invalid_argument with the DoF where h, b or k is negative, where a number is
   // not finite or too large for T, where a ball or free joint has a spring, and where the question
-  // leaves joints out or is at rest; and what Dynamics throws.
+  // leaves joints out or is at rest; the same of a row, by its number, which needs h > 0 where it is
+  // imposed; and what Dynamics throws. Rows want solve, beside what the question wants.
   ImplicitStep(const RobotModel& model, double h, const JointTerms& terms,
                Scheme scheme = Scheme::springs_at_end, const DynamicsOptions& options = {});
+  ~ImplicitStep();
+  ImplicitStep(ImplicitStep&&) noexcept;
+  ImplicitStep& operator=(ImplicitStep&&) noexcept;
 
   double h() const { return h_; }
 
-  // a (nv) = (v+ - v) / h by (2). Outcome::error is that of a for tau^ as T holds it, whose own rounding,
-  // u k |q - q0|, moves a by M^^-1 times as much. The time of forward dynamics.
+  // a (nv) = (v+ - v) / h by (2) and (6). Outcome::error is that of a for tau^ as T holds it, whose own
+  // rounding, u k |q - q0|, moves a by M^^-1 times as much. Singular where imposed rows contradict each
+  // other or what the robot can do. The time of forward dynamics, and of m rows 127 n m flops more.
   Outcome acceleration(VectorView<const T> q, VectorView<const T> v, VectorView<const T> tau,
                        VectorView<T> a);
 
@@ -83,7 +115,17 @@ class KALMARM_EXPORT ImplicitStep {
   Outcome derivatives(VectorView<const T> q, VectorView<const T> v, VectorView<const T> tau,
                       const Derivatives<T>& out, VectorView<T> a);
 
-  // Whose M is M^: mass, inverse_mass, factor, solve, diagonal, log_det are of M^.
+  // M^ (nv x nv). std::logic_error where a row is imposed, which has no finite one.
+  void mass(VectorView<const T> q, MatrixView<T> M);
+
+  // M^^-1 (nv x nv) by (7).
+  Outcome inverse_mass(VectorView<const T> q, MatrixView<T> X);
+
+  // Factors of M^ at q, and M^^-1 tau of one or many (nv x m), as Dynamics::factor and solve.
+  Outcome factor(VectorView<const T> q);
+  Outcome solve(MatrixView<const T> tau, MatrixView<T> x);
+
+  // Whose M is M^ but for rows: diagonal, log_det and all others.
   Dynamics<T>& dynamics() { return dynamics_; }
 
  private:
@@ -91,9 +133,13 @@ class KALMARM_EXPORT ImplicitStep {
   struct Springs {
     int dof, q, count;
   };
+  static constexpr std::ptrdiff_t rows_at_once = 1024;  // whose Y is kept
   static constexpr int repeated =
       32;  // rows whose terms lie side by side, where q(k) is that of DoF k
 
+  Outcome coupled(Outcome of_a0, const T* q, const T* v, const T* Y, T* a) const;
+  Outcome factor_rows(const T* q);
+  Outcome keep_rows();
   void require(const char* call, std::ptrdiff_t q, std::ptrdiff_t v, std::ptrdiff_t tau) const;
   void set_torque(std::ptrdiff_t rows, const T* q, const T* v, const T* tau, T* out) const;
 
@@ -105,6 +151,11 @@ class KALMARM_EXPORT ImplicitStep {
   std::vector<Springs> springs_;
   T h_of_springs_;  // 0 where they are at the start
   std::vector<T> tau_, rows_, X_;
+  std::unique_ptr<CoupledRows<T>> coupled_;  // none where nothing is coupled
+  std::vector<T> Y_;                         // of rows of states
+  std::vector<T> factored_q_;
+  Outcome kept_;          // of factors at factored_q_,
+  bool is_kept_ = false;  // whose Y and C + G coupled_ holds
 };
 
 }  // namespace kalmarm
