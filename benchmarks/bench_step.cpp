@@ -200,11 +200,11 @@ void add_fast(const Shared<Steps>& steps) {
 
 void add_mujoco(const Shared<Steps>& steps) {
   const auto model = mujoco_of(steps->base.scene);
-  const std::pair<Integrator, const char*> integrators[] = {
-      {Integrator::implicitfast, "MuJoCo implicitfast"}, {Integrator::discrete, "MuJoCo discrete"}};
+  const std::pair<mjtIntegrator, const char*> integrators[] = {
+      {mjINT_IMPLICITFAST, "MuJoCo implicitfast"}, {mjINT_DISCRETE, "MuJoCo discrete"}};
   for (const auto& [integrator, name] : integrators) {
     const auto mujoco = std::make_shared<MujocoStep>(*model, h, steps->terms, integrator);
-    const auto& right = integrator == Integrator::discrete ? steps->at_end : steps->at_start;
+    const auto& right = integrator == mjINT_DISCRETE ? steps->at_end : steps->at_start;
     add_one<double>("mj_step", name, steps, right, [=](int i, VectorX<double>& a) {
       const State& state = steps->base.states[i];
       mujoco->step(state.q, state.qd, state.tau);
@@ -212,8 +212,7 @@ void add_mujoco(const Shared<Steps>& steps) {
       return Outcome{};
     });
   }
-  const auto mujoco =
-      std::make_shared<MujocoStep>(*model, h, steps->terms, Integrator::implicitfast);
+  const auto mujoco = std::make_shared<MujocoStep>(*model, h, steps->terms, mjINT_IMPLICITFAST);
   add_benchmark(
       name_of<double>("mj_forward", "MuJoCo", steps->base), [=] { return steps->base.flaw; },
       [=](int i) {
