@@ -2,25 +2,17 @@
 // the advisor chooses for them (measure_advice.hpp), or counts of a unit of a campaign
 // (measure_unit.hpp), which this process alone works at and which is written whole or not at all.
 //
-// The work is split over processes, not threads, because multi-precision keeps its precision per
-// process. Each worker takes the next case and appends its records to a journal, the folder
-// OUT.journal; what stands there whole is not measured again when the program is started again with
+// The work is split over processes (workers.hpp). Each takes the next case and appends its records to
+// a journal, the folder OUT.journal; what stands there whole is not measured again when the program is started again with
 // the same options. At the end the records are put in order and written to OUT at once.
-#include <sys/mman.h>
-#include <sys/prctl.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <atomic>
-#include <csignal>
+#include <cstdlib>
 #include <filesystem>
-#include <functional>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
 #include <stdexcept>
-#include <thread>
 
 #include "accuracy/programs/common/command_line.hpp"
 #include "accuracy/programs/common/csv.hpp"
@@ -30,6 +22,7 @@
 #include "accuracy/programs/common/progress.hpp"
 #include "accuracy/programs/common/provenance.hpp"
 #include "accuracy/programs/common/ranges.hpp"
+#include "accuracy/programs/common/workers.hpp"
 #include "accuracy/stress/measure_advice.hpp"
 #include "accuracy/stress/measure_case.hpp"
 #include "accuracy/stress/measure_unit.hpp"
@@ -116,13 +109,6 @@ std::vector<Job> plan(const std::vector<Family>& all, const Options& options) {
   return jobs;
 }
 
-// Shared by the processes.
-struct Shared {
-  std::atomic<std::size_t> next{0}, done{0};
-  std::atomic<bool> failed{false};  // the first process to fail sets it and says why
-  char fault[1000] = "";
-};
-
 std::string records(const Job& job, const Options& options) {
   const Family& family = *job.family;
   try {
@@ -136,79 +122,20 @@ std::string records(const Job& job, const Options& options) {
   }
 }
 
-void work(const std::vector<Job>& jobs, const std::vector<std::size_t>& todo,
-          const Options& options, const Journal& journal, Shared& shared) {
-  std::string what = "no journal";
-  try {
-    Journal::Writer out = journal.writer();
-    for (std::size_t i; !shared.failed && (i = shared.next++) < todo.size(); ++shared.done) {
-      what = jobs[todo[i]].name();
-      out.append(todo[i], records(jobs[todo[i]], options));
-    }
-  } catch (...) {
-    if (!shared.failed.exchange(true))
-      std::snprintf(shared.fault, sizeof shared.fault, "%s: %s", what.c_str(),
-                    handled_error().c_str());
-  }
-}
-
-// A process that works until nothing is left, or until this one ends in whatever way; 0 where there
-// is none.
-pid_t start_worker(const std::function<void()>& work) {
-  const pid_t parent = getpid(), child = fork();
-  if (child != 0) return std::max(child, 0);
-  prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (getppid() == parent) work();  // or else it ended before that
-  std::fflush(nullptr);
-  _exit(0);
-}
-
 // Throws InputError where a worker could not go on. Ends with the program where a signal says so.
 void run_workers(const std::vector<Job>& jobs, const std::vector<std::size_t>& todo,
                  const Options& options, const Journal& journal, OutputFile& out) {
-  void* memory =
-      mmap(nullptr, sizeof(Shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-  if (memory == MAP_FAILED) throw InputError("no shared memory");
-  Shared& shared = *new (memory) Shared;
-  const int workers = options.jobs > 0 ? options.jobs : std::thread::hardware_concurrency();
   HeldSignals signals;
-  std::vector<pid_t> running;
-  std::fflush(nullptr);
-  for (int i = 0; i < std::max(1, workers); ++i) {
-    const pid_t child = start_worker([&] {
-      signals.release();
-      out.unlock();
-      work(jobs, todo, options, journal, shared);
-    });
-    if (child > 0) running.push_back(child);
-  }
-  bool all_well = !running.empty();
-  {
-    Progress progress(static_cast<int>(todo.size()));
-    std::size_t shown = 0;
-    while (!running.empty()) {
-      int status = 0;
-      const pid_t ended = waitpid(-1, &status, WNOHANG);
-      if (ended > 0) {
-        std::erase(running, ended);
-        all_well = all_well && WIFEXITED(status) && WEXITSTATUS(status) == 0;
-      }
-      for (; shown < std::min<std::size_t>(shared.done, todo.size()); ++shown)
-        progress.step(jobs[todo[shown]].name());
-      if (signals.waiting() != 0)
-        for (const pid_t child : running) kill(child, SIGKILL);
-      usleep(20000);
-    }
-  }
-  const std::string fault = shared.fault;
-  munmap(memory, sizeof(Shared));
-  if (signals.waiting() != 0) {
+  const auto begin = [&] {
+    out.unlock();
+    const auto writer = std::make_shared<Journal::Writer>(journal.writer());
+    return [&, writer](std::size_t i) { writer->append(todo[i], records(jobs[todo[i]], options)); };
+  };
+  work_in_processes({todo.size(), [&](std::size_t i) { return jobs[todo[i]].name(); }, begin},
+                    options.jobs, signals);
+  if (signals.waiting() != 0)
     std::fprintf(stderr, "stress: interrupted; what is measured is kept, run again to go on\n");
-    return;  // and so to the signal
-  }
-  if (!fault.empty()) throw InputError(fault);
-  if (!all_well) throw InputError("a worker died; what is measured is kept, run again to go on");
-}
+}  // and so to the signal
 
 // OUT.journal; of an output that is no file, a folder that ends with the program.
 class JournalFolder {
