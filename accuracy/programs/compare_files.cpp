@@ -2,13 +2,14 @@
 //
 // At random states M and a of the scene (Dynamics<double>) are compared with the mass matrix and
 // the bias of MuJoCo's model, without its constraints, contacts, actuators and passive forces:
-//   mass          max |M_ij - M0_ij| / sqrt(M0_ii M0_jj)
+//   mass          max |M_ij - M0_ij| / sqrt(M0_ii M0_jj), without DoF whose M0_ii is rounding
 //   acceleration  |a - a0| / |a0|, a0 by MuJoCo's factors of M0; it errs by them too
 //   residual      max_k |M0 a + bias0 - tau|_k / (|M0| |a| + |bias0| + |tau|)_k
 // Of a file that MuJoCo refuses, its model of what we read of it stands in: that checks the lowering
 // to our own model alone. The JSON has "ours" and "mujoco", the reason where one of them refuses the
 // file, else null. Exit 1 where we load it and the two differ by more than the bounds.
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -67,7 +68,11 @@ void add(const State& state, MujocoSolver& theirs, Dynamics<double>& ours, Diffe
   VectorX<double> a(nv), a0(nv), tau(nv), bias(nv);
   theirs.mass(state.q, M0);
   ours.mass(state.q, M);
-  const VectorX<double> size = M0.diagonal().cwiseSqrt();
+  const auto diagonal = M0.diagonal().array();
+  // A diagonal entry that is zero but for rounding has no digits that could be compared.
+  const VectorX<double> size =
+      (diagonal > unit_roundoff<double>() * diagonal.maxCoeff())
+          .select(diagonal.sqrt(), std::numeric_limits<double>::infinity());
   raise(out.mass, ((M - M0).array() / (size * size.transpose()).array()).abs().maxCoeff());
   const Outcome mine = ours.forward_dynamics(state.q, state.qd, state.tau, a);
   const Outcome yours = theirs.acceleration(state.q, state.qd, state.tau, a0);

@@ -13,7 +13,7 @@ INERTIA = (
     "<inertia ixx='.3' iyy='.4' izz='.5' ixy='.1' ixz='0' iyz='0'/></inertial>"
 )
 PENDULUM = "<worldbody><body><joint axis='0 1 0'/><geom size='0.1' pos='0.2 0 0'/></body></worldbody>"
-NOTE = "read without what only draws, which MuJoCo refuses"
+NOTE = "read without what only draws or collides, which MuJoCo refuses"
 
 
 def urdf(parts: str, rest: str = "") -> str:
@@ -45,6 +45,34 @@ def test_of_a_urdf_refuse_nothing(tmp_path: Path, parts: str, rest: str) -> None
         drawn = read(tmp_path, urdf(parts, rest))
     q = np.array([0.3])
     assert drawn.mass_matrix(q) == plain.mass_matrix(q)
+
+
+SCALED_WRONGLY = (
+    "<collision><geometry><mesh filename='a.stl' scale='1 1 1 1'/></geometry></collision>"
+)
+
+
+def test_collisions_of_a_link_with_an_inertia_refuse_nothing(tmp_path: Path) -> None:
+    with pytest.warns(UserWarning, match=NOTE):
+        read(tmp_path, urdf(SCALED_WRONGLY))
+
+
+def test_collisions_that_weigh_are_not_left_out(tmp_path: Path) -> None:
+    geometry = "<mujoco><compiler inertiafromgeom='true'/></mujoco>"
+    for text in (urdf(SCALED_WRONGLY).replace(INERTIA, ""), urdf(SCALED_WRONGLY, geometry)):
+        with pytest.raises(kalmarm.LoadError, match="scale"):
+            read(tmp_path, text)
+
+
+@pytest.mark.parametrize(
+    ("joint", "rest", "nv"),
+    [("<freejoint/>", "<size memory='64'/>", 6), ("<joint type='ball' range='10 20'/>", "", 3)],
+)
+def test_what_only_a_simulation_needs_refuses_nothing(
+    tmp_path: Path, joint: str, rest: str, nv: int
+) -> None:
+    text = PENDULUM.replace("<joint axis='0 1 0'/>", joint)
+    assert read(tmp_path, f"<mujoco>{text}{rest}</mujoco>", ".xml").nv == nv
 
 
 @pytest.mark.parametrize(

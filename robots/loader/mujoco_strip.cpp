@@ -77,6 +77,12 @@ bool inertia_from_geoms(const mjSpec* spec, const mjsBody* body) {
 
 void strip(mjSpec* spec, Sites sites) {
   refuse_coupling_armature(spec);
+  spec->memory = -1;  // as much as the compiler needs, whatever a simulation is given
+  for (mjsElement* e : elements(spec, mjOBJ_JOINT))
+    if (mjsJoint* joint = mjs_asJoint(e); joint->type == mjJNT_BALL) {
+      joint->limited = mjLIMITED_FALSE;  // its limit may be one that MuJoCo does not have
+      joint->range[0] = joint->range[1] = 0;
+    }
   for (const mjtObj type : {mjOBJ_KEY, mjOBJ_SENSOR, mjOBJ_TUPLE, mjOBJ_NUMERIC, mjOBJ_TEXT,
                             mjOBJ_EXCLUDE, mjOBJ_PAIR, mjOBJ_EQUALITY})
     for (mjsElement* e : elements(spec, type)) mjs_delete(spec, e);

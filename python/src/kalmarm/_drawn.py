@@ -1,4 +1,4 @@
-"""What only a renderer or a middleware reads of a robot's file."""
+"""What only a renderer, a collision checker or a middleware reads of a robot's file."""
 
 from __future__ import annotations
 
@@ -15,7 +15,30 @@ def without_drawn_parts(text: str) -> str:
     """The text with such elements blanked out, and its lines as they are."""
     root = next((tag["name"] for tag in TAG.finditer(text) if tag["name"]), "")
     drawn = _DRAWN_IN_URDF if root == "robot" else _DRAWN_IN_MJCF
-    return _without_elements(text, lambda tag: tag["name"] in drawn)
+    text = _without_elements(text, lambda tag: tag["name"] in drawn)
+    if root != "robot":
+        return text
+    weightless = _weightless_collisions(text)
+    return _without_elements(text, lambda tag: tag.start() in weightless)
+
+
+def _weightless_collisions(text: str) -> set[int]:
+    """Where a URDF's collisions begin that weigh nothing, since their link has an inertia."""
+    if re.search(r"""inertiafromgeom\s*=\s*["']true["']""", text):
+        return set()
+    found: set[int] = set()
+    of_link: set[int] = set()
+    has_inertia = False
+    for tag in TAG.finditer(text):
+        if tag["name"] == "link":
+            if tag["close"] and has_inertia:
+                found |= of_link
+            of_link, has_inertia = set(), False
+        elif tag["name"] == "inertial":
+            has_inertia = True
+        elif tag["name"] == "collision" and not tag["close"]:
+            of_link.add(tag.start())
+    return found
 
 
 def all_without_drawn_parts(files: list[ModelFile]) -> dict[str, str]:

@@ -95,7 +95,7 @@ def _read(mujoco: Any, file: Path) -> tuple[Any, list[str]]:
     texts = _drawn.all_without_drawn_parts(files)
     include = {path: text.encode(errors="surrogateescape") for path, text in texts.items()}
     spec = mujoco.MjSpec.from_file(str(file), include=include)
-    return spec, [f"read without what only draws, which MuJoCo refuses: {refused}"]
+    return spec, [f"read without what only draws or collides, which MuJoCo refuses: {refused}"]
 
 
 def _load_error(path: str | os.PathLike[str], error: ValueError) -> LoadError:
@@ -197,8 +197,13 @@ def _controls(mujoco: Any, model: Any, ctrl: Any, controls: Mapping[str, float])
 
 def _strip_files(mujoco: Any, spec: Any) -> None:
     """Takes out what only drawing and contacts need files for, so that a robot whose meshes are
-    missing still loads; where an inertia has to come from a mesh, the mesh stays."""
+    missing still loads; where an inertia has to come from a mesh, the mesh stays. Nor does the
+    memory of a simulation matter, or a limit that no ball joint can have."""
     needed = set()
+    spec.memory = -1
+    for joint in spec.joints:
+        if joint.type == mujoco.mjtJoint.mjJNT_BALL:
+            joint.limited, joint.range = 0, (0, 0)
     for kind in (spec.sensors, spec.pairs, spec.excludes, spec.skins, spec.tuples):
         for one in kind:
             spec.delete(one)

@@ -55,7 +55,7 @@ SpecPtr parse(const std::string& path, std::string& note) {
   const std::vector<ModelFile> files = model_files(path);  // refuses what the reader cannot bear
   std::string reason;
   if (SpecPtr spec = parse(path, {}, reason)) return spec;
-  note = "read without what only draws, which MuJoCo refuses: " + reason;
+  note = "read without what only draws or collides, which MuJoCo refuses: " + reason;
   StandIns plain;
   for (const ModelFile& file : without_drawn_parts(files)) plain.add(file.path, file.text);
   SpecPtr spec = parse(path, plain, reason);

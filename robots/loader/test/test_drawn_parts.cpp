@@ -21,7 +21,8 @@ std::string arm(const std::string& parts, const std::string& rest) {
 
 void expect_note(const Scene& scene) {
   ASSERT_FALSE(scene.mujoco->notes().empty());
-  EXPECT_TRUE(scene.mujoco->notes()[0].starts_with("read without what only draws, which MuJoCo"))
+  EXPECT_TRUE(
+      scene.mujoco->notes()[0].starts_with("read without what only draws or collides, which"))
       << scene.mujoco->notes()[0];
 }
 
@@ -41,6 +42,25 @@ TEST(DrawnParts, OfAUrdfRefuseNothing) {
                            ".urdf");
   expect_note(twice);
   expect_same_robot(twice, plain);
+}
+
+constexpr const char* scaled_wrongly =
+    "<collision><geometry><mesh filename='a.stl' scale='1 1 1 1'/></geometry></collision>";
+
+TEST(DrawnParts, CollisionsOfALinkWithAnInertiaRefuseNothing) {
+  const Scene scene = read(arm(scaled_wrongly, ""), ".urdf");
+  expect_note(scene);
+  expect_same_robot(scene, read(arm("", ""), ".urdf"));
+}
+
+TEST(DrawnParts, CollisionsThatWeighAreNotLeftOut) {
+  const auto refused = [](const std::string& text) {
+    const TemporaryFile file(text, ".urdf");
+    expect_refused([&] { load_scene(file.path()); }, {"scale"});
+  };
+  refused(
+      urdf(link("base", "") + link("arm", scaled_wrongly) + joint("j", "revolute", "base", "arm")));
+  refused(arm(scaled_wrongly, "<mujoco><compiler inertiafromgeom='true'/></mujoco>"));
 }
 
 TEST(DrawnParts, DoNotHideWhatIsWrongElsewhere) {

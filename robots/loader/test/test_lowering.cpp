@@ -366,6 +366,14 @@ TEST(Lowering, InertiasOfBodiesThatCannotMoveDoNotMatter) {
                    1);
 }
 
+TEST(Lowering, MemoryOfASimulationRefusesNothing) {
+  expect_agreement(scene_of(robot(body("<freejoint/>"), "<size memory='64'/>")), 6);
+}
+
+TEST(Lowering, LimitsThatABallJointCannotHaveRefuseNothing) {
+  expect_agreement(scene_of(robot(body("<joint type='ball' range='10 20'/>"))), 3);
+}
+
 TEST(Lowering, WhatDynamicsDoesNotAskForIsLeftOut) {
   const std::string extras =
       "<contact><exclude body1='u' body2='v'/></contact>"
