@@ -35,13 +35,15 @@ namespace kalmarm {
 // A robot's models, shared by all that certifies.
 template <class S>
 struct CertifiedModels {
+  using Wide = typename detail::Carrier<S>::Scalar;
+
   const LoweredModel<S>& lowered;
-  LoweredModel<Twice<S>> twice;
+  LoweredModel<Wide> twice;
   RobotModel robot;  // with parameters as S holds them
 
   CertifiedModels(const LoweredModel<S>& in_S, const Model<S>& model)
       : lowered(in_S),
-        twice(model.template cast<Twice<S>>()),
+        twice(model.template cast<Wide>()),
         robot(plain(model.template cast<double>())) {}
 };
 

@@ -20,19 +20,8 @@ namespace kalmarm {
 
 namespace detail {
 
-template <class S>
-struct TwiceAsPrecise;
-template <>
-struct TwiceAsPrecise<float> {
-  using Type = double;
-};
-template <>
-struct TwiceAsPrecise<double> {
-  using Type = Pair<double>;
-};
-
 // How numbers T are carried in twice the precision: as `pieces` of Type, which have a part of the
-// lanes each.
+// lanes each. Scalar: what a model is lowered in for them.
 template <class T>
 struct Carrier;
 
@@ -111,9 +100,6 @@ struct SameCarrier {
 };
 
 }  // namespace detail
-
-template <class S>
-using Twice = typename detail::TwiceAsPrecise<S>::Type;
 
 // Memory of one state, or of one state in every lane of T. C: in what numbers T are carried.
 template <class T, class C = detail::Carrier<T>>
