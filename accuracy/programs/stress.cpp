@@ -210,7 +210,7 @@ int list(const std::vector<Family>& all, const Options& options) {
 
 std::vector<std::string> in_order(std::vector<std::string> names) {
   std::ranges::sort(names);
-  names.erase(std::ranges::unique(names).begin(), names.end());
+  names.erase(std::unique(names.begin(), names.end()), names.end());  // as clang 14 wants it
   return names;
 }
 
