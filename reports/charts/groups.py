@@ -16,8 +16,12 @@ FAST, CHOLESKY, FILTERS, ROOTS, REFINED, PEERS = GROUPS = (
 )
 OTHERS = "Others"
 LIBRARIES = ("Pinocchio", "MuJoCo", "DART", "Simbody", "Bullet", "KDL")  # all else is ours
+ENGINES = (  # beside these in the section of engines
+    *("MJX", "MuJoCo Warp", "Drake", "PyBullet", "dynibo", "adam", "Brax", "JaxSim", "frax"),
+    *("Newton", "Genesis"),
+)
 _PATTERNS = (  # the first that fits
-    (FAST, "Fast<"),
+    (FAST, "Fast<|Kalmarm"),
     (REFINED, "Refined<|WideRefined<|MixedPrecision<"),
     (ROOTS, r"FactoredBias<|StackedQR|.*\b(Array\w+|Potter|UD)\b"),
     (CHOLESKY, "Batch<|CRBA"),
@@ -37,7 +41,7 @@ _FIRST = (  # within a group; others follow by name
 
 
 def group(variant: str) -> str:
-    if family(variant) in LIBRARIES:
+    if family(variant) in (*LIBRARIES, *ENGINES):
         return PEERS
     return next((name for name, pattern in _PATTERNS if re.match(pattern, variant)), OTHERS)
 

@@ -141,11 +141,17 @@ def _front(chart, x, y) -> list:
 
 
 def work_precision(
-    points: list[Point], style: Style, choices: dict[str, str] | None = None, scales: str = ""
+    points: list[Point],
+    style: Style,
+    choices: dict[str, str] | None = None,
+    scales: str = "",
+    every: bool = False,
 ):
-    """One mark a variant and precision; `scales` begins Vega's names of the chart's scales."""
+    """One mark a variant and precision; `scales` begins Vega's names of the chart's scales, `every`
+    shows all series at first."""
     values = [row for row in _values(points) if row["time"] is not None]
-    mark_first(values, "view")
+    if not every:
+        mark_first(values, "view")
     x = alt.X(
         "time:Q",
         axis=log_axis(f"{scales}x", "median time of a call", TIME),

@@ -78,7 +78,7 @@ def listed(document: dict, name: str) -> list:
     return document[name]
 
 
-# A file's kind is its name up to the first dash.
+# A file's kind is its name up to the first dash, or `errors-engines`, `times-engines`.
 
 
 def refuse_repeats(data: Data) -> None:
@@ -108,6 +108,8 @@ def refuse_repeats(data: Data) -> None:
             row if isinstance(row, Case) else (*row.case, *row[1:6]) for row in data.motions
         ),
         "integration": (row[:6] for row in data.integrations),
+        "answer of an engine": (row[:5] for row in data.engine_answers),
+        "time of an engine": (row[:5] for row in data.engine_times),
     }
     for what, recorded in keys.items():
         for key, count in Counter(recorded).items():

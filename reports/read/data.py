@@ -174,6 +174,36 @@ class Find(NamedTuple):
     bodies: tuple[FoundBody, ...] = ()  # of the last alone
 
 
+class EngineAnswer(NamedTuple):
+    """One answer of an engine, or why there is none."""
+
+    scene: str
+    variant: str
+    precision: str
+    task: str
+    state: int
+    measure: str
+    value: float | None
+    outcome: str  # ok, warned, or one of those without an answer
+    reason: str  # of the outcome
+
+
+class EngineTime(NamedTuple):
+    """A call of an engine, by the state; None where it was not timed: `refused` says why."""
+
+    scene: str
+    variant: str
+    precision: str
+    task: str
+    batch: int  # states of a call
+    version: str
+    nanoseconds: float | None
+    variation: float | None
+    first_call: float | None  # s
+    cpu: str
+    refused: str
+
+
 class Kept(NamedTuple):
     """How far a stress may go; a robot that was refused has a name and a reason alone."""
 
@@ -223,6 +253,8 @@ class Data:
     campaign: Campaign | None = None
     replicates: Replicates | None = None  # of the claims
     robot_limits: list[Kept] = field(default_factory=list)  # of a campaign of many robots
+    engine_answers: list[EngineAnswer] = field(default_factory=list)
+    engine_times: list[EngineTime] = field(default_factory=list)
     baseline: "Data | None" = None  # another run, to compare with
 
     @cached_property

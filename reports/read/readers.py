@@ -9,6 +9,7 @@ from read import (
     advice,
     benchmarks,
     campaign_files,
+    engines,
     motions,
     paper,
     replicate_files,
@@ -259,7 +260,9 @@ def _campaign_reader(name: str, record):
 
 READERS = {
     "errors": _csv_reader("errors", COLUMNS, _error),
+    "errors-engines": _csv_reader("engine_answers", engines.ERRORS, engines.answer),
     "times": read_times,
+    "times-engines": _csv_reader("engine_times", engines.TIMES, engines.time),
     "mujoco": read_mujoco,
     "paper": paper.read_paper,
     "simulation": _csv_reader("samples", SAMPLE_COLUMNS, _sample),
@@ -284,7 +287,8 @@ READERS = {
 
 
 def _kind(path: Path) -> str:
-    return path.name.split("-", 1)[0]
+    first, *rest = path.name.split("-", 2)
+    return f"{first}-engines" if rest[:1] == ["engines"] and len(rest) == 2 else first
 
 
 def data_files(directory: Path | None, files: list[Path] | None = None) -> list[Path]:
@@ -339,4 +343,6 @@ def _records(data: Data) -> tuple:
         [data.campaign] if data.campaign else [],
         [data.replicates] if data.replicates else [],
         data.robot_limits,
+        data.engine_answers,
+        data.engine_times,
     )

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import fake_advice
 import fake_campaign
+import fake_engines
 import fake_estimation
 import fake_peers
 import fake_questions
@@ -228,6 +229,12 @@ def write(folder: Path) -> None:
     for scene in fake_estimation.PAPERS:
         file = folder / f"paper-{scene.replace(':', '-')}.json"
         file.write_text(json.dumps(fake_estimation.paper(scene)))
+    for kind, columns, rows in (
+        ("errors", fake_engines.ERRORS, fake_engines.errors()),
+        ("times", fake_engines.TIMES, fake_engines.times()),
+    ):
+        with (folder / f"{kind}-engines-all.csv").open("w", newline="") as file:
+            csv.writer(file, lineterminator="\n").writerows([columns, *rows])
     campaign = fake_campaign.unit("wild", 1.0, 1, 3000)
     (folder / "campaign-wild.json").write_text(json.dumps(campaign))
     with (folder / "simulation-panda-7.csv").open("w", newline="") as file:

@@ -13,6 +13,7 @@ import pytest
 import fake_advice
 import fake_campaign
 import fake_claims
+import fake_engines
 import fake_fits
 import fake_questions
 import fake_stress
@@ -88,6 +89,14 @@ TABLES = {
         "arm,arm:7,Fast<A>,float32,5,Payload on link,times its mass,100,1e8,0,",
         "bad,,,,,,,,,,no mass",
     ),
+    "errors-engines": [
+        fake_engines.ERRORS,
+        *([str(value) for value in row] for row in fake_engines.errors()[:2]),
+    ],
+    "times-engines": [
+        fake_engines.TIMES,
+        *([str(value) for value in row] for row in fake_engines.times()[:2]),
+    ],
     "errors": table(COLUMNS, ROW, "panda:7,7,,float64,model,0,kappa,12.5,ok"),
     "simulation": table(SAMPLE_COLUMNS, SAMPLE, "panda:7,7,M,Exact,0,0,1e-16,1e-5,1"),
     "adversary": table(SEARCH_COLUMNS, *FOUND.splitlines()),

@@ -161,6 +161,7 @@ def run(options: argparse.Namespace) -> int:
         campaigns += (out / "campaigns").glob("*/adversary-*.csv")
         campaigns += (out / "campaigns").glob("*/claims-*.json")
         campaigns += (out / "campaigns").glob("*/robots-*.csv")
+        campaigns += (out / "engines").glob("*-engines-*.csv")  # by scripts/engines
         drawn = bool(files) and draw(root, out, files + sorted(campaigns))
 
     if failed:

@@ -27,7 +27,11 @@ class Adapter(Engine):
         self.robot.setGravity(mechanism.gravity)
 
         def first(joint):
-            its = self.robot.getRootJoint() if joint.type == "free" else self.robot.getJoint(joint.name)
+            its = (
+                self.robot.getRootJoint()
+                if joint.type == "free"
+                else self.robot.getJoint(joint.name)
+            )
             return its.getIndexInSkeleton(0)
 
         order = joint_order(mechanism, first)

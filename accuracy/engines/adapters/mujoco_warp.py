@@ -7,7 +7,9 @@ import numpy as np
 
 from protocol import Call, Engine, Mechanism, State, Unsupported
 
-os.environ.setdefault("WARP_CACHE_PATH", os.path.join(os.path.dirname(__file__), "../../../build/engines/warp-cache"))
+os.environ.setdefault(
+    "WARP_CACHE_PATH", os.path.join(os.path.dirname(__file__), "../../../build/engines/warp-cache")
+)
 
 import warp as wp  # noqa: E402
 

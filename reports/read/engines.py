@@ -1,0 +1,71 @@
+"""What `scripts/engines` recorded of other engines: errors and times, a row each."""
+
+import math
+
+from read.checks import checked_scene
+from read.data import EngineAnswer, EngineTime
+from read.values import count_in, number, text
+
+ERRORS = "scene,n,variant,precision,task,state,measure,value,outcome".split(",")
+TIMES = (
+    "scene,n,variant,version,precision,task,batch,nanoseconds,variation,repetitions,first_call,"
+    "cpu,outcome"
+).split(",")
+OK, WARNED = ANSWERED = ("ok", "warned")
+OUTCOMES = (
+    *ANSWERED,
+    "refused",
+    "unsupported",
+    "not finite",
+    "failed",
+    "crashed",
+    "timed out",
+    "missing",
+)
+
+
+def _outcome(row: dict) -> tuple[str, str]:
+    """Its word and, behind a colon, the reason."""
+    word, _, reason = row["outcome"].partition(":")
+    return word, " ".join(reason.split())
+
+
+def answer(row: dict) -> EngineAnswer:
+    word, reason = _outcome(row)
+    if word not in OUTCOMES:
+        raise ValueError(f"outcome '{row['outcome']}' is none of {', '.join(OUTCOMES)}")
+    value = number("value", float(row["value"]), 0) if word in ANSWERED else None
+    if value is None and not math.isnan(float(row["value"])):
+        raise ValueError(f"value {row['value']} of an answer that is {word}")
+    return EngineAnswer(
+        checked_scene(row["scene"]),
+        text(row["variant"]),
+        row["precision"],
+        row["task"],
+        count_in(row, "state"),
+        row["measure"],
+        value,
+        word,
+        reason,
+    )
+
+
+def time(row: dict) -> EngineTime:
+    known = row["outcome"] == OK
+
+    def of(name: str) -> float | None:
+        return number(name, float(row[name]), 0) if known else None
+
+    return EngineTime(
+        checked_scene(row["scene"]),
+        text(row["variant"]),
+        row["precision"],
+        row["task"],
+        count_in(row, "batch"),
+        row["version"],
+        of("nanoseconds"),
+        of("variation"),
+        of("first_call"),
+        row["cpu"],
+        "" if known else row["outcome"],
+    )

@@ -1,0 +1,50 @@
+"""Made-up records of scripts/engines."""
+
+import random
+
+ERRORS = "scene,n,variant,precision,task,state,measure,value,outcome".split(",")
+TIMES = (
+    "scene,n,variant,version,precision,task,batch,nanoseconds,variation,repetitions,first_call,"
+    "cpu,outcome"
+).split(",")
+TASKS = {"acceleration": "relative", "mass": "scaled"}
+ENGINES = {  # error on an arm, on one that carries a load, and time in ns
+    ("Kalmarm certified", "float32"): (4e-8, 4e-8, 2100),
+    ("Kalmarm conventional", "float64"): (4e-16, 1e-13, 1200),
+    ("MuJoCo", "float64"): (4e-14, 2e-12, 6000),
+    ("Pinocchio", "float64"): (6e-16, 1e-12, 4000),
+    ("MJX", "float32"): (1e-5, 2e-2, 900_000),
+    ("adam", "float32"): (2e-6, 1.5e-2, 400_000),
+    ("Rounded parameters", "float32"): (3e-8, 3e-8, None),
+}
+SCENES = ("arm:7", "arm+payload=1e4:7")
+STATES = 4
+
+
+def errors() -> list[list]:
+    dice, rows = random.Random("engines"), []
+    for (variant, precision), sizes in ENGINES.items():
+        for scene, size in zip(SCENES, sizes, strict=False):
+            for task, measure in TASKS.items():
+                for state in range(STATES):
+                    value, outcome = size * dice.uniform(0.3, 1), "ok"
+                    if variant == "adam" and task == "mass":
+                        value, outcome = float("nan"), "timed out: 120 s"
+                    row = [scene, 7, variant, precision, task, state, measure]
+                    rows.append([*row, f"{value:.17g}", outcome])
+    return rows
+
+
+def times() -> list[list]:
+    rows = []
+    for (variant, precision), (*_, time) in ENGINES.items():
+        for scene in SCENES if time else ():
+            for task in TASKS:
+                row = [scene, 7, variant, "1.0", precision, task, 1]
+                if (variant, task) == ("adam", "mass"):
+                    rows.append([*row, "nan", "nan", 0, "nan", "EPYC", "timed out: 120 s"])
+                    continue
+                rows.append([*row, time, 0.01, 7, 3.5, "EPYC", "ok"])
+            rows.append([scene, 7, variant, "1.0", precision, "acceleration", 4096])
+            rows[-1] += [time / 20, 0.02, 7, 4.5, "EPYC", "ok"]
+    return rows
