@@ -14,8 +14,9 @@ using stress::changed;
 using stress::decades;
 using stress::make_heavy;
 
-constexpr double tool_mass = 0.01;  // of the link's
-constexpr int wrist_links = 3;      // at most
+constexpr double tool_mass = 0.01;                     // of the link's
+constexpr int wrist_links = 3;                         // at most
+constexpr double usual_step = 2e-3, usual_gain = 1e5;  // [s], [N m/rad]
 constexpr double same_mass = 1e-3;  // relative difference of links that are alike
 
 // The tree of the links with inertia.
@@ -176,6 +177,36 @@ Stress long_tool(const Scene& scene, int tip) {
           }};
 }
 
+// Springs and dampers at every hinge and slide, in an implicit step of h: M^ = M + h B + h^2 K.
+Model<double> held(const Model<double>& model, double h, double k) {
+  const double b = 2 * std::sqrt(k);  // critical for a unit of inertia
+  return changed(model, [&](Joints& joints) {
+    for (Joint<double>& joint : joints)
+      if (joint.coordinate == Coordinate::angle || joint.coordinate == Coordinate::distance)
+        joint.r += h * (b + h * k);
+  });
+}
+
+Stress gain(const Scene& scene) {
+  return {"gain",
+          "Position gains in steps of 2 ms",
+          "N m/rad",
+          "by discrete steps of 2 ms with position gains up to {} N m/rad",
+          {1, 1e3, 1e6, 1e9},
+          false,
+          [model = scene.model](double value) { return held(model, usual_step, value); }};
+}
+
+Stress step(const Scene& scene) {
+  return {"step",
+          "Steps with position gains of 1e5 N m/rad",
+          "ms",
+          "by discrete steps of up to {} ms with position gains of 1e5 N m/rad",
+          {0.1, 1, 20},
+          false,
+          [model = scene.model](double value) { return held(model, 1e-3 * value, usual_gain); }};
+}
+
 bool has_armature(const Model<double>& model) {
   for (int k = 0; k < model.nv(); ++k)
     if (model.joint(k).r > 0) return true;
@@ -200,6 +231,8 @@ std::vector<Stress> stresses_of(const Scene& scene) {
   if (longest.size() > 1) out.push_back(light_wrist(scene, limbs, longest));
   out.push_back(long_tool(scene, longest.front()));
   if (longest.size() > 1) out.push_back(light(scene, "light_base", "first link", {longest.back()}));
+  out.push_back(gain(scene));
+  out.push_back(step(scene));
   return out;
 }
 

@@ -8,6 +8,9 @@
 //   long_tool    a thin rod on the tip of the longest limb, value times as long as the tip's link,
 //                of 1 % of its mass, from the joint through the link's centre of mass
 //   light_base   mass and inertia of the longest limb's first link times value
+//   gain         implicit steps of 2 ms with position controllers of value [N m/rad or N/m] on every
+//                hinge and slide: M^ of kalmarm/implicit_step.hpp, damping 2 sqrt(value)
+//   step         the same with 1e5, in steps of value [ms]
 //
 // Links without inertia do not count. A limb ends at a link that carries no other; where several
 // end side by side on one link, as fingers do on a hand, that link is the tip. Of limbs whose links

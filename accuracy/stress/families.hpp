@@ -51,6 +51,14 @@
 //   stiff                 implicit Euler, h = 1e-3 s, stiffness s = value on every other joint:
 //                         r = 0.01 + h b + h^2 s, b = 2 sqrt(s)
 //
+// Implicit steps. r = armature + h b + h^2 value on every hinge and slide, b = 2 sqrt(value); h = 2 ms.
+//   step_gain             the base model; value = k [N m/rad]
+//   step_size             the same with k = 1e6; value = h [s]
+//   step_heavy_tip        step_gain with m(N) = 1e6
+//   step_tree             the same of random_tree, N = 31
+//   step_length           the base model with k = 1e6; value = N
+//   step_wild             of `wild` 70% of the joints, k = value 10^U(-2,0), h = 10^U(-4,-1.7)
+//
 // Trees and free bodies.
 //   tree, random_tree     autoTree with branching 2 and skew 1; that of robots/; value = N
 //   torso                 a free body with four limbs of value hinges: nv = 6 + 4 value

@@ -58,18 +58,6 @@ Joint<double> wild_joint(Draw& draw, const Joints& inboard) {
   return joint;
 }
 
-Case wild(double, std::uint64_t seed) {
-  Draw draw(seed);
-  Joints joints;
-  for (int n = 4 + draw.below(20); n > 0; --n) joints.push_back(wild_joint(draw, joints));
-  Case out = at_random(assemble(std::move(joints), down), seed);
-  for (int k = 0; k < out.model.nv(); ++k) {  // slides within the length of their link
-    const Joint<double>& joint = out.model.joint(k);
-    if (joint.slides) out.q[k] *= 2 * joint.body.com.norm() / std::numbers::pi;
-  }
-  return out;
-}
-
 }  // namespace
 
 Model<double> torso(int links, std::uint64_t seed) {
@@ -88,6 +76,18 @@ Model<double> torso(int links, std::uint64_t seed) {
     }
   }
   return assemble(std::move(joints), down);
+}
+
+Case wild_mechanism(std::uint64_t seed) {
+  Draw draw(seed);
+  Joints joints;
+  for (int n = 4 + draw.below(20); n > 0; --n) joints.push_back(wild_joint(draw, joints));
+  Case out = at_random(assemble(std::move(joints), down), seed);
+  for (int k = 0; k < out.model.nv(); ++k) {  // slides within the length of their link
+    const Joint<double>& joint = out.model.joint(k);
+    if (joint.slides) out.q[k] *= 2 * joint.body.com.norm() / std::numbers::pi;
+  }
+  return out;
 }
 
 std::vector<Family> tree_families() {
@@ -124,7 +124,7 @@ std::vector<Family> tree_families() {
        true,
        {1},
        {1},
-       wild},
+       [](double, std::uint64_t seed) { return wild_mechanism(seed); }},
   };
 }
 

@@ -100,8 +100,8 @@ std::vector<Family> on_chain(const std::vector<OnChain>& all) {
 const std::vector<Family>& families() {
   static const std::vector<Family> all = [] {
     std::vector<Family> all;
-    for (const auto& theme :
-         {length_families, mass_families, geometry_families, singular_families, tree_families}) {
+    for (const auto& theme : {length_families, mass_families, geometry_families, singular_families,
+                              tree_families, step_families}) {
       std::vector<Family> some = theme();
       std::move(some.begin(), some.end(), std::back_inserter(all));
     }

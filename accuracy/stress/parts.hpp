@@ -65,10 +65,14 @@ std::vector<Family> on_chain(const std::vector<OnChain>& all);
 // A free body with four limbs of `links` hinges each: DoF 0 to 5, then limb by limb.
 Model<double> torso(int links, std::uint64_t seed);
 
+// Of the family `wild`.
+Case wild_mechanism(std::uint64_t seed);
+
 std::vector<Family> length_families();
 std::vector<Family> mass_families();
 std::vector<Family> geometry_families();
 std::vector<Family> singular_families();
 std::vector<Family> tree_families();
+std::vector<Family> step_families();
 
 }  // namespace kalmarm::stress

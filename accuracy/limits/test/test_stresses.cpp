@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "accuracy/limits/stresses.hpp"
 #include "algorithms/model/mass_matrix.hpp"
@@ -35,15 +36,15 @@ MatrixX<double> mass(const Model<double>& model) {
 TEST(Stresses, AreThoseThatTheRobotHasPartsFor) {
   using Names = std::vector<std::string>;
   EXPECT_EQ(names("two_link"),
-            Names({"poses", "payload", "light_wrist", "long_tool", "light_base"}));
+            Names({"poses", "payload", "light_wrist", "long_tool", "light_base", "gain", "step"}));
   // Fingers end on one link; armature.
-  EXPECT_EQ(names("panda"),
-            Names({"poses", "payload", "armature", "light_wrist", "long_tool", "light_base"}));
+  EXPECT_EQ(names("panda"), Names({"poses", "payload", "armature", "light_wrist", "long_tool",
+                                   "light_base", "gain", "step"}));
   EXPECT_EQ(stress(stresses_of(load_scene("panda")), "payload").title, "Payload on link7");
   // Left and right are alike.
   EXPECT_EQ(names("g1"),
             Names({"poses", "payload:left_ankle_roll_link", "payload:left_wrist_yaw_link",
-                   "armature", "light_wrist", "long_tool", "light_base"}));
+                   "armature", "light_wrist", "long_tool", "light_base", "gain", "step"}));
   EXPECT_EQ(names("straight:1"), Names({"poses"}));  // to scale one body is to change the unit
 }
 
@@ -84,6 +85,18 @@ TEST(Stresses, LightWristIsLightWithAllThatItCarries) {
   const Model<double> light = stress(stresses_of(scene), "light_wrist").model(1e-4);
   for (int k = 0; k < scene.model.nv(); ++k)  // links 5 to 7 and two fingers
     EXPECT_DOUBLE_EQ(light.joint(k).body.mass / scene.model.joint(k).body.mass, k < 4 ? 1 : 1e-4);
+}
+
+TEST(Stresses, GainAndStepAddTheNoiseOfAnImplicitStep) {
+  const Scene scene = load_scene("g1");
+  const std::vector<Stress> all = stresses_of(scene);
+  const Model<double> stiff = stress(all, "gain").model(1e6),
+                      long_step = stress(all, "step").model(20);
+  for (int k = 0; k < scene.model.nv(); ++k) {
+    const double r = scene.model.joint(k).r;
+    EXPECT_DOUBLE_EQ(stiff.joint(k).r, k < 6 ? r : r + 2e-3 * 2e3 + 4e-6 * 1e6);
+    EXPECT_DOUBLE_EQ(long_step.joint(k).r, k < 6 ? r : r + 2e-2 * 2 * std::sqrt(1e5) + 4e-4 * 1e5);
+  }
 }
 
 // Two thin rods of 1 m, which swing about their ends.

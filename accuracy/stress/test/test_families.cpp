@@ -181,9 +181,10 @@ TEST(StressFamilies, HaveTheirNumberOfJoints) {
                                             {"humanoid_torso", 30},
                                             {"humanoid_feet", 30},
                                             {"far_com", 3},
-                                            {"floating_base", 30}};
+                                            {"floating_base", 30},
+                                            {"step_tree", 31}};
   for (const Family& one : families()) {
-    if (one.name == "wild") continue;
+    if (ends_with(one.name, "wild")) continue;
     for (const double value : one.quick) {
       const int nv = one.make(value, 1).model.nv();
       const auto known = other.find(one.name);
@@ -434,6 +435,37 @@ TEST(StressFamilies, StiffJointsStandForAnImplicitStep) {
   const Case c = family("stiff").make(1e6, 1);
   for (int k = 0; k < 12; ++k)
     EXPECT_NEAR(c.model.joint(k).r, k % 2 ? 0.01 + 1e-3 * 2e3 + 1e-6 * 1e6 : 0, 1e-15) << k;
+}
+
+TEST(StressFamilies, StepsHaveTheNoiseOfAnImplicitStep) {
+  const double h = 2e-3, k = 1e6, b = 2e3;
+  for (const char* name : {"step_gain", "step_heavy_tip"}) {
+    const Case c = family(name).make(k, 1);
+    for (int i = 0; i < 12; ++i)
+      EXPECT_NEAR(c.model.joint(i).r, h * b + h * h * k, 1e-14) << name << i;
+  }
+  const Case fast = family("step_size").make(1e-4, 1);
+  EXPECT_NEAR(fast.model.joint(3).r, 1e-4 * b + 1e-8 * k, 1e-15);
+  // Ball joints have no springs.
+  const Case tree = family("step_tree").make(1e12, 3), free = family("step_tree").make(1, 3);
+  for (int i = 0; i < 31; ++i) {
+    const Joint<double>& joint = tree.model.joint(i);
+    const bool single =
+        joint.coordinate == Coordinate::angle || joint.coordinate == Coordinate::distance;
+    EXPECT_EQ(joint.r > 1e5, single) << i;
+    EXPECT_EQ(joint.r == free.model.joint(i).r, !single) << i;
+  }
+  // The wild ones are those of `wild`, but for r.
+  const Case wild = family("wild").make(1, 7), held = family("step_wild").make(1e8, 7);
+  ASSERT_EQ(wild.model.nv(), held.model.nv());
+  EXPECT_EQ(wild.q, held.q);
+  int more = 0;
+  for (int i = 0; i < wild.model.nv(); ++i) {
+    EXPECT_EQ(mass(wild, i), mass(held, i));
+    EXPECT_GE(held.model.joint(i).r, wild.model.joint(i).r);
+    more += held.model.joint(i).r > wild.model.joint(i).r;
+  }
+  EXPECT_GT(more, 0);
 }
 
 // Powers of two are exact: M is the same to the last bit.
