@@ -1,5 +1,5 @@
-// Implicit steps on NumPy arrays: the calls of kalmarm::ImplicitStep, each of one state or of as many as
-// leading dimensions say, with the failures and locks of robot.hpp.
+// Implicit steps on NumPy arrays: the calls of kalmarm::ImplicitStep, each of one state or of as many
+// as leading dimensions say, with the failures and locks of robot.hpp.
 #pragma once
 
 #include <kalmarm/implicit_step.hpp>

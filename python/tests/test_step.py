@@ -1,4 +1,4 @@
-"""Implicit steps: MuJoCo's discrete and implicitfast, one state or rows, terms of a file, refusals."""
+"""Implicit steps: MuJoCo's own, one state or rows, terms of a file, refusals."""
 
 import warnings
 
@@ -24,7 +24,8 @@ ARM = """<mujoco><compiler angle="radian" autolimits="true"/><worldbody>
  </worldbody>
  <actuator><position name="p" joint="a" gear="2" kp="2e4" dampratio="1"/>
   <motor name="m" joint="b" gear="3" damping=".2"/>
-  <general name="g" joint="b" gaintype="affine" gainprm="7 -300 -4" biastype="affine" biasprm="1 -90 -2"/>
+  <general name="g" joint="b" gaintype="affine" gainprm="7 -300 -4" biastype="affine"
+   biasprm="1 -90 -2"/>
   {}</actuator>
  <keyframe><key name="k" ctrl=".4 7 .5 {}"/></keyframe></mujoco>"""
 

@@ -128,8 +128,8 @@ class Builder:
         terms: Terms | None = None,
         **options: Any,
     ) -> Robot:
-        """The robot; options are those of `Robot`. q0: where it starts, (nq,). terms: its springs and
-        dampers."""
+        """The robot; options are those of `Robot`. q0: where it starts, (nq,). terms: its springs
+        and dampers."""
         start = np.array(self._q0 if q0 is None else q0, float)
         if start.shape != (len(self._q0),):
             raise ValueError(f"build: q0 has shape {start.shape}, ({len(self._q0)},) is needed")

@@ -53,8 +53,8 @@ def load(
     package_path: folders that hold the ROS packages, or are one, of package:// meshes. Then
         ROS_PACKAGE_PATH, share of AMENT_PREFIX_PATH, and the folders above the file.
     controls: of actuators, by name, in the place of the keyframe's, or zero.
-    takes_steps: whoever asks takes an `ImplicitStep` with `Robot.terms`: no warning names what these
-        have.
+    takes_steps: whoever asks takes an `ImplicitStep` with `Robot.terms`: no warning names what
+        these have.
     Options are those of `Robot`.
     """
     try:

@@ -43,8 +43,8 @@ def from_mujoco(
     constraints, actuators, tendons, damping, friction, springs. Contacts and limits are not named.
 
     ctrl: controls (nu,) of the actuators in `Robot.terms`; zero unless given.
-    takes_steps: whoever asks takes an `ImplicitStep` with `Robot.terms`: no warning names what these
-        have.
+    takes_steps: whoever asks takes an `ImplicitStep` with `Robot.terms`: no warning names what
+        these have.
     Options are those of `Robot`.
     """
     controls = np.zeros(model.nu) if ctrl is None else np.asarray(ctrl, float)

@@ -52,8 +52,8 @@ class Terms:
     """What a robot's file says of implicit steps, each (nv,): linear dampers, springs of hinges and
     slides with their references, and actuators at their controls.
 
-    torque: of actuators without stiffness, to be added to tau. For other controls of an actuator add
-        gain (u - control) at its DoF.
+    torque: of actuators without stiffness, to be added to tau. For other controls of an actuator
+        add gain (u - control) at its DoF.
     compensated: the robot of the weights that the file compensates (gravcomp): its `gravity(q)` is
         to be added to tau; None where there is none.
     """

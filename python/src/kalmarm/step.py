@@ -29,12 +29,12 @@ class ImplicitStep(_core.ImplicitStep):
 
         (M + h B + h^2 K) a = tau - B qd - K (q - reference + h qd) - bias,  a = (qd+ - qd) / h
 
-    and q+ is q moved along qd+ for h: MuJoCo's integrator "discrete". scheme="springs_at_start" takes
-    springs where the step begins, as MuJoCo's "implicitfast": stable for any damping, not for any
-    stiffness. A position controller with gains kp and kv is a spring and a damper, its target their
-    reference.
+    and q+ is q moved along qd+ for h: MuJoCo's integrator "discrete". scheme="springs_at_start"
+    takes springs where the step begins, as MuJoCo's "implicitfast": stable for any damping, not for
+    any stiffness. A position controller with gains kp and kv is a spring and a damper, its target
+    their reference.
 
-    Calls take arrays, dtypes, leading dimensions, `out`, `status` and `threads` as those of `Robot`.
+    Calls take arrays, dtypes, leading dimensions, `out`, `status` and `threads` as `Robot`'s.
     """
 
     def __init__(
@@ -49,7 +49,7 @@ class ImplicitStep(_core.ImplicitStep):
     ) -> None:
         """h: [s], not negative.
         damping, stiffness, reference: (nv,) [N m s/rad or N s/m; N m/rad or N/m; rad or m], or one
-            number for every hinge and slide; those of the robot's file, `robot.terms`, unless given.
+            number for every hinge and slide; those of `robot.terms`, its file's, unless given.
         scheme: "springs_at_end" or "springs_at_start".
 
         The form is the robot's. ValueError where h, a damper or a spring is negative, a number is
@@ -57,7 +57,7 @@ class ImplicitStep(_core.ImplicitStep):
         out.
         """
         if robot.n != robot.nv or robot.at_rest:
-            raise ValueError("ImplicitStep: of a robot whose question leaves joints out or is at rest")
+            raise ValueError("ImplicitStep: the robot's question leaves joints out or is at rest")
         terms = robot.terms
         given = {
             "damping": terms.damping if damping is None else damping,
