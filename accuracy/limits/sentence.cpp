@@ -97,11 +97,14 @@ std::string sentence_of(const std::vector<Swept>& swept) {
     return "even as given, no form is right to " + digits_text(fewest_digits) +
            " in every pose searched";
   std::vector<const Swept*> all, hard = {&swept[0]};
-  std::vector<std::string> holds, fails;
+  std::vector<std::string> holds, fails, told;
   for (const Swept& one : swept) {
     all.push_back(&one);
     const std::size_t kept = values_kept(one, promise);
-    if (kept == one.values.size()) continue;
+    if (kept == one.values.size()) {
+      if (one.stress.told) told.push_back(", " + with_value(one.stress.range, one.values.back()));
+      continue;
+    }
     hard.push_back(&one);
     (kept == 0 ? fails : holds)
         .push_back(with_value(one.stress.range, one.values[kept == 0 ? 0 : kept - 1]));
@@ -112,9 +115,12 @@ std::string sentence_of(const std::vector<Swept>& swept) {
     out = "float32 keeps " + digits_text(digits_kept(swept[0], 0, fast_float32)) +
           " of the robot as given; ";
   out += name(promise.contender) + " is right to " + digits_text(promise.digits);
-  if (hard.size() == 1) return out + " in every pose and under every stress searched";
+  std::string never;  // a limit
+  for (const std::string& stress : told) never += stress;
+  if (hard.size() == 1) return out + " in every pose and under every stress searched" + never;
   out += " in every pose searched";
   if (!holds.empty()) out += ", " + listed(holds);
+  out += never;
   if (!fails.empty()) out += ", but not " + listed(fails);
   return out + beyond(all, hard, promise);
 }

@@ -8,6 +8,7 @@
 //      the sentence begins with what float32 keeps.
 //   2. A stress is a limit where the promise does not hold at all of its values. It holds up to the
 //      last value before the first at which it does not.
+//      One that is told is named with its last value too where it is no limit.
 //   3. Beyond the limits: the first of those after it that is right to d digits on the robot as given
 //      and at all values of the stresses that are limits. What float64 keeps in all that was
 //      searched is said too, if that is d digits or more.

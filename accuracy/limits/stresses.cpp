@@ -194,7 +194,8 @@ Stress gain(const Scene& scene) {
           "by discrete steps of 2 ms with position gains up to {} N m/rad",
           {1, 1e3, 1e6, 1e9},
           false,
-          [model = scene.model](double value) { return held(model, usual_step, value); }};
+          [model = scene.model](double value) { return held(model, usual_step, value); },
+          true};
 }
 
 Stress step(const Scene& scene) {

@@ -38,6 +38,7 @@ struct Stress {
   std::vector<double> values;  // from the least change on; 1 may be none, where `scales`
   bool scales = false;         // what is there already: at 1 the robot is as given
   std::function<Model<double>(double value)> model;
+  bool told = false;  // in the sentence, though the promise is kept at all values
 };
 
 // The first is `poses`, whose one value is 1.

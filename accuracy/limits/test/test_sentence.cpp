@@ -45,6 +45,26 @@ TEST(Sentence, ALimitIsTheLastValueBeforeTheFirstThatFails) {
             "of hand on it; beyond that take float64, right to 10 digits in all that was searched");
 }
 
+TEST(Sentence, AStressThatIsToldIsNamedWhereItIsNoLimit) {
+  Swept gain = swept("by steps with gains up to {} N m/rad", {{1, good}, {1e9, good}});
+  const Swept load = swept(payload, {{1, good}, {10, heavy}});
+  EXPECT_EQ(sentence_of({given(good), gain}),
+            "float32 is right to 5 digits in every pose and under every stress searched");
+  gain.stress.told = true;
+  EXPECT_EQ(sentence_of({given(good), gain}),
+            "float32 is right to 5 digits in every pose and under every stress searched, by steps "
+            "with gains up to 1e9 N m/rad");
+  EXPECT_EQ(sentence_of({given(good), load, gain}),
+            "float32 is right to 5 digits in every pose searched, with up to 1 times the mass of "
+            "hand on it, by steps with gains up to 1e9 N m/rad; beyond that take float64, right to "
+            "10 digits in all that was searched");
+  gain = swept("by steps with gains up to {} N m/rad", {{1, good}, {1e3, good}, {1e6, heavy}});
+  gain.stress.told = true;
+  EXPECT_EQ(sentence_of({given(good), gain}),
+            "float32 is right to 5 digits in every pose searched, by steps with gains up to 1000 "
+            "N m/rad; beyond that take float64, right to 10 digits in all that was searched");
+}
+
 TEST(Sentence, EveryLimitIsNamed) {
   const Swept load = swept(payload, {{1, good}, {10, heavy}});
   const Swept wrist = swept("with wrist down to {} of its mass", {{0.01, good}, {1e-4, heavy}});
