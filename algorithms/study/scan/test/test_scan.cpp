@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "algorithms/study/scan/covariance_element.hpp"
+#include "algorithms/study/scan/divide_and_conquer.hpp"
 #include "algorithms/study/scan/scan.hpp"
 #include "algorithms/study/scan/square_root_element.hpp"
 #include "algorithms/test/dense_mechanics.hpp"
@@ -165,6 +166,39 @@ TYPED_TEST(ScanOf, CombinationIsAssociative) {
   EXPECT_LE(difference(TypeParam::covariance(from_tips), TypeParam::covariance(from_base)), 1e-45);
   EXPECT_LE(difference(TypeParam::information(from_tips), TypeParam::information(from_base)),
             1e-45);
+}
+
+template <class Form>
+class DivideAndConquerOf : public testing::Test {};
+using Joins = testing::Types<DivideAndConquer<false>, DivideAndConquer<true>>;
+TYPED_TEST_SUITE(DivideAndConquerOf, Joins, FormName);
+
+TYPED_TEST(DivideAndConquerOf, EqualsTheSequentialFilterToAllDigits) {
+  using Filter = Sequential<Conventional>;
+  for (const Model<double>& model :
+       {one_hinge(1), one_slide(1), slides(2), armature(3), chain(4, 37), straight_chain(20)})
+    for (const Order order : {Order::balanced, Order::tips_first, Order::base_first}) {
+      const Model<Mp> exact = model.cast<Mp>();
+      const State<Mp> state = random_state(model, 5).cast<Mp>();
+      LinkKinematics<Mp> kin(exact);
+      set_position(exact, state.q, kin);
+      set_velocity(exact, state.qd, kin);
+      Filter::Workspace<Mp> filter(exact);
+      typename TypeParam::template Workspace<Mp> ws(exact, order);
+      ASSERT_TRUE(TypeParam::applies(exact));
+      ASSERT_TRUE(Filter::factor(exact, kin, filter) && TypeParam::factor(exact, kin, ws));
+      VectorX<Mp> a(model.nv()), joined(model.nv());
+      joined.setConstant(Mp(std::numeric_limits<double>::quiet_NaN()));
+      Filter::acceleration(exact, kin, state.tau, filter, a);
+      TypeParam::acceleration(exact, kin, state.tau, ws, joined);
+      EXPECT_LE(Mp((joined - a).norm() / a.norm()).convert_to<double>(), 1e-44);
+    }
+}
+
+TYPED_TEST(DivideAndConquerOf, TakesChainsOfBodiesWithFullInertiaAlone) {
+  EXPECT_TRUE(TypeParam::applies(chain(1, 5)));
+  EXPECT_FALSE(TypeParam::applies(tree(1)));
+  EXPECT_FALSE(TypeParam::applies(ball_in_chain(1)));
 }
 
 }  // namespace
