@@ -13,12 +13,15 @@
 namespace kalmarm {
 namespace {
 
-// Throws InputError with `what`, MuJoCo's reason and what may be behind it.
+// With `what`, MuJoCo's reason and what may be behind it.
+[[noreturn]] void refuse(mjSpec* spec, const std::string& what, const std::string& hint) {
+  throw InputError(what + ": " + std::string(mjs_getError(spec)) +
+                   (hint.empty() ? "" : " (" + hint + ")"));
+}
+
 mjModel* compiled(mjSpec* spec, const std::string& what, const std::string& hint = "") {
   mjModel* model = mj_compile(spec, nullptr);
-  if (!model)
-    throw InputError(what + ": " + std::string(mjs_getError(spec)) +
-                     (hint.empty() ? "" : " (" + hint + ")"));
+  if (!model) refuse(spec, what, hint);
   return model;
 }
 
@@ -31,19 +34,17 @@ std::shared_ptr<const MujocoModel> moving(mjModel* model, const std::string& wha
   return out;
 }
 
-// A file may hold actuators that MuJoCo refuses: a robot needs none of them.
+// A file may hold actuators that MuJoCo refuses, and a robot needs none of them: then all are muted, and
+// `refused` has the reason.
 mjModel* compiled_without_bad_actuators(mjSpec* spec, const std::string& what,
                                         const std::string& hint, std::vector<Control>& controls,
-                                        std::vector<std::string>& notes) {
+                                        std::string& refused) {
   if (mjModel* model = mj_compile(spec, nullptr)) return model;
-  const std::string reason = mjs_getError(spec);
+  if (controls.empty()) refuse(spec, what, hint);
+  refused = mjs_getError(spec);
   for (const Control& control : controls) mute(mjs_asActuator(control.actuator));
-  const bool any = !controls.empty();
   controls.clear();
-  mjModel* model = compiled(spec, what, hint);
-  if (any)
-    notes.push_back(one_line("ignored: all actuators, of which MuJoCo refuses one: " + reason));
-  return model;
+  return compiled(spec, what, hint);
 }
 
 std::string note_of(const std::vector<GivenInertia>& taken) {
@@ -85,7 +86,10 @@ std::shared_ptr<const MujocoModel> MujocoModel::load(const std::string& path,
     const std::vector<GivenInertia> taken = take_out_inertias(spec.get());
     if (const std::string note = one_line(note_of(taken)); !note.empty()) notes.push_back(note);
     const std::vector<DampingRatio> ratios = damping_ratios(spec.get());
-    mjModel* model = compiled_without_bad_actuators(spec.get(), path, weights, set, notes);
+    std::string bad;
+    mjModel* model = compiled_without_bad_actuators(spec.get(), path, weights, set, bad);
+    if (!bad.empty() && options.takes_steps)
+      notes.push_back(one_line("ignored: all actuators, of which MuJoCo refuses one: " + bad));
     put_back(taken, model);
     if (!taken.empty() && !ratios.empty()) set_dampers(ratios, diagonal_at_start(model), model);
     VectorX<double> controls = limited_controls(model, set);

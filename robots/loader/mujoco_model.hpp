@@ -1,9 +1,10 @@
 // Robots from MJCF and URDF files, through MuJoCo's compiler.
 //
 // What dynamics and implicit steps do not ask for is taken out before compiling (mjSpec): sensors,
-// actuators whose force is not that of a spring, a damper and a torque (actuators.hpp), tendons, contacts, equalities, keyframes, cameras, lights, sites, materials, textures, skins, the
-// inertias of bodies that cannot move, and every geom and mesh whose body cannot move or has an
-// explicit inertia. So a robot whose mesh files are missing still loads; where an inertia has to
+// actuators whose force is not that of a spring, a damper and a torque (actuators.hpp), tendons,
+// contacts, equalities, keyframes, cameras, lights, sites, materials, textures, skins, the inertias
+// of bodies that cannot move, and every geom and mesh whose body cannot move or has an explicit
+// inertia. So a robot whose mesh files are missing still loads; where an inertia has to
 // come from a geom, the geom stays. Armature stays wherever MuJoCo adds it to M: on joints, and on
 // actuators that drive a single hinge or slide; armature on tendons or on other transmissions
 // couples joints, and such a file is refused.

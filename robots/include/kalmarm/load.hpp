@@ -4,8 +4,9 @@
 //   kalmarm::Dynamics<double> dynamics(robot.model);
 //
 // Of the file what M and the bias depend on is read: bodies, joints, inertias, armature, gravity;
-// and, for implicit steps, springs, dampers, actuators and compensation of gravity. Notes name the rest. Meshes need not be there unless an inertia comes from them. Joints
-// keep MuJoCo's order and conventions: entry i of q is qpos[i], DoF k is qvel[k].
+// and, for implicit steps, springs, dampers, actuators and compensation of gravity. Notes name the
+// rest. Meshes need not be there unless an inertia comes from them. Joints keep MuJoCo's order and
+// conventions: entry i of q is qpos[i], DoF k is qvel[k].
 #pragma once
 
 #include <map>
@@ -43,7 +44,7 @@ struct LoadOptions {
   // The keyframe that is `home`, by name.
   std::string key = {};
 
-  // Of actuators, by name, in the place of the keyframe's, or zero: what LoadedRobot::terms and torque hold.
+  // Of actuators, by name, in the place of the keyframe's, or zero: LoadedRobot::terms hold them.
   std::map<std::string, double> controls = {};
 
   // What rotors and gears add to M, by joint: rotor inertia times gear ratio squared [kg m^2, of a
@@ -56,7 +57,8 @@ struct LoadOptions {
   // Whoever asks adds damping and friction of the joints itself: no note says that they are ignored.
   bool adds_friction = false;
 
-  // Whoever asks takes implicit steps with what LoadedRobot has for them: no note says that it is ignored.
+  // Whoever asks takes implicit steps with LoadedRobot::terms and what stands beside them: no note
+  // says that these are ignored.
   bool takes_steps = false;
 
   bool operator==(const LoadOptions&) const = default;
