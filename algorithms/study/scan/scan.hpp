@@ -19,9 +19,8 @@
 // Of a tree the paths of one height are scanned together, from the tips inwards in (1) to (4), from
 // the base outwards in (5). With N links in blocks of B the span is O(B + log(N / B)) a height.
 //
-// A mechanism that is singular is found by the same test as the sequential filter's, on the same D.
-// Where D° is lost to rounding in a block and D is not, which (4) of covariance_element.hpp rules
-// out but for rounding, the sequential filter takes over.
+// The test for singular mechanisms is the sequential filter's, on the same D. Where the scan fails it,
+// or loses a D° to rounding, the sequential filter takes over and has the last word.
 //
 // Flops a link, beside those of the sequential form: about 300 for (1), and the whole again for
 // (3) to (5); a block that forgets after F links pays that for F links alone.
@@ -204,16 +203,20 @@ struct Scan {
     });
   }
 
-  // As factors.hpp.
+  // As factors.hpp. What the scan cannot factor, the sequential filter decides: an element of a link
+  // that is light beside its neighbours may lose a D that the filter keeps.
   template <class T>
   static Outcome test(const Model<T>& model, const LinkKinematics<T>& kin, Workspace<T>& ws) {
     Factors<T, Update>& f = ws.factors;
-    for (const auto& reach : ws.reach)
-      if (reach.lost) return kalmarm::factor(model, kin, f);
+    bool passes = true;
+    for (const auto& reach : ws.reach) passes = passes && !reach.lost;
     f.test.begin();
-    for (int k = model.nv() - 1; k >= 0; --k)
-      if (!f.test.passes(model, kin, k, f.D[k])) return f.test.look(model, kin, k, f);
-    return f.test.suspect() ? f.test.look(model, kin, 0, f) : Outcome{};
+    for (int k = model.nv() - 1; passes && k >= 0; --k)
+      passes = f.test.passes(model, kin, k, f.D[k]);
+    if (!passes) return kalmarm::factor(model, kin, f);
+    if (!f.test.suspect()) return {};
+    const Outcome outcome = f.test.look(model, kin, 0, f);
+    return outcome ? outcome : kalmarm::factor(model, kin, f);
   }
 
   // psi of a block, and how far it remembers what comes in.
