@@ -1,11 +1,13 @@
 #include "step.hpp"
 
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
 #include <algorithm>
 #include <limits>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "outcomes.hpp"
@@ -21,6 +23,16 @@ Scheme scheme_of(const std::string& name) {
   if (name == "springs_at_start") return Scheme::springs_at_start;
   throw nb::value_error(
       ("scheme '" + name + "' is unknown: springs_at_end, springs_at_start").c_str());
+}
+
+// jacobian, armature, damping, stiffness, reference, imposed
+using Row = std::tuple<std::vector<double>, double, double, double, double, bool>;
+
+std::vector<CoupledRow> coupled(const std::vector<Row>& rows) {
+  std::vector<CoupledRow> out;
+  for (const auto& [jacobian, armature, damping, stiffness, reference, imposed] : rows)
+    out.push_back({jacobian, armature, damping, stiffness, reference, imposed});
+  return out;
 }
 
 template <class T>
@@ -145,12 +157,14 @@ void bind_step(nb::module_& m) {
           "__init__",
           [](Step* self, const RobotModel& model, double h, std::vector<double> damping,
              std::vector<double> stiffness, std::vector<double> reference,
-             const std::string& scheme, bool certified) {
-            new (self)
-                Step(model, h, {std::move(damping), std::move(stiffness), std::move(reference)},
-                     scheme_of(scheme), certified ? Form::certified : Form::conventional);
+             const std::vector<Row>& rows, const std::string& scheme, bool certified) {
+            new (self) Step(
+                model, h,
+                {std::move(damping), std::move(stiffness), std::move(reference), coupled(rows)},
+                scheme_of(scheme), certified ? Form::certified : Form::conventional);
           },
-          "model"_a, "h"_a, "damping"_a, "stiffness"_a, "reference"_a, "scheme"_a, "certified"_a)
+          "model"_a, "h"_a, "damping"_a, "stiffness"_a, "reference"_a, "rows"_a, "scheme"_a,
+          "certified"_a)
       .def_prop_ro("h", &Step::h, "[s]")
       .def_prop_ro("scheme",
                    [](const Step& self) {

@@ -205,3 +205,44 @@ def test_stiff_controllers_hold_where_explicit_ones_fly():
     for _ in range(2000):
         q, qd, _ = step(q, qd, tau)
     assert np.abs(q - robot.q0).max() < 1e-2
+
+
+def two_slides(m1, m2):
+    builder = kalmarm.Builder(gravity=(0, 0, 0))
+    builder.add_body("x", joint="slide", mass=m1)
+    builder.add_body("y", joint="slide", mass=m2)
+    return builder.build()
+
+
+def test_rows_couple_two_slides_as_the_closed_form_says():
+    m1, m2, k, b, length = 2.0, 6.0, 4e4, 16.0, 0.25
+    row = kalmarm.CoupledRow([1, -1], damping=b, stiffness=k, reference=length)
+    step = kalmarm.ImplicitStep(two_slides(m1, m2), H, rows=[row])
+    a = step.acceleration(np.array([1, 0.5]), np.array([-2.0, 1]), np.zeros(2))
+    stretched, rate = 0.5 - length, -3
+    m = m1 * m2 / (m1 + m2)
+    expected = -(b * rate + k * (stretched + H * rate)) / (m + H * b + H * H * k)
+    assert a[0] - a[1] == pytest.approx(expected, rel=1e-13)
+    assert m1 * a[0] + m2 * a[1] == pytest.approx(0, abs=1e-9)
+
+
+def test_an_imposed_row_is_met_after_one_step_in_every_row_of_states():
+    row = kalmarm.CoupledRow([1, -3], reference=0.2, imposed=True)
+    step = kalmarm.ImplicitStep(two_slides(1, 2), H, rows=[row])
+    q, qd = np.arange(10.0).reshape(5, 2), np.ones((5, 2))
+    after = step(q, qd, np.zeros((5, 2))).q
+    np.testing.assert_allclose(after @ [1, -3], 0.2, atol=1e-12)
+
+
+def test_rows_that_are_none_are_refused():
+    robot = two_slides(1, 2)
+    for row, says in (
+        (kalmarm.CoupledRow([1]), r"jacobian has shape \(1,\), \(2,\) is needed"),
+        (kalmarm.CoupledRow([1, -1], damping=-1), "row 0: damping -1"),
+        (kalmarm.CoupledRow([1, np.nan]), "row 0: jacobian nan"),
+    ):
+        with pytest.raises(ValueError, match=says):
+            kalmarm.ImplicitStep(robot, H, rows=[row])
+    twice = [kalmarm.CoupledRow([1, -1], imposed=True)] * 2
+    with pytest.raises(kalmarm.DynamicsError, match="singular"):
+        kalmarm.ImplicitStep(robot, H, rows=twice).acceleration(*np.zeros((3, 2)))

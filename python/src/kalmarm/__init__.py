@@ -21,11 +21,12 @@ from .files import LoadError, load
 from .mujoco import from_mujoco
 from .pinocchio import PinocchioStates, from_pinocchio
 from .robot import Actuator, Robot, State, Status, Terms
-from .step import ImplicitStep, Stepped
+from .step import CoupledRow, ImplicitStep, Stepped
 
 __all__ = [
     "Actuator",
     "Builder",
+    "CoupledRow",
     "Derivatives",
     "DynamicsError",
     "Factors",

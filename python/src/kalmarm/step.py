@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from .robot import Robot
@@ -17,6 +18,18 @@ class Stepped(NamedTuple):
     q: NDArray[Any]
     qd: NDArray[Any]
     a: NDArray[Any]
+
+
+class CoupledRow(NamedTuple):
+    """A length J q of hinges and slides, and what acts along it: a tendon, an actuator on several
+    joints, an equality of joints. The units are those of a length in metres."""
+
+    jacobian: ArrayLike  # J: (nv,), zero at balls and free joints
+    armature: float = 0.0  # [kg]
+    damping: float = 0.0  # [N s/m]
+    stiffness: float = 0.0  # [N/m]
+    reference: float = 0.0  # [m], of the spring or of what is imposed
+    imposed: bool = False  # J q = reference at the end of the step, whatever force that takes
 
 
 class ImplicitStep(_core.ImplicitStep):
@@ -45,16 +58,19 @@ class ImplicitStep(_core.ImplicitStep):
         damping: Any = None,
         stiffness: Any = None,
         reference: Any = None,
+        rows: Sequence[CoupledRow] = (),
         scheme: str = "springs_at_end",
     ) -> None:
         """h: [s], not negative.
         damping, stiffness, reference: (nv,) [N m s/rad or N s/m; N m/rad or N/m; rad or m], or one
             number for every hinge and slide; those of `robot.terms`, its file's, unless given.
+        rows: terms that couple joints; each adds J' (armature + h damping + h^2 stiffness) J to
+            the matrix.
         scheme: "springs_at_end" or "springs_at_start".
 
         The form is the robot's. ValueError where h, a damper or a spring is negative, a number is
-        not finite, a ball or free joint has a spring, and where the robot's question leaves joints
-        out.
+        not finite, a ball or free joint has a spring or is coupled, and where the robot's question
+        leaves joints out.
         """
         if robot.n != robot.nv or robot.at_rest:
             raise ValueError("ImplicitStep: the robot's question leaves joints out or is at rest")
@@ -68,6 +84,7 @@ class ImplicitStep(_core.ImplicitStep):
             robot.model,
             h,
             *(_of_every_dof(robot, name, value) for name, value in given.items()),
+            [(_row(robot, row.jacobian), *map(float, row[1:5]), bool(row.imposed)) for row in rows],
             scheme,
             robot.form == "certified",
         )
@@ -80,8 +97,8 @@ class ImplicitStep(_core.ImplicitStep):
 
     @property
     def robot(self) -> Robot:
-        """The robot whose mass matrix is M + h B + h^2 K: for mass_matrix, inverse_mass_matrix,
-        factor, solve, diagonal and log_det of it."""
+        """The robot whose mass matrix is M + h B + h^2 K, without rows: for mass_matrix,
+        inverse_mass_matrix, factor, solve, diagonal and log_det of it."""
         return self._robot.with_model(self._stiff_model)
 
     def __repr__(self) -> str:
@@ -89,6 +106,15 @@ class ImplicitStep(_core.ImplicitStep):
 
     def __reduce__(self) -> tuple[Any, ...]:
         raise TypeError("an ImplicitStep is not pickled: make it anew in the other process")
+
+
+def _row(robot: Robot, jacobian: ArrayLike) -> list[float]:
+    given = np.asarray(jacobian, float)
+    if given.shape != (robot.nv,):
+        raise ValueError(
+            f"ImplicitStep: a row's jacobian has shape {given.shape}, ({robot.nv},) is needed"
+        )
+    return [float(x) for x in given]
 
 
 def _of_every_dof(robot: Robot, name: str, value: Any) -> list[float]:
