@@ -14,6 +14,7 @@ from read.engines import OK, WARNED
 from summary.points import Point
 
 WRONG = (1e-3, 1e-6)  # errors that are counted where nothing was said
+OURS = "Kalmarm"  # begins the names of its forms
 SHOWN = 3  # scenes that are named for their errors
 
 
@@ -65,7 +66,11 @@ def _order(scene: str) -> tuple:
 
 
 def _versions(times: list[EngineTime]) -> str:
-    versions = {time.variant.split()[0]: time.version for time in times if time.version}
+    versions = {
+        OURS if time.variant.startswith(OURS) else time.variant: time.version
+        for time in times
+        if time.version
+    }
     return ", ".join(f"{name} {version}" for name, version in sorted(versions.items()))
 
 
@@ -81,7 +86,8 @@ def _answers(rows: list[EngineAnswer], shown: str, first: bool) -> Table:
         cells = [series.variant, series.precision, f"{len(errors)} of {len(own)}", str(warned)]
         cells += map(str, beyond)
         cells += [error_text(worst), error_text(statistics.median(errors) if errors else None)]
-        lines.append(((-len(errors), *beyond, worst or 0, series), [*cells, _loses(own)]))
+        order = (-len(errors) / len(own), *beyond, worst or 0, series)
+        lines.append((order, [*cells, _loses(own)]))
     columns = ["Engine", "Precision", "Answered", "Warned"]
     columns += [f"Silently beyond {limit:.0e}".replace("e-0", "e-") for limit in WRONG]
     return Table(

@@ -104,6 +104,19 @@ def test_times_are_of_one_state_and_of_many_and_stand_beside_errors(take):
     assert marks == {("arm:7", "Some", 4000, 1e-5)}
 
 
+def test_forms_of_ours_have_one_version_and_engines_with_alike_names_their_own(take):
+    names = {
+        "Kalmarm certified": "1",
+        "Kalmarm conventional": "1",
+        "MuJoCo": "4",
+        "MuJoCo Warp": "5",
+    }
+    row = ["float32", "acceleration", 1, 4000, 0.1, 7, 12.5, "EPYC", "ok"]
+    times = [["arm:7", 7, name, version, *row] for name, version in names.items()]
+    section = engines.section(take([answer(1e-5)], times))
+    assert section.statements == ["Versions: Kalmarm 1, MuJoCo 4, MuJoCo Warp 5."]
+
+
 def test_engines_are_in_no_other_section(take):
     data = take(fake_engines.errors(), fake_engines.times())
     assert not data.errors and not data.times and not data.scenes
