@@ -15,6 +15,9 @@ ENGINES = {  # error on an arm, on one that carries a load, and time in ns
     ("Pinocchio", "float64"): (6e-16, 1e-12, 4000),
     ("MJX", "float32"): (1e-5, 2e-2, 900_000),
     ("adam", "float32"): (2e-6, 1.5e-2, 400_000),
+    ("Drake", "float64"): (7e-16, 3e-12, 30_000),
+    ("DART", "float64"): (9e-16, 7e-13, 15_000),
+    ("Newton", "float32"): (4e-5, 3e-3, 500_000),
     ("Rounded parameters", "float32"): (3e-8, 3e-8, None),
 }
 SCENES = ("arm:7", "arm+payload=1e4:7")

@@ -28,8 +28,8 @@ def test_every_figure_is_drawn(page, run):
     }
     unfold_all(page)
     figures = page.locator("figure").all()
-    # What to take, three stresses, all robots, two of the simulation, the peak, questions, two of rare errors.
-    others = 11
+    # What to take, three stresses, all robots, engines, two of the simulation, the peak, questions, two of rare errors.
+    others = 12
     assert len(figures) == len(timed) + 3 * len(data.families) + others
     for drawn in figures:
         frame, *boxes = drawn.locator(".chart svg").evaluate(
