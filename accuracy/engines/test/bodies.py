@@ -8,14 +8,15 @@ import numpy as np
 from protocol import rotation
 
 GRAVITY = np.array([0.5, -1.0, -9.0])
+DOWN = np.array([0, 0, -9.0])  # for engines that know no other direction
 
 
-def _record(joints, left_out, states) -> dict:
+def _record(joints, left_out, states, gravity=GRAVITY) -> dict:
     return {
         "robot": "body:1",
         "nv": sum({"free": 6}.get(joint["type"], 1) for joint in joints),
         "nq": sum({"free": 7}.get(joint["type"], 1) for joint in joints),
-        "gravity": GRAVITY.tolist(),
+        "gravity": gravity.tolist(),
         "joints": joints,
         "urdf": {"left_out": left_out},
         "states": states,
@@ -47,7 +48,7 @@ def _write(folder: Path, mjcf: str, urdf: str, record: dict) -> Path:
     return folder
 
 
-def pendulum(folder: Path) -> Path:
+def pendulum(folder: Path, gravity=GRAVITY) -> Path:
     """A hinge about x with armature r and a body of mass m, at y = l of it, of moment J about x:
 
     M = J + m l^2 + r,   bias = -m l (g_z cos q - g_y sin q)
@@ -55,7 +56,7 @@ def pendulum(folder: Path) -> Path:
     m, length, J, r = 2.0, 0.5, 0.3, 0.7
     states = []
     for q, v, tau, a in ((0.3, 1.0, -2.0, 0.4), (-2.0, 0.0, 1.0, 3.0)):
-        bias = np.array([-m * length * (GRAVITY[2] * np.cos(q) - GRAVITY[1] * np.sin(q))])
+        bias = np.array([-m * length * (gravity[2] * np.cos(q) - gravity[1] * np.sin(q))])
         arrays = [np.array([x]) for x in (q, v, tau, a)]
         truths = [
             _answers(np.array([[J + m * length**2 + armature]]), bias, *arrays[2:])
@@ -63,8 +64,8 @@ def pendulum(folder: Path) -> Path:
         ]
         states.append(_state(*arrays, *truths))
     # The joint's frame has its z axis along the world's x, its x along y, its y along z.
-    gravity = " ".join(map(str, GRAVITY))
-    mjcf = f"""<mujoco><option gravity="{gravity}"/><worldbody>
+    direction = " ".join(map(str, gravity))
+    mjcf = f"""<mujoco><option gravity="{direction}"/><worldbody>
       <body quat="1 1 1 1"><joint name="hinge" type="hinge" axis="0 0 1" armature="{r}"/>
       <inertial pos="{length} 0 0" mass="{m}" diaginertia="0.2 0.25 {J}"/></body>
       </worldbody></mujoco>"""
@@ -76,7 +77,9 @@ def pendulum(folder: Path) -> Path:
       <parent link="world"/><child link="hinge_link"/><axis xyz="0 0 1"/>
       <limit lower="-1000" upper="1000" effort="1000" velocity="1000"/></joint></robot>"""
     joints = [{"name": "hinge", "type": "hinge", "dof": 0, "q": 0, "armature": r}]
-    return _write(folder, mjcf, urdf, _record(joints, ["armature of joint 'hinge'"], states))
+    return _write(
+        folder, mjcf, urdf, _record(joints, ["armature of joint 'hinge'"], states, gravity)
+    )
 
 
 def free_body(folder: Path) -> Path:

@@ -18,6 +18,12 @@ def pendulum(tmp_path) -> Written:
 
 
 @pytest.fixture
+def hanging_pendulum(tmp_path) -> Written:
+    folder = bodies.pendulum(tmp_path / "hanging_pendulum", bodies.DOWN)
+    return Written("hanging_pendulum:1", folder, "")
+
+
+@pytest.fixture
 def free_body(tmp_path) -> Written:
     return Written("free_body:6", bodies.free_body(tmp_path / "free_body"), "")
 
