@@ -57,12 +57,13 @@ constexpr bool takes_spring(const LinkParameters& link) {
 
 // A length J q that several hinges and slides move together, and what acts along it.
 struct CoupledRow {
-  std::vector<double> jacobian;  // J, nv numbers [m/rad, m/m or any]; zero at balls and free joints
-  double armature = 0;           // w [kg, where the length is in m]
-  double damping = 0;            // b [N s/m]
-  double stiffness = 0;          // k [N/m]
-  double reference = 0;          // l0 [m]
-  bool imposed = false;          // J q = l0 at the end of the step, whatever force that takes
+  std::vector<double> jacobian =
+      {};                // J, nv numbers [m/rad, m/m or any]; zero at balls and free joints
+  double armature = 0;   // w [kg, where the length is in m]
+  double damping = 0;    // b [N s/m]
+  double stiffness = 0;  // k [N/m]
+  double reference = 0;  // l0 [m]
+  bool imposed = false;  // J q = l0 at the end of the step, whatever force that takes
 };
 
 // Of every DoF, nv numbers each; none: all zero. A ball and a free joint may have damping, no springs;
