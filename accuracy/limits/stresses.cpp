@@ -12,6 +12,7 @@ namespace {
 
 using stress::changed;
 using stress::decades;
+using stress::held;
 using stress::make_heavy;
 
 constexpr double tool_mass = 0.01;                     // of the link's
@@ -175,16 +176,6 @@ Stress long_tool(const Scene& scene, int tip) {
               body = welded(body, tool(body, value));
             });
           }};
-}
-
-// Springs and dampers at every hinge and slide, in an implicit step of h: M^ = M + h B + h^2 K.
-Model<double> held(const Model<double>& model, double h, double k) {
-  const double b = 2 * std::sqrt(k);  // critical for a unit of inertia
-  return changed(model, [&](Joints& joints) {
-    for (Joint<double>& joint : joints)
-      if (joint.coordinate == Coordinate::angle || joint.coordinate == Coordinate::distance)
-        joint.r += h * (b + h * k);
-  });
 }
 
 Stress gain(const Scene& scene) {

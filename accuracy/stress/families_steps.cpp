@@ -10,23 +10,6 @@ namespace {
 constexpr double usual_step = 2e-3, stiff_spring = 1e6;  // h [s], k [N m/rad]
 constexpr double heavy_mass = 1e6;                       // of the tip
 
-bool takes_spring(const Joint<double>& joint) {
-  return joint.coordinate == Coordinate::angle || joint.coordinate == Coordinate::distance;
-}
-
-// A damper that is critical for a unit of inertia.
-void hold(Joint<double>& joint, double h, double k) {
-  const double b = 2 * std::sqrt(k);
-  joint.r += h * (b + h * k);
-}
-
-Model<double> held(const Model<double>& model, double h, double k) {
-  return changed(model, [&](Joints& joints) {
-    for (Joint<double>& joint : joints)
-      if (takes_spring(joint)) hold(joint, h, k);
-  });
-}
-
 Case step_wild(double k, std::uint64_t seed) {
   Case out = wild_mechanism(seed);
   Draw draw(~seed);

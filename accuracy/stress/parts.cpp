@@ -35,6 +35,19 @@ Joints joints_of(const Model<double>& model) {
   return joints;
 }
 
+void hold(Joint<double>& joint, double h, double k) {
+  const double b = 2 * std::sqrt(k);
+  joint.r += h * (b + h * k);
+}
+
+Model<double> held(const Model<double>& model, double h, double k) {
+  return changed(model, [&](Joints& joints) {
+    for (Joint<double>& joint : joints)
+      if (joint.coordinate == Coordinate::angle || joint.coordinate == Coordinate::distance)
+        hold(joint, h, k);
+  });
+}
+
 void make_heavy(RigidBody<double>& body, double factor) {
   body.mass *= factor;
   body.moments *= factor;

@@ -43,6 +43,11 @@ Model<double> changed(const Model<double>& model, const Change& change) {
   return {std::move(joints), model.names(), model.nq(), model.gravity()};
 }
 
+// Springs of k and dampers of 2 sqrt(k), critical for a unit of inertia, in an implicit step of h
+// (kalmarm/implicit_step.hpp): r = armature + h b + h^2 k, at a joint or at every hinge and slide.
+void hold(Joint<double>& joint, double h, double k);
+Model<double> held(const Model<double>& model, double h, double k);
+
 // m and J times `factor`.
 void make_heavy(RigidBody<double>& body, double factor);
 

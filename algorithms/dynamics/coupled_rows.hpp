@@ -4,10 +4,10 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Dense>
-#include <cmath>
-#include <limits>
+#include <algorithm>
 #include <vector>
 
+#include "algorithms/fast/claims/constants.hpp"
 #include "algorithms/spatial/spatial.hpp"
 #include "kalmarm/implicit_step.hpp"
 
@@ -21,7 +21,7 @@ class CoupledRows {
   // rows: checked. h_of_springs: h, or 0 where springs are at the start.
   CoupledRows(const RobotModel& robot, const std::vector<CoupledRow>& rows, double h,
               double h_of_springs)
-      : nv_(robot.nv()), solved_(0), B_(robot.nv(), rows.size()), Y_(robot.nv(), rows.size()) {
+      : nv_(robot.nv()), solved_(0), B_(robot.nv(), rows.size()) {
     std::vector<const CoupledRow*> order;
     const auto mass = [&](const CoupledRow& row) {
       return row.armature + h * row.damping + h * h_of_springs * row.stiffness;
@@ -43,58 +43,64 @@ class CoupledRows {
       else
         at_.push_back({row->reference, 0, k, b, 0});
     }
-    const int p = solved_;
     J_ = B_.template cast<double>();
-    G_.resize(p, p);
-    llt_ = Eigen::LLT<MatrixX<double>>(p);
-    f_.resize(rows.size());
-    column_.resize(p);
+    Y_.resize(nv_, solved_);
+    G_.resize(solved_, solved_);
+    llt_ = Eigen::LLT<MatrixX<double>>(solved_);
+    f_.resize(solved_);
+    column_.resize(solved_);
   }
 
-  int count() const { return static_cast<int>(at_.size()); }
+  int solved() const { return solved_; }
   bool is_imposed() const {
     return std::any_of(at_.begin(), at_.begin() + solved_,
                        [](const Row& row) { return row.w == 0; });
   }
-  MatrixView<const T> B() const { return {B_.data(), nv_, count()}; }
-  MatrixView<T> Y() { return {Y_.data(), nv_, count()}; }
-
-  // Adds the torques of the rows whose force is known to tau.
-  void add_known(const T* q, const T* v, T* tau) {
-    for (int i = solved_; i < count(); ++i) {
-      f_[i] = at_[i].of_length * length(i, q) + at_[i].of_rate * along(i, v);
-      Eigen::Map<VectorX<T>>(tau, nv_) -= B_.col(i) * T(f_[i]);
-    }
+  // Of the rows that are solved for: J', and memory for X J'.
+  MatrixView<const T> B() const { return {B_.data(), nv_, solved_}; }
+  MatrixView<T> Y() { return {Y_.data(), nv_, solved_}; }
+  void set_Y(const T* X) {
+    Y_.noalias() = Eigen::Map<const MatrixX<T>>(X, nv_, nv_) * B_.leftCols(solved_);
   }
 
-  // C + G of (6) of the columns Y, nv x count: J X J' and 1 / W. false where it is singular.
-  bool factor(const T* Y) {
+  // Adds the torques of the rows whose force is known to tau.
+  void add_known(const T* q, const T* v, T* tau) const {
+    for (int i = solved_; i < B_.cols(); ++i)
+      Eigen::Map<VectorX<T>>(tau, nv_) -= B_.col(i) * T(sum_of_terms(i, q, v));
+  }
+
+  // Their share of da/dx, of X.
+  enum class By { position, velocity, torque };
+  void derive_known(By by, const T* X, T* dx) const {
+    for (int i = solved_; i < B_.cols(); ++i)
+      if (const double c = growth(by, i); c != 0)
+        Eigen::Map<MatrixX<T>>(dx, nv_, nv_).noalias() -=
+            (Eigen::Map<const MatrixX<T>>(X, nv_, nv_) * (B_.col(i) * T(c))).eval() *
+            B_.col(i).transpose();
+  }
+
+  // C + G of (6) of the columns Y, nv x solved: J X J' and 1 / W. Singular where a row depends on
+  // those before it.
+  Outcome factor(const T* Y) {
+    const double roundings = roundings_of_rows * static_cast<double>(unit_roundoff<T>());
     for (int i = 0; i < solved_; ++i)
       for (int j = 0; j <= i; ++j)
         G_(i, j) = along(i, Y + std::ptrdiff_t(j) * nv_) + (i == j ? at_[i].compliance : 0);
     llt_.compute(G_);
-    if (llt_.info() != Eigen::Success) return false;
+    const bool positive = llt_.info() == Eigen::Success;
     for (int i = 0; i < solved_; ++i) {
-      const double left = llt_.matrixLLT()(i, i);
-      if (!(left * left > digits_of_G * static_cast<double>(unit_roundoff<T>()) * G_(i, i)))
-        return false;
+      const double root = llt_.matrixLLT()(i, i), left = root * root;
+      if (!positive || !(left > roundings * G_(i, i)))
+        return {.status = Outcome::Status::singular, .D = positive ? left : 0, .scale = G_(i, i)};
     }
-    return true;
-  }
-
-  // Of (6), where C + G is singular: of the row that depends on those before it.
-  Outcome singular() const {
-    Outcome out = {.status = Outcome::Status::singular};
-    out.scale = solved_ > 0 ? G_.diagonal().maxCoeff() : 0;
-    return out;
+    return {};
   }
 
   // (6): a0 becomes a, by what was factored.
-  void impose(const T* q, const T* v, const T* Y, T* a) {
-    for (int i = 0; i < solved_; ++i)
-      column_[i] = at_[i].of_length * length(i, q) + at_[i].of_rate * along(i, v) + along(i, a);
+  void couple(const T* q, const T* v, const T* Y, T* a) {
+    for (int i = 0; i < solved_; ++i) column_[i] = sum_of_terms(i, q, v) + along(i, a);
     llt_.solveInPlace(column_);
-    f_.head(solved_) = column_;
+    f_ = column_;
     take(Y, a);
   }
 
@@ -105,27 +111,17 @@ class CoupledRows {
     take(Y, x);
   }
 
-  // (8) of all columns of dx (nv x nv), where c'(q, v) grows by of_length, or of_rate, along J.
-  enum class By { position, velocity, torque };
+  // (8) of all columns of dx (nv x nv), which hold A.
   void derive(By by, const T* Y, T* dx) {
     for (int j = 0; j < nv_; ++j) {
       T* const x = dx + std::ptrdiff_t(j) * nv_;
-      const auto grows = [&](int i) {
-        const double c = by == By::position   ? at_[i].of_length
-                         : by == By::velocity ? at_[i].of_rate
-                                              : 0;
-        return c * J_(j, i);
-      };
-      for (int i = solved_; i < count(); ++i)
-        Eigen::Map<VectorX<T>>(x, nv_) -=
-            Eigen::Map<const VectorX<T>>(Y + std::ptrdiff_t(i) * nv_, nv_) * T(grows(i));
-      for (int i = 0; i < solved_; ++i) column_[i] = grows(i) + along(i, x);
+      for (int i = 0; i < solved_; ++i) column_[i] = growth(by, i) * J_(j, i) + along(i, x);
       llt_.solveInPlace(column_);
       take(Y, x);
     }
   }
 
-  // J' f of the forces that `impose` has found, from tau.
+  // J' f of the forces that `couple` has found, from tau.
   void take_forces(T* tau) const {
     for (int i = 0; i < solved_; ++i) Eigen::Map<VectorX<T>>(tau, nv_) -= B_.col(i) * T(f_[i]);
   }
@@ -139,9 +135,6 @@ class CoupledRows {
   }
 
  private:
-  // Beyond so many u of G(i,i) nothing is known of what is left of it.
-  static constexpr double digits_of_G = 64;
-
   // c' = of_length (J q - l0) + of_rate J v of a row that is solved for, else its force.
   struct Row {
     double reference, compliance, of_length, of_rate, w;
@@ -157,6 +150,15 @@ class CoupledRows {
     return sum;
   }
 
+  // c' of a row that is solved for, else its force.
+  double sum_of_terms(int i, const T* q, const T* v) const {
+    return at_[i].of_length * length(i, q) + at_[i].of_rate * along(i, v);
+  }
+  // How it grows along J.
+  double growth(By by, int i) const {
+    return by == By::position ? at_[i].of_length : by == By::velocity ? at_[i].of_rate : 0;
+  }
+
   // x -= Y f of the forces in column_.
   void take(const T* Y, T* x) const {
     for (int i = 0; i < solved_; ++i)
@@ -167,7 +169,7 @@ class CoupledRows {
   int nv_, solved_;
   std::vector<int> q_of_;  // of every DoF, its entry of q where it may have a length
   std::vector<Row> at_;
-  MatrixX<T> B_, Y_;       // J', X J'
+  MatrixX<T> B_, Y_;       // J' of all rows; X J' of those that are solved for
   MatrixX<double> J_, G_;  // J' too
   Eigen::LLT<MatrixX<double>> llt_;
   VectorX<double> f_, column_;

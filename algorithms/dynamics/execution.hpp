@@ -90,8 +90,8 @@ class Execution {
     if (whole_) return whole_->forward_dynamics(q, at_rest_ ? zero_.data() : qd, tau, a, m, B, X);
     const Outcome of_a = forward_dynamics(q, qd, tau, a);
     if (!of_a) return of_a;
-    const Outcome of_D = factor(q);
-    return of_D ? worse(of_a, solve(m, B, X)) : of_D;
+    const Outcome of_D = factor_parts(q);
+    return of_D ? solve_parts(m, B, X, worse(of_a, of_D)) : of_D;
   }
 
   // X: m columns a row.
@@ -197,17 +197,7 @@ class Execution {
       std::fill_n(X, std::ptrdiff_t(columns) * asked_, std::numeric_limits<T>::quiet_NaN());
       return kept_;
     }
-    if (whole_) return whole_->solve(columns, taus, X);
-    Outcome out = kept_;
-    for (PartState<T>& p : parts_)
-      for (int j = 0; j < columns; ++j) {
-        const std::ptrdiff_t start = std::ptrdiff_t(j) * asked_;
-        p.tau_or_qdd.setZero();
-        p.asked.back(taus + start, p.tau_or_qdd.data());
-        out = worse(out, p.of_whole(p.engine->solve(1, p.tau_or_qdd.data(), p.a.data())));
-        p.asked(p.a.data(), X + start);
-      }
-    return out;
+    return whole_ ? whole_->solve(columns, taus, X) : solve_parts(columns, taus, X, kept_);
   }
 
   Outcome diagonal(const T* q, T* x) {
@@ -299,10 +289,27 @@ class Execution {
 
   void factor_again() {
     factors_ = Kept::there;
-    kept_ = whole_ ? whole_->factor(factored_q_.data()) : each([&](PartState<T>& p) {
-      p.gather_q(factored_q_.data());
+    kept_ = whole_ ? whole_->factor(factored_q_.data()) : factor_parts(factored_q_.data());
+  }
+
+  Outcome factor_parts(const T* q) {
+    return each([&](PartState<T>& p) {
+      p.gather_q(q);
       return p.engine->factor(p.q.data());
     });
+  }
+
+  // out: of what came before.
+  Outcome solve_parts(int columns, const T* taus, T* X, Outcome out) {
+    for (PartState<T>& p : parts_)
+      for (int j = 0; j < columns; ++j) {
+        const std::ptrdiff_t start = std::ptrdiff_t(j) * asked_;
+        p.tau_or_qdd.setZero();
+        p.asked.back(taus + start, p.tau_or_qdd.data());
+        out = worse(out, p.of_whole(p.engine->solve(1, p.tau_or_qdd.data(), p.a.data())));
+        p.asked(p.a.data(), X + start);
+      }
+    return out;
   }
 
   // f(part) of all, until one fails.

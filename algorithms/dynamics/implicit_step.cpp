@@ -195,6 +195,11 @@ template <class T>
 ImplicitStep<T>& ImplicitStep<T>::operator=(ImplicitStep&&) noexcept = default;
 
 template <class T>
+bool ImplicitStep<T>::solves_rows() const {
+  return coupled_ && coupled_->solved() > 0;
+}
+
+template <class T>
 void ImplicitStep<T>::require(const char* call, std::ptrdiff_t q, std::ptrdiff_t v,
                               std::ptrdiff_t tau) const {
   if (q == model_.nq && v == model_.nv() && tau == model_.nv()) return;
@@ -236,7 +241,7 @@ Outcome ImplicitStep<T>::acceleration(VectorView<const T> q, VectorView<const T>
                                       VectorView<const T> tau, VectorView<T> a) {
   require("acceleration", q.size(), v.size(), tau.size());
   set_torque(1, q.data(), v.data(), tau.data(), tau_.data());
-  if (!coupled_) return dynamics_.forward_dynamics(q, v, VectorView<const T>(tau_), a);
+  if (!solves_rows()) return dynamics_.forward_dynamics(q, v, VectorView<const T>(tau_), a);
   is_kept_ = false;
   const Outcome outcome =
       dynamics_.forward_dynamics(q, v, VectorView<const T>(tau_), a, coupled_->B(), coupled_->Y());
@@ -246,10 +251,10 @@ Outcome ImplicitStep<T>::acceleration(VectorView<const T> q, VectorView<const T>
 // (6): a0 becomes a.
 template <class T>
 Outcome ImplicitStep<T>::coupled(Outcome of_a0, const T* q, const T* v, const T* Y, T* a) const {
-  if (!coupled_->factor(Y)) return coupled_->singular();
+  if (const Outcome of_rows = coupled_->factor(Y); !of_rows) return of_rows;
   const Eigen::Map<const VectorX<T>> numbers(a, model_.nv());
   const double before = static_cast<double>(numbers.norm());
-  coupled_->impose(q, v, Y, a);
+  coupled_->couple(q, v, Y, a);
   const double after = static_cast<double>(numbers.norm());
   if (!std::isfinite(after)) return {.status = Outcome::Status::not_finite};
   if (before > after) of_a0.error *= before / after;
@@ -267,11 +272,11 @@ int ImplicitStep<T>::acceleration(RowsView<const T> q, RowsView<const T> v, Rows
            detail::shape(count, nv));
   if (static_cast<std::ptrdiff_t>(rows_.size()) < count * nv) rows_.resize(count * nv);
   set_torque(count, q.data(), v.data(), tau.data(), rows_.data());
-  if (!coupled_)
+  if (!solves_rows())
     return dynamics_.forward_dynamics(q, v, RowsView<const T>(rows_.data(), count, nv), a, outcomes,
                                       threads);
   is_kept_ = false;
-  const std::ptrdiff_t m = coupled_->count(), size = nv * m;
+  const std::ptrdiff_t m = coupled_->solved(), size = nv * m;
   Y_.resize(std::max<std::size_t>(Y_.size(), std::min(count, rows_at_once) * size));
   int failed = 0;
   for (std::ptrdiff_t first = 0; first < count; first += rows_at_once) {
@@ -312,7 +317,7 @@ Outcome ImplicitStep<T>::derivatives(VectorView<const T> q, VectorView<const T> 
   const int nv = model_.nv();
   Derivatives<T> all = out;
   if (!all.dtau) all.dtau = MatrixView<T>(X_.data(), nv, nv);  // (4) has X
-  if (coupled_) {
+  if (solves_rows()) {
     const Outcome of_a = acceleration(q, v, tau, a);
     if (!of_a) return of_a;
     coupled_->take_forces(tau_.data());
@@ -334,10 +339,14 @@ Outcome ImplicitStep<T>::derivatives(VectorView<const T> q, VectorView<const T> 
   }
   if (!coupled_) return outcome;
   using By = typename CoupledRows<T>::By;
-  const T* const Y = coupled_->Y().data();
-  if (out.dq) coupled_->derive(By::position, Y, out.dq.data());
-  if (out.dqd) coupled_->derive(By::velocity, Y, out.dqd.data());
-  if (out.dtau) coupled_->derive(By::torque, Y, out.dtau.data());
+  const auto derive = [&](By by, const MatrixView<T>& dx) {
+    if (!dx) return;
+    if (by != By::torque) coupled_->derive_known(by, all.dtau.data(), dx.data());
+    if (solves_rows()) coupled_->derive(by, coupled_->Y().data(), dx.data());
+  };
+  derive(By::position, out.dq);
+  derive(By::velocity, out.dqd);
+  derive(By::torque, out.dtau);  // last: the others read X from it
   return outcome;
 }
 
@@ -352,10 +361,10 @@ void ImplicitStep<T>::mass(VectorView<const T> q, MatrixView<T> M) {
 template <class T>
 Outcome ImplicitStep<T>::inverse_mass(VectorView<const T> q, MatrixView<T> X) {
   const Outcome outcome = dynamics_.inverse_mass(q, X);
-  if (!outcome || !coupled_) return outcome;
+  if (!outcome || !solves_rows()) return outcome;
   is_kept_ = false;
-  const Outcome of_rows = factor_rows(q.data());
-  if (!of_rows) return of_rows;
+  coupled_->set_Y(X.data());
+  if (const Outcome of_rows = coupled_->factor(coupled_->Y().data()); !of_rows) return of_rows;
   const std::ptrdiff_t nv = model_.nv();
   for (std::ptrdiff_t j = 0; j < nv; ++j)
     coupled_->project(coupled_->Y().data(), X.data() + j * nv);
@@ -364,33 +373,34 @@ Outcome ImplicitStep<T>::inverse_mass(VectorView<const T> q, MatrixView<T> X) {
 
 template <class T>
 Outcome ImplicitStep<T>::factor(VectorView<const T> q) {
-  if (!coupled_) return dynamics_.factor(q);
+  if (!solves_rows()) return dynamics_.factor(q);
   factored_q_.assign(q.data(), q.data() + q.size());
-  return keep_rows();
+  return keep_coupled();
 }
 
 template <class T>
-Outcome ImplicitStep<T>::keep_rows() {
-  kept_ = factor_rows(factored_q_.data());
+Outcome ImplicitStep<T>::keep_coupled() {
+  kept_ = factor_coupled(factored_q_.data());
   is_kept_ = true;
   return kept_;
 }
 
 // Factors of M^ without rows, Y by them, and C + G.
 template <class T>
-Outcome ImplicitStep<T>::factor_rows(const T* q) {
+Outcome ImplicitStep<T>::factor_coupled(const T* q) {
   const Outcome of_D = dynamics_.factor(VectorView<const T>(q, model_.nq));
   if (!of_D) return of_D;
   const Outcome of_Y = dynamics_.solve(coupled_->B(), coupled_->Y());
   if (!of_Y) return of_Y;
-  return coupled_->factor(coupled_->Y().data()) ? of_Y : coupled_->singular();
+  const Outcome of_rows = coupled_->factor(coupled_->Y().data());
+  return of_rows ? of_Y : of_rows;
 }
 
 template <class T>
 Outcome ImplicitStep<T>::solve(MatrixView<const T> tau, MatrixView<T> x) {
-  if (coupled_ && !factored_q_.empty() && !is_kept_) static_cast<void>(keep_rows());
+  if (!factored_q_.empty() && !is_kept_) static_cast<void>(keep_coupled());
   const Outcome outcome = dynamics_.solve(tau, x);
-  if (!outcome || !coupled_) return outcome;
+  if (!outcome || !solves_rows()) return outcome;
   const std::ptrdiff_t nv = model_.nv(), columns = tau.columns_of(nv);
   if (!kept_)
     std::fill_n(x.data(), nv * columns, std::numeric_limits<T>::quiet_NaN());

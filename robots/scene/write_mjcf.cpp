@@ -1,31 +1,18 @@
 #include "robots/scene/write_mjcf.hpp"
 
-#include <cstdio>
 #include <vector>
+
+#include "robots/scene/file_text.hpp"
 
 namespace kalmarm {
 namespace {
-
-std::string text_of(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.17g", value);
-  return text;
-}
-
-std::string text_of(const Vector3<double>& v) {
-  return text_of(v[0]) + ' ' + text_of(v[1]) + ' ' + text_of(v[2]);
-}
-
-std::string text_of(const Eigen::Quaternion<double>& q) {
-  return text_of(q.w()) + ' ' + text_of(Vector3<double>(q.vec()));
-}
 
 // The body outboard of the joint whose first DoF is k, without the bodies on it and its end.
 std::string opened(const Model<double>& model, int k, const std::string& indent) {
   const Joint<double>& joint = model.joint(k);
   const auto [type, dofs] = file_joint(joint);
   const RigidBody<double>& body = model.joint(k + dofs - 1).body;
-  const std::string name = model.name(k).substr(0, model.name(k).find(':'));
+  const std::string name = joint_name(model, k);
   std::string out = indent + "<body name=\"" + name + "\" pos=\"" + text_of(joint.translation) +
                     "\" quat=\"" + text_of(joint.rotation) + "\">\n";
   out += indent + "  <inertial pos=\"" + text_of(body.com) + "\" quat=\"" + text_of(body.axes) +

@@ -1,29 +1,15 @@
 #include "robots/scene/write_urdf.hpp"
 
 #include <cmath>
-#include <cstdio>
 
+#include "robots/scene/file_text.hpp"
 #include "robots/scene/write_mjcf.hpp"
 
 namespace kalmarm {
 namespace {
 
-std::string text_of(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.17g", value);
-  return text;
-}
-
-std::string text_of(const Vector3<double>& v) {
-  return text_of(v[0]) + ' ' + text_of(v[1]) + ' ' + text_of(v[2]);
-}
-
 std::string origin(const Vector3<double>& xyz, const Vector3<double>& rpy) {
   return "<origin xyz=\"" + text_of(xyz) + "\" rpy=\"" + text_of(rpy) + "\"/>";
-}
-
-std::string joint_name(const Model<double>& model, int k) {
-  return model.name(k).substr(0, model.name(k).find(':'));
 }
 
 std::string link_of(const std::string& joint) { return joint + "_link"; }

@@ -9,8 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "algorithms/dynamics/test/door_support.hpp"
-#include "kalmarm/implicit_step.hpp"
+#include "algorithms/dynamics/test/step_differences.hpp"
 #include "kalmarm/model_builder.hpp"
 
 namespace kalmarm::test {
@@ -232,44 +231,34 @@ TYPED_TEST(CoupledRowsOf, RowsOfStatesAreThoseOfOneState) {
   }
 }
 
+// With rows that are imposed, that have W, and whose force is known.
 TEST(CoupledRowsDerivatives, AreDifferences) {
   for (const Family& family : robots())
     for (const bool imposed : {false, true}) {
       SCOPED_TRACE(family.name);
       const Model<double> model = family.make(2);
       const RobotModel robot = plain(model);
-      const int nv = robot.nv();
       JointTerms terms = {.damping = dampers(model), .rows = some_rows(model, 3, 3)};
       terms.rows[0].imposed = imposed;
       const Scheme scheme = imposed ? Scheme::springs_at_end : Scheme::springs_at_start;
       ImplicitStep<double> step(robot, 0.02, terms, scheme);
-      const State<double> state = random_state(model, 6);
-      MatrixX<double> dq(nv, nv), dv(nv, nv), dtau(nv, nv);
-      VectorX<double> a(nv), less(nv), more(nv);
-      ASSERT_TRUE(step.derivatives(state.q, state.qd, state.tau, {dq, dv, dtau}, a));
-      const double e = 1e-6;
-      const auto expect_column = [&](const MatrixX<double>& by, int k, const auto& moved) {
-        moved(e, more);
-        moved(-e, less);
-        const VectorX<double> difference = (more - less) / (2 * e);
-        EXPECT_LE((by.col(k) - difference).norm(), 1e-6 * (1 + by.norm() + a.norm())) << k;
-      };
-      for (int k = 0; k < nv; ++k) {
-        expect_column(dq, k, [&](double by, VectorX<double>& out) {
-          VectorX<double> q = state.q, v = VectorX<double>::Zero(nv);
-          advance(robot, 1, VectorX<double>(by * VectorX<double>::Unit(nv, k)), q, v);
-          ASSERT_TRUE(step.acceleration(q, state.qd, state.tau, out));
-        });
-        expect_column(dv, k, [&](double by, VectorX<double>& out) {
-          const VectorX<double> v = state.qd + by * VectorX<double>::Unit(nv, k);
-          ASSERT_TRUE(step.acceleration(state.q, v, state.tau, out));
-        });
-        expect_column(dtau, k, [&](double by, VectorX<double>& out) {
-          const VectorX<double> tau = state.tau + by * VectorX<double>::Unit(nv, k);
-          ASSERT_TRUE(step.acceleration(state.q, state.qd, tau, out));
-        });
-      }
+      expect_differences(robot, step, random_state(model, 6));
     }
+}
+
+// A spring at the start of a step is a torque: nothing is solved for it.
+TEST(CoupledRowsDerivatives, OfAKnownForceAloneAreDifferences) {
+  const Model<double> model = creature(2);
+  const RobotModel robot = plain(model);
+  std::vector<CoupledRow> rows = {some_rows(model, 2, 3)[1]};
+  ASSERT_EQ(rows[0].armature + rows[0].damping, 0);
+  ImplicitStep<double> step(robot, h, {.rows = rows}, Scheme::springs_at_start);
+  const State<double> state = random_state(model, 6);
+  expect_differences(robot, step, state);
+  MatrixX<double> M(robot.nv(), robot.nv()), plain_M = M;
+  step.mass(state.q, M);
+  Dynamics<double>(robot).mass(state.q, plain_M);
+  EXPECT_EQ(M, plain_M);
 }
 
 TYPED_TEST(CoupledRowsOf, ImposedTwiceAreSingular) {
@@ -280,7 +269,9 @@ TYPED_TEST(CoupledRowsOf, ImposedTwiceAreSingular) {
   twice.jacobian = {0.3, -0.3};
   ImplicitStep<T> step(robot, h, {.rows = {row, twice}});
   VectorX<T> q = VectorX<T>::Zero(2), a(2), x(2);
-  EXPECT_EQ(step.acceleration(q, q, q, a).status, Outcome::Status::singular);
+  const Outcome outcome = step.acceleration(q, q, q, a);
+  EXPECT_EQ(outcome.status, Outcome::Status::singular);
+  EXPECT_LE(std::abs(outcome.D), 4 * unit_roundoff<T>() * outcome.scale);
   EXPECT_EQ(step.factor(q).status, Outcome::Status::singular);
   EXPECT_EQ(step.solve(q, x).status, Outcome::Status::singular);
   EXPECT_TRUE(std::isnan(x[0]));

@@ -46,6 +46,69 @@ TYPED_TEST(Doors, BiasIsInverseDynamicsWithoutAccelerationAndGravityThatWithoutM
   }
 }
 
+// a is that of the call without columns, X that of `solve`: of one state and of rows, by one sweep or
+// by more (parts, the certified form). Factors that were kept are there again.
+TYPED_TEST(Doors, ColumnsBesideAccelerationsAreThoseOfSolve) {
+  using T = TypeParam;
+  using Rows = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  for (const Family& family : robots())
+    for (const Form form : {Form::conventional, Form::certified})
+      for (const bool all : {false, true}) {
+        SCOPED_TRACE(std::string(family.name) + " " + to_string(form));
+        const Model<double> model = rounded<T>(family.make(3));
+        const int nv = model.nv(), m = 3, count = 19;
+        Dynamics<T> robot =
+            dynamics_of<T>(model, {.form = form, .rules = all ? all_rules() : std::set<Rule>{}});
+        MatrixX<T> B = MatrixX<T>::Zero(nv, m), X = poisoned<T>(nv, m), expected = X;
+        for (int j = 0; j < m; ++j) B(nv - 1 - j % nv, j) = T(1), B(0, j) += T(0.5);
+        Rows q(count, robot.nq()), qd(count, nv), tau(count, nv), a = poisoned<T>(count, nv);
+        MatrixX<T> X_rows = poisoned<T>(nv, count * m);
+        for (int i = 0; i < count; ++i) {
+          const State<T> s = random_state(model, i).template cast<T>();
+          q.row(i) = s.q, qd.row(i) = s.qd, tau.row(i) = s.tau;
+        }
+        std::vector<Outcome> outcomes(count);
+        ASSERT_EQ(robot.forward_dynamics(q, qd, tau, a, B, X_rows, outcomes, 2), 0);
+        const State<T> kept = random_state(model, 99).template cast<T>();
+        for (int i = 0; i < count; ++i) {
+          const State<T> s = random_state(model, i).template cast<T>();
+          VectorX<T> one = poisoned<T>(nv), plain_a = one;
+          ASSERT_TRUE(robot.forward_dynamics(s.q, s.qd, s.tau, plain_a));
+          ASSERT_TRUE(robot.factor(s.q));
+          ASSERT_TRUE(robot.solve(B, expected));
+          ASSERT_TRUE(robot.factor(kept.q));
+          const Outcome outcome = robot.forward_dynamics(s.q, s.qd, s.tau, one, B, X);
+          ASSERT_TRUE(outcome);
+          EXPECT_GE(outcome.error, 0);
+          EXPECT_GE(outcomes[i].error, 0);
+          const auto near = [&](const auto& x, const auto& right) {
+            EXPECT_LE((x - right).norm(), 2000 * unit_roundoff<T>() * right.norm()) << i;
+          };
+          near(one, plain_a);
+          near(VectorX<T>(a.row(i)), plain_a);
+          near(X, expected);
+          near(MatrixX<T>(X_rows.middleCols(i * m, m)), expected);
+        }
+        MatrixX<T> again = poisoned<T>(nv, m);
+        ASSERT_TRUE(robot.solve(B, again));
+        ASSERT_TRUE(robot.factor(kept.q));
+        ASSERT_TRUE(robot.solve(B, expected));
+        EXPECT_EQ(again, expected);
+      }
+}
+
+TYPED_TEST(Doors, ColumnsThatOverlapOrDoNotFitAreRefused) {
+  using T = TypeParam;
+  const Model<double> model = creature(1);
+  const int nv = model.nv();
+  Dynamics<T> robot = dynamics_of<T>(model, {});
+  const State<T> s = random_state(model, 4).template cast<T>();
+  VectorX<T> a(nv);
+  MatrixX<T> B = MatrixX<T>::Identity(nv, 2), few(nv, 1);
+  EXPECT_THROW((void)robot.forward_dynamics(s.q, s.qd, s.tau, a, B, B), std::invalid_argument);
+  EXPECT_THROW((void)robot.forward_dynamics(s.q, s.qd, s.tau, a, B, few), std::invalid_argument);
+}
+
 TYPED_TEST(Doors, MassTimesItsInverseIsOne) {
   using T = TypeParam;
   for (const Family& family : robots())

@@ -9,8 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "algorithms/dynamics/test/door_support.hpp"
-#include "kalmarm/implicit_step.hpp"
+#include "algorithms/dynamics/test/step_differences.hpp"
 #include "kalmarm/model_builder.hpp"
 
 namespace kalmarm::test {
@@ -166,44 +165,14 @@ TYPED_TEST(ImplicitSteps, OfRowsAreThoseOfOneState) {
   }
 }
 
-// Along a motion of each DoF, which `advance` makes: of balls and free joints too.
 TEST(ImplicitStepsDerivatives, AreDifferences) {
   for (const Family& family : robots())
     for (const Scheme scheme : schemes) {
       SCOPED_TRACE(family.name);
       const Model<double> model = family.make(2);
       const RobotModel robot = plain(model);
-      const int nv = robot.nv();
-      JointTerms terms = some_terms(model, 3);
-      ImplicitStep<double> step(robot, 0.002, terms, scheme);
-      const State<double> state = random_state(model, 6);
-      MatrixX<double> dq(nv, nv), dv(nv, nv), dtau(nv, nv), dq_alone(nv, nv);
-      VectorX<double> a(nv), less(nv), more(nv);
-      ASSERT_TRUE(step.derivatives(state.q, state.qd, state.tau, {dq, dv, dtau}, a));
-      ASSERT_TRUE(step.derivatives(state.q, state.qd, state.tau, {.dq = dq_alone}, a));
-      EXPECT_EQ(dq, dq_alone);
-      const double e = 1e-6;
-      const auto expect_column = [&](const MatrixX<double>& by, int k, const auto& moved) {
-        moved(e, more);
-        moved(-e, less);
-        const VectorX<double> difference = (more - less) / (2 * e);
-        EXPECT_LE((by.col(k) - difference).norm(), 1e-6 * (1 + by.norm() + a.norm())) << k;
-      };
-      for (int k = 0; k < nv; ++k) {
-        expect_column(dq, k, [&](double by, VectorX<double>& out) {
-          VectorX<double> q = state.q, v = VectorX<double>::Zero(nv);
-          advance(robot, 1, VectorX<double>(by * VectorX<double>::Unit(nv, k)), q, v);
-          ASSERT_TRUE(step.acceleration(q, state.qd, state.tau, out));
-        });
-        expect_column(dv, k, [&](double by, VectorX<double>& out) {
-          const VectorX<double> v = state.qd + by * VectorX<double>::Unit(nv, k);
-          ASSERT_TRUE(step.acceleration(state.q, v, state.tau, out));
-        });
-        expect_column(dtau, k, [&](double by, VectorX<double>& out) {
-          const VectorX<double> tau = state.tau + by * VectorX<double>::Unit(nv, k);
-          ASSERT_TRUE(step.acceleration(state.q, state.qd, tau, out));
-        });
-      }
+      ImplicitStep<double> step(robot, 0.002, some_terms(model, 3), scheme);
+      expect_differences(robot, step, random_state(model, 6));
     }
 }
 

@@ -55,17 +55,12 @@ class SpatialEngine final : public CommonEngine<S> {
     const std::ptrdiff_t nq = lowered().nq(), nv = lowered().nv();
     int failed = 0;
     std::fill_n(outcomes, count, Outcome{});
-    w.rows.for_each(lowered(), count, q, qd, tau, a, [&](int first, int states, const auto& store) {
-      F::acceleration(lowered(), w.rows.q.data(), w.rows.qd.data(), w.rows.tau_or_qdd.data(),
-                      w.workspace, w.rows.out.data());
-      store();
-      const auto& swept = w.workspace;
-      const auto by = w.guard.believed(swept.noise, swept.energy, swept.squares, swept.size);
+    sweep_rows(w, count, q, qd, tau, a, [&](int first, int states, const auto& by) {
       for (int lane = 0; lane < states; ++lane) {
         const std::ptrdiff_t i = first + lane;
         const S *const q_i = q + i * nq, *const qd_i = qd + i * nv, *const tau_i = tau + i * nv;
         const double error =
-            w.guard.error(lowered(), q_i, qd_i, tau_i, a + i * nv, swept, by, lane);
+            w.guard.error(lowered(), q_i, qd_i, tau_i, a + i * nv, w.workspace, by, lane);
         outcomes[i].error = error;
         if (error >= 0) continue;
         outcomes[i] = w.guard.certified().acceleration(q_i, qd_i, tau_i, a + i * nv);
@@ -94,26 +89,21 @@ class SpatialEngine final : public CommonEngine<S> {
       Worker& w = workers_[worker];
       const auto& swept = w.workspace;
       const std::ptrdiff_t nv = lowered().nv(), size = nv * m;
-      w.rows.for_each(
-          lowered(), count, q, qd, tau, a, [&](int first, int states, const auto& store) {
-            F::acceleration(lowered(), w.rows.q.data(), w.rows.qd.data(), w.rows.tau_or_qdd.data(),
-                            w.workspace, w.rows.out.data());
-            store();
-            const auto by = w.guard.believed(swept.noise, swept.energy, swept.squares, swept.size);
-            for (int lane = 0; lane < states; ++lane) {
-              outcomes[first + lane] = {.error = by.error[lane]};
-              left_over[first + lane] = !w.guard.vouched(swept.margin, by, lane);
-            }
-            for (int j = 0; j < m; ++j) {
-              const auto sums = w.columns->solve(lowered(), swept, B + j * nv);
-              for (int lane = 0; lane < states; ++lane) {
-                S* const x = X + (first + lane) * size + j * nv;
-                for (int k = 0; k < nv; ++k) x[k] = w.columns->x()[k][lane];
-                left_over[first + lane] |=
-                    !w.guard.believed({sums.noise[lane], sums.energy[lane], sums.squares[lane]});
-              }
-            }
-          });
+      sweep_rows(w, count, q, qd, tau, a, [&](int first, int states, const auto& by) {
+        for (int lane = 0; lane < states; ++lane) {
+          outcomes[first + lane] = {.error = by.error[lane]};
+          left_over[first + lane] = !w.guard.vouched(swept.margin, by, lane);
+        }
+        for (int j = 0; j < m; ++j) {
+          const auto sums = w.columns->solve(lowered(), swept, B + j * nv);
+          for (int lane = 0; lane < states; ++lane) {
+            S* const x = X + (first + lane) * size + j * nv;
+            for (int k = 0; k < nv; ++k) x[k] = w.columns->x()[k][lane];
+            left_over[first + lane] |=
+                !w.guard.believed({sums.noise[lane], sums.energy[lane], sums.squares[lane]});
+          }
+        }
+      });
     } else {
       Engine<S>::forward_dynamics(worker, count, q, qd, tau, a, outcomes, m, B, X, left_over);
     }
@@ -189,6 +179,19 @@ class SpatialEngine final : public CommonEngine<S> {
       if (solves) columns.emplace(model);
     }
   };
+
+  // A block of rows in lanes after the other: f(first, states, what is believed of them), whose a is
+  // stored.
+  template <class Use>
+  void sweep_rows(Worker& w, int count, const S* q, const S* qd, const S* tau, S* a, const Use& f) {
+    w.rows.for_each(lowered(), count, q, qd, tau, a, [&](int first, int states, const auto& store) {
+      F::acceleration(lowered(), w.rows.q.data(), w.rows.qd.data(), w.rows.tau_or_qdd.data(),
+                      w.workspace, w.rows.out.data());
+      store();
+      const auto& swept = w.workspace;
+      f(first, states, w.guard.believed(swept.noise, swept.energy, swept.squares, swept.size));
+    });
+  }
 
   // X = M^-1 taus by factors that are kept or that a sweep has left; doubt(sums, where it starts) of
   // every column that its sums do not vouch for.

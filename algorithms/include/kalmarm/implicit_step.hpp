@@ -57,8 +57,8 @@ constexpr bool takes_spring(const LinkParameters& link) {
 
 // A length J q that several hinges and slides move together, and what acts along it.
 struct CoupledRow {
-  std::vector<double> jacobian =
-      {};                // J, nv numbers [m/rad, m/m or any]; zero at balls and free joints
+  std::vector<double> jacobian = {};  // J (nv) [m/rad or m/m]; zero at balls and free joints
+
   double armature = 0;   // w [kg, where the length is in m]
   double damping = 0;    // b [N s/m]
   double stiffness = 0;  // k [N/m]
@@ -101,7 +101,8 @@ class KALMARM_EXPORT ImplicitStep {
 
   // a (nv) = (v+ - v) / h by (2) and (6). Outcome::error is that of a for tau^ as T holds it, whose own
   // rounding, u k |q - q0|, moves a by M^^-1 times as much. Singular where imposed rows contradict each
-  // other or what the robot can do. The time of forward dynamics, and of m rows 127 n m flops more.
+  // other or what the robot can do, and where rows repeat each other so stiffly that T cannot tell
+  // them from imposed ones. The time of forward dynamics, and of m rows with W 127 n m flops more.
   Outcome acceleration(VectorView<const T> q, VectorView<const T> v, VectorView<const T> tau,
                        VectorView<T> a);
 
@@ -139,8 +140,9 @@ class KALMARM_EXPORT ImplicitStep {
       32;  // rows whose terms lie side by side, where q(k) is that of DoF k
 
   Outcome coupled(Outcome of_a0, const T* q, const T* v, const T* Y, T* a) const;
-  Outcome factor_rows(const T* q);
-  Outcome keep_rows();
+  Outcome factor_coupled(const T* q);
+  Outcome keep_coupled();
+  bool solves_rows() const;
   void require(const char* call, std::ptrdiff_t q, std::ptrdiff_t v, std::ptrdiff_t tau) const;
   void set_torque(std::ptrdiff_t rows, const T* q, const T* v, const T* tau, T* out) const;
 
