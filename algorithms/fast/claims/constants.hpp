@@ -19,7 +19,7 @@ inline constexpr double rounding_constant_of_a = 4;
 
 // The error of D, in units of u, that a solve counts before it is measured: in float32 what makes
 // sqrt(T E) / |x| of (8') 328 or more is looked at again. 60 random torques at chain:1000 reach 250,
-// the nine robots 25. With 128 a search found solves wrong by 4 per cent.
+// the nine robots 25.
 inline constexpr double rounding_constant_of_believed_D = 512;
 
 // The same in Outcome::error: the least whole number with which it is at least half the error on all
