@@ -26,9 +26,11 @@
 //     Constants of float and double are rounded once, from a wider precision. Those of DoubleDouble
 //     are worked out in it: sin alpha is right to u, relatively, but the offset to u alone
 //     (test_double_double.cpp), and 1 takes the place of |offset|
-//   d^2 P^(j,j)          where a slide's own length is a rounded sum d + q              (6)
-// Translations need no term of their own: N before them, moved by phi, and N after them hold what
-// they sum. Six rows, each within a few roundings of sizes below N, make c = 40 or so in (3) a
+//   d^2 P^(j,j)          of forces along the other two axes j, after a translation by d along z,
+//     and so where a slide's length is a rounded sum d + q                              (6)
+// The translations along x, y and z that follow the last rotation move in directions at right
+// angles: none takes back what another has added, and N after them holds what they sum. That along
+// z which comes first may be taken back by them after the turn. Six rows, each within a few roundings of sizes below N, make c = 40 or so in (3) a
 // bound that is proven. Roundings do not conspire: c = rounding_constant was never below the error
 // of any sweep against multi-precision (test_rounding_bound.cpp says how near it comes).
 //
@@ -133,6 +135,12 @@ class RoundingBound {
     X.Cyy += forces;
   }
 
+  // (6) along z: d^2 = dd.
+  KALMARM_INLINE static void add_of_lever(const Number& dd, Articulated<Both>& X) {
+    X.Axx += in_S(dd * X.Cyy.v[0]);
+    X.Ayy += in_S(dd * X.Cxx.v[0]);
+  }
+
   // Rows and columns of moments and of forces change places: a slide is measured as a hinge is.
   KALMARM_INLINE static Articulated<Both> exchanged(const Articulated<Both>& X) {
     return {X.Cxx, X.Cxy, X.Cyy, X.Cxz, X.Cyz, X.Czz, X.Bxx, X.Byx, X.Bxy, X.Byy, X.Bzx,
@@ -226,12 +234,15 @@ void RoundingBound<S>::to_parent(const LoweredModel<S>& model, int k, const S* q
   }
   if (link.slides) {
     const Number d = placed_.links[k].d, own = link.d;
-    X.Axx += in_S(own * own * X.Cyy.v[0]);
-    X.Ayy += in_S(own * own * X.Cxx.v[0]);
+    add_of_lever(d * d + own * own, X);
     translate_z(d, X);
     turned_z(model.uncommon(link).turn);
   } else {
-    if (link.d != S(0)) translate_z(link.d, X);
+    if (link.d != S(0)) {
+      const Number d = link.d;
+      add_of_lever(d * d, X);
+      translate_z(link.d, X);
+    }
     const int at = link.varying;
     if (const double offset(model.hinges().offset[at]); offset != 0) {
       using Narrow = std::conditional_t<std::is_same_v<S, float>, float, double>;
