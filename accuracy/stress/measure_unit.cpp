@@ -62,6 +62,7 @@ json written(const Unit& unit, const Group& group, const Counts& counts) {
               {"kS", or_null(group.kS)},
               {"mass_ratio", or_null(group.mass_ratio)},
               {"status", counts.status},
+              {"recomputed", counts.recomputed},
               {"errors", {{"silent", written(counts.silent)}, {"warned", written(counts.warned)}}}};
   if (counts.beyond_claim) out["beyond_claim"] = *counts.beyond_claim;
   return out;
@@ -112,7 +113,7 @@ std::string unit_record(const Unit& unit, const Campaign& campaign, const Proven
   for (const auto& [group, counts] : tally.groups()) groups.push_back(written(unit, group, counts));
   for (const WorstCase& found : tally.worst()) worst.push_back(written(unit, found));
   json out = {{"format", "kalmarm unit"},
-              {"version", 1},
+              {"version", 2},
               {"key",
                {{"program", made.program},
                 {"campaign",

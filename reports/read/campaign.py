@@ -74,12 +74,14 @@ class Counts:
     """The outcomes of a group, and the errors of those that are ok."""
 
     status: Counter[str] = field(default_factory=Counter)
+    recomputed: int = 0  # outcomes of the certified form, in the place of a suspect answer
     silent: Errors = field(default_factory=Errors)  # of answers without a warning
     warned: Errors = field(default_factory=Errors)
     beyond_claim: int | None = None  # errors above 4 times the claimed one, where one is claimed
 
     def add(self, other: "Counts") -> None:
         self.status.update(other.status)
+        self.recomputed += other.recomputed
         self.silent.add(other.silent)
         self.warned.add(other.warned)
         if other.beyond_claim is not None:

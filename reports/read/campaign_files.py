@@ -23,12 +23,12 @@ from read.stress_files import STATUSES
 from read.values import count, number, optional, text
 
 UNIT, CAMPAIGN = "kalmarm unit", "kalmarm campaign"
-VERSION = 1
+VERSION = 2
 MEASURES = ("relative", "energy")
 BINS = range(OCTAVE * -1074, OCTAVE * 1024)  # of all positive numbers
 KEY = {"program", "campaign", "compiler", "flags", "isa", "blas"}
 OPTIONS = {"variants", "precisions", "tasks", "worst"}
-GROUP = {*Cell._fields, "status", "errors"}
+GROUP = {*Cell._fields, "status", "recomputed", "errors"}
 
 
 def read(path: Path) -> Campaign:
@@ -61,6 +61,7 @@ def written(campaign: Campaign) -> str:
 def _written_group(cell: Cell, counts: Counts, summed: tuple[str, ...]) -> dict:
     group = {name: value for name, value in cell._asdict().items() if name not in summed}
     group["status"] = counts.status
+    group["recomputed"] = counts.recomputed
     group["errors"] = {
         name: {"zero": errors.zero, "nan": errors.nan, "inf": errors.inf, "bins": errors.bins}
         for name, errors in (("silent", counts.silent), ("warned", counts.warned))
@@ -166,6 +167,7 @@ def _group(group: dict, summed: tuple[str, ...]) -> tuple[Cell, Counts]:
     expect(group["errors"], {"silent", "warned"})
     counts = Counts(
         _counter(group["status"]),
+        count("recomputed", group["recomputed"]),
         _errors(group["errors"]["silent"]),
         _errors(group["errors"]["warned"]),
         count("beyond_claim", group["beyond_claim"]) if "beyond_claim" in group else None,
@@ -177,6 +179,8 @@ def _group(group: dict, summed: tuple[str, ...]) -> tuple[Cell, Counts]:
     answers, errors = counts.status["ok"], counts.silent.total + counts.warned.total
     if errors != answers or (counts.beyond_claim or 0) > answers:
         raise ValueError(f"{errors} errors of {answers} answers")
+    if counts.recomputed > counts.status.total():
+        raise ValueError(f"{counts.recomputed} recomputed of {counts.status.total()}")
     return cell, counts
 
 

@@ -58,7 +58,8 @@ def _paragraphs(campaign: Campaign) -> list[str]:
         "in a million has one of 95 % by itself, also where none was seen. A warning is false "
         "where the answer is less wrong than that, and missing from each silent failure. Beyond 4 "
         "claims: silent answers of a variant that claims an error, with more than four times "
-        "that error.",
+        "that error. Recomputed: the guard of a fast form took its answer for suspect, right or "
+        "not, and the certified form answered.",
         "kS is how much the answer changes with relative changes of the mechanism’s parameters: a "
         "failure at a small one is the variant’s own.",
     ]
@@ -129,6 +130,7 @@ def _counts(found: dict[tuple, Series], first: dict[str, str]) -> list[Table]:
                 "Precision",
                 "Mechanisms",
                 "Refused",
+                "Recomputed",
                 "Silent",
                 "in a million",
                 "95 % limit",
@@ -137,7 +139,7 @@ def _counts(found: dict[tuple, Series], first: dict[str, str]) -> list[Table]:
                 "Beyond 4 claims",
             ],
             [_counts_row(key, series_) for key, series_ in own],
-            "llrrrrrrrr",
+            "llrrrrrrrrr",
             shown=place,
             first=place == first,
         )
@@ -152,6 +154,7 @@ def _counts_row(key: tuple, own: Series) -> list[str]:
         key[4],
         str(own.trials),
         str(own.refused),
+        share_text(own.counts.recomputed / own.trials),
         str(own.silent),
         thousands_text(MILLION * own.silent / own.trials),
         thousands_text(MILLION * upper_limit(own.silent, own.trials)),

@@ -43,7 +43,7 @@ def unit(family: str, value: float, first: int, count: int, program: str = "0" *
         kept += [case] if seen[series] <= WORST else []
     return {
         "format": "kalmarm unit",
-        "version": 1,
+        "version": 2,
         "key": key(program),
         "unit": {"family": family, "value": value, "first": first, "count": count},
         "mechanisms": count,
@@ -80,7 +80,7 @@ def answer(where: dict, mechanism: dict, seed: int, dice, groups: dict, worst: l
 def empty(variant: str) -> dict:
     errors = {name: {"zero": 0, "nan": 0, "inf": 0, "bins": {}} for name in ("silent", "warned")}
     claimed = {"beyond_claim": 0} if "Certified" in variant else {}
-    return {"status": {}, "errors": errors, **claimed}
+    return {"status": {}, "recomputed": 0, "errors": errors, **claimed}
 
 
 def write(path: Path, document: dict) -> Path:

@@ -92,9 +92,18 @@ def test_a_series_without_a_silent_failure_has_a_limit_nevertheless(read):
     data = read("campaign-a.json", only(fake_campaign.unit("wild", 1.0, 1, 400), "-700"))
     (row,) = rare.section(data).tables[0].rows[:1]
     trials = int(row[2])
-    assert row[4:6] == ["0", "0"]
-    limit = float(row[6].replace("\u202f", ""))
+    assert row[5:7] == ["0", "0"]
+    limit = float(row[7].replace("\u202f", ""))
     assert limit == pytest.approx(1e6 * (1 - 0.05 ** (1 / trials)), rel=5e-3)
+
+
+def test_what_the_certified_form_answered_instead_is_shown(read):
+    unit = fake_campaign.unit("wild", 1.0, 1, 400)
+    for group in unit["groups"]:
+        group["recomputed"] = sum(group["status"].values())
+    tables = rare.section(read("campaign-a.json", unit)).tables
+    shown = {row[4] for table in tables if table.shown for row in table.rows}
+    assert shown == {"100 %"}
 
 
 def only(unit: dict, place: str) -> dict:

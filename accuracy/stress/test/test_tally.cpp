@@ -46,6 +46,13 @@ TEST(Tally, TellsWarningsFromSilence) {
   EXPECT_EQ(counts.warned.bins, (std::pmr::map<int, std::uint64_t>{{-64, 2}}));
 }
 
+TEST(Tally, CountsWhatTheCertifiedFormAnsweredInstead) {
+  Record silent = answer(1), refused = answer(nan);
+  silent.outcome.recomputed = refused.outcome.recomputed = true;
+  refused.outcome.status = Outcome::Status::singular;
+  EXPECT_EQ(counted({silent, answer(1), refused}).groups().at(dynamics).recomputed, 2u);
+}
+
 TEST(Tally, CountsClaimsThatAreExceededFourfold) {
   constexpr double u = 0x1p-53;
   Record warned = answer(1, 0.02);

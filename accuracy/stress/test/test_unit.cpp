@@ -78,7 +78,7 @@ std::map<std::string, std::uint64_t> sums(const std::vector<json>& units) {
       std::string name;
       for (const char* key : {"task", "variant", "precision", "measure", "kS", "mass_ratio"})
         name += group[key].dump();
-      for (const char* counts : {"status", "errors", "beyond_claim"})
+      for (const char* counts : {"status", "recomputed", "errors", "beyond_claim"})
         if (group.contains(counts)) add(out, name + counts, group[counts]);
     }
   std::erase_if(out, [](const auto& count) { return count.second == 0; });

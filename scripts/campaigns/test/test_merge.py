@@ -180,7 +180,7 @@ def changed(document: dict, path: str, value) -> dict:
         ("key.flags", 7, "7 is no text"),
         ("key.campaign.variants", "all", "variants is 'all'"),
         ("format", "kalmarm rows", "format is 'kalmarm rows'"),
-        ("version", 2, "format is 'kalmarm unit' 2"),
+        ("version", 1, "format is 'kalmarm unit' 1"),
         ("unit.count", 0, "has no mechanism"),
         ("unit.first", -1, "first is -1"),
         ("unit.family", "wild/1", "family is 'wild/1'"),
