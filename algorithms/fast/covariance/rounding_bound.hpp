@@ -26,13 +26,13 @@
 //     Constants of float and double are rounded once, from a wider precision. Those of DoubleDouble
 //     are worked out in it: sin alpha is right to u, relatively, but the offset to u alone
 //     (test_double_double.cpp), and 1 takes the place of |offset|
-//   d^2 P^(j,j)          of forces along the other two axes j, after a translation by d along z,
-//     and so where a slide's length is a rounded sum d + q                              (6)
-// The translations along x, y and z that follow the last rotation move in directions at right
-// angles: none takes back what another has added, and N after them holds what they sum. That along
-// z which comes first may be taken back by them after the turn. Six rows, each within a few roundings of sizes below N, make c = 40 or so in (3) a
-// bound that is proven. Roundings do not conspire: c = rounding_constant was never below the error
-// of any sweep against multi-precision (test_rounding_bound.cpp says how near it comes).
+//   d^2 P^(j,j)          of forces along the other two axes j, beside a translation by d along z,
+//     which the others may take back; and beside one by d0 where d is a slide's sum d0 + q  (6)
+// The translations by p after the last rotation are along three axes: none takes back what another
+// has added, and N after them, or N before them, moved by phi, hold what they sum. Six rows, each
+// within a few roundings of sizes below N, make c = 40 or so in (3) a bound that is proven.
+// Roundings do not conspire: c = rounding_constant was never below the error of any sweep against
+// multi-precision (test_rounding_bound.cpp says how near it comes).
 //
 // P and S are the two lanes of one number, in double, so that one congruence moves both. The
 // measurement is that of any X at once, X+ = X - g b' - b g', b = X H' - g (H X H' + r) / 2, r in
@@ -135,7 +135,7 @@ class RoundingBound {
     X.Cyy += forces;
   }
 
-  // (6) along z: d^2 = dd.
+  // (6): dd = d^2.
   KALMARM_INLINE static void add_of_lever(const Number& dd, Articulated<Both>& X) {
     X.Axx += in_S(dd * X.Cyy.v[0]);
     X.Ayy += in_S(dd * X.Cxx.v[0]);

@@ -95,7 +95,7 @@ TYPED_TEST(RoundingBoundOf, ErrorsOfWildMechanismsAreBelowIt) {
     this->expect_bound(model, random_state(model, seed).q);
   }
   EXPECT_GE(this->above_.size(), 50);
-  EXPECT_LE(this->median_above(), 30);
+  EXPECT_LE(this->median_above(), 35);
 }
 
 // A turn of a quarter puts the small moment of a heavy rod where the large one was: it carries the
@@ -123,6 +123,34 @@ TYPED_TEST(RoundingBoundOf, ErrorsOfTurnsByAQuarterAreBelowIt) {
     q[0] = random.uniform(-3, 3);
     q[2] = 2 * std::atan(1.0) * (1 + 2 * random.below(2)) + random.uniform(-1e-3, 1e-3);
     this->expect_bound(builder.build(), q);
+  }
+}
+
+// A body far along the axis of a hinge that stands as far away, so that it ends near the first axis:
+// translations that cancel leave the rounding of a long lever in an inertia of a short one.
+TYPED_TEST(RoundingBoundOf, ErrorsOfTranslationsThatCancelAreBelowIt) {
+  for (int seed = 0; seed < 100; ++seed) {
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    const auto decades = [&](double low, double high) {
+      return std::pow(10, random.uniform(low, high));
+    };
+    const auto light = [&] { return point_mass(decades(-8, -2), 0.1 * random.vector3()); };
+    const double away = random.uniform(5, 20), tilt = random.uniform(0.2, 1.2);
+    Builder builder;
+    Joint<double> joint;
+    joint.body = light();
+    joint.parent = builder.add(joint);
+    joint.rotation = {std::cos(tilt / 2), -std::sin(tilt / 2), 0, 0};
+    joint.translation = {0, away * std::sin(tilt) + decades(-2, 0), 0};
+    joint.body = light();
+    joint.parent = builder.add(joint);
+    joint.rotation = {1, 1e-3 * random.uniform(0.1, 1), 0, 0};
+    joint.translation = {0, 0, -away};
+    joint.body = point_mass(decades(2, 5), 0.01 * random.vector3());
+    builder.add(joint);
+    const Model<double> model = builder.build();
+    this->expect_bound(model, random_state(model, seed).q);
   }
 }
 
