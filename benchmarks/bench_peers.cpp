@@ -1,8 +1,8 @@
 // bench_peers: the fast path against other libraries, and against itself built by another compiler,
 // on the same mechanisms in the same states in one run.
 //
-// Names are task/variant/scene/precision; tasks are acceleration, acceleration_batch,
-// inverse_dynamics, inverse, mass and derivatives. Everything is verified before it is timed:
+// Names are task/variant/scene/precision; tasks are acceleration, inverse_dynamics, inverse, mass and
+// derivatives, and of all but the last TASK_batch. Everything is verified before it is timed:
 // results against the float64 square-root filter, torques against Newton and Euler in link frames,
 // derivatives against differences of the filter; what is wrong is reported as an error and is not
 // timed. A library without armature solves the mechanism without. Counters: as in
@@ -41,8 +41,8 @@ constexpr const char* timed_call =
     "From q, qd and tau (inverse, mass: q; inverse_dynamics: tau's numbers as qdd) in the "
     "library's own conventions to the result in its "
     "own memory: kinematics, velocity terms and gravity included, conversions of states and "
-    "results not. Matrices have both triangles. acceleration_batch: 1024 states on one core; ours "
-    "in one call from row-major arrays to row-major arrays, the others state after state.";
+    "results not. Matrices have both triangles. TASK_batch: 1024 states on one core; ours in one "
+    "call from row-major arrays to row-major arrays, the others state after state.";
 
 // What stands behind the Solver interface already: MuJoCo, and a variant of the registry.
 template <class S>
@@ -159,24 +159,6 @@ std::vector<Module> load_modules() {
   return out;
 }
 
-bool call(Peer& peer, Task task, int i) {
-  switch (task) {
-    case Task::acceleration:
-      return peer.acceleration(i);
-    case Task::acceleration_batch:
-      return peer.acceleration_batch();
-    case Task::inverse_dynamics:
-      return peer.inverse_dynamics(i);
-    case Task::inverse:
-      return peer.inverse(i);
-    case Task::mass:
-      return peer.mass(i);
-    case Task::derivatives:
-      return peer.derivatives(i);
-  }
-  return false;
-}
-
 // By Newton and Euler in link frames; tau has the numbers of qdd.
 VectorX<double> torque(const Model<double>& model, const State& state) {
   LinkKinematics<double> kin(model);
@@ -220,13 +202,13 @@ std::string judge(const Contest& contest, const Peer& peer, Task task, int i) {
   return truth.compare<T>(truth.a[i], a, truth.condition[i]);
 }
 
-void run_task(benchmark::State& run, const Contest& contest, Peer& peer, Task task) {
+void run_task(benchmark::State& run, const Contest& contest, Peer& peer, Task task, bool batch) {
   const Case& truth = contest.truth_of(peer);
   if (!truth.flaw.empty()) return run.SkipWithError(truth.flaw.c_str());
   // A batch that is a loop leaves its last result only.
-  const bool is_loop = task == Task::acceleration_batch && !peer.has_batch();
+  const bool as_one = batch && peer.has_batch(task);
   for (int i = 0; i < truth.verified(); ++i) {
-    if (!call(peer, is_loop ? Task::acceleration : task, i)) return run.SkipWithError("failed");
+    if (!(as_one ? peer.batch(task) : peer.call(task, i))) return run.SkipWithError("failed");
     const std::string flaw = peer.is_float32() ? judge<float>(contest, peer, task, i)
                                                : judge<double>(contest, peer, task, i);
     if (!flaw.empty()) return run.SkipWithError(flaw.c_str());
@@ -235,41 +217,51 @@ void run_task(benchmark::State& run, const Contest& contest, Peer& peer, Task ta
   bool good = true;
   const long before = allocations;
   for (auto _ : run) {
-    good = call(peer, task, i) && good;
+    good = (batch ? peer.batch(task) : peer.call(task, i)) && good;
     benchmark::ClobberMemory();
     if (++i == batch_size) i = 0;
   }
   run.counters["allocations"] = static_cast<double>(allocations - before) / run.iterations();
   if (!good) return run.SkipWithError("failed");
-  count(run, peer.flops(task), task == Task::acceleration_batch ? batch_size : 1);
+  count(run, peer.flops(task), batch ? batch_size : 1);
 }
 
 void add_tasks(std::shared_ptr<const Contest> contest) {
-  static constexpr std::pair<Task, const char*> tasks[] = {
-      {Task::acceleration, "acceleration"},
-      {Task::acceleration_batch, "acceleration_batch"},
-      {Task::inverse_dynamics, "inverse_dynamics"},
-      {Task::inverse, "inverse"},
-      {Task::mass, "mass"},
-      {Task::derivatives, "derivatives"},
+  struct Timed {
+    Task task;
+    const char* name;
+    bool batch;
   };
+  static constexpr Timed tasks[] = {
+      {Task::acceleration, "acceleration", false},
+      {Task::acceleration, "acceleration_batch", true},
+      {Task::inverse_dynamics, "inverse_dynamics", false},
+      {Task::inverse_dynamics, "inverse_dynamics_batch", true},
+      {Task::inverse, "inverse", false},
+      {Task::inverse, "inverse_batch", true},
+      {Task::mass, "mass", false},
+      {Task::mass, "mass_batch", true},
+      {Task::derivatives, "derivatives", false},
+  };
+  constexpr int most_in_batches = 180;  // DoF: 1024 matrices of more take over 256 MiB
+  const bool large = contest->truth.scene.model.nv() > most_in_batches;
   for (const auto& owned : contest->peers) {
     Peer* peer = owned.get();
     const auto has_states = std::make_shared<bool>(false);
-    for (const auto& [task, name] : tasks) {
-      if (!peer->can(task)) continue;
-      const auto run_one = [=, task = task](benchmark::State& run) {
+    for (const Timed& timed : tasks) {
+      const bool matrices = timed.task == Task::inverse || timed.task == Task::mass;
+      if (!peer->can(timed.task) || (timed.batch && matrices && large)) continue;
+      const auto run_one = [=](benchmark::State& run) {
         if (!*has_states)
           for (const State& state : contest->truth.states)
             peer->add_state(state.q.data(), state.qd.data(), state.tau.data());
         *has_states = true;
-        run_task(run, *contest, *peer, task);
+        run_task(run, *contest, *peer, timed.task, timed.batch);
       };
       const std::string scene = contest->truth.scene.name;
-      benchmark::RegisterBenchmark(name_of(name, peer->name(), scene, peer->is_float32()).c_str(),
-                                   run_one)
-          ->Unit(task == Task::acceleration_batch ? benchmark::kMicrosecond
-                                                  : benchmark::kNanosecond);
+      benchmark::RegisterBenchmark(
+          name_of(timed.name, peer->name(), scene, peer->is_float32()).c_str(), run_one)
+          ->Unit(timed.batch ? benchmark::kMicrosecond : benchmark::kNanosecond);
     }
   }
 }

@@ -58,12 +58,18 @@ int Dynamics<T>::checked_columns(const char* call, const char* name, const Matri
     refuse(call, name, B.shape(), std::to_string(asked_) + " x any, column-major,");
   if (!X.fits(asked_, rows * columns) || X.is_row_major())
     refuse(call, result, X.shape(), detail::shape(asked_, rows * columns) + ", column-major,");
-  // A column that its sweep does not vouch for is solved again from B.
-  const std::ptrdiff_t of_B = columns * asked_, of_X = rows * of_B;
-  const std::less<const T*> before;
-  if (of_X > 0 && before(X.data(), B.data() + of_B) && before(B.data(), X.data() + of_X))
-    throw std::invalid_argument(std::string(call) + ": " + name + " and " + result + " overlap");
+  refuse_overlap(call, name, B.data(), columns * asked_, result, X.data(), rows * columns * asked_);
   return static_cast<int>(columns);
+}
+
+// What its sweep does not vouch for is solved again from B.
+template <class T>
+void Dynamics<T>::refuse_overlap(const char* call, const char* name, const T* B,
+                                 std::ptrdiff_t of_B, const char* result, const T* X,
+                                 std::ptrdiff_t of_X) {
+  const std::less<const T*> before;
+  if (of_X > 0 && before(X, B + of_B) && before(B, X + of_X))
+    throw std::invalid_argument(std::string(call) + ": " + name + " and " + result + " overlap");
 }
 
 template <class T>
@@ -111,6 +117,18 @@ void Dynamics<T>::mass(const T* q, T* M) {
 template <class T>
 Outcome Dynamics<T>::inverse_mass(const T* q, T* X) {
   return execution().inverse(q, X);
+}
+template <class T>
+int Dynamics<T>::mass(int count, const T* q, T* M, Outcome* outcomes, int threads) {
+  return execution().mass(count, q, M, outcomes, std::max(threads, 1));
+}
+template <class T>
+int Dynamics<T>::inverse_mass(int count, const T* q, T* X, Outcome* outcomes, int threads) {
+  return execution().inverse(count, q, X, outcomes, std::max(threads, 1));
+}
+template <class T>
+int Dynamics<T>::solve(int count, const T* q, const T* tau, T* x, Outcome* outcomes, int threads) {
+  return execution().solve(count, q, tau, x, outcomes, std::max(threads, 1));
 }
 template <class T>
 Outcome Dynamics<T>::factor(const T* q) {

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <limits>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -20,6 +22,8 @@ class Execution {
  public:
   Execution(Plan plan, int nq, Form form, const MakeEngine<T>& make)
       : plan_(std::move(plan)),
+        form_(form),
+        make_(make),
         nq_(nq),
         asked_(static_cast<int>(plan_.asked.size())),
         rows_(6 * static_cast<int>(plan_.question.frames.size())),
@@ -54,7 +58,7 @@ class Execution {
   int forward_dynamics(int count, const T* q, const T* qd, const T* tau, T* a, Outcome* outcomes,
                        int threads) {
     need(Want::acceleration);
-    reserve(threads);
+    reserve(Want::acceleration, threads);
     failed_.assign(threads, 0);
     for_each_block(count, threads, [&](int worker, int first, int states) {
       const std::ptrdiff_t i = first, nv = plan_.nv;
@@ -78,9 +82,7 @@ class Execution {
       }
       for (int state = 0; state < states; ++state) failed_[worker] += !outcomes[first + state];
     });
-    int sum = 0;
-    for (const int one : failed_) sum += one;
-    return sum;
+    return failed();
   }
 
   // B and X: asked x m, torques of joints that are not asked about being zero.
@@ -102,7 +104,7 @@ class Execution {
     const std::ptrdiff_t nv = plan_.nv, size = std::ptrdiff_t(asked_) * m;
     left_over_.assign(count, 1);
     if (whole_ && !at_rest_) {
-      reserve(threads);
+      reserve(Want::acceleration, threads);
       for_each_block(count, threads, [&](int worker, int first, int states) {
         const std::ptrdiff_t i = first;
         whole_->forward_dynamics(worker, states, q + i * nq_, qd + i * nv, tau + i * nv, a + i * nv,
@@ -134,7 +136,7 @@ class Execution {
 
   void inverse_dynamics(int count, const T* q, const T* qd, const T* qdd, T* tau, int threads) {
     need(Want::inverse_dynamics);
-    reserve(threads);
+    reserve(Want::inverse_dynamics, threads);
     for_each_block(count, threads, [&](int worker, int first, int states) {
       const std::ptrdiff_t i = first, nv = plan_.nv;
       if (whole_ && !at_rest_) {
@@ -179,6 +181,45 @@ class Execution {
       p.asked.block(p.X.data(), p.nv, X, asked_);
       return outcome;
     });
+  }
+
+  // Rows of M, M^-1 and M^-1 tau: M and X have a matrix, tau and x asked_ numbers a row.
+  int mass(int count, const T* q, T* M, Outcome* outcomes, int threads) {
+    const std::ptrdiff_t size = std::ptrdiff_t(asked_) * asked_;
+    return answer_rows(
+        Want::mass, count, outcomes, threads,
+        [&](int worker, std::ptrdiff_t i, int states) {
+          whole_->mass(worker, states, q + i * nq_, M + i * size, left_over_.data() + i);
+        },
+        [&](Execution& one, std::ptrdiff_t i) {
+          one.mass(q + i * nq_, M + i * size);
+          T check(0);
+          for (std::ptrdiff_t j = 0; j < size; ++j) check += M[i * size + j] * T(0);
+          return Outcome{.status =
+                             check == T(0) ? Outcome::Status::ok : Outcome::Status::not_finite};
+        });
+  }
+
+  int inverse(int count, const T* q, T* X, Outcome* outcomes, int threads) {
+    const std::ptrdiff_t size = std::ptrdiff_t(asked_) * asked_;
+    return answer_rows(
+        Want::inverse, count, outcomes, threads,
+        [&](int worker, std::ptrdiff_t i, int states) {
+          whole_->inverse(worker, states, q + i * nq_, X + i * size, left_over_.data() + i);
+        },
+        [&](Execution& one, std::ptrdiff_t i) { return one.inverse(q + i * nq_, X + i * size); });
+  }
+
+  int solve(int count, const T* q, const T* tau, T* x, Outcome* outcomes, int threads) {
+    return answer_rows(
+        Want::solve, count, outcomes, threads,
+        [&](int worker, std::ptrdiff_t i, int states) {
+          whole_->solve(worker, states, q + i * nq_, tau + i * asked_, x + i * asked_,
+                        left_over_.data() + i);
+        },
+        [&](Execution& one, std::ptrdiff_t i) {
+          return one.solve_at(q + i * nq_, tau + i * asked_, x + i * asked_);
+        });
   }
 
   Outcome factor(const T* q) {
@@ -275,6 +316,7 @@ class Execution {
   }
 
  private:
+  static constexpr int wants = static_cast<int>(Want::derivatives) + 1;
   static constexpr unsigned bit(Want want) { return 1u << static_cast<int>(want); }
   [[noreturn]] static void refuse(Want what) {
     throw std::logic_error(std::string("the question does not want ") + to_string(what));
@@ -282,9 +324,12 @@ class Execution {
   // What engines work out they may leave where their factors stood.
   void need(Want what) {
     if (!(wanted_ & bit(what))) refuse(what);
-    const bool factors =
-        what != Want::solve && what != Want::mass && what != Want::inverse_dynamics;
-    if (factors && factors_ == Kept::there) factors_ = Kept::overwritten;
+    if (what != Want::solve && what != Want::mass && what != Want::inverse_dynamics)
+      overwrite_factors();
+  }
+
+  void overwrite_factors() {
+    if (factors_ == Kept::there) factors_ = Kept::overwritten;
   }
 
   void factor_again() {
@@ -312,6 +357,40 @@ class Execution {
     return out;
   }
 
+  // M^-1 tau at q; no factors are kept.
+  Outcome solve_at(const T* q, const T* tau, T* x) {
+    overwrite_factors();
+    const Outcome of_D = whole_ ? whole_->factor(q) : factor_parts(q);
+    if (!of_D) return of_D;
+    return whole_ ? whole_->solve(1, tau, x) : solve_parts(1, tau, x, of_D);
+  }
+
+  // Rows of `what`: of the whole robot in_lanes(worker, first, states) answers those that it does not
+  // leave over, one(execution, row) of the worker's own execution the rest. Returns how many failed.
+  template <class InLanes, class One>
+  int answer_rows(Want what, int count, Outcome* outcomes, int threads, const InLanes& in_lanes,
+                  const One& one) {
+    need(what);
+    reserve(what, threads);
+    left_over_.assign(count, 1);
+    failed_.assign(threads, 0);
+    for_each_block(count, threads, [&](int worker, int first, int states) {
+      if (whole_) in_lanes(worker, first, states);
+      Execution& own = worker == 0 ? *this : *others(what)[worker - 1];
+      for (int i = first; i < first + states; ++i) {
+        outcomes[i] = left_over_[i] ? one(own, i) : Outcome{};
+        failed_[worker] += !outcomes[i];
+      }
+    });
+    return failed();
+  }
+
+  int failed() const {
+    int sum = 0;
+    for (const int one : failed_) sum += one;
+    return sum;
+  }
+
   // f(part) of all, until one fails.
   template <class F>
   Outcome each(const F& f) {
@@ -324,14 +403,26 @@ class Execution {
     return out;
   }
 
-  // Memory for so many cores; more than before allocate it.
-  void reserve(int threads) {
-    if (threads <= workers_) return;
-    workers_ = threads;
+  // Memory for rows on so many cores; more than before allocate it.
+  void reserve(Want what, int threads) {
+    int& workers = workers_[static_cast<int>(what)];
+    if (threads <= workers) return;
+    workers = threads;
+    const bool by_parts = what == Want::acceleration || what == Want::inverse_dynamics;
     for (PartState<T>& p : parts_) {
-      p.engine->reserve_workers(threads);
-      if (!whole_ || at_rest_) p.reserve_rows(threads);
+      p.engine->reserve_workers(what, threads);
+      if (by_parts && (!whole_ || at_rest_)) p.reserve_rows(threads);
     }
+    if (by_parts) return;
+    Plan plan = plan_;
+    plan.question.want = {what};
+    while (static_cast<int>(others(what).size()) < threads - 1)
+      others(what).push_back(std::make_unique<Execution>(plan, nq_, form_, make_));
+  }
+
+  // Of workers beyond the first: what answers one state after another.
+  std::vector<std::unique_ptr<Execution>>& others(Want what) {
+    return others_[static_cast<int>(what)];
   }
 
   // f(worker, first, states) of blocks of rows.
@@ -356,6 +447,8 @@ class Execution {
   }
 
   Plan plan_;
+  Form form_;
+  MakeEngine<T> make_;
   int nq_, asked_, rows_;
   bool at_rest_;
   unsigned wanted_ = 0;  // bits: a lookup in the question's set is 5 ns of every call
@@ -365,8 +458,9 @@ class Execution {
   Outcome kept_;  // of them
   MatrixX<T> spare_[3];
   std::vector<PartState<T>> parts_;
-  Engine<T>* whole_ = nullptr;  // where nothing is left out but by the engine itself
-  int workers_ = 0;
+  Engine<T>* whole_ = nullptr;        // where nothing is left out but by the engine itself
+  std::array<int, wants> workers_{};  // for which there is memory for rows
+  std::array<std::vector<std::unique_ptr<Execution>>, wants> others_;
   std::vector<int> failed_;
   std::vector<char> left_over_;  // rows that one state at a time is asked of
   Threads threads_;

@@ -88,6 +88,7 @@ struct Pack<S, n> {
 
   Pack() = default;
   KALMARM_INLINE Pack(S x) : low(x), high(x) {}
+  KALMARM_INLINE Pack(const Half& both) : low(both), high(both) {}  // the same in either half
   KALMARM_INLINE Pack(const Half& first, const Half& second) : low(first), high(second) {}
 
   KALMARM_INLINE static Pack load(const S* from) {

@@ -121,6 +121,21 @@ void expect_no_allocation_once_made(const Model<double>& model, const DynamicsOp
     states.inverse_dynamics(robot);
     expect_none("rows of torques", [&] { states.inverse_dynamics(robot); });
   }
+  std::vector<T> matrices(count * n * n), solutions(count * n);
+  const RowsView<const T> taus(states.tau.data(), count, n);
+  const auto expect_none_once_asked = [](const char* what, const auto& call) {
+    call();  // the first takes memory
+    expect_none(what, call);
+  };
+  if (question.wants(Want::mass))
+    expect_none_once_asked("rows of M",
+                           [&] { (void)robot.mass(states.q, matrices, states.outcomes); });
+  if (question.wants(Want::inverse))
+    expect_none_once_asked("rows of M^-1",
+                           [&] { (void)robot.inverse_mass(states.q, matrices, states.outcomes); });
+  if (question.wants(Want::solve))
+    expect_none_once_asked("rows of M^-1 tau",
+                           [&] { (void)robot.solve(states.q, taus, solutions, states.outcomes); });
 }
 
 TYPED_TEST(Allocation, DynamicsAllocateOnlyWhenTheyAreMade) {

@@ -79,9 +79,7 @@ class Bullet final : public Peer {
     return "Bullet " + std::to_string(BT_BULLET_VERSION / 100) + "." +
            std::to_string(BT_BULLET_VERSION % 100) + " (Debian's build, float64)";
   }
-  bool can(Task task) const override {
-    return task == Task::acceleration || task == Task::acceleration_batch;
-  }
+  bool can(Task task) const override { return task == Task::acceleration; }
   bool has_armature() const override { return false; }
 
   void add_state(const double* q, const double* qd, const double* tau) override {

@@ -39,13 +39,12 @@ class Fast final : public Peer {
   std::string version() const override { return ""; }
   bool is_float32() const override { return std::is_same_v<T, float>; }
   bool can(Task task) const override {
-    const bool has_forms =
-        task == Task::acceleration || task == Task::acceleration_batch || task == Task::inverse;
+    const bool has_forms = task == Task::acceleration || task == Task::inverse;
     return has_forms || form_ == Form::conventional;
   }
-  bool has_batch() const override { return true; }
+  bool has_batch(Task task) const override { return task != Task::derivatives; }
   double flops(Task task) const override {
-    if (task != Task::acceleration && task != Task::acceleration_batch) return 0;
+    if (task != Task::acceleration) return 0;
     return kalmarm::flops(robot_.plan(), Want::acceleration, form_);
   }
 
@@ -58,7 +57,6 @@ class Fast final : public Peer {
     put(q, nq_, q_, q_rows_);
     put(qd, nv_, qd_, qd_rows_);
     put(tau, nv_, tau_, tau_rows_);
-    a_rows_.resize(q_.size() * nv_);
     outcomes_.resize(q_.size());
   }
 
@@ -66,16 +64,36 @@ class Fast final : public Peer {
     batched_ = false;
     return static_cast<bool>(robot_.forward_dynamics(q_[i], qd_[i], tau_[i], a_));
   }
-  bool acceleration_batch() override {
+  bool batch(Task task) override {
     batched_ = true;
-    return robot_.forward_dynamics(q_rows_, qd_rows_, tau_rows_, a_rows_, outcomes_) == 0;
+    const std::size_t width = task == Task::inverse || task == Task::mass ? nv_ * nv_ : nv_;
+    rows_.resize(q_.size() * width);
+    switch (task) {
+      case Task::acceleration:
+        return robot_.forward_dynamics(q_rows_, qd_rows_, tau_rows_, rows_, outcomes_) == 0;
+      case Task::inverse_dynamics:
+        robot_.inverse_dynamics(q_rows_, qd_rows_, tau_rows_, rows_, 1);
+        return true;
+      case Task::inverse:
+        return robot_.inverse_mass(q_rows_, rows_, outcomes_) == 0;
+      case Task::mass:
+        return robot_.mass(q_rows_, rows_, outcomes_) == 0;
+      case Task::derivatives:
+        return false;
+    }
+    return false;
   }
   bool inverse_dynamics(int i) override {
+    batched_ = false;
     robot_.inverse_dynamics(q_[i], qd_[i], tau_[i], torque_);
     return true;
   }
-  bool inverse(int i) override { return static_cast<bool>(robot_.inverse_mass(q_[i], matrix_)); }
+  bool inverse(int i) override {
+    batched_ = false;
+    return static_cast<bool>(robot_.inverse_mass(q_[i], matrix_));
+  }
   bool mass(int i) override {
+    batched_ = false;
     robot_.mass(q_[i], matrix_);
     return true;
   }
@@ -83,15 +101,20 @@ class Fast final : public Peer {
     return static_cast<bool>(
         robot_.derivatives(q_[i], qd_[i], tau_[i], {.dq = dq_, .dqd = dqd_, .dtau = dtau_}, a_));
   }
-  void get_torque(int, double* tau) const override { std::copy_n(torque_.data(), nv_, tau); }
-  void get_matrix(int, double* out) const override { put(matrix_, out); }
+  void get_torque(int i, double* tau) const override {
+    std::copy_n(batched_ ? &rows_[i * nv_] : torque_.data(), nv_, tau);
+  }
+  void get_matrix(int i, double* out) const override {
+    const std::ptrdiff_t size = std::ptrdiff_t(nv_) * nv_;
+    std::copy_n(batched_ ? &rows_[i * size] : matrix_.data(), size, out);  // symmetric
+  }
   void get_derivatives(int, double* dq, double* dqd, double* dtau) const override {
     put(dq_, dq);
     put(dqd_, dqd);
     put(dtau_, dtau);
   }
   void get_acceleration(int i, double* a) const override {
-    std::copy_n(batched_ ? &a_rows_[i * nv_] : a_.data(), nv_, a);
+    std::copy_n(batched_ ? &rows_[i * nv_] : a_.data(), nv_, a);
   }
 
  private:
@@ -104,11 +127,12 @@ class Fast final : public Peer {
   Dynamics<T> robot_;
   int nq_, nv_;
   std::vector<VectorX<T>> q_, qd_, tau_;
-  std::vector<T> q_rows_, qd_rows_, tau_rows_, a_rows_;
+  std::vector<T> q_rows_, qd_rows_, tau_rows_;
+  std::vector<T> rows_;  // what the last batch has left
   std::vector<Outcome> outcomes_;
   VectorX<T> a_, torque_;
   MatrixX<T> matrix_, dq_, dqd_, dtau_;
-  bool batched_ = false;
+  bool batched_ = false;  // the last call
 };
 
 }  // namespace

@@ -51,7 +51,7 @@ struct Mechanism {
   }
 };
 
-enum class Task { acceleration, acceleration_batch, inverse_dynamics, inverse, mass, derivatives };
+enum class Task { acceleration, inverse_dynamics, inverse, mass, derivatives };
 
 class Peer {
  public:
@@ -67,22 +67,37 @@ class Peer {
   // One more state for the calls to work on.
   virtual void add_state(const double* q, const double* qd, const double* tau) = 0;
 
-  // Whether acceleration_batch is a call of its own, whose results stay side by side.
-  virtual bool has_batch() const { return false; }
+  // Whether batch(task) is a call of its own, whose results stay side by side.
+  virtual bool has_batch(Task) const { return false; }
 
-  // The timed calls, of state i or of all; false where they failed. acceleration and derivatives
+  // The timed calls, of state i or, `batch`, of all; false where they failed. acceleration and derivatives
   // take q, qd and tau; inverse_dynamics takes q, qd and, with tau's numbers, qdd; inverse and mass
   // take q. Both triangles are filled.
   virtual bool acceleration(int) { return false; }
-  virtual bool acceleration_batch() {
-    for (int i = 0; i < states(); ++i)
-      if (!acceleration(i)) return false;
-    return true;
-  }
   virtual bool inverse_dynamics(int) { return false; }
   virtual bool inverse(int) { return false; }
   virtual bool mass(int) { return false; }
   virtual bool derivatives(int) { return false; }
+  virtual bool batch(Task task) {
+    for (int i = 0; i < states(); ++i)
+      if (!call(task, i)) return false;
+    return true;
+  }
+  bool call(Task task, int i) {
+    switch (task) {
+      case Task::acceleration:
+        return acceleration(i);
+      case Task::inverse_dynamics:
+        return inverse_dynamics(i);
+      case Task::inverse:
+        return inverse(i);
+      case Task::mass:
+        return mass(i);
+      case Task::derivatives:
+        return derivatives(i);
+    }
+    return false;
+  }
 
   // What the last call for state i has left, in Kalmarm's conventions; matrices are nv x nv,
   // row-major. `matrix` is M^-1 or M, whichever was asked for last.

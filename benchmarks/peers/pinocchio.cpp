@@ -107,8 +107,7 @@ class Pinocchio final : public Peer {
   }
   // rnea, computeMinverse and computeABADerivatives have no convention.
   bool can(Task task) const override {
-    return is_local() || task == Task::acceleration || task == Task::acceleration_batch ||
-           task == Task::mass;
+    return is_local() || task == Task::acceleration || task == Task::mass;
   }
 
   void add_state(const double* q, const double* qd, const double* tau) override {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <span>
 #include <thread>
 
 #include "outcomes.hpp"
@@ -34,6 +35,11 @@ Outcome outcome_of(const T* x, npy_intp count) {
 template <class T>
 VectorView<const T> vector(const Inputs& in, int i, int row, int width) {
   return {in.data<T>(i) + std::ptrdiff_t(row) * width, width};
+}
+
+template <class T>
+RowsView<const T> rows_of(const Inputs& in, int i, int width) {
+  return {in.data<T>(i), in.count(), width};
 }
 
 class WithoutLock {
@@ -124,41 +130,52 @@ nb::object Robot::each(const Inputs& inputs, int threads, bool status, const nb:
   });
 }
 
+template <class One, class All>
+nb::object Robot::rows(const Inputs& inputs, int threads, bool status, const nb::object& result,
+                       npy_intp width, const One& one, const All& all) {
+  const int count = inputs.count();
+  return inputs.with_scalar([&]<class T>(T) {
+    constexpr T nan = std::numeric_limits<T>::quiet_NaN();
+    T* const to = data_of<T>(result);
+    const auto worker = workers<T>().take();
+    if (inputs.is_single()) {
+      Outcome outcome;
+      {
+        const WithoutLock released(model_.nv() >= large);
+        outcome = one(worker->dynamics, to);
+        if (!outcome) std::fill_n(to, width, nan);
+      }
+      return answer(inputs, result, status, &outcome);
+    }
+    const int used = cores(inputs.call(), threads, count);
+    worker->outcomes.resize(count);
+    {
+      const WithoutLock released(true);
+      const int failed = all(worker->dynamics, RowsView<T>(to, count, width),
+                             std::span<Outcome>(worker->outcomes), used);
+      for (int i = 0; failed > 0 && i < count; ++i)
+        if (!worker->outcomes[i]) std::fill_n(to + i * width, width, nan);
+    }
+    return answer(inputs, result, status, worker->outcomes.data());
+  });
+}
+
 nb::object Robot::forward_dynamics(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
                                    bool status, int threads) {
   constexpr const char* call = "forward_dynamics";
   need(call, Want::acceleration);
   const int nq = model_.nq, nv = model_.nv();
   const Inputs in(call, {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}});
-  const nb::object result = in.result(out, {asked_});
-  const int count = in.count();
-  return in.with_scalar([&]<class T>(T) {
-    T* const a = data_of<T>(result);
-    constexpr T nan = std::numeric_limits<T>::quiet_NaN();
-    const auto worker = workers<T>().take();
-    if (in.is_single()) {
-      Outcome outcome;
-      {
-        const WithoutLock released(nv >= large);
-        outcome = worker->dynamics.forward_dynamics(
-            vector<T>(in, 0, 0, nq), vector<T>(in, 1, 0, nv), vector<T>(in, 2, 0, nv), {a, asked_});
-        if (!outcome) std::fill_n(a, asked_, nan);
-      }
-      return answer(in, result, status, &outcome);
-    }
-    const int used = cores(call, threads, count);
-    worker->outcomes.resize(count);
-    {
-      const WithoutLock released(true);
-      const int failed = worker->dynamics.forward_dynamics(
-          RowsView<const T>(in.data<T>(0), count, nq), RowsView<const T>(in.data<T>(1), count, nv),
-          RowsView<const T>(in.data<T>(2), count, nv), RowsView<T>(a, count, asked_),
-          worker->outcomes, used);
-      for (int i = 0; failed > 0 && i < count; ++i)
-        if (!worker->outcomes[i]) std::fill_n(a + std::ptrdiff_t(i) * asked_, asked_, nan);
-    }
-    return answer(in, result, status, worker->outcomes.data());
-  });
+  return rows(
+      in, threads, status, in.result(out, {asked_}), asked_,
+      [&]<class T>(Dynamics<T>& dynamics, T* a) {
+        return dynamics.forward_dynamics(vector<T>(in, 0, 0, nq), vector<T>(in, 1, 0, nv),
+                                         vector<T>(in, 2, 0, nv), {a, asked_});
+      },
+      [&]<class T>(Dynamics<T>& dynamics, RowsView<T> a, std::span<Outcome> outcomes, int used) {
+        return dynamics.forward_dynamics(rows_of<T>(in, 0, nq), rows_of<T>(in, 1, nv),
+                                         rows_of<T>(in, 2, nv), a, outcomes, used);
+      });
 }
 
 nb::object Robot::newton_euler(const Inputs& in, nb::handle out, bool status, int threads, int qd,
@@ -226,20 +243,28 @@ nb::object Robot::mass_matrix(nb::handle q, nb::handle out, bool status, int thr
   need("mass_matrix", Want::mass);
   const Inputs in("mass_matrix", {{"q", q, model_.nq}});
   const npy_intp size = npy_intp(asked_) * asked_;
-  return each(in, threads, status, in.result(out, {asked_, asked_}), size,
-              [&]<class T>(Dynamics<T>& dynamics, int i, T* M) {
-                dynamics.mass(vector<T>(in, 0, i, model_.nq), {M, asked_, asked_});
-                return outcome_of(M, size);
-              });
+  return rows(
+      in, threads, status, in.result(out, {asked_, asked_}), size,
+      [&]<class T>(Dynamics<T>& dynamics, T* M) {
+        dynamics.mass(vector<T>(in, 0, 0, model_.nq), {M, asked_, asked_});
+        return outcome_of(M, size);
+      },
+      [&]<class T>(Dynamics<T>& dynamics, RowsView<T> M, std::span<Outcome> outcomes, int used) {
+        return dynamics.mass(rows_of<T>(in, 0, model_.nq), M, outcomes, used);
+      });
 }
 
 nb::object Robot::inverse_mass_matrix(nb::handle q, nb::handle out, bool status, int threads) {
   need("inverse_mass_matrix", Want::inverse);
   const Inputs in("inverse_mass_matrix", {{"q", q, model_.nq}});
-  return each(in, threads, status, in.result(out, {asked_, asked_}), npy_intp(asked_) * asked_,
-              [&]<class T>(Dynamics<T>& dynamics, int i, T* X) {
-                return dynamics.inverse_mass(vector<T>(in, 0, i, model_.nq), {X, asked_, asked_});
-              });
+  return rows(
+      in, threads, status, in.result(out, {asked_, asked_}), npy_intp(asked_) * asked_,
+      [&]<class T>(Dynamics<T>& dynamics, T* X) {
+        return dynamics.inverse_mass(vector<T>(in, 0, 0, model_.nq), {X, asked_, asked_});
+      },
+      [&]<class T>(Dynamics<T>& dynamics, RowsView<T> X, std::span<Outcome> outcomes, int used) {
+        return dynamics.inverse_mass(rows_of<T>(in, 0, model_.nq), X, outcomes, used);
+      });
 }
 
 nb::object Robot::diagonal(nb::handle q, nb::handle out, bool status, int threads) {
@@ -272,14 +297,18 @@ nb::object Robot::operational(nb::handle q, nb::handle out, bool status, int thr
 nb::object Robot::solve(nb::handle q, nb::handle tau, nb::handle out, bool status, int threads) {
   need("solve", Want::solve);
   const Inputs in("solve", {{"q", q, model_.nq}, {"tau", tau, asked_}});
-  return each(in, threads, status, in.result(out, {asked_}), asked_,
-              [&]<class T>(Dynamics<T>& dynamics, int i, T* x) {
-                const Outcome outcome = dynamics.factor(vector<T>(in, 0, i, model_.nq));
-                if (!outcome) return outcome;
-                return dynamics.solve(
-                    MatrixView<const T>(in.data<T>(1) + std::ptrdiff_t(i) * asked_, asked_, 1),
-                    MatrixView<T>(x, asked_, 1));
-              });
+  return rows(
+      in, threads, status, in.result(out, {asked_}), asked_,
+      [&]<class T>(Dynamics<T>& dynamics, T* x) {
+        const Outcome outcome = dynamics.factor(vector<T>(in, 0, 0, model_.nq));
+        if (!outcome) return outcome;
+        return dynamics.solve(MatrixView<const T>(in.data<T>(1), asked_, 1),
+                              MatrixView<T>(x, asked_, 1));
+      },
+      [&]<class T>(Dynamics<T>& dynamics, RowsView<T> x, std::span<Outcome> outcomes, int used) {
+        return dynamics.solve(rows_of<T>(in, 0, model_.nq), rows_of<T>(in, 1, asked_), x, outcomes,
+                              used);
+      });
 }
 
 nb::object Robot::derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,

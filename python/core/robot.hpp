@@ -71,6 +71,11 @@ class Robot {
   template <class F>
   nb::object each(const Inputs& inputs, int threads, bool status, const nb::object& result,
                   npy_intp width, const F& f);
+  // one(dynamics, result) -> Outcome of one state, or of many all(dynamics, result, outcomes, threads)
+  // -> how many failed; each has `width` numbers.
+  template <class One, class All>
+  nb::object rows(const Inputs& inputs, int threads, bool status, const nb::object& result,
+                  npy_intp width, const One& one, const All& all);
   // tau of rows or of one state; qd, qdd: inputs, -1: zero.
   nb::object newton_euler(const Inputs& inputs, nb::handle out, bool status, int threads, int qd,
                           int qdd);

@@ -5,19 +5,21 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
+from conftest import relative
 
 import kalmarm
 
-CALLS = {  # arguments, and the shape of the result, of a robot with n DoF
-    "forward_dynamics": (3, lambda n: (n,)),
-    "inverse_dynamics": (3, lambda n: (n,)),
-    "bias": (2, lambda n: (n,)),
-    "gravity": (1, lambda n: (n,)),
-    "mass_matrix": (1, lambda n: (n, n)),
-    "inverse_mass_matrix": (1, lambda n: (n, n)),
-    "diagonal": (1, lambda n: (n,)),
-    "log_det": (1, lambda n: ()),
-    "forward_dynamics_derivatives": (3, None),
+CALLS = {  # which of q, qd and tau, and the shape of the result, of a robot with n DoF
+    "forward_dynamics": ((0, 1, 2), lambda n: (n,)),
+    "inverse_dynamics": ((0, 1, 2), lambda n: (n,)),
+    "bias": ((0, 1), lambda n: (n,)),
+    "gravity": ((0,), lambda n: (n,)),
+    "mass_matrix": ((0,), lambda n: (n, n)),
+    "inverse_mass_matrix": ((0,), lambda n: (n, n)),
+    "solve": ((0, 2), lambda n: (n,)),
+    "diagonal": ((0,), lambda n: (n,)),
+    "log_det": ((0,), lambda n: ()),
+    "forward_dynamics_derivatives": ((0, 1, 2), None),
 }
 
 
@@ -27,7 +29,8 @@ def call(request):
 
 
 def arguments(robot, call, count=None, dtype=np.float64, seed=0):
-    return robot.random_state(seed, count, dtype=dtype)[: CALLS[call][0]]
+    state = robot.random_state(seed, count, dtype=dtype)
+    return tuple(state[i] for i in CALLS[call][0])
 
 
 def flat(result) -> np.ndarray:
@@ -268,6 +271,33 @@ def test_a_singular_robot_raises_with_the_joint():
     assert np.all(np.isnan(x))
     assert outcome["status"] == kalmarm.Status.SINGULAR
     assert outcome["joint"] == 1
+
+
+def test_of_many_a_singular_row_fails_alone():
+    """A wrist whose outer axes are parallel at q = 0."""
+    builder = kalmarm.Builder("wrist")
+    builder.add_body("base", joint="hinge", axis=(0, 1, 0), mass=1, inertia=(1, 1, 1))
+    builder.add_body("roll", parent="base", joint="hinge", axis=(0, 0, 1))
+    builder.add_body("pitch", parent="roll", joint="hinge", axis=(1, 0, 0))
+    builder.add_body(
+        "tip", parent="pitch", joint="hinge", axis=(0, 0, 1), mass=1, inertia=(1, 2, 2)
+    )
+    robot = builder.build()
+    q = np.random.default_rng(0).uniform(0.5, 1, (19, 4))
+    q[7] = 0
+    tau = np.ones_like(q)
+    regular = np.arange(19) != 7
+    for one in (q, q.astype(np.float32)):
+        for given in ((robot.inverse_mass_matrix, one), (robot.solve, one, tau.astype(one.dtype))):
+            result, outcomes = given[0](*given[1:], status=True)
+            assert outcomes["status"][7] == kalmarm.Status.SINGULAR
+            assert np.all(np.isnan(result[7]))
+            assert np.all(outcomes["status"][regular] == kalmarm.Status.OK)
+        M, outcomes = robot.mass_matrix(one, status=True)
+        assert np.all(outcomes["status"] == kalmarm.Status.OK)
+        x = robot.solve(one, tau.astype(one.dtype))[regular]
+        back = np.einsum("nij,nj->ni", M[regular], x)
+        assert relative(back, tau[regular]) < 1e4 * np.finfo(one.dtype).eps
 
 
 def test_no_call_leaves_python_warnings(iiwa):

@@ -1,4 +1,4 @@
-"""Forward dynamics of the fast path: one state and batches, against the plain variant."""
+"""The fast path: one state and batches, forward dynamics against the plain variant."""
 
 from charts.text import task_rank, task_text, time_text
 from page.section import Section, Table
@@ -21,6 +21,8 @@ def section(data: Data) -> Section | None:
         for task in tasks:
             time = times.get((scene, variant, precision, task))
             row += ["refused" if time and time.refused else time_text(time and time.nanoseconds)]
+            if not _is_acceleration(task):
+                continue
             known = time and time.nanoseconds and plain and plain.nanoseconds
             row += [f"{plain.nanoseconds / time.nanoseconds:.1f}" if known else "–"]
         rows.append(row)
@@ -33,12 +35,20 @@ def section(data: Data) -> Section | None:
                 f"faster than one state of {PLAIN} in the same precision. Refused: the result "
                 "was wrong or singular.",
                 ["Scene:N", "Variant", "Precision"]
-                + [cell for task in tasks for cell in (task_text(task), "Speed-up")],
+                + [
+                    cell
+                    for task in tasks
+                    for cell in [task_text(task), *["Speed-up"] * _is_acceleration(task)]
+                ],
                 rows,
-                "lll" + "rr" * len(tasks),
+                "lll" + "".join("rr" if _is_acceleration(task) else "r" for task in tasks),
             )
         ],
     )
+
+
+def _is_acceleration(task: str) -> bool:
+    return task.startswith(ONE_STATE)
 
 
 def _plain_first(key: tuple[str, str, str]) -> tuple:

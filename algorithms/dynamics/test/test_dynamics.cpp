@@ -149,6 +149,7 @@ TYPED_TEST(Doors, FactorsAreKeptWhateverElseIsAsked) {
       MatrixX<T> X(nv, nv), J(18, 18);
       T number;
       std::vector<Outcome> outcomes(1);
+      std::vector<T> matrix(X.size());
       const VectorX<T> nowhere = poisoned<T>(robot.nq());
       ASSERT_TRUE(robot.factor(here.q));
       EXPECT_TRUE(robot.solve(here.tau, right));
@@ -158,6 +159,9 @@ TYPED_TEST(Doors, FactorsAreKeptWhateverElseIsAsked) {
                  [&] { (void)robot.forward_dynamics(q, there.qd, there.tau, y, outcomes); },
                  [&] { robot.inverse_dynamics(q, there.qd, there.tau, y); },
                  [&] { robot.mass(q, X); }, [&] { (void)robot.inverse_mass(q, X); },
+                 [&] { (void)robot.mass(q, matrix, outcomes); },
+                 [&] { (void)robot.inverse_mass(q, matrix, outcomes); },
+                 [&] { (void)robot.solve(q, there.tau, y, outcomes); },
                  [&] { (void)robot.derivatives(q, there.qd, there.tau, {}, y); },
                  [&] { (void)robot.diagonal(q, y); }, [&] { (void)robot.log_det(q, number); },
                  [&] { (void)robot.operational(q, J); }}) {
@@ -406,6 +410,10 @@ TYPED_TEST(Doors, ARobotWithoutJointsHasEmptyAnswers) {
   EXPECT_TRUE(robot.inverse_mass(none, X));
   EXPECT_TRUE(robot.factor(none));
   EXPECT_TRUE(robot.solve(none, none));
+  std::vector<Outcome> outcomes(2);
+  EXPECT_EQ(robot.mass(none, none, outcomes), 0);
+  EXPECT_EQ(robot.inverse_mass(none, none, outcomes), 0);
+  EXPECT_EQ(robot.solve(none, none, none, outcomes), 0);
   EXPECT_TRUE(robot.diagonal(none, none));
   EXPECT_TRUE(robot.log_det(none, log_det));
   EXPECT_EQ(log_det, T(0));

@@ -22,8 +22,7 @@ class CertifiedEngine final : public CommonEngine<S> {
   CertifiedEngine(const RobotModel& robot, const EngineOptions& options)
       : CommonEngine<S>(robot, options), models_(this->lowered(), this->model()) {
     const auto wants = [&](Want want) { return options.wants(want); };
-    rows_wanted_ = wants(Want::acceleration);
-    if (rows_wanted_ || wants(Want::derivatives)) one_.emplace(models_);
+    if (wants(Want::acceleration) || wants(Want::derivatives)) one_.emplace(models_);
     if (options.wants_factors()) factors_.emplace(models_, options);
   }
 
@@ -31,9 +30,9 @@ class CertifiedEngine final : public CommonEngine<S> {
     return one_->acceleration(models_, q, qd, tau, a);
   }
 
-  void reserve_workers(int count) override {
-    CommonEngine<S>::reserve_workers(count);
-    while (rows_wanted_ && static_cast<int>(workers_.size()) < count)
+  void reserve_workers(Want what, int count) override {
+    CommonEngine<S>::reserve_workers(what, count);
+    while (what == Want::acceleration && static_cast<int>(workers_.size()) < count)
       workers_.emplace_back(models_);
   }
 
@@ -90,7 +89,6 @@ class CertifiedEngine final : public CommonEngine<S> {
   };
 
   CertifiedModels<S> models_;
-  bool rows_wanted_ = false;
   std::optional<CertifiedAcceleration<S>> one_;
   std::optional<CertifiedFactorsOf<S>> factors_;
   std::vector<Worker> workers_;

@@ -67,14 +67,15 @@ class CommonEngine : public Engine<S> {
 
   bool answers_in_part() const final { return true; }
 
-  void reserve_workers(int count) override {
-    while (inverse_dynamics_ && static_cast<int>(workers_.size()) < count)
-      workers_.emplace_back(lowered_);
+  void reserve_workers(Want what, int count) override {
+    if (what == Want::inverse_dynamics) reserve(torques_, count);
+    if (what == Want::mass && MatrixBlock<StateLanes<S>>::takes(lowered_.nv()))
+      reserve(masses_, count);
   }
 
   void inverse_dynamics(int worker, int count, const S* q, const S* qd, const S* qdd,
                         S* tau) final {
-    Worker& w = workers_[worker];
+    Torques& w = torques_[worker];
     w.rows.for_each(lowered_, count, q, qd, qdd, tau, [&](int, int, const auto& store) {
       fast_inverse_dynamics(lowered_, w.rows.q.data(), w.rows.qd.data(), w.rows.tau_or_qdd.data(),
                             w.workspace, w.rows.out.data());
@@ -88,7 +89,30 @@ class CommonEngine : public Engine<S> {
 
   void mass(const S* q, S* M) final { mass_->fill(lowered_, q, M); }
 
+  void mass(int worker, int count, const S* q, S* M, char* left_over) final {
+    if (masses_.empty()) return Engine<S>::mass(worker, count, q, M, left_over);
+    const std::ptrdiff_t nq = lowered_.nq(), size = std::ptrdiff_t(lowered_.nv()) * lowered_.nv();
+    for_each_lanes(count, [&](int first, int states) {
+      const auto check =
+          masses_[worker].fill(lowered_, q + first * nq, states, count - first, M + first * size);
+      for (int i = 0; i < states; ++i) left_over[first + i] = check[i] != S(0);
+    });
+  }
+
  protected:
+  // f(first, states) of rows that are taken lanes at a time.
+  template <class F>
+  static void for_each_lanes(int count, const F& f) {
+    constexpr int lanes = RowBlock<S>::lanes;
+    for (int first = 0; first < count; first += lanes) f(first, std::min(lanes, count - first));
+  }
+
+  // Memory of so many workers.
+  template <class Worker>
+  void reserve(std::vector<Worker>& workers, int count) const {
+    while (static_cast<int>(workers.size()) < count) workers.emplace_back(lowered_);
+  }
+
   // Whether the results are finite stands in terms().
   void set_derivatives(const S* q, const S* qd, const S* tau, S* da_dq, S* da_dqd, S* da_dtau,
                        S* a) {
@@ -105,11 +129,11 @@ class CommonEngine : public Engine<S> {
   const LoweredModel<S>& lowered() const { return lowered_; }
 
  private:
-  struct Worker {
+  struct Torques {
     InverseDynamicsWorkspace<StateLanes<S>> workspace;
     RowBlock<S> rows;
 
-    explicit Worker(const LoweredModel<S>& model) : workspace(model), rows(model) {}
+    explicit Torques(const LoweredModel<S>& model) : workspace(model), rows(model) {}
   };
 
   Model<S> model_;
@@ -118,7 +142,9 @@ class CommonEngine : public Engine<S> {
   std::optional<InverseDynamicsWorkspace<S>> inverse_dynamics_;
   std::optional<DerivativeWorkspace<S>> derivatives_;
   std::optional<RoundingBound<S>> bound_;  // for derivatives, of robots that can lose a D
-  std::vector<Worker> workers_;
+  // Of rows, for every worker:
+  std::vector<Torques> torques_;
+  std::vector<MassOfRows<StateLanes<S>>> masses_;
 };
 
 }  // namespace kalmarm

@@ -49,8 +49,10 @@ class Engine {
     return of_D ? worse(of_a, worse(of_D, solve(m, B, X))) : of_D;
   }
 
-  // Rows: returns how many failed. Workers, numbered from 0, may be called at the same time.
-  virtual void reserve_workers(int count) = 0;
+  // Memory for rows of `what`, which is wanted, by so many workers: numbered from 0, they may be called
+  // at the same time.
+  virtual void reserve_workers(Want what, int count) = 0;
+  // Rows: returns how many failed.
   virtual int forward_dynamics(int worker, int count, const T* q, const T* qd, const T* tau, T* a,
                                Outcome* outcomes) = 0;
   // The same B for every row, X: m columns a row. left_over[i]: of row i one state is to be asked.
@@ -61,6 +63,19 @@ class Engine {
   }
   virtual void inverse_dynamics(int worker, int count, const T* q, const T* qd, const T* qdd,
                                 T* tau) = 0;
+
+  // Rows of M, M^-1 and M^-1 tau; left_over[i]: of row i one state is to be asked. The others are as
+  // right as what one state gets without a second look. tau and x do not overlap.
+  virtual void mass(int /*worker*/, int count, const T* /*q*/, T* /*M*/, char* left_over) {
+    std::fill_n(left_over, count, char(1));
+  }
+  virtual void inverse(int /*worker*/, int count, const T* /*q*/, T* /*X*/, char* left_over) {
+    std::fill_n(left_over, count, char(1));
+  }
+  virtual void solve(int /*worker*/, int count, const T* /*q*/, const T* /*tau*/, T* /*x*/,
+                     char* left_over) {
+    std::fill_n(left_over, count, char(1));
+  }
 
   virtual void inverse_dynamics(const T* q, const T* qd, const T* qdd, T* tau) = 0;
   virtual void mass(const T* q, T* M) = 0;

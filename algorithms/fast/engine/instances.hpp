@@ -10,11 +10,13 @@
 #include "algorithms/fast/derivatives/derivatives.hpp"
 #include "algorithms/fast/factors/diagonal.hpp"
 #include "algorithms/fast/factors/inverse.hpp"
+#include "algorithms/fast/factors/inverse_of_rows.hpp"
 #include "algorithms/fast/factors/lambda.hpp"
 #include "algorithms/fast/factors/selected.hpp"
 #include "algorithms/fast/factors/solve.hpp"
 #include "algorithms/fast/rigid/inverse_dynamics.hpp"
 #include "algorithms/fast/rigid/mass.hpp"
+#include "algorithms/fast/rigid/mass_of_rows.hpp"
 #include "algorithms/fast/square_root/square_root.hpp"
 
 namespace kalmarm {
@@ -64,6 +66,14 @@ using StateLanes = Pack<S, padding<S>>;
 
 #define KALMARM_MASS_INSTANCES(KIND, S) KIND template class FastMass<S>;
 
+// Of one state in every lane of P: M, M^-1 and solves.
+#define KALMARM_ROW_INSTANCES(KIND, S, P)                                                       \
+  KIND template void covariance_factor(const LoweredModel<S>&, const P*, FastFactors<P>&);      \
+  KIND template class InverseOfRows<P>;                                                         \
+  KIND template SolveSums<P> RowSolver<P>::solve(const LoweredModel<S>&, const FastFactors<P>&, \
+                                                 const std::vector<P>&);                        \
+  KIND template class MassOfRows<P>;
+
 #define KALMARM_DERIVATIVE_INSTANCES(KIND, S)                                               \
   KIND template struct DerivativeWorkspace<S>;                                              \
   KIND template DerivativeWorkspace<S>::DerivativeWorkspace(const LoweredModel<S>&);        \
@@ -81,6 +91,7 @@ using StateLanes = Pack<S, padding<S>>;
   KALMARM_RIGID_INSTANCES(extern, S, S)                   \
   KALMARM_RIGID_INSTANCES(extern, S, StateLanes<S>)       \
   KALMARM_MASS_INSTANCES(extern, S)                       \
+  KALMARM_ROW_INSTANCES(extern, S, StateLanes<S>)         \
   KALMARM_DERIVATIVE_INSTANCES(extern, S)
 
 KALMARM_INSTANCES(float)

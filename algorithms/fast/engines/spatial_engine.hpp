@@ -16,11 +16,9 @@ template <class S, class F>
 class SpatialEngine final : public CommonEngine<S> {
  public:
   SpatialEngine(const RobotModel& robot, const EngineOptions& options)
-      : CommonEngine<S>(robot, options),
-        robot_(robot),
-        rows_wanted_(options.wants(Want::acceleration)) {
+      : CommonEngine<S>(robot, options), robot_(robot) {
     const auto wants = [&](Want want) { return options.wants(want); };
-    if (rows_wanted_ || options.wants_factors() || wants(Want::derivatives))
+    if (wants(Want::acceleration) || options.wants_factors() || wants(Want::derivatives))
       guard_.emplace(robot, lowered(), options);
     if (wants(Want::acceleration)) one_.emplace(lowered());
     if (options.wants_factors()) {
@@ -41,12 +39,17 @@ class SpatialEngine final : public CommonEngine<S> {
     return guard_->certified().acceleration(q, qd, tau, a);
   }
 
-  void reserve_workers(int count) override {
-    CommonEngine<S>::reserve_workers(count);
+  void reserve_workers(Want what, int count) override {
+    CommonEngine<S>::reserve_workers(what, count);
     EngineOptions rows;
     rows.want = {Want::acceleration};
-    while (rows_wanted_ && static_cast<int>(workers_.size()) < count)
+    while (what == Want::acceleration && static_cast<int>(workers_.size()) < count)
       workers_.emplace_back(lowered(), Guard<S, F>(robot_, lowered(), rows), solver_.has_value());
+    if constexpr (F::form == Form::conventional) {
+      if (what == Want::inverse && MatrixBlock<StateLanes<S>>::takes(lowered().nv()))
+        this->reserve(inverses_, count);
+      if (what == Want::solve) this->reserve(solves_, count);
+    }
   }
 
   int forward_dynamics(int worker, int count, const S* q, const S* qd, const S* tau, S* a,
@@ -115,6 +118,37 @@ class SpatialEngine final : public CommonEngine<S> {
     return may_be_wrong(q, check) ? guard_->certified().inverse(q, X) : Outcome{};
   }
 
+  void inverse(int worker, int count, const S* q, S* X, char* left_over) override {
+    if (inverses_.empty()) return Engine<S>::inverse(worker, count, q, X, left_over);
+    const std::ptrdiff_t nq = lowered().nq(),
+                         size = std::ptrdiff_t(lowered().nv()) * lowered().nv();
+    auto& rows = inverses_[worker];
+    this->for_each_lanes(count, [&](int first, int states) {
+      const auto check =
+          rows.fill(lowered(), q + first * nq, states, count - first, X + first * size);
+      for (int i = 0; i < states; ++i)
+        left_over[first + i] = !(check[i] == S(0) && rows.factors().margin[i] > S(0));
+    });
+  }
+
+  void solve(int worker, int count, const S* q, const S* tau, S* x, char* left_over) override {
+    if (solves_.empty()) return Engine<S>::solve(worker, count, q, tau, x, left_over);
+    const std::ptrdiff_t nq = lowered().nq(), nv = lowered().nv();
+    Solves& w = solves_[worker];
+    this->for_each_lanes(count, [&](int first, int states) {
+      const int left = count - first;
+      to_lanes(q + first * nq, static_cast<int>(nq), states, left, w.q);
+      to_lanes(tau + first * nv, static_cast<int>(nv), states, left, w.columns.x());
+      covariance_factor(lowered(), w.q.data(), w.factors);
+      const auto sums = w.columns.solve(lowered(), w.factors, w.columns.x());
+      from_lanes(w.columns.x(), static_cast<int>(nv), states, x + first * nv);
+      for (int i = 0; i < states; ++i)
+        left_over[first + i] =
+            !(w.factors.margin[i] > S(0) &&
+              guard_->believed({sums.noise[i], sums.energy[i], sums.squares[i]}));
+    });
+  }
+
   Outcome factor(const S* q) override {
     set_factors(q);
     S check = S(0);
@@ -180,6 +214,14 @@ class SpatialEngine final : public CommonEngine<S> {
     }
   };
 
+  struct Solves {
+    std::vector<StateLanes<S>> q;
+    FastFactors<StateLanes<S>> factors;
+    RowSolver<StateLanes<S>> columns;
+
+    explicit Solves(const LoweredModel<S>& model) : q(model.nq()), factors(model), columns(model) {}
+  };
+
   // A block of rows in lanes after the other: f(first, states, what is believed of them), whose a is
   // stored.
   template <class Use>
@@ -223,10 +265,12 @@ class SpatialEngine final : public CommonEngine<S> {
   }
 
   RobotModel robot_;
-  bool rows_wanted_;
   std::optional<Guard<S, F>> guard_;
   std::optional<typename F::template Workspace<S>> one_;
+  // Of rows, for every worker:
   std::vector<Worker> workers_;
+  std::vector<InverseOfRows<StateLanes<S>>> inverses_;
+  std::vector<Solves> solves_;
   std::optional<typename F::template Factoring<S>> factoring_;
   std::optional<FastFactors<S>> factors_;
   std::optional<InverseColumns<S>> inverse_;

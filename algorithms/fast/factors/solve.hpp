@@ -112,7 +112,8 @@ class FactorSolver {
   std::vector<Sixfold<S>> z_;
 };
 
-// Columns of M^-1 of one state in every lane of P, by what a sweep of forward dynamics has left.
+// M^-1 tau of one state in every lane of P, by its factors or by what a sweep of forward dynamics has
+// left.
 template <class P>
 class RowSolver {
   using S = typename Lanes<P>::Scalar;
@@ -121,8 +122,18 @@ class RowSolver {
   explicit RowSolver(const LoweredModel<S>& model)
       : ws_(model), path_(model.nv()), x_(model.nv()) {}
 
-  // x() = M^-1 b, the same b (nv) for every lane. About 127 nv flops a lane, less where b is zero
-  // outboard.
+  // x() = M^-1 tau (nv), one tau in every lane; tau may be x(). About 127 nv flops a lane. Factors: as
+  // in columns.hpp.
+  template <class Factors>
+  SolveSums<P> solve(const LoweredModel<S>& model, const Factors& factors,
+                     const std::vector<P>& tau) {
+    std::fill(path_.begin(), path_.end(), char(1));
+    return detail::solve(
+        model, factors, path_.data(), [&](int k) { return tau[k]; }, ws_,
+        [&](int k, const P& x) { x_[k] = x; });
+  }
+
+  // The same of one b (nv) for all lanes; less where b is zero outboard.
   template <class Factors>
   SolveSums<P> solve(const LoweredModel<S>& model, const Factors& factors, const S* b) {
     for (int k = model.nv() - 1; k >= 0; --k) path_[k] = b[k] != S(0);
@@ -134,6 +145,7 @@ class RowSolver {
   }
 
   const std::vector<P>& x() const { return x_; }
+  std::vector<P>& x() { return x_; }
 
  private:
   ColumnsWorkspace<P> ws_;

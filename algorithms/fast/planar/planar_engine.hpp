@@ -48,9 +48,9 @@ class PlanarEngine final : public CommonEngine<T> {
     return out ? guard_->certified().acceleration(q, qd, tau, a) : out;
   }
 
-  void reserve_workers(int count) override {
-    CommonEngine<T>::reserve_workers(count);
-    while (static_cast<int>(workers_.size()) < count - 1)
+  void reserve_workers(Want what, int count) override {
+    CommonEngine<T>::reserve_workers(what, count);
+    while (what == Want::acceleration && static_cast<int>(workers_.size()) < count - 1)
       workers_.push_back(std::make_unique<PlanarEngine>(robot_, rows_, plane_));
   }
 

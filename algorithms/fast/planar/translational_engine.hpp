@@ -27,11 +27,11 @@ class TranslationalEngine final : public CommonEngine<T> {
     return acceleration(own_, q, qd, tau, a);
   }
 
-  void reserve_workers(int count) override {
-    CommonEngine<T>::reserve_workers(count);
+  void reserve_workers(Want what, int count) override {
+    CommonEngine<T>::reserve_workers(what, count);
     EngineOptions rows;
     rows.want = {Want::acceleration};
-    while (static_cast<int>(workers_.size()) < count) {
+    while (what == Want::acceleration && static_cast<int>(workers_.size()) < count) {
       Worker& worker = workers_.emplace_back(own_.factors);
       worker.guard.emplace(robot_, this->lowered(), rows);
     }

@@ -29,10 +29,12 @@ KALMARM_INLINE T add_force(const LoweredModel<S>& model, const CompositeForces<U
   return z.z + rotor;
 }
 
-// M(k, first + lane) of the links up to `last`.
-template <class T, class S, class U>
+// M(k,j) of the links up to `last`, one column j from first to last in every lane of T, or in several:
+// own(i) is 1 in those of column first + i, else 0.
+template <class T, class S, class U, class Own>
 void sweep_composite_forces(const LoweredModel<S>& model, const CompositeForces<U>& composite,
-                            int first, int last, const char* path, ColumnsWorkspace<T>& ws) {
+                            int first, int last, const char* path, const Own& own,
+                            ColumnsWorkspace<T>& ws) {
   for (auto& branch : ws.branches) set_zero(branch.z);
   Sixfold<T> z;
   set_zero(z);
@@ -47,7 +49,10 @@ void sweep_composite_forces(const LoweredModel<S>& model, const CompositeForces<
     const auto& at = composite.links[k];
     if (!carried) set_zero(z);
     if (link.branch >= 0) add(z, ws.branches[link.branch].z);
-    ws.e[k] = add_force(model, composite, k, Unit<T>::lane(k - first), z);
+    if (k >= first)
+      ws.e[k] = add_force(model, composite, k, T(own(k - first)), z);
+    else
+      ws.e[k] = link.slides ? z.w : z.z;
     carried = link.hangs_on_previous;
     if (link.parent < 0) continue;
     force_to_parent(model, link, composite, at.d, z);
@@ -137,7 +142,8 @@ template <class T>
 void FastMass<S>::columns(const LoweredModel<S>& model, int first, int count, const char* path,
                           ColumnsWorkspace<T>& ws, S* M) {
   const int last = first + count - 1;
-  detail::sweep_composite_forces(model, composite_, first, last, path, ws);
+  detail::sweep_composite_forces(
+      model, composite_, first, last, path, [](int i) { return detail::Unit<T>::lane(i); }, ws);
   for (int k = 0; k <= last; ++k) store_rows(ws.e[k], first, k, model.nv(), M);
 }
 

@@ -128,7 +128,8 @@ TEST(Equations, OfFactorsAndCompositesHold) {
     CompositeForces<Mp> composite(at.lowered);
     composite_forces(at.lowered, at.state.q.data(), composite);
     for (int j = 0; j < nv; ++j) {
-      detail::sweep_composite_forces(at.lowered, composite, j, j, all.data(), ws);
+      detail::sweep_composite_forces(
+          at.lowered, composite, j, j, all.data(), [](int) { return Mp(1); }, ws);
       for (int k = 0; k <= j; ++k)
         EXPECT_LE(Mp(abs(ws.e[k] - M(k, j)) / sqrt(Mp(M(k, k) * M(j, j)))), 1e-40) << k << ' ' << j;
     }

@@ -144,6 +144,19 @@ TYPED_TEST(PacksOfRegisters, ArithmeticIsThatOfEachLane) {
   }
 }
 
+// A pack of half the width stands for either half.
+TYPED_TEST(Packs, OfTwiceTheWidthTakeANumberOfEveryLaneTwice) {
+  using T = TypeParam;
+  const auto one = numbered<PackOf<T, 1>>();
+  const auto two = numbered<PackOf<T, 2>>(3);
+  constexpr int n = Lanes<PackOf<T, 1>>::count;
+  for (int i = 0; i < 2 * n; ++i) {
+    EXPECT_EQ((one * two)[i], one[i % n] * two[i]);
+    EXPECT_EQ((two - one)[i], two[i] - one[i % n]);
+    EXPECT_EQ((PackOf<T, 2>(one))[i], one[i % n]);
+  }
+}
+
 TYPED_TEST(PacksOfRegisters, SineAndCosineAreThoseOfOneRegister) {
   using T = typename Lanes<TypeParam>::Scalar;
   using Register = WidePack<T>;

@@ -167,11 +167,31 @@ class KALMARM_EXPORT Dynamics {
     mass(q.data(), M.data());
   }
 
+  // Rows of states, M (asked x asked) of each in a row of `M`, one outcome each, on `threads` cores.
+  // Returns how many are not finite.
+  [[nodiscard]] int mass(RowsView<const T> q, RowsView<T> M, std::span<Outcome> outcomes,
+                         int threads = 1) {
+    const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
+    check("mass", "q", count, q, nq_);
+    check("mass", "M", count, M, std::ptrdiff_t(asked_) * asked_);
+    return mass(static_cast<int>(count), q.data(), M.data(), outcomes.data(), threads);
+  }
+
   // M^-1 (asked x asked), both triangles, symmetric to the last bit. 195 n + 44 n^2.
   Outcome inverse_mass(VectorView<const T> q, MatrixView<T> X) {
     check("inverse_mass", "q", q.size(), nq_);
     check("inverse_mass", "X", X, asked_);
     return inverse_mass(q.data(), X.data());
+  }
+
+  // Rows of states, M^-1 (asked x asked) of each in a row of X, one outcome each, on `threads` cores.
+  // Returns how many failed, whose rows are not to be used.
+  [[nodiscard]] int inverse_mass(RowsView<const T> q, RowsView<T> X, std::span<Outcome> outcomes,
+                                 int threads = 1) {
+    const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
+    check("inverse_mass", "q", count, q, nq_);
+    check("inverse_mass", "X", count, X, std::ptrdiff_t(asked_) * asked_);
+    return inverse_mass(static_cast<int>(count), q.data(), X.data(), outcomes.data(), threads);
   }
 
   // Factors of M at q, which are kept for any number of solves. 195 n.
@@ -188,6 +208,19 @@ class KALMARM_EXPORT Dynamics {
   // NaN. Before any: std::logic_error. 127 n m.
   Outcome solve(MatrixView<const T> tau, MatrixView<T> x) {
     return solve(checked_columns("solve", "tau", tau, "x", x), tau.data(), x.data());
+  }
+
+  // x = M^-1 tau (asked each) of rows of states, each at its own q, one outcome each, on `threads`
+  // cores; tau and x do not overlap. Returns how many failed, whose rows are not to be used. Factors
+  // that were kept are made again when they are asked for. 322 n.
+  [[nodiscard]] int solve(RowsView<const T> q, RowsView<const T> tau, RowsView<T> x,
+                          std::span<Outcome> outcomes, int threads = 1) {
+    const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
+    check("solve", "q", count, q, nq_);
+    check("solve", "tau", count, tau, asked_);
+    check("solve", "x", count, x, asked_);
+    refuse_overlap("solve", "tau", tau.data(), tau.size(), "x", x.data(), x.size());
+    return solve(static_cast<int>(count), q.data(), tau.data(), x.data(), outcomes.data(), threads);
   }
 
   // Derivatives of forward dynamics, and a itself (asked). Outcome::error is NaN. 1300 n + 60 n^2.
@@ -240,17 +273,20 @@ class KALMARM_EXPORT Dynamics {
   void check(const char* call, std::ptrdiff_t count, const RowsView<const T>& q,
              const RowsView<const T>& qd, const char* name, const RowsView<const T>& tau_or_qdd,
              const RowsView<T>& result, int needed) const {
-    const auto fit = [&](const char* what, const auto& rows, int width) {
-      if (!rows.fits(count, width)) refuse(call, what, rows.shape(), detail::shape(count, width));
-    };
-    fit("q", q, nq_);
-    fit("qd", qd, nv_);
-    fit(name, tau_or_qdd, nv_);
-    fit("the result", result, needed);
+    check(call, "q", count, q, nq_);
+    check(call, "qd", count, qd, nv_);
+    check(call, name, count, tau_or_qdd, nv_);
+    check(call, "the result", count, RowsView<const T>(result), needed);
+  }
+  static void check(const char* call, const char* what, std::ptrdiff_t count,
+                    const RowsView<const T>& rows, std::ptrdiff_t width) {
+    if (!rows.fits(count, width)) refuse(call, what, rows.shape(), detail::shape(count, width));
   }
   // m of B (asked x m); X has as many columns for each of the rows.
   int checked_columns(const char* call, const char* name, const MatrixView<const T>& B,
                       const char* result, const MatrixView<T>& X, std::ptrdiff_t rows = 1) const;
+  static void refuse_overlap(const char* call, const char* name, const T* B, std::ptrdiff_t of_B,
+                             const char* result, const T* X, std::ptrdiff_t of_X);
   void check_derivatives(const Derivatives<T>& out) const;
 
   Execution<T>& execution() const;  // throws std::logic_error where it was moved away
@@ -265,6 +301,9 @@ class KALMARM_EXPORT Dynamics {
   void inverse_dynamics(int count, const T* q, const T* qd, const T* qdd, T* tau, int threads);
   void mass(const T* q, T* M);
   Outcome inverse_mass(const T* q, T* X);
+  int mass(int count, const T* q, T* M, Outcome* outcomes, int threads);
+  int inverse_mass(int count, const T* q, T* X, Outcome* outcomes, int threads);
+  int solve(int count, const T* q, const T* tau, T* x, Outcome* outcomes, int threads);
   Outcome factor(const T* q);
   Outcome solve(int columns, const T* taus, T* X);
   Outcome derivatives(const T* q, const T* qd, const T* tau, const Derivatives<T>& out, T* a);
