@@ -4,8 +4,9 @@
 // Every hinge and slide has a spring of 1e5 N m/rad and a damper of 10 N m s/rad, and h is 2 ms;
 // --damp-all: the DoF of ball and free joints have dampers too.
 // Names are task/variant/scene/precision; tasks: acceleration and acceleration_batch (no terms), step and
-// step_batch, coupled and coupled_batch (with rows, --rows of them, each a spring and a damper between two
-// joints), mj_step, and mj_forward, which is what mj_step does before it integrates. Everything is
+// step_batch, gains_batch (every state with dampers and springs of its own, which are the step's),
+// coupled and coupled_batch (with rows, --rows of them, each a spring and a damper between two joints),
+// mj_step, and mj_forward, which is what mj_step does before it integrates. Everything is
 // verified before it is timed: M^ a against M a0 - B v - K (q + h v) less the forces of rows, with M and
 // the a0 of forward dynamics from case.hpp.
 #include <benchmark/benchmark.h>
@@ -159,6 +160,19 @@ void add_rows(const std::string& task, const std::string& variant, const Shared<
       ->UseRealTime();
 }
 
+// The step's own, of every row.
+template <class T>
+struct Gains {
+  std::vector<T> damping, stiffness;
+
+  explicit Gains(const JointTerms& terms) {
+    for (int i = 0; i < batch_size; ++i) {
+      damping.insert(damping.end(), terms.damping.begin(), terms.damping.end());
+      stiffness.insert(stiffness.end(), terms.stiffness.begin(), terms.stiffness.end());
+    }
+  }
+};
+
 template <class T>
 void add_fast(const Shared<Steps>& steps) {
   const auto pool = std::make_shared<const Pool<T>>(steps->base.states);
@@ -184,6 +198,15 @@ void add_fast(const Shared<Steps>& steps) {
                   return step->acceleration(pool->q_rows, pool->qd_rows, pool->tau_rows, a,
                                             outcomes);
                 });
+    if (variant.traits.form == Form::conventional) {
+      const auto gains = std::make_shared<const Gains<T>>(steps->terms);
+      add_rows<T>("gains_batch", variant.name, steps, steps->at_end,
+                  [=](std::vector<T>& a, std::vector<Outcome>& outcomes) {
+                    return step->acceleration(
+                        pool->q_rows, pool->qd_rows, pool->tau_rows,
+                        {.damping = gains->damping, .stiffness = gains->stiffness}, a, outcomes);
+                  });
+    }
     if (steps->coupled.rows.empty()) continue;
     const auto coupled = std::make_shared<ImplicitStep<T>>(steps->robot, h, steps->coupled,
                                                            Scheme::springs_at_end, options);

@@ -85,6 +85,49 @@ class Execution {
     return failed();
   }
 
+  // r (nv a row): joint noise in place of the robot's, as Engine has it; no joint is locked or at rest.
+  int forward_dynamics(int count, const T* q, const T* qd, const T* tau, const T* r, T* a,
+                       Outcome* outcomes, int threads) {
+    need(Want::acceleration);
+    reserve(Want::acceleration, threads);
+    failed_.assign(threads, 0);
+    left_over_.assign(count, 0);
+    for_each_block(count, threads, [&](int worker, int first, int states) {
+      const std::ptrdiff_t at = first, nv = plan_.nv;
+      if (whole_) {
+        whole_->forward_dynamics(worker, states, q + at * nq_, qd + at * nv, tau + at * nv,
+                                 r + at * nv, a + at * nv, outcomes + first,
+                                 left_over_.data() + first);
+        for (std::ptrdiff_t i = at; i < at + states; ++i)
+          if (left_over_[i])
+            outcomes[i] = parts_[0].of_whole(
+                parts_[0].of_noise(r + i * nv, q + i * nq_, qd + i * nv, tau + i * nv, a + i * nv));
+      } else {
+        std::fill_n(outcomes + first, states, Outcome{});
+        for (PartState<T>& p : parts_) {
+          typename PartState<T>::Rows& rows = p.rows[worker];
+          p.gather_rows(rows, states, q + at * nq_, nq_, qd + at * nv, tau + at * nv, nv,
+                        r + at * nv);
+          p.engine->forward_dynamics(worker, states, rows.q.data(), rows.qd.data(),
+                                     rows.tau_or_qdd.data(), rows.r.data(), rows.out.data(),
+                                     rows.outcomes.data(), rows.left_over.data());
+          for (std::ptrdiff_t i = 0; i < states; ++i) {
+            T* const out = rows.out.data() + i * p.nv;
+            if (rows.left_over[i])
+              rows.outcomes[i] =
+                  p.of_noise(rows.r.data() + i * p.nv, rows.q.data() + i * p.nq,
+                             rows.qd.data() + i * p.nv, rows.tau_or_qdd.data() + i * p.nv, out);
+            p.asked(out, a + (at + i) * asked_);
+            Outcome& of_row = outcomes[first + i];
+            if (of_row) of_row = worse(of_row, p.of_whole(rows.outcomes[i]));
+          }
+        }
+      }
+      for (int state = 0; state < states; ++state) failed_[worker] += !outcomes[first + state];
+    });
+    return failed();
+  }
+
   // B and X: asked x m, torques of joints that are not asked about being zero.
   Outcome forward_dynamics(const T* q, const T* qd, const T* tau, T* a, int m, const T* B, T* X) {
     need(Want::solve);

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "algorithms/dynamics/coupled_rows.hpp"
+#include "algorithms/dynamics/gain_rows.hpp"
 #include "algorithms/model/short_text.hpp"
 #include "algorithms/spatial/spatial.hpp"
 
@@ -175,16 +176,21 @@ ImplicitStep<T>::ImplicitStep(const RobotModel& model, double h, const JointTerm
   if (!terms.rows.empty())
     coupled_ =
         std::make_unique<CoupledRows<T>>(model, terms.rows, h, static_cast<double>(h_of_springs_));
-  for (int k = 0; k < model.nv(); ++k) {
-    if (stiffness_[k] == T(0)) continue;
+  const auto add = [&](std::vector<Springs>& springs, int k) {
     const int q = model.links[k].q_index;
-    const bool next = !springs_.empty() && springs_.back().dof + springs_.back().count == k &&
-                      springs_.back().q + springs_.back().count == q;
+    const bool next = !springs.empty() && springs.back().dof + springs.back().count == k &&
+                      springs.back().q + springs.back().count == q;
     if (next)
-      ++springs_.back().count;
+      ++springs.back().count;
     else
-      springs_.push_back({k, q, 1});
+      springs.push_back({k, q, 1});
+  };
+  for (int k = 0; k < model.nv(); ++k) {
+    if (stiffness_[k] != T(0)) add(springs_, k);
+    if (takes_spring(model.links[k])) add(all_springs_, k);
   }
+  gains_ = std::make_unique<GainsOfRows<T>>(model, h, static_cast<double>(h_of_springs_),
+                                            damping_.data(), stiffness_.data(), options);
 }
 
 template <class T>
@@ -211,24 +217,25 @@ void ImplicitStep<T>::require(const char* call, std::ptrdiff_t q, std::ptrdiff_t
 // tau^ of (2).
 template <class T>
 void ImplicitStep<T>::set_torque(std::ptrdiff_t rows, const T* q, const T* v, const T* tau,
-                                 T* out) const {
-  using Numbers = Eigen::Map<const Eigen::Array<T, Eigen::Dynamic, 1>>;
+                                 const Numbers& b, const Numbers& k, const Numbers& q0,
+                                 const std::vector<Springs>& springs, T* out) const {
+  using Given = Eigen::Map<const Eigen::Array<T, Eigen::Dynamic, 1>>;
   using Result = Eigen::Map<Eigen::Array<T, Eigen::Dynamic, 1>>;
   const std::ptrdiff_t nv = model_.nv(), nq = model_.nq, block = rows_of_terms_;
   for (std::ptrdiff_t first = 0; first < rows; first += block) {
     const std::ptrdiff_t n = std::min(block, rows - first) * nv, at = first * nv;
-    const auto damped = Numbers(tau + at, n) - Numbers(damping_.data(), n) * Numbers(v + at, n);
+    const auto damped = Given(tau + at, n) - Given(b.from(at), n) * Given(v + at, n);
     const auto spring = [&](std::ptrdiff_t dof, std::ptrdiff_t in_q, std::ptrdiff_t count) {
-      return Numbers(stiffness_.data() + dof, count) *
-             ((Numbers(q + in_q, count) - Numbers(reference_.data() + dof, count)) +
-              h_of_springs_ * Numbers(v + at + dof, count));
+      return Given(k.from(at) + dof, count) *
+             ((Given(q + in_q, count) - Given(q0.from(at) + dof, count)) +
+              h_of_springs_ * Given(v + at + dof, count));
     };
     if (block > 1) {
       Result(out + at, n) = damped - spring(0, at, n);
       continue;
     }
     Result(out + at, n) = damped;
-    for (const auto& [dof, in_q, count] : springs_)
+    for (const auto& [dof, in_q, count] : springs)
       Result(out + at + dof, count) -= spring(dof, first * nq + in_q, count);
   }
   if (!coupled_) return;
@@ -264,14 +271,44 @@ Outcome ImplicitStep<T>::coupled(Outcome of_a0, const T* q, const T* v, const T*
 template <class T>
 int ImplicitStep<T>::acceleration(RowsView<const T> q, RowsView<const T> v, RowsView<const T> tau,
                                   RowsView<T> a, std::span<Outcome> outcomes, int threads) {
+  return acceleration(q, v, tau, GainRows<T>{}, a, outcomes, threads);
+}
+
+template <class T>
+int ImplicitStep<T>::acceleration(RowsView<const T> q, RowsView<const T> v, RowsView<const T> tau,
+                                  const GainRows<T>& gains, RowsView<T> a,
+                                  std::span<Outcome> outcomes, int threads) {
   const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
   const std::ptrdiff_t nv = model_.nv(), nq = model_.nq;
   if (!q.fits(count, nq) || !v.fits(count, nv) || !tau.fits(count, nv))
     refuse("acceleration: rows of q, v and tau are " + q.shape() + ", " + v.shape() + " and " +
            tau.shape() + ", needed " + detail::shape(count, nq) + " and " +
            detail::shape(count, nv));
+  const auto numbers_of = [&](const char* what, const RowsView<const T>& given,
+                              const std::vector<T>& own, bool positive) -> Numbers {
+    if (!given.data()) return {own.data(), false};
+    if (!given.fits(count, nv))
+      refuse(std::string("acceleration: rows of ") + what + " are " + given.shape() + ", needed " +
+             detail::shape(count, nv));
+    gains_->check(what, given.data(), count, positive);
+    return {given.data(), true};
+  };
+  const Numbers b = numbers_of("damping", gains.damping, damping_, true);
+  const Numbers k = numbers_of("stiffness", gains.stiffness, stiffness_, true);
+  const Numbers q0 = numbers_of("reference", gains.reference, reference_, false);
+  if (k.of_rows) gains_->check_springs(k.at, count);
   if (static_cast<std::ptrdiff_t>(rows_.size()) < count * nv) rows_.resize(count * nv);
-  set_torque(count, q.data(), v.data(), tau.data(), rows_.data());
+  set_torque(count, q.data(), v.data(), tau.data(), b, k, q0, k.of_rows ? all_springs_ : springs_,
+             rows_.data());
+  if (b.of_rows || k.of_rows) {
+    if (coupled_)
+      refuse("acceleration: damping or stiffness of rows beside terms that couple joints");
+    if (!a.fits(count, nv))
+      refuse("acceleration: rows of the result are " + a.shape() + ", needed " +
+             detail::shape(count, nv));
+    return gains_->acceleration(count, q.data(), v.data(), rows_.data(), gains.damping.data(),
+                                gains.stiffness.data(), a.data(), outcomes.data(), threads);
+  }
   if (!solves_rows())
     return dynamics_.forward_dynamics(q, v, RowsView<const T>(rows_.data(), count, nv), a, outcomes,
                                       threads);

@@ -18,8 +18,9 @@ struct PartState {
   static constexpr int rows_at_once = 64;  // states that are gathered at once
 
   struct Rows {
-    std::vector<T> q, qd, tau_or_qdd, out;
+    std::vector<T> q, qd, tau_or_qdd, out, r;
     std::vector<Outcome> outcomes;
+    std::vector<char> left_over;
   };
 
   struct Kinematics {
@@ -29,6 +30,9 @@ struct PartState {
     explicit Kinematics(const Model<T>& m) : model(m), kin(model) {}
   };
 
+  RobotModel robot;  // that the engine is made of,
+  EngineOptions made_by;
+  MakeEngine<T> make;
   std::unique_ptr<Engine<T>> engine;
   bool in_part = false;
   bool block = false;   // M^-1 by `selected`: not all of it is asked for
@@ -50,6 +54,19 @@ struct PartState {
   PartState(const Plan& plan, const Part& part, Form form, const MakeEngine<T>& make,
             bool nothing_to_copy);
 
+  // One state of a robot that has the joint noise r (nv), where this one has some: of an engine that
+  // is made for it.
+  Outcome of_noise(const T* r, const T* q_part, const T* qd_part, const T* tau, T* out) const {
+    RobotModel noisy = robot;
+    for (int k = 0; k < nv; ++k)
+      if (double& armature = noisy.links[k].armature; armature > 0)
+        armature = static_cast<double>(r[k]);
+    EngineOptions options = made_by;
+    options.want = {Want::acceleration};
+    options.selection = {};
+    return make(noisy, options)->forward_dynamics(q_part, qd_part, tau, out);
+  }
+
   void gather_q(const T* from) { q_in(from, q.data()); }
 
   void gather(const T* q_whole, const T* qd_whole, const T* tau_or_qdd_whole) {
@@ -58,12 +75,15 @@ struct PartState {
     v_in(tau_or_qdd_whole, tau_or_qdd.data());
   }
 
+  // r_rows: joint noise, null where the robot's is taken.
   void gather_rows(Rows& r, int states, const T* q_rows, std::ptrdiff_t q_width, const T* qd_rows,
-                   const T* tau_or_qdd_rows, std::ptrdiff_t v_width) const {
+                   const T* tau_or_qdd_rows, std::ptrdiff_t v_width,
+                   const T* r_rows = nullptr) const {
     for (int i = 0; i < states; ++i) {
       q_in(q_rows + i * q_width, r.q.data() + i * nq);
       if (!at_rest) v_in(qd_rows + i * v_width, r.qd.data() + i * nv);
       v_in(tau_or_qdd_rows + i * v_width, r.tau_or_qdd.data() + i * nv);
+      if (r_rows) v_in(r_rows + i * v_width, r.r.data() + i * nv);
     }
   }
 
@@ -78,8 +98,9 @@ struct PartState {
       Rows& r = rows.emplace_back();
       for (int i = 0; i < rows_at_once; ++i) r.q.insert(r.q.end(), q.begin(), q.end());
       r.qd.assign(std::size_t(rows_at_once) * nv, T(0));
-      r.tau_or_qdd = r.out = r.qd;
+      r.tau_or_qdd = r.out = r.r = r.qd;
       r.outcomes.resize(rows_at_once);
+      r.left_over.resize(rows_at_once);
     }
   }
 
@@ -88,9 +109,10 @@ struct PartState {
 };
 
 template <class T>
-PartState<T>::PartState(const Plan& plan, const Part& part, Form form, const MakeEngine<T>& make,
+PartState<T>::PartState(const Plan& plan, const Part& part, Form form, const MakeEngine<T>& maker,
                         bool nothing_to_copy)
-    : nq(part.reduction.model.nq()),
+    : make(maker),
+      nq(part.reduction.model.nq()),
       nv(part.reduction.model.nv()),
       dofs(part.reduction.dofs),
       q(nq),
@@ -139,7 +161,9 @@ PartState<T>::PartState(const Plan& plan, const Part& part, Form form, const Mak
     options.selection = {};
     if (wants(Want::diagonal) || wants(Want::operational)) options.want.insert(Want::inverse);
   }
-  engine = make(plain(model), options);
+  robot = plain(model);
+  made_by = options;
+  engine = make(robot, options);
   in_part = plan.partial_answers && engine->answers_in_part();
   block = in_part && part.block;
   sums_D = in_part && !holds_locked;

@@ -40,7 +40,7 @@ template <class T, class S>
 void resting_acceleration(const LoweredModel<S>& model, const T* q, const T* tau,
                           CovarianceWorkspace<T>& ws, T* a) {
   detail::set_placements(model, q, ws);
-  detail::filter<detail::RestingForces<T, S>>(model, tau, ws);
+  detail::filter_forces(model, ws, detail::RestingForces<T, S>{{model, tau, ws}});
   detail::smooth<true>(model, ws, a);
 }
 

@@ -11,6 +11,7 @@
 //                                                   the index of the sum in ws.branches
 //   measured<slides, noise>(k, g, 1/D, P+, z)       z- becomes z+; P+ where c is not zero
 //   to_parent(link, joint, d, z), cycle(z), to_parent(phi, z)       z+ becomes z- of the parent
+// and may have r(k), a lane's own joint noise in place of the model's.
 // One step each way on any z and l is here too, for policies and for sweeps on stored factors:
 //   z+ = z- + g e,  e = tau - H z-,  H z+ = (H g) tau + (r / D) H z-       (4.2), (4.5)
 //   a  = e / D - g' l+,  l- = l+ + H' a                                    (4.9), (4.11)
@@ -141,6 +142,15 @@ KALMARM_INLINE void motion_from_parent(const LoweredModel<S>& model, const Lower
   }
 }
 
+// r of link k: the policy's where it has its own, else the model's.
+template <class S, class Policy>
+KALMARM_INLINE decltype(auto) joint_noise(const LoweredBody<S>& body, const Policy& policy, int k) {
+  if constexpr (requires { policy.r(k); })
+    return policy.r(k);
+  else
+    return (body.r);
+}
+
 // Across the joint of link k: g is kept, P- becomes P+ in the parent's frame.
 template <bool slides, bool noise, bool zeros, class T, class S, class Workspace, class Policy>
 KALMARM_INLINE void cross(const LoweredModel<S>& model, int k, Workspace& ws, Articulated<T>& P,
@@ -153,9 +163,9 @@ KALMARM_INLINE void cross(const LoweredModel<S>& model, int k, Workspace& ws, Ar
   Sixfold<T> g;
   auto P_plus = [&]() KALMARM_INLINE_LAMBDA {
     if constexpr (slides)
-      return measure_slide<noise>(P, body.r, D, inverse_D, g);
+      return measure_slide<noise>(P, joint_noise(body, policy, k), D, inverse_D, g);
     else
-      return measure_turn<noise>(P, body.r, D, inverse_D, g);
+      return measure_turn<noise>(P, joint_noise(body, policy, k), D, inverse_D, g);
   }();
   at.g = g;
   const bool tested = body.weights.tested;

@@ -16,10 +16,17 @@
 // Where r = 0, H l- = e+ - sum over j != h of g_j l+_j. About 468 flops an aligned hinge
 // (lowered_model.hpp) without zero terms, and its sine and cosine: with |a|^2, N and E of
 // force_noise.hpp, which say how far rounding can have moved a.
+//
+// States with joint noise of their own have r(k) in every lane, in place of the model's: it enters
+// D and P+ alone (measurement.hpp), r / D above, and the scales of the answer,
+//   mu(k) >= r(k),  T = sum over k of 1 / mu(k)           (1) of least_inertia.hpp, (6) of force_noise.hpp
+// which then are a lane's own too.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
+#include "algorithms/fast/claims/constants.hpp"
 #include "algorithms/fast/covariance/filter.hpp"
 #include "algorithms/fast/covariance/force_noise.hpp"
 #include "algorithms/spatial/inlining.hpp"
@@ -53,6 +60,7 @@ struct CovarianceWorkspace : Placements<T> {
   T energy;   // E of force_noise.hpp
   T squares;  // |a|^2; not finite where an acceleration is not
   T size;     // |a|_s^2, in each joint's own scale (least_inertia.hpp)
+  T trace;    // T of force_noise.hpp, of states with joint noise of their own
 
   template <class S>
   explicit CovarianceWorkspace(const LoweredModel<S>& model)
@@ -243,10 +251,15 @@ struct BiasedForces {
   template <bool slides, bool noise, class P_plus>
   KALMARM_INLINE void measured(int k, const Sixfold<T>& g, const T& inverse_D, const P_plus& P,
                                Load& z) const {
+    measured<slides, noise>(k, model.body(k).r, g, inverse_D, P, z);
+  }
+  template <bool slides, bool noise, class R, class P_plus>
+  KALMARM_INLINE void measured(int k, const R& r, const Sixfold<T>& g, const T& inverse_D,
+                               const P_plus& P, Load& z) const {
     watch(model, k, z, ws);
     auto& at = ws.links[k];
     at.inverse_D = inverse_D;
-    at.e = gain<slides, noise>(g, T(model.body(k).r * inverse_D), tau[k], z) * inverse_D;
+    at.e = gain<slides, noise>(g, T(r * inverse_D), tau[k], z) * inverse_D;
     add_times(z, P, at.c, slides);
   }
 
@@ -263,11 +276,27 @@ struct BiasedForces {
   KALMARM_INLINE void cycle(Load& z) const { z = kalmarm::cycle(z); }
 };
 
+// The same with joint noise of every lane.
+template <class T, class S>
+struct NoisyForces : BiasedForces<T, S> {
+  using typename BiasedForces<T, S>::Load;
+
+  const T* noises;
+
+  KALMARM_INLINE const T& r(int k) const { return noises[k]; }
+
+  template <bool slides, bool noise, class P_plus>
+  KALMARM_INLINE void measured(int k, const Sixfold<T>& g, const T& inverse_D, const P_plus& P,
+                               Load& z) const {
+    BiasedForces<T, S>::template measured<slides, noise>(k, noises[k], g, inverse_D, P, z);
+  }
+};
+
 // D, g, e+ of every link, and N, by the policy of forces; E is begun.
-template <class Forces, class T, class S>
-void filter(const LoweredModel<S>& model, const T* tau, CovarianceWorkspace<T>& ws) {
+template <class T, class S, class Forces>
+void filter_forces(const LoweredModel<S>& model, CovarianceWorkspace<T>& ws, const Forces& forces) {
   ws.noise = ws.energy = T(S(0));
-  filter<T>(model, ws, Forces{model, tau, ws});
+  filter<T>(model, ws, forces);
   if constexpr (Lanes<T>::count == 1) ws.noise += force_noise(model, ws.z);
 }
 
@@ -372,8 +401,27 @@ void covariance_acceleration(const LoweredModel<S>& model, const T* q, const T* 
                              CovarianceWorkspace<T>& ws, T* a) {
   detail::set_placements(model, q, ws);
   detail::set_velocity(model, qd, ws);
-  detail::filter<detail::BiasedForces<T, S>>(model, tau, ws);
+  detail::filter_forces(model, ws, detail::BiasedForces<T, S>{model, tau, ws});
   detail::smooth(model, ws, a);
+}
+
+// The same with joint noise r (nv) in every lane: of joints that have some in the model, and not less
+// than there; of the others it is not looked at. ws.trace is T of the lane.
+template <class T, class S>
+void covariance_acceleration(const LoweredModel<S>& model, const T* q, const T* qd, const T* tau,
+                             const T* r, CovarianceWorkspace<T>& ws, T* a) {
+  detail::set_placements(model, q, ws);
+  detail::set_velocity(model, qd, ws);
+  detail::filter_forces(model, ws, detail::NoisyForces<T, S>{{model, tau, ws}, r});
+  detail::smooth(model, ws, a);
+  using std::max;
+  const T least = T(S(1 / no_body));
+  ws.size = ws.trace = T(S(0));
+  for (int k = 0; k < model.nv(); ++k) {
+    const T mu = max(max(T(model.least_inertias()[k]), least), r[k]);
+    ws.size += mu * (a[k] * a[k]);
+    ws.trace += T(S(1)) / mu;
+  }
 }
 
 }  // namespace kalmarm

@@ -89,6 +89,15 @@ class Engine {
   virtual Outcome selected(const T* q, T* X) = 0;  // of EngineOptions::selection
   virtual Outcome derivatives(const T* q, const T* qd, const T* tau, T* da_dq, T* da_dqd,
                               T* da_dtau, T* a) = 0;
+
+  // Rows of forward dynamics, each with joint noise r (nv) of its own in place of the robot's: of joints
+  // that have some, and not less. left_over[i]: row i is not answered, and a robot with its r is to be
+  // asked.
+  virtual void forward_dynamics(int /*worker*/, int count, const T* /*q*/, const T* /*qd*/,
+                                const T* /*tau*/, const T* /*r*/, T* /*a*/, Outcome* /*outcomes*/,
+                                char* left_over) {
+    std::fill_n(left_over, count, char(1));
+  }
 };
 
 // By which kernels: those of 6-D vectors, the same without velocity terms, of mechanisms that stay

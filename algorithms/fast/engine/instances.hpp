@@ -35,6 +35,12 @@ using StateLanes = Pack<S, padding<S>>;
   KIND template void resting_acceleration(const LoweredModel<S>&, const T*, const T*,              \
                                           CovarianceWorkspace<T>&, T*);
 
+// With joint noise of every lane.
+#define KALMARM_NOISY_INSTANCES(KIND, S)                                                        \
+  KIND template void covariance_acceleration(                                                   \
+      const LoweredModel<S>&, const StateLanes<S>*, const StateLanes<S>*, const StateLanes<S>*, \
+      const StateLanes<S>*, CovarianceWorkspace<StateLanes<S>>&, StateLanes<S>*);
+
 #define KALMARM_SQUARE_ROOT_INSTANCES(KIND, S, T)                                         \
   KIND template void square_root_acceleration(const LoweredModel<S>&, const T*, const T*, \
                                               const T*, SquareRootWorkspace<T>&, T*);
@@ -84,6 +90,7 @@ using StateLanes = Pack<S, padding<S>>;
   KALMARM_LOWERING_INSTANCES(extern, S)                   \
   KALMARM_FORWARD_INSTANCES(extern, S, S)                 \
   KALMARM_FORWARD_INSTANCES(extern, S, StateLanes<S>)     \
+  KALMARM_NOISY_INSTANCES(extern, S)                      \
   KALMARM_SQUARE_ROOT_INSTANCES(extern, S, S)             \
   KALMARM_SQUARE_ROOT_INSTANCES(extern, S, StateLanes<S>) \
   KALMARM_SQUARE_ROOT_FACTOR_INSTANCES(extern, S)         \

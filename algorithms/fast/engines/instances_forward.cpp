@@ -6,5 +6,7 @@ KALMARM_FORWARD_INSTANCES(, float, float)
 KALMARM_FORWARD_INSTANCES(, float, StateLanes<float>)
 KALMARM_FORWARD_INSTANCES(, double, double)
 KALMARM_FORWARD_INSTANCES(, double, StateLanes<double>)
+KALMARM_NOISY_INSTANCES(, float)
+KALMARM_NOISY_INSTANCES(, double)
 
 }  // namespace kalmarm

@@ -112,6 +112,41 @@ class SpatialEngine final : public CommonEngine<S> {
     }
   }
 
+  // What the sums of a lane do not vouch for gets the second look with its own joint noise.
+  void forward_dynamics(int worker, int count, const S* q, const S* qd, const S* tau, const S* r,
+                        S* a, Outcome* outcomes, char* left_over) override {
+    if constexpr (F::form == Form::conventional && !F::at_rest) {
+      Worker& w = workers_[worker];
+      if (!w.noisy) w.noisy.emplace(lowered());
+      auto& swept = w.workspace;
+      const std::ptrdiff_t nq = lowered().nq(), nv = lowered().nv();
+      std::fill_n(left_over, count, char(0));
+      w.rows.for_each(lowered(), count, q, qd, tau, a,
+                      [&](int first, int states, const auto& store) {
+                        to_lanes(r + first * nv, nv, states, count - first, w.noisy->r);
+                        covariance_acceleration(lowered(), w.rows.q.data(), w.rows.qd.data(),
+                                                w.rows.tau_or_qdd.data(), w.noisy->r.data(), swept,
+                                                w.rows.out.data());
+                        store();
+                        const auto by = w.guard.believed_of_trace(
+                            swept.noise, swept.energy, swept.squares, swept.size, swept.trace);
+                        for (int lane = 0; lane < states; ++lane) {
+                          const std::ptrdiff_t i = first + lane;
+                          double error = by.error[lane];
+                          if (!w.guard.vouched(swept.margin, by, lane)) {
+                            w.noisy->model.set_noise(lowered(), r + i * nv);
+                            error = w.guard.error(w.noisy->model, q + i * nq, qd + i * nv,
+                                                  tau + i * nv, a + i * nv, swept, by, lane);
+                            left_over[i] = !(error >= 0);
+                          }
+                          outcomes[i] = {.error = error};
+                        }
+                      });
+    } else {
+      Engine<S>::forward_dynamics(worker, count, q, qd, tau, r, a, outcomes, left_over);
+    }
+  }
+
   Outcome inverse(const S* q, S* X) override {
     set_factors(q);
     const S check = inverse_->fill(lowered(), *factors_, X);
@@ -207,6 +242,15 @@ class SpatialEngine final : public CommonEngine<S> {
     RowBlock<S> rows;
     Guard<S, F> guard;
     std::optional<RowSolver<StateLanes<S>>> columns;
+
+    // Of rows with joint noise of their own: of all lanes, and a model with that of one.
+    struct Noisy {
+      std::vector<StateLanes<S>> r;
+      LoweredModel<S> model;
+
+      explicit Noisy(const LoweredModel<S>& m) : r(m.nv()), model(m) {}
+    };
+    std::optional<Noisy> noisy;  // from the first call on
 
     Worker(const LoweredModel<S>& model, Guard<S, F> g, bool solves)
         : workspace(model), rows(model), guard(std::move(g)) {

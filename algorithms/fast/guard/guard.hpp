@@ -51,11 +51,13 @@ class Guard {
   // From what a sweep has left: N, E, |a|^2 and |a|_s^2. NaN where a is not finite.
   template <class T>
   Believed<T> believed(const T& noise, const T& energy, const T& squares, const T& size) const {
-    using std::sqrt;
-    const T nothing = squares * T(S(0));
-    const T sum = noise + T(rounding_unit<S>()) * energy;
-    return {margin(sum, larger(squares, T(least_))) + nothing,
-            sqrt(T(unit_of_error()) * sum / larger(size, T(least_size_))) + nothing};
+    return believed(noise, energy, squares, size, T(allowed_ / forces_.constant_trace()));
+  }
+  // With T of (6) of every lane.
+  template <class T>
+  Believed<T> believed_of_trace(const T& noise, const T& energy, const T& squares, const T& size,
+                                const T& trace) const {
+    return believed(noise, energy, squares, size, T(allowed_) / trace);
   }
 
   // Whether the sums of x = M^-1 tau pass (8'), by factors whose D pass their own test. false where x
@@ -196,6 +198,17 @@ class Guard {
   template <class T>
   T margin(const T& sum, const T& squares) const {
     return T(allowed_ / forces_.constant_trace()) * squares - sum;
+  }
+
+  // allowed: beside |a|^2.
+  template <class T>
+  Believed<T> believed(const T& noise, const T& energy, const T& squares, const T& size,
+                       const T& allowed) const {
+    using std::sqrt;
+    const T nothing = squares * T(S(0));
+    const T sum = noise + T(rounding_unit<S>()) * energy;
+    return {(allowed * larger(squares, T(least_)) - sum) + nothing,
+            sqrt(T(unit_of_error()) * sum / larger(size, T(least_size_))) + nothing};
   }
 
   // (eps / (c u))^2

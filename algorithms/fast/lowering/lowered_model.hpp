@@ -64,6 +64,16 @@ class LoweredModel {
     return uncommon_[link.uncommon];
   }
 
+  // With joint noise r (nv) in the place of what `as_built`, of the same model, has: of joints that
+  // have some, and not less. Of no other number of the filter is r a part.
+  void set_noise(const LoweredModel& as_built, const S* r) {
+    for (int k = 0; k < nv(); ++k) {
+      if (!links_[k].has_noise) continue;
+      bodies_[k].r = r[k];
+      least_inertias_[k] = std::max(as_built.least_inertias_[k], r[k]);
+    }
+  }
+
   // phi from a frame on link k to the link: from the link frame of Model to the one used here.
   Transform<S> phi_on_link(int k, const Transform<Wider<S>>& phi) const {
     const Move& move = moves_[k];

@@ -30,7 +30,9 @@
 // Against MuJoCo without contacts, limits and constraints: (2) is its `discrete` integrator,
 // Scheme::springs_at_start its `Euler` and `implicitfast` (robots/scene/test/test_implicit_step.cpp).
 //
-// A position controller with gains kp and kv is a spring and a damper, its target their reference.
+// A position controller with gains kp and kv is a spring and a damper, its target their reference. Of
+// rows of states each may have its own gains and targets (GainRows): r(k) of (2) is then one of the
+// row, for the price of a step.
 #pragma once
 
 #include <memory>
@@ -81,8 +83,18 @@ KALMARM_EXPORT void advance(const RobotModel& model, double h, VectorView<const 
 KALMARM_EXPORT void advance(const RobotModel& model, double h, VectorView<const float> a,
                             VectorView<float> q, VectorView<float> v);
 
+// Of rows of states, each (rows x nv): what is left out is the step's own.
+template <class T>
+struct GainRows {
+  RowsView<const T> damping = {nullptr, 0, 0};    // b [N m s/rad or N s/m]
+  RowsView<const T> stiffness = {nullptr, 0, 0};  // k [N m/rad or N/m]
+  RowsView<const T> reference = {nullptr, 0, 0};  // q0 [rad or m]
+};
+
 template <class T>
 class CoupledRows;
+template <class T>
+class GainsOfRows;
 
 template <class T>
 class KALMARM_EXPORT ImplicitStep {
@@ -109,6 +121,15 @@ class KALMARM_EXPORT ImplicitStep {
   // Rows of states, as Dynamics::forward_dynamics. A call with more rows than any before takes memory.
   [[nodiscard]] int acceleration(RowsView<const T> q, RowsView<const T> v, RowsView<const T> tau,
                                  RowsView<T> a, std::span<Outcome> outcomes, int threads = 1);
+
+  // Rows of states with gains of their own. References cost nothing; dampers and springs the time of a
+  // step of a robot with armature, in the conventional form; in the certified one every row is a
+  // robot that is made anew. Throws std::invalid_argument with row and DoF where b or k is negative,
+  // where a number is not finite, where a ball or free joint has a spring, and where dampers or
+  // springs of rows stand beside terms that couple joints.
+  [[nodiscard]] int acceleration(RowsView<const T> q, RowsView<const T> v, RowsView<const T> tau,
+                                 const GainRows<T>& gains, RowsView<T> a,
+                                 std::span<Outcome> outcomes, int threads = 1);
 
   // q and v are moved by h, in place, with a (nv) of the step. Not where the outcome is not ok.
   Outcome step(VectorView<T> q, VectorView<T> v, VectorView<const T> tau, VectorView<T> a);
@@ -139,23 +160,38 @@ class KALMARM_EXPORT ImplicitStep {
   static constexpr int repeated =
       32;  // rows whose terms lie side by side, where q(k) is that of DoF k
 
+  // Numbers of every DoF: of each row, or of `repeated` rows, all the same.
+  struct Numbers {
+    const T* at;
+    bool of_rows;
+
+    const T* from(std::ptrdiff_t first) const { return of_rows ? at + first : at; }
+  };
+
   Outcome coupled(Outcome of_a0, const T* q, const T* v, const T* Y, T* a) const;
   Outcome factor_coupled(const T* q);
   Outcome keep_coupled();
   bool solves_rows() const;
   void require(const char* call, std::ptrdiff_t q, std::ptrdiff_t v, std::ptrdiff_t tau) const;
-  void set_torque(std::ptrdiff_t rows, const T* q, const T* v, const T* tau, T* out) const;
+  void set_torque(std::ptrdiff_t rows, const T* q, const T* v, const T* tau, T* out) const {
+    set_torque(rows, q, v, tau, {damping_.data(), false}, {stiffness_.data(), false},
+               {reference_.data(), false}, springs_, out);
+  }
+  void set_torque(std::ptrdiff_t rows, const T* q, const T* v, const T* tau, const Numbers& damping,
+                  const Numbers& stiffness, const Numbers& reference,
+                  const std::vector<Springs>& springs, T* out) const;
 
   RobotModel model_;
   double h_;
   Dynamics<T> dynamics_;  // what it is made of is checked before the rest
   int rows_of_terms_;     // `repeated`, or 1 where q is not as v
   std::vector<T> damping_, stiffness_, reference_;
-  std::vector<Springs> springs_;
-  T h_of_springs_;  // 0 where they are at the start
+  std::vector<Springs> springs_, all_springs_;  // that the step has; where there may be some
+  T h_of_springs_;                              // 0 where they are at the start
   std::vector<T> tau_, rows_, X_;
   std::unique_ptr<CoupledRows<T>> coupled_;  // none where nothing is coupled
   std::vector<T> Y_;                         // of rows of states
+  std::unique_ptr<GainsOfRows<T>> gains_;    // of rows of states
   std::vector<T> factored_q_;
   Outcome kept_;          // of factors at factored_q_,
   bool is_kept_ = false;  // whose Y and C + G coupled_ holds

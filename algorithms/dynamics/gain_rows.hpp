@@ -1,0 +1,148 @@
+// Gains of rows of states: every row is a step with damping b and stiffness k of its own, by (1) to
+// (3) of kalmarm/implicit_step.hpp, in one sweep.
+//
+//   r(i,k) = armature(k) + h b(i,k) + h h' k(i,k)          of row i, h' = h, or 0: springs at the start
+// is joint noise of a lane (fast/covariance/forward_dynamics.hpp): it changes D and P+ alone. What
+// does not depend on its value, but on whether there is any, is settled when the sweep's model is
+// lowered: HP+ = r g' is no row of zeros, and DoF of ball and free joints are crossed one by one. So
+// the model has the robot's own armature where there is some, and where a row has noise and the robot
+// none, one that vanishes beside any inertia. It is made again where another DoF gets noise.
+#pragma once
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <memory>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "algorithms/dynamics/execution.hpp"
+#include "algorithms/fast/claims/constants.hpp"
+#include "algorithms/model/plain.hpp"
+#include "algorithms/model/short_text.hpp"
+#include "algorithms/spatial/spatial.hpp"
+#include "kalmarm/implicit_step.hpp"
+
+namespace kalmarm {
+
+template <class T>
+class GainsOfRows {
+ public:
+  // robot: with its own armature; b and k: the step's own damping and stiffness (nv).
+  GainsOfRows(const RobotModel& robot, double h, double h_of_springs, const T* b, const T* k,
+              const DynamicsOptions& options)
+      : robot_(robot),
+        of_damping_(static_cast<T>(h)),
+        of_stiffness_(static_cast<T>(h * h_of_springs)),
+        form_(options.form),
+        rules_(rules_for(options.form)) {
+    std::erase_if(rules_, [&](Rule rule) {
+      // The kernels of these have no joint noise of a lane.
+      return rule == Rule::planes || rule == Rule::translations || !options.rules.contains(rule);
+    });
+    for (int dof = 0; dof < robot.nv(); ++dof) {
+      if (!(robot.links[dof].armature > 0)) without_.push_back(dof);
+      if (!takes_spring(robot.links[dof])) springless_.push_back(dof);
+    }
+    for (int row = 0; row < repeated; ++row)
+      for (int dof = 0; dof < robot.nv(); ++dof) {
+        armature_.push_back(static_cast<T>(robot.links[dof].armature));
+        own_damping_.push_back(of_damping_ * b[dof]);
+        own_stiffness_.push_back(of_stiffness_ * k[dof]);
+      }
+  }
+
+  // Throws std::invalid_argument where one of rows x nv numbers is not finite, or below zero where
+  // `positive`, or a stiffness of what has no spring.
+  void check(const char* what, const T* x, std::ptrdiff_t rows, bool positive) const {
+    const std::ptrdiff_t nv = robot_.nv();
+    const Eigen::Map<const Eigen::Array<T, Eigen::Dynamic, 1>> all(x, rows * nv);
+    if (all.size() == 0) return;
+    const bool finite = (all * T(0)).sum() == T(0);
+    if (finite && (!positive || all.minCoeff() >= T(0))) return;
+    for (std::ptrdiff_t i = 0; i < all.size(); ++i)
+      if (!(all[i] * T(0) == T(0)) || (positive && all[i] < T(0)))
+        refuse(what, i / nv, i % nv, all[i]);
+  }
+  void check_springs(const T* stiffness, std::ptrdiff_t rows) const {
+    const std::ptrdiff_t nv = robot_.nv();
+    for (const int k : springless_)
+      for (std::ptrdiff_t i = 0; i < rows; ++i)
+        if (const T x = stiffness[i * nv + k]; x != T(0))
+          refuse("a spring about a ball or a free joint: stiffness", i, k, x);
+  }
+
+  // a of rows of q, v and the torques tau^, by r of damping and stiffness, null: the step's own. How
+  // many failed.
+  int acceleration(std::ptrdiff_t rows, const T* q, const T* v, const T* tau, const T* damping,
+                   const T* stiffness, T* a, Outcome* outcomes, int threads) {
+    set_noise(rows, damping, stiffness);
+    return execution_->forward_dynamics(static_cast<int>(rows), q, v, tau, r_.data(), a, outcomes,
+                                        std::max(threads, 1));
+  }
+
+ private:
+  void set_noise(std::ptrdiff_t rows, const T* damping, const T* stiffness) {
+    using Numbers = Eigen::Array<T, Eigen::Dynamic, 1>;
+    const std::ptrdiff_t nv = robot_.nv();
+    if (static_cast<std::ptrdiff_t>(r_.size()) < rows * nv) r_.resize(rows * nv);
+    for (std::ptrdiff_t first = 0; first < rows; first += repeated) {
+      const std::ptrdiff_t n = std::min(repeated, rows - first) * nv, at = first * nv;
+      const auto numbers = [n](const T* x) { return Eigen::Map<const Numbers>(x, n); };
+      Eigen::Map<Numbers> r(r_.data() + at, n);
+      r = numbers(armature_.data());
+      if (damping)
+        r += of_damping_ * numbers(damping + at);
+      else
+        r += numbers(own_damping_.data());
+      if (stiffness)
+        r += of_stiffness_ * numbers(stiffness + at);
+      else
+        r += numbers(own_stiffness_.data());
+    }
+    make_execution(rows);
+  }
+
+  [[noreturn]] void refuse(const char* what, std::ptrdiff_t row, std::ptrdiff_t dof, T x) const {
+    throw std::invalid_argument("implicit step: row " + std::to_string(row) + ", DoF '" +
+                                robot_.names[dof] + "': " + what + " " +
+                                short_text("%g", static_cast<double>(x)));
+  }
+
+  void make_execution(std::ptrdiff_t rows) {
+    const std::ptrdiff_t nv = robot_.nv();
+    const auto has_some = [&](int k) {
+      for (std::ptrdiff_t i = 0; i < rows; ++i)
+        if (r_[i * nv + k] > T(0)) return true;
+      return false;
+    };
+    bool changed = !execution_;
+    for (auto k = without_.begin(); k != without_.end();) {
+      if (!has_some(*k)) {
+        ++k;
+        continue;
+      }
+      robot_.links[*k].armature = 1 / no_body;
+      k = without_.erase(k);
+      changed = true;
+    }
+    if (!changed) return;
+    Question question;
+    question.want = {Want::acceleration};
+    execution_ = std::make_unique<Execution<T>>(make_plan(model_of(robot_), question, rules_),
+                                                robot_.nq, form_, make_engine<T>);
+  }
+
+  static constexpr std::ptrdiff_t repeated = 32;  // rows of own numbers, side by side
+
+  RobotModel robot_;
+  T of_damping_, of_stiffness_;
+  Form form_;
+  std::set<Rule> rules_;
+  std::vector<T> armature_, own_damping_, own_stiffness_, r_;
+  std::vector<int> without_, springless_;  // DoF without noise in robot_; without springs
+  std::unique_ptr<Execution<T>> execution_;
+};
+
+}  // namespace kalmarm
