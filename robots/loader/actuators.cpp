@@ -7,6 +7,7 @@
 #include "robots/loader/mujoco_shim.hpp"
 #include "robots/loader/mujoco_spec.hpp"
 #include "robots/loader/names.hpp"
+#include "robots/loader/tendons.hpp"
 
 namespace kalmarm {
 namespace {
@@ -17,10 +18,13 @@ bool drives_joint(int transmission) {
   return transmission == mjTRN_JOINT || transmission == mjTRN_JOINTINPARENT;
 }
 
+// DoF of the joint that an actuator of a compiled model drives; -1 where that is a tendon.
+int driven_dof(const mjModel* m, int i) {
+  return drives_joint(m->actuator_trntype[i]) ? m->jnt_dofadr[m->actuator_trnid[2 * i]] : -1;
+}
+
 std::string target_of(int transmission) {
   switch (transmission) {
-    case mjTRN_TENDON:
-      return "a tendon";
     case mjTRN_SLIDERCRANK:
       return "a slider-crank";
     case mjTRN_SITE:
@@ -53,6 +57,19 @@ Law law_of(const mjModel* m, int i, double u) {
   return {G * gain[0], biased ? G * bias[0] : 0, sloped(1), sloped(2)};
 }
 
+// Of the actuators of one joint or tendon: their stiffness and what they pull with at length zero.
+struct Spring {
+  double stiffness = 0, pull = 0;
+
+  // (2)
+  void add_to(double& k, double& reference) const {
+    if (stiffness == 0) return;
+    const double K = k + stiffness;
+    reference = (k > 0 ? k * reference + pull : pull) / K;
+    k = K;
+  }
+};
+
 bool is_muted(const Law& law) {
   return law.torque == 0 && law.constant == 0 && law.stiffness == 0 && law.damping == 0;
 }
@@ -72,10 +89,17 @@ bool is_switched_off(const mjSpec* spec, const mjsActuator* a) {
 
 std::string left_out(mjSpec* spec, const mjsActuator* a) {
   if (is_switched_off(spec, a)) return "actuator of a group that is switched off";
-  if (!drives_joint(a->trntype)) return "actuator of " + target_of(a->trntype);
-  mjsElement* joint = mjs_findElement(spec, mjOBJ_JOINT, mjs_getString(a->target));
-  if (!joint) return "actuator of a joint that is not there";
-  if (!has_one_axis(mjs_asJoint(joint)->type)) return "actuator of a joint of several axes";
+  if (a->trntype == mjTRN_TENDON) {
+    mjsElement* tendon = mjs_findElement(spec, mjOBJ_TENDON, mjs_getString(a->target));
+    if (!tendon) return "actuator of a tendon that is not there";
+    if (const std::string why = left_out(mjs_asTendon(tendon)); !why.empty())
+      return "actuator of a " + why;
+  } else {
+    if (!drives_joint(a->trntype)) return "actuator of " + target_of(a->trntype);
+    mjsElement* joint = mjs_findElement(spec, mjOBJ_JOINT, mjs_getString(a->target));
+    if (!joint) return "actuator of a joint that is not there";
+    if (!has_one_axis(mjs_asJoint(joint)->type)) return "actuator of a joint of several axes";
+  }
   if (a->plugin.active) return "actuator of a plugin";
   if (a->dyntype != mjDYN_NONE) return "actuator with activation dynamics";
   if (a->nsample != 0 || a->delay != 0) return "actuator with a delay";
@@ -85,8 +109,13 @@ std::string left_out(mjSpec* spec, const mjsActuator* a) {
   return affine ? "" : "actuator with a force that is not affine";
 }
 
-bool has_force_limit(const mjSpec* spec, const mjsActuator* a) {
-  return is_limited(spec, a->forcelimited, a->forcerange);
+bool has_force_limit(mjSpec* spec, const mjsActuator* a) {
+  mjsElement* const tendon = a->trntype == mjTRN_TENDON
+                                 ? mjs_findElement(spec, mjOBJ_TENDON, mjs_getString(a->target))
+                                 : nullptr;
+  const mjsTendon* const along = tendon ? mjs_asTendon(tendon) : nullptr;
+  return is_limited(spec, a->forcelimited, a->forcerange) ||
+         (along && is_limited(spec, along->actfrclimited, along->actfrcrange));
 }
 
 bool has_force_limit(const mjSpec* spec, const mjsJoint* joint) {
@@ -164,7 +193,8 @@ std::vector<DampingRatio> damping_ratios(mjSpec* spec) {
 
 void set_dampers(const std::vector<DampingRatio>& ratios, const VectorX<double>& M0, mjModel* m) {
   for (const auto& [actuator, ratio] : ratios) {
-    const int i = mjs_getId(actuator), dof = m->jnt_dofadr[m->actuator_trnid[2 * i]];
+    const int i = mjs_getId(actuator), dof = driven_dof(m, i);
+    if (dof < 0) continue;  // along a tendon MuJoCo's own
     const double kp = m->actuator_gainprm[static_cast<std::ptrdiff_t>(i) * mjNGAIN],
                  G = m->actuator_gear[6 * i];
     m->actuator_biasprm[static_cast<std::ptrdiff_t>(i) * mjNBIAS + 2] =
@@ -195,7 +225,8 @@ std::vector<Actuator> actuators_of(const mjModel* m, const VectorX<double>& cont
     if (!std::isfinite(sum))
       throw InputError("actuator '" + name_of_actuator(m, i) + "': a number is not finite");
     out.push_back({.name = name_of_actuator(m, i),
-                   .dof = m->jnt_dofadr[m->actuator_trnid[2 * i]],
+                   .dof = driven_dof(m, i),
+                   .row = m->actuator_trntype[i] == mjTRN_TENDON ? m->actuator_trnid[2 * i] : -1,
                    .control = u,
                    .gain = law.torque,
                    .constant = law.constant,
@@ -215,13 +246,15 @@ JointTerms joint_terms(const mjModel* m) {
   if (damps) std::copy_n(m->dof_damping, m->nv, out.damping.begin());
   for (int i = 0; damps && i < actuator_count(m); ++i) {
     const double G = m->actuator_gear[6 * i];
-    out.damping[m->jnt_dofadr[m->actuator_trnid[2 * i]]] += G * G * m->actuator_damping[i];
+    if (const int dof = driven_dof(m, i); dof >= 0)
+      out.damping[dof] += G * G * m->actuator_damping[i];
   }
   for (int j = 0; springs && j < m->njnt; ++j) {
     if (!has_one_axis(m->jnt_type[j])) continue;
     out.stiffness[m->jnt_dofadr[j]] = m->jnt_stiffness[j];
     out.reference[m->jnt_dofadr[j]] = m->qpos_spring[m->jnt_qposadr[j]];
   }
+  out.rows = tendon_rows(m);
   return out;
 }
 
@@ -230,19 +263,22 @@ Driven driven(JointTerms joints, const std::vector<Actuator>& actuators) {
   JointTerms& terms = out.terms;
   const std::size_t nv = terms.damping.size();
   out.torque.assign(nv, 0);
-  std::vector<double> pull(nv, 0), added(nv, 0);
+  std::vector<Spring> of_dof(nv), of_row(terms.rows.size());
   for (const Actuator& a : actuators) {
-    const double torque = a.gain * a.control + a.constant;
-    terms.damping[a.dof] += a.damping;
-    added[a.dof] += a.stiffness;
-    (a.stiffness > 0 ? pull : out.torque)[a.dof] += torque;
+    const double force = a.gain * a.control + a.constant;
+    Spring& spring = a.row < 0 ? of_dof[a.dof] : of_row[a.row];
+    (a.row < 0 ? terms.damping[a.dof] : terms.rows[a.row].damping) += a.damping;
+    spring.stiffness += a.stiffness;
+    if (a.stiffness > 0)
+      spring.pull += force;
+    else if (a.row < 0)
+      out.torque[a.dof] += force;
+    else
+      for (std::size_t k = 0; k < nv; ++k) out.torque[k] += terms.rows[a.row].jacobian[k] * force;
   }
-  for (std::size_t k = 0; k < nv; ++k) {
-    if (added[k] == 0) continue;
-    const double own = terms.stiffness[k], K = own + added[k];
-    terms.reference[k] = (own > 0 ? own * terms.reference[k] + pull[k] : pull[k]) / K;
-    terms.stiffness[k] = K;
-  }
+  for (std::size_t k = 0; k < nv; ++k) of_dof[k].add_to(terms.stiffness[k], terms.reference[k]);
+  for (std::size_t i = 0; i < of_row.size(); ++i)
+    of_row[i].add_to(terms.rows[i].stiffness, terms.rows[i].reference);
   return out;
 }
 

@@ -7,6 +7,8 @@
 // Together with the joint's own spring k_j about q_j that is a spring and a constant torque,
 //   K = k_j + sum k,  K q0 = k_j q_j + sum of G (g0 u + b0) where k > 0,
 //   torque = sum of G (g0 u + b0) where k = 0                                              (2)
+// On a fixed tendon (tendons.hpp) all that is along its length J q: the row's spring and damper, and
+// torques J' G (g0 u + b0).
 // What an actuator has by its attributes `armature` and `damping` is its joint's own, times G^2.
 #pragma once
 
@@ -26,7 +28,7 @@ bool is_switched_off(const mjSpec* spec, const mjsActuator* actuator);
 // What an actuator is that has no terms, such as "actuator of a tendon"; empty where it has.
 std::string left_out(mjSpec* spec, const mjsActuator* actuator);
 
-bool has_force_limit(const mjSpec* spec, const mjsActuator* actuator);
+bool has_force_limit(mjSpec* spec, const mjsActuator* actuator);  // or its tendon on all of them
 bool has_force_limit(const mjSpec* spec, const mjsJoint* joint);  // on its actuators
 
 // Leaves of an actuator what it adds to its joint's armature and damping.

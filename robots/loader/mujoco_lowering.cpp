@@ -160,7 +160,9 @@ class Lowering {
   double reflected_armature(int joint, const std::string& name) const {
     double sum = 0;
     for (int i = 0; i < actuator_count(m_); ++i) {
-      if (m_->actuator_trnid[2 * i] != joint || m_->actuator_armature[i] == 0) continue;
+      if (m_->actuator_trntype[i] == mjTRN_TENDON || m_->actuator_trnid[2 * i] != joint ||
+          m_->actuator_armature[i] == 0)
+        continue;
       if (m_->jnt_type[joint] != mjJNT_HINGE && m_->jnt_type[joint] != mjJNT_SLIDE)
         throw InputError("joint '" + name +
                          "' has several axes and an actuator with armature: not supported");

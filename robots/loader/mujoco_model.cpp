@@ -4,6 +4,7 @@
 
 #include "robots/loader/files/given_inertia.hpp"
 #include "robots/loader/files/read_file.hpp"
+#include "robots/loader/imposed_rows.hpp"
 #include "robots/loader/input_error.hpp"
 #include "robots/loader/mujoco_shim.hpp"
 #include "robots/loader/mujoco_spec.hpp"
@@ -27,9 +28,10 @@ mjModel* compiled(mjSpec* spec, const std::string& what, const std::string& hint
 
 std::shared_ptr<const MujocoModel> moving(mjModel* model, const std::string& what,
                                           std::vector<std::string> notes = {}, Keyframe key = {},
-                                          VectorX<double> controls = {}) {
+                                          VectorX<double> controls = {},
+                                          const std::vector<NamedCoupling>& imposed = {}) {
   auto out = std::make_shared<const MujocoModel>(model, std::move(notes), std::move(key),
-                                                 std::move(controls));
+                                                 std::move(controls), imposed);
   if (model->nv == 0) throw InputError(what + ": no joint, so no degree of freedom");
   return out;
 }
@@ -69,12 +71,19 @@ void install_mujoco_handlers() {
 }
 
 MujocoModel::MujocoModel(mjModel* model, std::vector<std::string> notes, Keyframe key,
-                         VectorX<double> controls)
+                         VectorX<double> controls, const std::vector<NamedCoupling>& imposed)
     : model_(model, mj_deleteModel),
       notes_(std::move(notes)),
       home_(completed(std::move(key), model)),
-      controls_(std::move(controls)) {
+      controls_(std::move(controls)),
+      imposed_(imposed_rows(static_cast<int>(model->nv), couplings_of(model, imposed))) {
   if (controls_.size() == 0) controls_ = VectorX<double>::Zero(actuator_count(model));
+}
+
+JointTerms MujocoModel::joint_terms() const {
+  JointTerms out = kalmarm::joint_terms(get());
+  out.rows.insert(out.rows.end(), imposed_.begin(), imposed_.end());
+  return out;
 }
 
 std::shared_ptr<const MujocoModel> MujocoModel::load(const std::string& path,
@@ -82,7 +91,10 @@ std::shared_ptr<const MujocoModel> MujocoModel::load(const std::string& path,
   install_mujoco_handlers();
   auto [spec, notes, weights, key, set] = read_file(path, options);
   try {
-    strip(spec.get(), sites);
+    const bool imposes = options.takes_steps && options.imposes_couplings;
+    const std::vector<NamedCoupling> imposed =
+        imposes ? linear_couplings(spec.get()) : std::vector<NamedCoupling>{};
+    strip(spec.get(), sites, options.takes_steps);
     const std::vector<GivenInertia> taken = take_out_inertias(spec.get());
     if (const std::string note = one_line(note_of(taken)); !note.empty()) notes.push_back(note);
     const std::vector<DampingRatio> ratios = damping_ratios(spec.get());
@@ -95,7 +107,7 @@ std::shared_ptr<const MujocoModel> MujocoModel::load(const std::string& path,
     VectorX<double> controls = limited_controls(model, set);
     if (const int muted = mute_destabilising(model, controls); muted > 0 && options.takes_steps)
       notes.push_back("ignored: " + counted(muted, "actuator with negative stiffness or damping"));
-    auto out = moving(model, path, std::move(notes), std::move(key), std::move(controls));
+    auto out = moving(model, path, std::move(notes), std::move(key), std::move(controls), imposed);
     out->actuators();  // refuses here what is not finite
     out->lower();      // refuses here what it cannot hold
     return out;

@@ -1,13 +1,13 @@
 // Robots from MJCF and URDF files, through MuJoCo's compiler.
 //
 // What dynamics and implicit steps do not ask for is taken out before compiling (mjSpec): sensors,
-// actuators whose force is not that of a spring, a damper and a torque (actuators.hpp), tendons,
-// contacts, equalities, keyframes, cameras, lights, sites, materials, textures, skins, the inertias
+// actuators whose force is not that of a spring, a damper and a torque (actuators.hpp), tendons that are
+// no rows (tendons.hpp), contacts, equalities, keyframes, cameras, lights, sites, materials, textures, skins, the inertias
 // of bodies that cannot move, and every geom and mesh whose body cannot move or has an explicit
 // inertia. So a robot whose mesh files are missing still loads; where an inertia has to
 // come from a geom, the geom stays. Armature stays wherever MuJoCo adds it to M: on joints, and on
 // actuators that drive a single hinge or slide; armature on tendons or on other transmissions
-// couples joints, and such a file is refused.
+// couples joints, and such a file is refused, but that of fixed tendons where steps are taken.
 //
 // Lowering, body by body, to one-DoF joints (algorithms/model/model.hpp). DoF k of MuJoCo is DoF k
 // here:
@@ -30,6 +30,7 @@
 #include "kalmarm/load.hpp"
 #include "robots/loader/actuators.hpp"
 #include "robots/loader/files/keyframe.hpp"
+#include "robots/loader/imposed_rows.hpp"
 #include "robots/loader/mujoco_strip.hpp"
 
 namespace kalmarm {
@@ -64,9 +65,10 @@ class MujocoModel {
                                                  const std::string& name);
 
   // Takes the compiled model. Throws InputError where the keyframe is not the model's.
-  // controls: one an actuator; none: all zero.
+  // controls: one an actuator; none: all zero. imposed: rows of joint_terms(), after those of tendons.
   explicit MujocoModel(mjModel* model, std::vector<std::string> notes = {}, Keyframe key = {},
-                       VectorX<double> controls = {});
+                       VectorX<double> controls = {},
+                       const std::vector<NamedCoupling>& imposed = {});
 
   const mjModel* get() const { return model_.get(); }
   const std::vector<std::string>& notes() const { return notes_; }  // of load(), each a line
@@ -74,7 +76,7 @@ class MujocoModel {
   Model<double> lower() const;
 
   // As LoadedRobot has them, and the joints' own terms apart.
-  JointTerms joint_terms() const { return kalmarm::joint_terms(get()); }
+  JointTerms joint_terms() const;
   std::vector<Actuator> actuators() const { return actuators_of(get(), controls_); }
   Driven driven() const { return kalmarm::driven(joint_terms(), actuators()); }
   std::optional<Model<double>> compensated() const;
@@ -87,6 +89,7 @@ class MujocoModel {
   std::vector<std::string> notes_;
   Keyframe home_;
   VectorX<double> controls_;
+  std::vector<CoupledRow> imposed_;
 };
 
 }  // namespace kalmarm

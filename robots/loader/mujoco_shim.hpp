@@ -63,7 +63,7 @@ class AllDigits {
 // The linear one of a joint's coefficients of stiffness or damping: the first, or the only one in
 // older releases.
 template <class Coefficients>
-double& linear(Coefficients& coefficients) {
+auto& linear(Coefficients& coefficients) {
   if constexpr (std::is_array_v<Coefficients>)
     return coefficients[0];
   else

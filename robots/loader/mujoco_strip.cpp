@@ -9,18 +9,32 @@
 #include "robots/loader/input_error.hpp"
 #include "robots/loader/mujoco_shim.hpp"
 #include "robots/loader/mujoco_spec.hpp"
+#include "robots/loader/tendons.hpp"
 
 namespace kalmarm {
 namespace {
 
-void refuse_coupling_armature(mjSpec* spec) {
-  for (mjsElement* e : elements(spec, mjOBJ_TENDON))
-    if (mjs_asTendon(e)->armature != 0)
-      throw InputError("tendon '" + name_of(e) + "' has armature " +
-                       std::to_string(mjs_asTendon(e)->armature) +
-                       ", which couples joints in M: not supported");
+// Whether an actuator acts along a tendon that is a row.
+bool drives_row(mjSpec* spec, const mjsActuator* actuator) {
+  if (actuator->trntype != mjTRN_TENDON) return false;
+  mjsElement* tendon = mjs_findElement(spec, mjOBJ_TENDON, mjs_getString(actuator->target));
+  return tendon && left_out(mjs_asTendon(tendon)).empty();
+}
+
+void refuse_coupling_armature(mjSpec* spec, bool takes_steps) {
+  for (mjsElement* e : elements(spec, mjOBJ_TENDON)) {
+    const mjsTendon* tendon = mjs_asTendon(e);
+    if (tendon->armature == 0) continue;
+    const std::string why = left_out(tendon);
+    if (takes_steps && why.empty()) continue;
+    throw InputError(
+        "tendon '" + name_of(e) + "' has armature " + std::to_string(tendon->armature) +
+        ", which couples joints in M: " +
+        (why.empty() ? "supported in implicit steps alone" : "not supported of a " + why));
+  }
   for (mjsElement* e : elements(spec, mjOBJ_ACTUATOR)) {
     const mjsActuator* actuator = mjs_asActuator(e);
+    if (takes_steps && drives_row(spec, actuator)) continue;
     if (actuator->armature != 0 && actuator->trntype != mjTRN_JOINT)
       throw InputError("actuator '" + name_of(e) + "' has armature " +
                        std::to_string(actuator->armature) +
@@ -54,12 +68,23 @@ void strip_actuators(mjSpec* spec) {
     actuator->forcelimited = mjLIMITED_FALSE;
     if (left_out(spec, actuator).empty()) continue;
     const bool adds = actuator->armature != 0 || linear(actuator->damping) != 0;
-    if (adds && actuator->trntype == mjTRN_JOINT)
+    if (adds && (actuator->trntype == mjTRN_JOINT || drives_row(spec, actuator)))
       mute(actuator);
     else
       mjs_delete(spec, e);
   }
   for (mjsElement* e : elements(spec, mjOBJ_JOINT)) mjs_asJoint(e)->actfrclimited = mjLIMITED_FALSE;
+}
+
+// Those stay that are rows and move something.
+void strip_tendons(mjSpec* spec) {
+  for (mjsElement* e : elements(spec, mjOBJ_TENDON)) {
+    mjsTendon* tendon = mjs_asTendon(e);
+    if (left_out(tendon).empty() && (has_force(tendon) || is_driven(spec, tendon)))
+      strip(tendon);
+    else
+      mjs_delete(spec, e);
+  }
 }
 
 }  // namespace
@@ -75,8 +100,8 @@ bool inertia_from_geoms(const mjSpec* spec, const mjsBody* body) {
   }
 }
 
-void strip(mjSpec* spec, Sites sites) {
-  refuse_coupling_armature(spec);
+void strip(mjSpec* spec, Sites sites, bool takes_steps) {
+  refuse_coupling_armature(spec, takes_steps);
   spec->memory = -1;  // as much as the compiler needs, whatever a simulation is given
   for (mjsElement* e : elements(spec, mjOBJ_JOINT))
     if (mjsJoint* joint = mjs_asJoint(e); joint->type == mjJNT_BALL) {
@@ -87,7 +112,8 @@ void strip(mjSpec* spec, Sites sites) {
                             mjOBJ_EXCLUDE, mjOBJ_PAIR, mjOBJ_EQUALITY})
     for (mjsElement* e : elements(spec, type)) mjs_delete(spec, e);
   strip_actuators(spec);
-  for (const mjtObj type : {mjOBJ_TENDON, mjOBJ_SKIN, mjOBJ_CAMERA, mjOBJ_LIGHT})
+  strip_tendons(spec);
+  for (const mjtObj type : {mjOBJ_SKIN, mjOBJ_CAMERA, mjOBJ_LIGHT})
     for (mjsElement* e : elements(spec, type)) mjs_delete(spec, e);
   for (mjsElement* e : elements(spec, mjOBJ_SITE))
     if (sites == Sites::kept)

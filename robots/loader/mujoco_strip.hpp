@@ -11,7 +11,8 @@ enum class Sites { stripped, kept };
 // True where MuJoCo's compiler will take the body's inertia from its geoms.
 bool inertia_from_geoms(const mjSpec* spec, const mjsBody* body);
 
-// Throws InputError where armature couples joints.
-void strip(mjSpec* spec, Sites sites = Sites::stripped);
+// Throws InputError where armature couples joints; of fixed tendons it may where whoever asks takes steps
+// with their rows.
+void strip(mjSpec* spec, Sites sites = Sites::stripped, bool takes_steps = false);
 
 }  // namespace kalmarm

@@ -5,62 +5,24 @@
 #include <cmath>
 
 #include "robots/loader/files/read_file.hpp"
+#include "robots/loader/imposed_rows.hpp"
 #include "robots/loader/input_error.hpp"
 #include "robots/loader/mujoco_shim.hpp"
 
 namespace kalmarm {
-namespace {
-
-// Joint of the compiled model; -1 for none.
-int joint_called(const mjModel* m, const mjString* name) {
-  return mj_name2id(m, mjOBJ_JOINT, mjs_getString(name));
-}
-
-bool is_single(const mjModel* m, int joint) {
-  return joint >= 0 && (m->jnt_type[joint] == mjJNT_HINGE || m->jnt_type[joint] == mjJNT_SLIDE);
-}
-
-[[noreturn]] void refuse(const mjsEquality* coupling, const std::string& why) {
-  throw InputError("the coupling of joint '" + std::string(mjs_getString(coupling->name1)) + "' " +
-                   why);
-}
-
-// The couplings of joints of a file that are active and linear.
-std::vector<mjsEquality*> linear_couplings(mjSpec* spec) {
-  std::vector<mjsEquality*> out;
-  for (mjsElement* e : elements(spec, mjOBJ_EQUALITY)) {
-    mjsEquality* coupling = mjs_asEquality(e);
-    if (coupling->type != mjEQ_JOINT || !coupling->active) continue;
-    if (std::any_of(coupling->data + 2, coupling->data + 5, [](double c) { return c != 0; }))
-      refuse(coupling, "is not linear: it cannot be imposed");
-    out.push_back(coupling);
-  }
-  return out;
-}
-
-}  // namespace
 
 Couplings::Couplings(const Scene& scene) : model_(scene.model) {
   if (scene.file.empty()) throw InputError("scene '" + scene.name + "' has no couplings of joints");
   install_mujoco_handlers();
   const int nv = model_.nv();
   for (int k = 0; k < nv; ++k) followers_.push_back({k});
-  const SpecPtr spec = read_file(scene.file, scene.read).spec;
-  const mjModel* m = scene.mujoco->get();
-  const std::vector<mjsEquality*> couplings = linear_couplings(spec.get());
+  const std::vector<NamedCoupling> couplings =
+      linear_couplings(read_file(scene.file, scene.read).spec.get());
   if (couplings.empty()) throw InputError(scene.file + ": has no couplings of joints");
-  for (const mjsEquality* coupling : couplings) {
-    const int i = joint_called(m, coupling->name1), j = joint_called(m, coupling->name2);
-    if (const std::string to = mjs_getString(coupling->name2); !to.empty() && j < 0)
-      refuse(coupling, "is to '" + to + "', which is not there");
-    if (!is_single(m, i) || (j >= 0 && !is_single(m, j)))
-      refuse(coupling, "is not of hinges and slides");
-    const int k = m->jnt_dofadr[i], of = j < 0 ? -1 : m->jnt_dofadr[j];
-    if (of == k) refuse(coupling, "is to itself");
-    if (followers_[k].of != k) refuse(coupling, "is not the only one");
-    const double c1 = j < 0 ? 0 : coupling->data[1];
-    const double q0 = m->qpos0[m->jnt_qposadr[i]], p0 = j < 0 ? 0 : m->qpos0[m->jnt_qposadr[j]];
-    followers_[k] = {of, q0 + coupling->data[0] - c1 * p0, c1};  // (1)
+  for (const auto& [k, of, offset, ratio] : couplings_of(scene.mujoco->get(), couplings)) {
+    if (followers_[k].of != k)
+      throw InputError("the coupling of joint '" + model_.name(k) + "' is not the only one");
+    followers_[k] = {of, offset, ratio};  // (1)
   }
 
   std::vector<Follower> resolved;

@@ -1,7 +1,7 @@
 // Linear couplings of joints, imposed exactly: equality constraints of joints in MJCF, <mimic> in
 // URDF. The file's other constraints stay ignored.
 //
-//   q_i - q0_i = c0 + c1 (q_j - q0_j)       of the file; q0 is the reference; without j, c1 = 0  (1)
+//   q_i = offset + c1 q_j                   of the file (loader/imposed_rows.hpp); without j, c1 = 0  (1)
 //   qd = G u,  qdd = G u'                   u: the velocities of the DoF that are left           (2)
 //   M' = G^T M G                            G is constant                                        (3)
 //   M' u' = G^T (tau - bias)                                                                     (4)

@@ -31,6 +31,27 @@ std::vector<bool> lone_free_dofs(const Model<double>& model) {
   return out;
 }
 
+std::string left_out_of_rows(const Model<double>& model, const std::vector<CoupledRow>& rows,
+                             Integrator integrator) {
+  const auto carries = [&](int i, int k) {
+    while (k > i) k = model.parent(k);
+    return k == i;
+  };
+  const auto spans_branches = [&](const CoupledRow& row) {
+    for (int k = 0; k < model.nv(); ++k)
+      for (int i = 0; i < k; ++i)
+        if (row.jacobian[i] != 0 && row.jacobian[k] != 0 && !carries(i, k)) return true;
+    return false;
+  };
+  for (const CoupledRow& row : rows) {
+    if (!spans_branches(row)) continue;
+    if (row.armature > 0) return "a tendon's armature between joints of different branches";
+    if (row.damping > 0 && integrator == Integrator::implicitfast)
+      return "a tendon's damping between joints of different branches";
+  }
+  return "";
+}
+
 MujocoStep::MujocoStep(const MujocoModel& model, double h, const JointTerms& joints,
                        Integrator integrator)
     : MujocoStep(model, h, joints, mujoco_integrator(integrator), true) {}
@@ -47,7 +68,14 @@ MujocoStep::MujocoStep(const MujocoModel& model, double h, const JointTerms& joi
   mjModel* const m = model_.get();
   m->opt.timestep = h;
   m->opt.integrator = integrator;
-  if (!forces_of_file) m->opt.disableflags |= mjDSBL_ACTUATION;
+  if (!forces_of_file) {
+    m->opt.disableflags |= mjDSBL_ACTUATION;
+    m->opt.disableflags &= ~mjDSBL_EULERDAMP;
+  }
+  // Beside tendons `discrete` solves by iterations, which a file may cut short.
+  m->opt.solver = mjSOL_NEWTON;
+  m->opt.iterations = 1000;
+  m->opt.tolerance = 1e-15;
   // Springs at the start of a step give accelerations above 1e10, at which MuJoCo starts anew.
   m->opt.disableflags |= mjDSBL_CONTACT | mjDSBL_CONSTRAINT | mjDSBL_AUTORESET;
   m->opt.disableflags &= ~(mjDSBL_SPRING | mjDSBL_DAMPER);
@@ -55,9 +83,17 @@ MujocoStep::MujocoStep(const MujocoModel& model, double h, const JointTerms& joi
   const bool compensates = forces_of_file && model.compensated().has_value();
   for (int i = 0; i < m->nbody; ++i)
     m->body_gravcomp[i] = compensates ? std::max(m->body_gravcomp[i], 0.0) : 0;
-  std::fill_n(m->tendon_stiffness, m->ntendon, 0.0);
-  std::fill_n(m->tendon_damping, m->ntendon, 0.0);
-  std::fill_n(m->actuator_damping, m->nactuator, 0.0);
+  // The model's own flags have been heeded where its terms were read.
+  const bool springs = (model.get()->opt.disableflags & mjDSBL_SPRING) == 0,
+             damps = (model.get()->opt.disableflags & mjDSBL_DAMPER) == 0;
+  if (!forces_of_file || !springs) std::fill_n(m->tendon_stiffness, m->ntendon, 0.0);
+  if (!forces_of_file || !damps) std::fill_n(m->tendon_damping, m->ntendon, 0.0);
+  if (!forces_of_file) std::fill_n(m->tendon_armature, m->ntendon, 0.0);
+  for (int i = 0; i < m->nactuator; ++i) {
+    const bool on_tendon = m->actuator_trntype[i] == mjTRN_TENDON;
+    if (!on_tendon || !forces_of_file || !damps) m->actuator_damping[i] = 0;
+    if (on_tendon && !forces_of_file) m->actuator_armature[i] = 0;
+  }
   std::fill_n(m->dof_damping, m->nv, 0.0);
   std::fill_n(m->jnt_stiffness, m->njnt, 0.0);
   std::copy(joints.damping.begin(), joints.damping.end(), m->dof_damping);

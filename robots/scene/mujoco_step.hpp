@@ -1,10 +1,12 @@
-// mj_step as a reference for implicit steps (kalmarm/implicit_step.hpp): a robot's springs, dampers,
-// actuators and compensation of gravity, without contacts, limits, constraints, tendons and fluids.
+// mj_step as a reference for implicit steps (kalmarm/implicit_step.hpp): a robot's springs, dampers, fixed
+// tendons, actuators and compensation of gravity, without contacts, limits, constraints and fluids; to
+// the last digit, whatever solver and tolerance the file names.
 #pragma once
 
 #include <mujoco/mujoco.h>
 
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "algorithms/model/model.hpp"
@@ -19,14 +21,20 @@ namespace kalmarm {
 // ImplicitStep, by some 1e-5 at h = 2 ms and 1 rad/s.
 std::vector<bool> lone_free_dofs(const Model<double>& model);
 
+// What of the rows of tendons MuJoCo leaves out by an integrator; "" where it solves the equation of
+// ImplicitStep. Its M holds no entries between joints of different branches, which a tendon's armature
+// would have; implicitfast keeps to the same entries with damping, discrete does not.
+std::string left_out_of_rows(const Model<double>& model, const std::vector<CoupledRow>& rows,
+                             Integrator integrator);
+
 static_assert(mjVERSION_HEADER >= 3013000, "MuJoCo's discrete integrator: run scripts/setup");
 
 class MujocoStep {
  public:
-  // The terms take the place of those of the model's joints.
+  // The terms take the place of those of the model's joints; tendons are the model's.
   MujocoStep(const MujocoModel& model, double h, const JointTerms& joints, Integrator integrator);
 
-  // Without the file's actuators and compensation of gravity, by any integrator of MuJoCo.
+  // Without the file's tendons, actuators and compensation of gravity, by any integrator of MuJoCo.
   MujocoStep(const MujocoModel& model, double h, const JointTerms& joints,
              mjtIntegrator integrator);
 

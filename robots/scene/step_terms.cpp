@@ -1,6 +1,7 @@
 #include "robots/scene/step_terms.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace kalmarm {
 namespace {
@@ -42,16 +43,25 @@ StepTerms::StepTerms(const Scene& scene, Integrator integrator, const JointTerms
                                                  : Scheme::springs_at_start),
       terms_(joints),
       torque_(VectorX<double>::Zero(scene.model.nv())),
-      damping_(VectorX<double>::Zero(scene.model.nv())) {
+      damping_(VectorX<double>::Zero(scene.model.nv())),
+      row_damping_(joints.rows.size(), 0) {
   for (std::vector<double>* term : {&terms_.damping, &terms_.stiffness, &terms_.reference})
     term->resize(scene.model.nv());
   if (!scene.mujoco) return;
   std::vector<Actuator> actuators = scene.mujoco->actuators();
-  if (integrator == Integrator::euler)
+  if (integrator == Integrator::euler) {
+    if ((scene.mujoco->get()->opt.disableflags & mjDSBL_EULERDAMP) != 0)
+      for (int k = 0; k < scene.model.nv(); ++k) damping_[k] = std::exchange(terms_.damping[k], 0);
+    for (std::size_t i = 0; i < row_damping_.size(); ++i)
+      row_damping_[i] = std::exchange(terms_.rows[i].damping, 0);
     for (Actuator& actuator : actuators) {
-      damping_[actuator.dof] += actuator.damping;
-      actuator.damping = 0;
+      const double damping = std::exchange(actuator.damping, 0);
+      if (actuator.row < 0)
+        damping_[actuator.dof] += damping;
+      else
+        row_damping_[actuator.row] += damping;
     }
+  }
   Driven all = driven(std::move(terms_), actuators);
   terms_ = std::move(all.terms);
   torque_ = Eigen::Map<const VectorX<double>>(all.torque.data(), scene.model.nv());
@@ -68,8 +78,14 @@ StepTerms StepTerms::rounded() const {
   };
   for (auto* term : {&out.terms_.damping, &out.terms_.stiffness, &out.terms_.reference})
     hold(*term);
+  for (CoupledRow& row : out.terms_.rows) {
+    hold(row.jacobian);
+    for (double* x : {&row.armature, &row.damping, &row.stiffness, &row.reference})
+      *x = static_cast<float>(*x);
+  }
   hold(out.torque_);
   hold(out.damping_);
+  hold(out.row_damping_);
   if (compensated_) out.compensated_ = compensated_->cast<float>().cast<double>();
   return out;
 }

@@ -1,9 +1,9 @@
 // The implicit step of a scene's file by one of MuJoCo's integrators: springs, dampers and actuators as
 // terms, and what is added to tau where a step begins,
 //   tau^ = tau + torque - B_e v + c(q) - B v - K (q - q0 [+ h v])                          (1)
-// with the torque of actuators without stiffness, c(q) that compensates gravity, and B_e the actuators'
-// damping where an integrator takes it at the start of a step: `Euler` alone, whose M^ has the joints'
-// own damping.
+// with the torque of actuators without stiffness, c(q) that compensates gravity, and B_e the damping that
+// an integrator takes at the start of a step: `Euler` alone has some, of actuators and tendons, and of
+// joints too where the file has eulerdamp="disable". Tendons are rows of the terms.
 #pragma once
 
 #include <optional>
@@ -40,6 +40,12 @@ class StepTerms {
   template <class T>
   VectorX<T> torque(const VectorX<T>& q, const VectorX<T>& v) const {
     VectorX<T> out = torque_.cast<T>() - damping_.cast<T>().cwiseProduct(v);
+    for (std::size_t i = 0; i < terms_.rows.size(); ++i) {
+      if (row_damping_[i] == 0) continue;
+      const VectorX<T> J =
+          Eigen::Map<const VectorX<double>>(terms_.rows[i].jacobian.data(), v.size()).cast<T>();
+      out -= J * (T(row_damping_[i]) * J.dot(v));
+    }
     if (!compensated_) return out;
     const Model<T> weights = compensated_->cast<T>();
     LinkKinematics<T> kin(weights);
@@ -61,7 +67,8 @@ class StepTerms {
  private:
   Scheme scheme_;
   JointTerms terms_;
-  VectorX<double> torque_, damping_;  // damping: B_e
+  VectorX<double> torque_, damping_;  // damping: B_e,
+  std::vector<double> row_damping_;   // and of the rows
   std::optional<Model<double>> compensated_;
 };
 

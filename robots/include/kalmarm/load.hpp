@@ -51,14 +51,17 @@ struct LoadOptions {
   // slide kg], for each DoF of the joint. In the place of what the file says of it.
   std::map<std::string, double> armature = {};
 
-  // Whoever asks imposes the couplings of joints itself: no note says that they are ignored.
+  // Whoever asks imposes the couplings of joints: no note says that they are ignored. With takes_steps
+  // those that are linear are imposed rows of LoadedRobot::terms, after those of tendons; one that is
+  // not is refused.
   bool imposes_couplings = false;
 
   // Whoever asks adds damping and friction of the joints itself: no note says that they are ignored.
   bool adds_friction = false;
 
   // Whoever asks takes implicit steps with LoadedRobot::terms and what stands beside them: no note
-  // says that these are ignored.
+  // says that these are ignored. Tendons may have armature, which is in their rows and not in the
+  // model; without this option such a file is refused.
   bool takes_steps = false;
 
   bool operator==(const LoadOptions&) const = default;
@@ -69,11 +72,13 @@ struct NamedFrame {
   Frame frame;
 };
 
-// An actuator of the file on a hinge or slide, whose force is affine in q, q' and its control u: it
-// moves its DoF by gain u + constant - stiffness q - damping q'. Force limits are not in it.
+// An actuator of the file on a hinge, a slide or a fixed tendon, whose force is affine in the length q,
+// its rate and its control u: it moves its DoF, or along its tendon's J, by
+// gain u + constant - stiffness q - damping q'. Force limits are not in it.
 struct Actuator {
-  std::string name;  // "" where the file has none
-  int dof = -1;
+  std::string name;                   // "" where the file has none
+  int dof = -1;                       // -1 where it is on a tendon,
+  int row = -1;                       // which is that of LoadedRobot::terms
   double control = 0;                 // u, within the file's limits of it
   double gain = 0, constant = 0;      // [N m or N], of a unit of u
   double stiffness = 0, damping = 0;  // as JointTerms; of a gain by length or velocity at this u
@@ -85,9 +90,9 @@ struct LoadedRobot {
   std::vector<double> home;           // q (nq) as the file or its keyframe starts
   std::vector<double> home_velocity;  // qd (nv) of the keyframe, else zero
 
-  // For ImplicitStep: linear dampers, springs of hinges and slides, and actuators at their controls.
-  // An actuator without stiffness is a torque (nv), to be added to tau. For other controls add
-  // gain (u - control) at the actuator's DoF.
+  // For ImplicitStep: linear dampers, springs of hinges and slides, a row a fixed tendon, and actuators
+  // at their controls. An actuator without stiffness is a torque (nv), to be added to tau. For other
+  // controls add gain (u - control) at the actuator's DoF, or times its row's jacobian.
   JointTerms terms;
   std::vector<double> torque;
   std::vector<Actuator> actuators;

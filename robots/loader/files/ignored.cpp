@@ -4,6 +4,7 @@
 #include "robots/loader/mujoco_shim.hpp"
 #include "robots/loader/mujoco_spec.hpp"
 #include "robots/loader/names.hpp"
+#include "robots/loader/tendons.hpp"
 
 namespace kalmarm {
 namespace {
@@ -55,7 +56,17 @@ std::string ignored_parts(mjSpec* spec, const LoadOptions& options) {
       things.add(why);
     limited += options.takes_steps && why.empty() && has_force_limit(spec, actuator);
   }
-  things.add("tendon", count(spec, mjOBJ_TENDON));
+  for (mjsElement* e : elements(spec, mjOBJ_TENDON)) {
+    const mjsTendon* tendon = mjs_asTendon(e);
+    const std::string why = left_out(tendon);
+    if (!options.takes_steps ||
+        (why.empty() ? !has_force(tendon) && !is_driven(spec, tendon) : !has_force(tendon)))
+      things.add("tendon");
+    else if (!why.empty())
+      things.add(why);
+    else if (tendon->frictionloss != 0)
+      things.add("tendon with friction");
+  }
   things.add("flex", count(spec, mjOBJ_FLEX));
   for (mjsElement* e : elements(spec, mjOBJ_JOINT)) {
     mjsJoint* joint = mjs_asJoint(e);

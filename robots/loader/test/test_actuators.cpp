@@ -7,65 +7,13 @@
 #include <string>
 #include <vector>
 
-#include "algorithms/model/plain.hpp"
 #include "kalmarm/dynamics.hpp"
-#include "kalmarm/implicit_step.hpp"
 #include "kalmarm/load.hpp"
 #include "robots/loader/test/refusal.hpp"
-#include "robots/loader/test/robot_text.hpp"
-#include "robots/scene/mujoco_step.hpp"
-#include "robots/scene/step_terms.hpp"
+#include "robots/loader/test/steps_of_mujoco.hpp"
 
 namespace kalmarm {
 namespace {
-
-const LoadOptions steps = {.takes_steps = true};
-
-std::string mujoco_text(const std::string& bodies, const std::string& rest = "") {
-  return "<mujoco><compiler angle='radian' autolimits='true'/><worldbody>" + bodies +
-         "</worldbody>" + rest + "</mujoco>";
-}
-
-// A shoulder, a slide with a spring and a damper, a ball, and a free body with a tail.
-std::string arm(const std::string& rest, const std::string& bodies = "") {
-  const auto inertia = [](double mass) {
-    return "<inertial pos='.1 -.05 .2' mass='" + std::to_string(mass) +
-           "' quat='.8 .1 -.3 .5' diaginertia='.03 .04 .05'/>";
-  };
-  return mujoco_text(
-      "<body pos='.3 .2 -.1' quat='.5 -.4 .7 .3' " + bodies +
-          "><joint name='shoulder' axis='0 1 0' ref='.3' armature='.02'/>" + inertia(1.3) +
-          "<body pos='0 .1 .4' " + bodies +
-          "><joint name='slide' type='slide' axis='1 0 1' damping='2' stiffness='300' "
-          "springref='.1'/>" +
-          inertia(.7) + "<body pos='0 0 .2'><joint name='wrist' type='ball'/>" + inertia(.4) +
-          "</body></body></body><body name='free' " + bodies + "><freejoint/>" + inertia(2) +
-          "<body pos='0 .3 0'><joint name='tail' axis='0 1 0'/>" + inertia(.2) + "</body></body>",
-      rest);
-}
-
-std::string actuators(const std::string& inside) { return "<actuator>" + inside + "</actuator>"; }
-
-// Against MuJoCo's own actuators and gravcomp, by all three integrators.
-void expect_steps_of_mujoco(const std::string& text, const LoadOptions& options = steps) {
-  const Scene scene = read(text, ".xml", options);
-  const RobotModel robot = plain(scene.model);
-  const double h = 0.002;
-  for (const Integrator integrator : all_integrators) {
-    SCOPED_TRACE(to_string(integrator));
-    const StepTerms terms(scene, integrator);
-    MujocoStep theirs(*scene.mujoco, h, joint_terms_of(scene), integrator);
-    ImplicitStep<double> step(robot, h, terms.terms(), terms.scheme());
-    for (const State& state : random_states(scene, 5, 3)) {
-      theirs.step(state.q, state.qd, state.tau);
-      VectorX<double> q = state.q, v = state.qd, a(robot.nv());
-      const VectorX<double> tau = state.tau + terms.torque<double>(q, v);
-      ASSERT_TRUE(step.step(q, v, tau, a));
-      EXPECT_LE((a - (theirs.v() - state.qd) / h).norm(), 1e-11 * a.norm());
-      EXPECT_LE((q - theirs.q()).norm(), 1e-12 * q.norm());
-    }
-  }
-}
 
 TEST(Actuators, StepAsMujocoStepsThem) {
   for (const char* one : {
@@ -131,7 +79,7 @@ TEST(Actuators, AreTermsOfTheLoadedRobot) {
 
 TEST(Actuators, WithoutTermsAreNamed) {
   const std::string rest =
-      "<tendon><fixed name='t'><joint joint='slide' coef='2'/></fixed></tendon>" +
+      "<tendon><spatial name='t'><site site='s'/><site site='r'/></spatial></tendon>" +
       actuators(
           "<motor tendon='t'/><motor tendon='t'/><position joint='slide' kp='9' timeconst='.1'/>"
           "<motor joint='wrist' gear='1 2 3'/><motor site='s'/><motor site='s'/>"
@@ -140,11 +88,13 @@ TEST(Actuators, WithoutTermsAreNamed) {
           "<motor joint='slide' group='3'/>");
   std::string text = arm("<option actuatorgroupdisable='3'/>" + rest);
   text.insert(text.find("<joint name='slide'"), "<site name='s'/>");
-  EXPECT_EQ(read(text, ".xml", steps).mujoco->notes(),
-            (Notes{"ignored: 2 actuators of a tendon, 2 actuators with activation dynamics, "
-                   "1 actuator of a joint of several axes, 2 actuators of a site, 1 tendon, "
-                   "force limits of 1 actuator",
-                   "ignored: 1 actuator with negative stiffness or damping"}));
+  text.insert(text.find("<joint name='shoulder'"), "<site name='r' pos='.1 0 0'/>");
+  EXPECT_EQ(
+      read(text, ".xml", steps).mujoco->notes(),
+      (Notes{"ignored: 2 actuators of a spatial tendon, 2 actuators with activation dynamics, "
+             "1 actuator of a joint of several axes, 2 actuators of a site, 1 tendon, "
+             "force limits of 1 actuator",
+             "ignored: 1 actuator with negative stiffness or damping"}));
   expect_steps_of_mujoco(text);
 }
 

@@ -1,0 +1,34 @@
+// Fixed tendons of a file as rows of implicit steps (kalmarm/implicit_step.hpp).
+//
+// A fixed tendon has the length L = J q of hinges and slides. With its armature w, damping b, stiffness
+// k and spring length l0 it is the row
+//   M^ += J' (w + h b + h^2 k) J,  tau^ -= J' (b J v + k (J q - l0 + h J v))               (1)
+// An actuator of gear G on it acts along l = G L, and is along L what one on a joint is along q
+// ((1) of actuators.hpp): its spring and damper are added to the row's, its armature and its own
+// damping times G^2. Left out are tendons whose length is not linear in q, and those whose force is
+// not linear in their length: with a dead band, a plastic yield, nonlinear springs or dampers.
+#pragma once
+
+#include <mujoco/mujoco.h>
+
+#include <string>
+#include <vector>
+
+#include "kalmarm/implicit_step.hpp"
+
+namespace kalmarm {
+
+// What a tendon of a specification is that is no row, such as "spatial tendon"; empty where it is one.
+std::string left_out(const mjsTendon* tendon);
+
+bool has_force(const mjsTendon* tendon);                // or armature, of its own
+bool is_driven(mjSpec* spec, const mjsTendon* tendon);  // by actuators
+
+// Leaves of a tendon what is a row; its limits, friction and looks are taken out.
+void strip(mjsTendon* tendon);
+
+// (1), one a tendon of a compiled model, with what its actuators add by their attributes `armature` and
+// `damping`.
+std::vector<CoupledRow> tendon_rows(const mjModel* model);
+
+}  // namespace kalmarm
