@@ -5,6 +5,7 @@ change of locks/NAME.in: `scripts/engines --lock NAME`.
 """
 
 import hashlib
+import re
 import shutil
 import subprocess
 import sys
@@ -43,6 +44,12 @@ def _pip(python: Path, *arguments) -> list:
     return [python, "-m", "pip", "--quiet", "--disable-pip-version-check", *arguments]
 
 
+def _without_wheel(engine: str) -> list[str]:
+    """`--no-binary NAME` of each package that PyPI has as source alone."""
+    text = (LOCKS / f"{engine}.in").read_text()
+    return [f"--no-binary={name}" for name in re.findall(r"^--no-binary (\S+)", text, re.MULTILINE)]
+
+
 def wanted(engine: str) -> str:
     """What an environment is made of."""
     lock = LOCKS / f"{engine}.txt"
@@ -67,7 +74,8 @@ def prepare(engine: str) -> Path:
     print(f"engines: installing {engine} into {folder.relative_to(ROOT)}", flush=True)
     _run([PYTHON, "-m", "venv", "--clear", folder], "venv")
     python = folder / "bin" / "python"
-    install = ["install", "--only-binary=:all:", "--require-hashes", "-r", LOCKS / f"{engine}.txt"]
+    wheels = ["--only-binary=:all:", *_without_wheel(engine)]
+    install = ["install", *wheels, "--require-hashes", "-r", LOCKS / f"{engine}.txt"]
     try:
         _run(_pip(python, *install), f"installing {engine}")
         if engine == "kalmarm":

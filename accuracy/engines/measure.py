@@ -11,26 +11,23 @@ import ast
 import hashlib
 import json
 import os
-import queue
 import re
 import signal
-import subprocess
 import sys
-import threading
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scripts"))
 
+import defects
 import environments
 import mechanisms
 import records
-from children import end_with_parent
 from clock import clock
 from environments import ROOT, Missing
 from mechanisms import BadName, Written
+from processes import Ended, Worker
 
 HERE = Path(__file__).resolve().parent
 OUT = ROOT / "reports" / "out" / "engines"
@@ -39,10 +36,11 @@ TASKS = {  # and their measures
     "inverse": "scaled",
     "acceleration": "relative",
     "inverse_dynamics": "relative",
+    "derivatives": "relative",
 }
 LIMIT = 120.0  # s a call, the first with compilation
 SECONDS = 0.1  # of a timing
-BATCH = 4096
+BATCHES = (64, 4096)
 BATCHED = "acceleration"  # the task whose batches are timed
 ROUNDING = "Rounded parameters"  # the error of who rounds nothing else
 
@@ -68,6 +66,16 @@ def facts(engine: str) -> Facts:
     )
 
 
+def sources(engine: str) -> bytes:
+    """All that decides what an engine is asked, and how."""
+    adapter = (HERE / "adapters" / f"{engine}.py").read_text()
+    shared = [
+        name for name in ("by_jax", "sdf") if re.search(rf"^(from|import) {name}\b", adapter, re.M)
+    ]
+    names = ["protocol", "worker", *shared]
+    return b"".join([adapter.encode(), *((HERE / f"{name}.py").read_bytes() for name in names)])
+
+
 class Unit(NamedTuple):
     engine: str
     variant: str
@@ -85,10 +93,7 @@ class Unit(NamedTuple):
 
     @property
     def key(self) -> str:
-        sources = [
-            HERE / name for name in ("protocol.py", "worker.py", f"adapters/{self.engine}.py")
-        ]
-        digest = hashlib.sha256(b"".join(path.read_bytes() for path in sources))
+        digest = hashlib.sha256(sources(self.engine))
         digest.update(f"{environments.wanted(self.engine)} {self.mechanism.key}".encode())
         return digest.hexdigest()
 
@@ -99,42 +104,6 @@ class Unit(NamedTuple):
         return there and key.is_file() and key.read_text() == self.key
 
 
-class Ended(Exception):
-    """How a worker ended before it was done."""
-
-
-def lines(command: list, limit: float) -> Iterator[dict]:
-    """What a worker says. Raises Ended where it says nothing for so long, or dies."""
-    with subprocess.Popen(
-        command,
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        text=True,
-        preexec_fn=end_with_parent(os.getpid()),
-    ) as process:
-        said: queue.Queue = queue.Queue()
-
-        def listen() -> None:
-            for line in process.stdout:
-                said.put(line)
-            said.put(None)
-
-        threading.Thread(target=listen, daemon=True).start()
-        try:
-            while (line := said.get(timeout=limit)) is not None:
-                yield json.loads(line)
-        except queue.Empty:
-            raise Ended(f"timed out: {limit:g} s") from None
-        finally:
-            process.kill()
-            code = process.wait()
-    if code > 0:
-        raise Ended(f"crashed: exit {code}")
-    if code < 0:
-        raise Ended(f"crashed: {signal.Signals(-code).name}")
-
-
 class Answers:
     """What is known of a unit: by task and state an error or an outcome, by task a time."""
 
@@ -143,7 +112,7 @@ class Answers:
         self.version = ""
         self.errors: dict[tuple[str, int], dict] = {}
         self.times: dict[str, dict] = {}
-        self.batch: dict = {}
+        self.batches: dict[str, dict] = {}  # by task
 
     def take(self, said: dict) -> None:
         if "version" in said:
@@ -151,15 +120,15 @@ class Answers:
         elif "state" in said:
             self.errors[said["task"], said["state"]] = said
         elif "batch" in said:
-            self.batch = said
+            self.batches[f"batch:{said['batch']}"] = said
         elif "nanoseconds" in said:
             self.times[said["task"]] = said
 
     def fill(self, tasks: list[str], outcome: str) -> None:
         """Of what has no answer yet."""
         for task in tasks:
-            if task == "batch":
-                self.batch = self.batch or {"outcome": outcome}
+            if task not in TASKS:
+                self.batches.setdefault(task, {"outcome": outcome})
                 continue
             for state in range(self.states):
                 self.errors.setdefault((task, state), {"outcome": outcome})
@@ -169,20 +138,21 @@ def count_states(mechanism: Written) -> int:
     return len(json.loads((mechanism.folder / "truth.json").read_text())["states"])
 
 
-def ask(unit: Unit, python: Path, limit: float, seconds: float, batch: int = 0) -> Answers:
+def ask(unit: Unit, python: Path, limit: float, seconds: float, batches=()) -> Answers:
     folder = unit.mechanism.folder
     answers = Answers(count_states(unit.mechanism))
-    left = [*TASKS, *(["batch"] if batch and seconds else [])]
+    left = [*TASKS, *(f"batch:{count}" for count in batches if seconds)]
     while left:
         command = [python, HERE / "worker.py", unit.engine, unit.variant, unit.precision, folder]
-        command += ["--tasks", ",".join(left), "--seconds", str(seconds), "--batch", str(batch)]
+        command += ["--tasks", ",".join(left), "--seconds", str(seconds)]
         begun = "load"
         try:
-            for said in lines(command, limit):
-                begun = said.get("begin", begun)
-                answers.take(said)
-                if "refused" in said:
-                    answers.fill(left, said["refused"])
+            with Worker(command, limit) as worker:
+                for said in worker.lines():
+                    begun = said.get("begin", begun)
+                    answers.take(said)
+                    if "refused" in said:
+                        answers.fill(left, said["refused"])
             answers.fill(left, "crashed: no answer")
             left = []
         except Ended as how:
@@ -223,11 +193,9 @@ def write(unit: Unit, answers: Answers, final: bool = True) -> None:
             errors.append(row)
             why = outcome if "error" not in said else why
         times.append(time_row(unit, answers.version, task, 1, answers.times.get(task, {}), why))
-    if answers.batch:
-        batch = answers.batch
-        times.append(
-            time_row(unit, answers.version, BATCHED, batch.get("batch", 0), batch, "not timed")
-        )
+    for task, batch in answers.batches.items():
+        count = int(task.removeprefix("batch:"))
+        times.append(time_row(unit, answers.version, BATCHED, count, batch, "not timed"))
     key = unit.path("errors").with_suffix(".key")
     key.unlink(missing_ok=True)
     records.write(unit.path("errors"), records.ERRORS, errors)
@@ -255,6 +223,7 @@ def write_rounding(mechanism: Written) -> None:
         ]
         for task, measure in TASKS.items()
         for i, state in enumerate(truth["states"])
+        if task in state["rounding"]
     ]
     name = mechanisms.slug(f"rounding-{mechanism.scene}")
     records.write(OUT / f"errors-engines-{name}.csv", records.ERRORS, rows)
@@ -282,16 +251,28 @@ def chosen(options: argparse.Namespace) -> tuple[list[str], list[str]]:
     return engines or adapters(), scenes or mechanisms.USUAL
 
 
+def searched(options: argparse.Namespace, engines: list[str]) -> int:
+    try:
+        import search
+    except ImportError as missing:
+        raise BadName(f"--search needs {missing.name}: scripts/setup") from None
+    return search.run(engines, options.evaluations, options.seed, options.limit, options.out)
+
+
 def run(options: argparse.Namespace) -> int:
     engines, scenes = chosen(options)
     if options.lock:
-        for engine in engines:
+        for engine in defects.environments_of() if options.defects else engines:
             environments.lock(engine)
         return 0
+    if options.defects:
+        return defects.run(options.limit)
     if not mechanisms.PROGRAM.exists():
         raise BadName(
             "build/bin/export_mechanism is not there: scripts/build export_mechanism kalmarm"
         )
+    if options.search:
+        return searched(options, engines)
     written = [mechanisms.write(name) for name in scenes]
     for mechanism in written:
         write_rounding(mechanism)
@@ -325,6 +306,12 @@ def run(options: argparse.Namespace) -> int:
     return 1 if absent else 0
 
 
+def positive(text: str) -> int:
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"'{text}' is no positive number")
+    return int(text)
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(
         prog="engines",
@@ -332,8 +319,8 @@ def main() -> int:
         f"truth: records for the page in {os.path.relpath(OUT, ROOT)}. ENGINE is one of "
         f"{', '.join(adapters())}; "
         "MECHANISM a SCENE of any program, SCENE+STRESS=VALUE with a stress of `limits`, or "
-        "found/NAME of accuracy/adversary/found. Each engine is installed into an environment of "
-        "its own, build/engines/ENGINE.",
+        "found/NAME of accuracy/adversary/found, or finds/NAME of accuracy/engines/finds. Each "
+        "engine is installed into an environment of its own, build/engines/ENGINE.",
     )
     parser.add_argument("names", nargs="*", metavar="ENGINE|MECHANISM")
     parser.add_argument(
@@ -347,12 +334,42 @@ def main() -> int:
     )
     parser.add_argument(
         "--batch",
-        type=int,
-        default=BATCH,
-        help="states that an engine that can is timed with at once; 0: none (%(default)d)",
+        type=positive,
+        nargs="*",
+        default=BATCHES,
+        metavar="COUNT",
+        help="states that an engine that can is timed with at once ("
+        + ", ".join(map(str, BATCHES))
+        + ")",
     )
     parser.add_argument(
-        "--lock", action="store_true", help="write the locks of these engines anew, and stop"
+        "--lock",
+        action="store_true",
+        help="write the locks of these engines, or of --defects, anew, and stop",
+    )
+    parser.add_argument(
+        "--defects",
+        action="store_true",
+        help="check older versions in which known defects live, and today's",
+    )
+    parser.add_argument(
+        "--search",
+        action="store_true",
+        help="search arms of ordinary proportions for the worst silent error of each engine, in "
+        "float32 where it has that",
+    )
+    parser.add_argument(
+        "--evaluations",
+        type=positive,
+        default=300,
+        help="arms of a search, in generations of 30 (%(default)d)",
+    )
+    parser.add_argument("--seed", type=int, default=1, help="of a search (%(default)d)")
+    parser.add_argument(
+        "--out",
+        type=Path,
+        default=mechanisms.FOLDER / "search",
+        help="folder for the worst arms of a search (build/engines/search)",
     )
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:

@@ -3,6 +3,7 @@
 panda  chain:31  my_robot.urdf     a scene of any program
 iiwa14+payload=1e4                 the same under a stress of `limits`
 found/Fast-SquareRoot-float32      what the adversary found, with its state
+finds/MuJoCo-Warp-float32          what a search of arms found of an engine, with its state
 """
 
 import hashlib
@@ -16,6 +17,7 @@ from environments import FOLDER, ROOT
 
 PROGRAM = ROOT / "build" / "bin" / "export_mechanism"
 FOUND = ROOT / "accuracy" / "adversary" / "found"
+FINDS = Path(__file__).resolve().parent / "finds"
 STATES = 8
 ROBOTS = "two_link puma560 panda iiwa14 ur10e so101 go2 g1 shadow_hand".split()
 FAMILIES = ["chain:7", "chain:31", "chain:63", "straight:31", "tree:31"]
@@ -42,16 +44,20 @@ class Written(NamedTuple):
 
 
 def found() -> list[str]:
-    return [f"found/{path.stem}" for path in sorted(FOUND.glob("*.xml"))]
+    folders = {"found": FOUND, "finds": FINDS}
+    return [
+        f"{name}/{path.stem}" for name in folders for path in sorted(folders[name].glob("*.xml"))
+    ]
 
 
 def arguments(name: str) -> list[str]:
     """Of export_mechanism."""
     if name in found():
-        path = FOUND / name.removeprefix("found/")
+        folder, stem = name.split("/")
+        path = (FOUND if folder == "found" else FINDS) / stem
         return [f"{path}.xml", "--states", f"{path}.json"]
     if not (parts := NAME.fullmatch(name)):
-        raise BadName(f"'{name}' is no SCENE, SCENE+STRESS=VALUE or found/NAME")
+        raise BadName(f"'{name}' is no SCENE, SCENE+STRESS=VALUE, found/NAME or finds/NAME")
     out = [parts["scene"], "--random", str(STATES)]
     return out + (
         ["--stress", parts["stress"], "--value", parts["value"]] if parts["stress"] else []
@@ -69,14 +75,21 @@ def label(name: str, nv: int) -> str:
     return f"{stem.removesuffix(f':{nv}')}:{nv}"
 
 
+def export(options: list, environment: dict | None = None) -> str:
+    """Runs export_mechanism; why it wrote nothing, in a line."""
+    command = [PROGRAM, *options]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
+    if not done.returncode:
+        return ""
+    lines = done.stderr.strip().splitlines() or [f"exit {done.returncode}"]
+    return lines[-1].removeprefix("export_mechanism: error: ")
+
+
 def write(name: str) -> Written:
     """Its files, made anew: the program keeps truth that it worked out before."""
     folder = FOLDER / "mechanisms" / slug(name)
-    command = [PROGRAM, *arguments(name), "--out", folder]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    if done.returncode:
-        lines = done.stderr.strip().splitlines() or [f"exit {done.returncode}"]
-        raise BadName(f"{name}: {lines[-1].removeprefix('export_mechanism: error: ')}")
+    if why := export([*arguments(name), "--out", folder]):
+        raise BadName(f"{name}: {why}")
     digest = hashlib.sha256()
     for file in ("robot.xml", "truth.json"):
         digest.update((folder / file).read_bytes())

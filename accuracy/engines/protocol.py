@@ -16,6 +16,12 @@ where T' v is zero but for a base whose linear velocity p' is told in its own ax
 
     T' v = -omega x R^T p'                                                                     (3)
 
+Derivatives of a are asked of mechanisms of hinges and slides alone, whose q are T q too:
+
+    da/dq = T^-1 da_e/dq_e T,   da/dv = T^-1 da_e/dw T,   da/dtau = X                          (4)
+
+three blocks side by side.
+
 What is mapped is mapped in float64, outside of the timed call.
 """
 
@@ -27,7 +33,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-TASKS = ("mass", "inverse", "acceleration", "inverse_dynamics")
+TASKS = ("mass", "inverse", "acceleration", "inverse_dynamics", "derivatives")
 
 
 class Unsupported(Exception):
@@ -56,7 +62,7 @@ class State(NamedTuple):
     v: np.ndarray  # nv
     tau: np.ndarray  # nv
     a: np.ndarray  # nv, of inverse dynamics
-    truth: dict[str, np.ndarray]  # by task
+    truth: dict[str, np.ndarray]  # by task; no derivatives of mechanisms that have none
 
 
 class Mechanism:
@@ -90,12 +96,16 @@ class Mechanism:
         key = "truth" if armature or not self.has_armature else "without_armature"
         fields = ("qpos", "qvel", "tau", "qacc")
         return [
-            State(
-                *(np.array(entry[field]) for field in fields),
-                {task: np.array(entry[key][task]) for task in TASKS},
-            )
+            State(*(np.array(entry[field]) for field in fields), _truth(entry[key]))
             for entry in self.record["states"]
         ]
+
+
+def _truth(given: dict) -> dict[str, np.ndarray]:
+    truth = {task: np.array(given[task]) for task in TASKS if task in given}
+    if "derivatives" in truth:
+        truth["derivatives"] = np.hstack([truth["derivatives"], truth["inverse"]])
+    return truth
 
 
 @dataclass(frozen=True)
@@ -119,7 +129,7 @@ def rotation(quaternion: np.ndarray) -> np.ndarray:
 
 
 class Coordinates:
-    """(1) to (3): `order` has of every DoF of ours its place among the engine's."""
+    """(1) to (4): `order` has of every DoF of ours its place among the engine's."""
 
     def __init__(self, mechanism: Mechanism, order: list[int], base: Base | None = None):
         self.mechanism, self.base = mechanism, base or Base()
@@ -163,6 +173,10 @@ class Coordinates:
             return np.linalg.solve(T, np.linalg.solve(T, x.T).T)
         if task == "acceleration":
             return np.linalg.solve(T, x - self.drift(state))
+        if task == "derivatives":
+            by_q, by_v, by_tau = np.hsplit(x, 3)
+            blocks = [np.linalg.solve(T, block) @ T for block in (by_q, by_v)]
+            return np.hstack([*blocks, self.read("inverse", state, by_tau)])
         return T.T @ x
 
 
@@ -185,6 +199,7 @@ class Engine:
     precisions: tuple[str, ...] = ("float64",)
     armature = True  # or else the mechanism is asked about without
     warning: type[Warning] | None = None  # by which the engine says that an answer may be wrong
+    eager = False  # do without compilation where that is for every mechanism anew
     calls: dict[str, str] = {}  # by task: what of the engine is called, as its manual recommends
 
     def __init__(self, mechanism: Mechanism, precision: str):
@@ -199,6 +214,10 @@ class Engine:
         """One call for the accelerations of all states, by the engine's own way of many at once."""
         raise Unsupported("it has no call of many states")
 
+    def saved(self) -> float:
+        """Seconds of compilation, until now, that a cache of earlier runs has saved."""
+        return 0.0
+
 
 def joint_order(mechanism: Mechanism, first_dof: Callable[[Joint], int]) -> list[int]:
     """`order` of Coordinates: `first_dof` gives a joint's first DoF among the engine's."""
@@ -211,15 +230,20 @@ def joint_order(mechanism: Mechanism, first_dof: Callable[[Joint], int]) -> list
 
 def error(task: str, computed: np.ndarray, truth: np.ndarray) -> float:
     """Of a vector |dx| / |x|, of a matrix max |dA_ij| / sqrt(A_ii A_jj): `relative` and `scaled` of
-    accuracy/measures."""
+    accuracy/measures. Of derivatives the largest |dA| / |A|, by Frobenius norms, of the three
+    blocks; of a block that is zero |dA| over the norm of all."""
     if computed.shape != truth.shape:
         raise ValueError(f"{task} has shape {computed.shape}, not {truth.shape}")
     difference = np.abs(computed - truth)
     if task in ("mass", "inverse"):
         size = np.sqrt(np.diag(truth))
         return float(np.max(difference / np.outer(size, size)))
-    size = np.linalg.norm(truth)
-    return 0.0 if not difference.any() else float(np.linalg.norm(difference) / size)
+    parts = 3 if task == "derivatives" else 1
+    sizes = [np.linalg.norm(block) for block in np.hsplit(truth, parts)]
+    whole = np.linalg.norm(truth)
+    errors = [np.linalg.norm(block) for block in np.hsplit(difference, parts)]
+    # No error is none of nothing too.
+    return float(np.max([e and e / (size or whole) for e, size in zip(errors, sizes, strict=True)]))
 
 
 MEASURE = {
@@ -227,4 +251,5 @@ MEASURE = {
     "inverse": "scaled",
     "acceleration": "relative",
     "inverse_dynamics": "relative",
+    "derivatives": "relative",
 }

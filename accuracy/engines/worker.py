@@ -1,12 +1,15 @@
 """Asks one engine about one mechanism, in the engine's own environment:
 
-    worker.py ENGINE VARIANT PRECISION FOLDER [--tasks mass,…,batch] [--seconds S] [--batch COUNT]
+    worker.py ENGINE VARIANT PRECISION FOLDER [--tasks mass,…,batch:64] [--seconds S] [--eager]
 
 A line of JSON each on standard output: {"version"}; {"begin": task} before a task, so that who
 reads sees where a worker hangs or dies; {"task", "state", "measure", "error"}, or an "outcome"
 that says why there is none; {"task", "nanoseconds", "variation", "repetitions", "first_call"}
 once all states of a task are answered; {"batch"} with the time of a state among many.
 {"refused"} says why the engine cannot hold the mechanism.
+
+FOLDER - reads folders from standard input, a line each, and says {"done": folder} after each: an
+engine is imported once, and what it compiled for one mechanism serves the next of its structure.
 """
 
 import argparse
@@ -24,6 +27,7 @@ from pathlib import Path
 from protocol import MEASURE, TASKS, Engine, Mechanism, Refused, State, Unsupported, error
 
 REPETITIONS = 7  # of a timing; the median counts
+BATCH = "batch:"  # begins a task that is to answer so many states at once
 
 
 def say(**record) -> None:
@@ -38,6 +42,10 @@ def short(exception: Exception) -> str:
 def judge(engine: Engine, task: str, state: State) -> dict:
     """The error of one answer, or why there is none."""
     try:
+        if task not in state.truth:
+            raise Unsupported("it is asked of hinges and slides alone")
+        if task not in engine.calls:
+            raise Unsupported("it has no such call")
         call = engine.call(task, state)
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
@@ -79,7 +87,7 @@ def timed(runs: list, seconds: float, states: int = 1) -> dict:
 
 def batch(engine: Engine, states: list[State], count: int, seconds: float) -> dict:
     """The time of a state in one call of many, where the engine has such a call."""
-    begin = time.perf_counter()
+    begin = time.perf_counter() + engine.saved()
     try:
         run = engine.batch([states[i % len(states)] for i in range(count)])
         run()
@@ -87,14 +95,12 @@ def batch(engine: Engine, states: list[State], count: int, seconds: float) -> di
         return {"outcome": f"unsupported: {reason}"}
     except Exception as reason:  # noqa: BLE001
         return {"outcome": f"failed: {short(reason)}"}
-    first_call = time.perf_counter() - begin
+    first_call = time.perf_counter() + engine.saved() - begin
     return {"first_call": first_call, **timed([run], seconds, count)}
 
 
-def work(options: argparse.Namespace) -> None:
-    adapter = importlib.import_module(f"adapters.{options.engine}").Adapter
-    say(version=version(adapter.package))
-    mechanism = Mechanism(options.folder)
+def work(options: argparse.Namespace, adapter: type[Engine], folder: Path) -> None:
+    mechanism = Mechanism(folder)
     states = mechanism.states(adapter.armature)
     say(begin="load")
     try:
@@ -108,14 +114,16 @@ def work(options: argparse.Namespace) -> None:
         return
     for task in options.tasks.split(","):
         say(begin=task)
-        if task == "batch":
-            say(batch=options.batch, **batch(engine, states, options.batch, options.seconds))
+        if task.startswith(BATCH):
+            count = int(task.removeprefix(BATCH))
+            say(batch=count, **batch(engine, states, count, options.seconds))
             continue
-        begin, first_call, answered = time.perf_counter(), None, 0
+        # As if no cache of earlier runs had saved compilation.
+        begin, first_call, answered = time.perf_counter() + engine.saved(), None, 0
         for i, state in enumerate(states):
             judged = judge(engine, task, state)
             if first_call is None:
-                first_call = time.perf_counter() - begin
+                first_call = time.perf_counter() + engine.saved() - begin
             answered += "error" in judged
             say(task=task, state=i, measure=MEASURE[task], **judged)
         if answered == len(states) and options.seconds > 0:
@@ -128,11 +136,20 @@ def main() -> int:
     parser.add_argument("engine")
     parser.add_argument("variant")
     parser.add_argument("precision", choices=("float32", "float64"))
-    parser.add_argument("folder", type=Path)
+    parser.add_argument("folder", help="of export_mechanism, or -")
     parser.add_argument("--tasks", default=",".join(TASKS))
-    parser.add_argument("--batch", type=int, default=0, help="states of the task `batch`")
+    parser.add_argument("--eager", action="store_true", help="no compilation for each mechanism")
     parser.add_argument("--seconds", type=float, default=0.1, help="of a timing; 0: none")
-    work(parser.parse_args())
+    options = parser.parse_args()
+    adapter = importlib.import_module(f"adapters.{options.engine}").Adapter
+    adapter.eager = options.eager
+    say(version=version(adapter.package))
+    if options.folder != "-":
+        work(options, adapter, Path(options.folder))
+        return 0
+    for line in sys.stdin:
+        work(options, adapter, Path(line.strip()))
+        say(done=line.strip())
     return 0
 
 

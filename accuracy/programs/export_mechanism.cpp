@@ -10,6 +10,12 @@
 // what was rounded, and proven (truth.hpp). `rounding` tells how far the same states' true answers are
 // apart with parameters as they were given: the error of an engine that rounds nothing else.
 // An engine that knows no armature is asked about the mechanism without; `without_armature` has its truth.
+// Derivatives of a = X (tau - bias), of a mechanism of hinges and slides alone, are those of inverse
+// dynamics t(q, qd, qdd) at the true a,
+//   da/dq = -X dt/dq,   da/dqd = -X dt/dqd                                                 (1)
+// by central differences in multi-precision, with steps of a third of its digits by q, of 1 by qd, of which t
+// is a polynomial of second degree.
+#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -53,6 +59,7 @@ struct Asked {
 struct Answers {
   MatrixX<Real> M, X;
   VectorX<Real> a, tau;
+  MatrixX<Real> da;  // nv x 2 nv, by q and qd; empty unless `differentiable`
 };
 
 template <class Vector>
@@ -81,6 +88,32 @@ bool has_armature(const Model<double>& model) {
   return false;
 }
 
+bool differentiable(const Model<double>& model) {
+  for (int k = 0; k < model.nv(); ++k)
+    if (model.joint(k).coordinate == Coordinate::quaternion) return false;
+  return true;
+}
+
+// (1)
+MatrixX<Real> derivatives(const Model<Real>& model, const Asked& asked, const Answers& exact,
+                          unsigned digits) {
+  const int nv = model.nv();
+  const VectorX<Real> q = asked.state.q.cast<Real>(), qd = asked.state.qd.cast<Real>();
+  const auto torque = [&](int k, const Real& dq, const Real& dqd) {
+    VectorX<Real> q_at = q, qd_at = qd;
+    q_at[model.joint(k).q_index] += dq;
+    qd_at[k] += dqd;
+    return WorldMechanics<Real>(model, q_at).torque(qd_at, exact.a, model.gravity());
+  };
+  const Real h = pow(Real(10), -static_cast<int>(digits / 3));
+  MatrixX<Real> dt(nv, 2 * nv);
+  for (int k = 0; k < nv; ++k) {
+    dt.col(k) = (torque(k, h, 0) - torque(k, Real(-h), 0)) / Real(2 * h);
+    dt.col(nv + k) = (torque(k, 0, 1) - torque(k, 0, -1)) / Real(2);
+  }
+  return -exact.X * dt;
+}
+
 Answers answers(const Model<double>& model, const Asked& asked, const std::string& where) {
   Truth<double> exact;
   try {
@@ -95,24 +128,38 @@ Answers answers(const Model<double>& model, const Asked& asked, const std::strin
   const Digits digits(exact.digits);
   const Model<Real> real = model.cast<Real>();
   const WorldMechanics<Real> mechanics(real, asked.state.q.cast<Real>());
-  return {exact.M, exact.X, exact.responses[0].a,
-          mechanics.torque(asked.state.qd.cast<Real>(), asked.qdd.cast<Real>(), real.gravity())};
+  Answers out{exact.M,
+              exact.X,
+              exact.responses[0].a,
+              mechanics.torque(asked.state.qd.cast<Real>(), asked.qdd.cast<Real>(), real.gravity()),
+              {}};
+  if (differentiable(model)) out.da = derivatives(real, asked, out, exact.digits);
+  return out;
 }
 
 json to_json(const Answers& exact) {
-  return {{"mass", rows(exact.M)},
-          {"inverse", rows(exact.X)},
-          {"acceleration", numbers(exact.a)},
-          {"inverse_dynamics", numbers(exact.tau)}};
+  json out = {{"mass", rows(exact.M)},
+              {"inverse", rows(exact.X)},
+              {"acceleration", numbers(exact.a)},
+              {"inverse_dynamics", numbers(exact.tau)}};
+  if (exact.da.size() > 0) out["derivatives"] = rows(exact.da);
+  return out;
 }
 
 // Of the truth of other parameters, taken as computed.
 json distance(const Answers& of, const Answers& from) {
   const VectorX<Real> dtau = of.tau - from.tau;
-  return {{"mass", matrix_error(of.M, from.M).scaled},
-          {"inverse", matrix_error(of.X, from.X).scaled},
-          {"acceleration", acceleration_error(of.a, from.a, from.M).relative},
-          {"inverse_dynamics", quotient<Real>(dtau.norm(), from.tau.norm())}};
+  json out = {{"mass", matrix_error(of.M, from.M).scaled},
+              {"inverse", matrix_error(of.X, from.X).scaled},
+              {"acceleration", acceleration_error(of.a, from.a, from.M).relative},
+              {"inverse_dynamics", quotient<Real>(dtau.norm(), from.tau.norm())}};
+  if (const Eigen::Index nv = of.X.rows(); of.da.size() > 0) {
+    const auto block = [&](auto&& x, auto&& y) { return quotient<Real>((x - y).norm(), y.norm()); };
+    out["derivatives"] = std::max({block(of.da.leftCols(nv), from.da.leftCols(nv)),
+                                   block(of.da.rightCols(nv), from.da.rightCols(nv)),
+                                   block(of.X, from.X)});
+  }
+  return out;
 }
 
 // The joints of the files, each with its DoF and entries of q.

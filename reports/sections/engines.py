@@ -158,34 +158,30 @@ def _figures(points: list[Point], style: Style, first: str) -> list[Figure]:
 
 
 def _times(times: list[EngineTime]) -> list[Table]:
-    """Of accelerations: one state, many at once, and the first call."""
-    rows = []
+    """Of accelerations: one state, a state of so many at once, and the first call."""
     own = [time for time in times if time.task == "acceleration"]
+    counts = sorted({time.batch for time in own if time.nanoseconds} | {1})
+    rows = []
     for scene, here in sorted(
         _grouped(own, lambda it: it.scene).items(), key=lambda it: _order(it[0])
     ):
         for series, calls in _grouped(here, _series).items():
-            one = next((call for call in calls if call.batch == 1), None)
-            many = next((call for call in calls if call.batch > 1 and call.nanoseconds), None)
-            if not (one and one.nanoseconds) and not many:
+            known = {call.batch: call for call in calls if call.nanoseconds}
+            if not known:
                 continue
-            first = next((call.first_call for call in (one, many) if call and call.first_call), 0)
-            cells = [scene, *series, time_text(one.nanoseconds if one else None)]
-            cells += [time_text(many.nanoseconds), str(many.batch)] if many else ["–", "–"]
-            rows.append([*cells, f"{first:.2g} s"])
+            first = next(
+                (call.first_call for _, call in sorted(known.items()) if call.first_call), 0
+            )
+            cells = [
+                time_text(known[count].nanoseconds) if count in known else "–" for count in counts
+            ]
+            rows.append([scene, *series, *cells, f"{first:.2g} s"])
     if not rows:
         return []
-    columns = [
-        "Scene:N",
-        "Engine",
-        "Precision",
-        "One state",
-        "A state of many",
-        "Many",
-        "First call",
-    ]
+    at_once = [f"A state of {count}" for count in counts if count > 1]
+    columns = ["Scene:N", "Engine", "Precision", "One state", *at_once, "First call"]
     caption = "Time of an acceleration from Python; the first call has what is compiled"
-    return [Table(caption, columns, rows, "lllrrrr", folded=True)]
+    return [Table(caption, columns, rows, "lll" + "r" * (len(counts) + 1), folded=True)]
 
 
 def _silences(answers: list[EngineAnswer]) -> list[Table]:

@@ -91,12 +91,20 @@ def test_times_are_of_one_state_and_of_many_and_stand_beside_errors(take):
 
     data = take(
         [answer(1e-5), answer(1e-5, scene="leg:7")],
-        [time(1, 4000), time(4096, 100), time(1, "nan", "failed: x", scene="leg:7")],
+        [
+            time(1, 4000),
+            time(64, 300),
+            time(4096, 100),
+            time(1, "nan", "failed: x", scene="leg:7"),
+            time(64, 200, scene="leg:7"),
+        ],
     )
     section = engines.section(data)
     assert section.tables[1].rows == [
-        ["arm:7", "Some", "float32", "4.00 µs", "100 ns", "4096", "12 s"]
+        ["arm:7", "Some", "float32", "4.00 µs", "300 ns", "100 ns", "12 s"],
+        ["leg:7", "Some", "float32", "–", "200 ns", "–", "12 s"],
     ]
+    assert section.tables[1].columns[3:6] == ["One state", "A state of 64", "A state of 4096"]
     assert section.statements == ["Versions: Some 2.1."]
     (figure,) = section.figures
     drawn = [row for rows in figure.chart.to_dict()["datasets"].values() for row in rows]

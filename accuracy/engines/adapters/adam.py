@@ -4,13 +4,13 @@ on a fixed base is its last nv rows and columns, with a base at rest that gravit
 
 import numpy as np
 
-from by_jax import Compiled, jax, set_precision
-from protocol import Base, Call, Coordinates, Engine, Mechanism, State, joint_order, rotation
+from by_jax import Compiled, JaxEngine, jax, set_precision
+from protocol import Base, Coordinates, Mechanism, State, joint_order, rotation
 
 from adam.jax import KinDynComputations  # noqa: E402
 
 
-class Adapter(Engine):
+class Adapter(JaxEngine):
     name = "adam"
     package = "adam-robotics"
     precisions = ("float32", "float64")
@@ -20,6 +20,7 @@ class Adapter(Engine):
         "inverse": "mass_matrix, jax.numpy.linalg.inv",
         "acceleration": "mass_matrix, bias_force, jax.numpy.linalg.solve",
         "inverse_dynamics": "mass_matrix times accelerations plus bias_force",
+        "derivatives": "jax.jacfwd of the acceleration",
     }
 
     def __init__(self, mechanism: Mechanism, precision: str):
@@ -49,15 +50,15 @@ class Adapter(Engine):
                 skip:
             ]
 
-        def acceleration(H, q, v, tau):
+        def acceleration(_, H, q, v, tau):
             return jnp.linalg.solve(mass(H, q), tau - bias(H, q, v))
 
         self.compiled = Compiled(
             {
-                "mass": mass,
-                "inverse": lambda H, q: jnp.linalg.inv(mass(H, q)),
+                "mass": lambda _, H, q: mass(H, q),
+                "inverse": lambda _, H, q: jnp.linalg.inv(mass(H, q)),
                 "acceleration": acceleration,
-                "inverse_dynamics": lambda H, q, v, a: mass(H, q) @ a + bias(H, q, v),
+                "inverse_dynamics": lambda _, H, q, v, a: mass(H, q) @ a + bias(H, q, v),
             }
         )
 
@@ -68,15 +69,7 @@ class Adapter(Engine):
         q, v = state.q[self.q_of], its.velocity(state)
         rest = {
             "acceleration": (v, its.torque(state)),
+            "derivatives": (v, its.torque(state)),
             "inverse_dynamics": (v, its.acceleration(state)),
         }.get(task, ())
         return H, q, *rest
-
-    def call(self, task: str, state: State) -> Call:
-        its = self.coordinates
-        run = self.compiled.run(task, *self.arguments(task, state))
-        return Call(run, lambda x: its.read(task, state, np.array(x)))
-
-    def batch(self, states: list[State]):
-        each = [self.arguments("acceleration", state) for state in states]
-        return self.compiled.batch("acceleration", [np.stack(x) for x in zip(*each, strict=True)])

@@ -8,10 +8,8 @@ A root without inertia is no link to its reader. What stands on the ground may h
 
 import tempfile
 
-import numpy as np
-
-from by_jax import Compiled, jax, set_precision
-from protocol import Call, Coordinates, Engine, Mechanism, State, Unsupported, joint_order
+from by_jax import Compiled, JaxEngine, jax, set_precision
+from protocol import Coordinates, Mechanism, State, Unsupported, joint_order
 
 GRAVITY = 9.81
 ROOT = '<link name="world"/>'
@@ -19,7 +17,7 @@ WEIGHED = """<link name="world"><inertial><origin xyz="0 0 0" rpy="0 0 0"/><mass
 <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>"""
 
 
-class Adapter(Engine):
+class Adapter(JaxEngine):
     name = "frax"
     package = "frax"
     precisions = ("float32", "float64")
@@ -29,6 +27,7 @@ class Adapter(Engine):
         "inverse": "Robot.crba, mass_matrix_inverse",
         "acceleration": "Robot.forward_dynamics",
         "inverse_dynamics": "Robot.rnea",
+        "derivatives": "jax.jacfwd of Robot.forward_dynamics",
     }
 
     def __init__(self, mechanism: Mechanism, precision: str):
@@ -58,25 +57,17 @@ class Adapter(Engine):
         self.weights = jax.jit(robot.gravity_vector)
         self.compiled = Compiled(
             {
-                "mass": robot.crba,
-                "inverse": lambda q: robot.mass_matrix_inverse(robot.crba(q)),
-                "acceleration": lambda q, v, tau: robot.forward_dynamics(q, v, tau, None),
-                "inverse_dynamics": lambda q, v, a: robot.rnea(q, v, a, upwards, None),
+                "mass": lambda _, q: robot.crba(q),
+                "inverse": lambda _, q: robot.mass_matrix_inverse(robot.crba(q)),
+                "acceleration": lambda _, q, v, tau: robot.forward_dynamics(q, v, tau, None),
+                "inverse_dynamics": lambda _, q, v, a: robot.rnea(q, v, a, upwards, None),
             }
         )
 
     def arguments(self, task: str, state: State) -> tuple:
         its, q = self.coordinates, state.q[self.q_of]
-        if task == "acceleration":
+        if task in ("acceleration", "derivatives"):
             return q, its.velocity(state), its.torque(state) - self.missing * self.weights(q)
         if task == "inverse_dynamics":
             return q, its.velocity(state), its.acceleration(state)
         return (q,)
-
-    def call(self, task: str, state: State) -> Call:
-        run = self.compiled.run(task, *self.arguments(task, state))
-        return Call(run, lambda x: self.coordinates.read(task, state, np.array(x)))
-
-    def batch(self, states: list[State]):
-        each = [self.arguments("acceleration", state) for state in states]
-        return self.compiled.batch("acceleration", [np.stack(x) for x in zip(*each, strict=True)])

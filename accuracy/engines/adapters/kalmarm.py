@@ -7,7 +7,7 @@ import numpy as np
 
 from protocol import Call, Engine, Mechanism, Refused, State, Unsupported
 
-WANTS = ("mass", "inverse", "acceleration", "inverse_dynamics")
+WANTS = ("mass", "inverse", "acceleration", "inverse_dynamics", "derivatives")
 
 
 class Adapter(Engine):
@@ -24,6 +24,7 @@ class Adapter(Engine):
         "inverse": "Robot.inverse_mass_matrix",
         "acceleration": "Robot.forward_dynamics",
         "inverse_dynamics": "Robot.inverse_dynamics",
+        "derivatives": "Robot.forward_dynamics_derivatives",
     }
 
     def __init__(self, mechanism: Mechanism, precision: str, form: str):
@@ -42,6 +43,7 @@ class Adapter(Engine):
             "inverse": (self.robot.inverse_mass_matrix, (q,)),
             "acceleration": (self.robot.forward_dynamics, (q, v, tau)),
             "inverse_dynamics": (self.robot.inverse_dynamics, (q, v, a)),
+            "derivatives": (self.robot.forward_dynamics_derivatives, (q, v, tau)),
         }[task]
 
         def run():
@@ -50,6 +52,8 @@ class Adapter(Engine):
             except kalmarm.DynamicsError as error:
                 raise Refused(str(error)) from None
 
+        if task == "derivatives":
+            return Call(run, lambda x: np.hstack([x.dq, x.dqd, x.dtau]).astype(np.float64))
         return Call(run, lambda x: np.array(x, dtype=np.float64))
 
     def batch(self, states: list[State]):

@@ -1,23 +1,59 @@
 """MuJoCo MJX, its JAX implementation, on the processor: float32 is JAX's default."""
 
 import mujoco
-import numpy as np
 
-from by_jax import Compiled, jax, set_precision
-from protocol import Call, Engine, Mechanism, State, Unsupported
+from by_jax import Compiled, JaxEngine, jax, set_precision
+from protocol import Mechanism, State, Unsupported
 
 from mujoco import mjx  # noqa: E402
 
 
-class Adapter(Engine):
+def placed(model, q):
+    m, start = model
+    return mjx.fwd_position(m, start.replace(qpos=q))
+
+
+def mass(model, q):
+    return mjx.full_m(model[0], placed(model, q))
+
+
+def inverse(model, q):
+    d = placed(model, q)
+    unit = jax.numpy.eye(model[0].nv)
+    return jax.vmap(lambda x: mjx._src.smooth.solve_m(model[0], d, x))(unit)
+
+
+def acceleration(model, q, v, tau):
+    m, start = model
+    return mjx.forward(m, start.replace(qpos=q, qvel=v, qfrc_applied=tau)).qacc_smooth
+
+
+def inverse_dynamics(model, q, v, a):
+    m, start = model
+    return mjx.inverse(m, start.replace(qpos=q, qvel=v, qacc=a)).qfrc_inverse
+
+
+COMPILED = Compiled(
+    {
+        "mass": mass,
+        "inverse": inverse,
+        "acceleration": acceleration,
+        "inverse_dynamics": inverse_dynamics,
+    }
+)
+
+
+class Adapter(JaxEngine):
     name = "MJX"
     package = "mujoco-mjx"
     precisions = ("float32", "float64")
+    compiled = COMPILED
     calls = {
         "mass": "fwd_position, full_m",
         "inverse": "fwd_position, solve_m on the unit vectors",
         "acceleration": "forward, qacc_smooth",
         "inverse_dynamics": "inverse, qfrc_inverse",
+        "derivatives": "jax.jacfwd of forward",
     }
 
     def __init__(self, mechanism: Mechanism, precision: str):
@@ -26,40 +62,9 @@ class Adapter(Engine):
             model = mujoco.MjModel.from_xml_path(str(mechanism.mjcf))
         except ValueError as error:
             raise Unsupported(str(error).splitlines()[0]) from None
-        m, start = mjx.put_model(model, impl="jax"), mjx.make_data(model, impl="jax")
-        unit = jax.numpy.eye(mechanism.nv)
+        self.model = mjx.put_model(model, impl="jax"), mjx.make_data(model, impl="jax")
 
-        def placed(q):
-            return mjx.fwd_position(m, start.replace(qpos=q))
-
-        def acceleration(q, v, tau):
-            return mjx.forward(m, start.replace(qpos=q, qvel=v, qfrc_applied=tau)).qacc_smooth
-
-        def inverse(q):
-            d = placed(q)
-            return jax.vmap(lambda x: mjx._src.smooth.solve_m(m, d, x))(unit)
-
-        def inverse_dynamics(q, v, a):
-            return mjx.inverse(m, start.replace(qpos=q, qvel=v, qacc=a)).qfrc_inverse
-
-        self.compiled = Compiled(
-            {
-                "mass": lambda q: mjx.full_m(m, placed(q)),
-                "inverse": inverse,
-                "acceleration": acceleration,
-                "inverse_dynamics": inverse_dynamics,
-            }
-        )
-
-    def call(self, task: str, state: State) -> Call:
-        arguments = {
-            "acceleration": (state.q, state.v, state.tau),
-            "inverse_dynamics": (state.q, state.v, state.a),
-        }.get(task, (state.q,))
-        return Call(self.compiled.run(task, *arguments), lambda x: np.array(x, dtype=np.float64))
-
-    def batch(self, states: list[State]):
-        return self.compiled.batch(
-            "acceleration",
-            [np.stack(x) for x in zip(*(state[:3] for state in states), strict=True)],
-        )
+    def arguments(self, task: str, state: State) -> tuple:
+        if task in ("acceleration", "derivatives"):
+            return state.q, state.v, state.tau
+        return (state.q, state.v, state.a) if task == "inverse_dynamics" else (state.q,)

@@ -6,14 +6,18 @@ import numpy as np
 from protocol import Call, Engine, Mechanism, State, Unsupported
 
 
+STEP = 1e-6  # of finite differences, as its manual has it
+
+
 class Adapter(Engine):
     name = "MuJoCo"
-    package = "mujoco"
+    package = "mujoco-core"
     calls = {
         "mass": "mj_fwdPosition, mj_fullM",
         "inverse": "mj_fwdPosition, mj_solveM on the unit vectors",
         "acceleration": "mj_forward, qacc_smooth",
         "inverse_dynamics": "mj_inverse, qfrc_inverse",
+        "derivatives": "mjd_inverseFD: finite differences of inverse dynamics, by mj_solveM",
     }
 
     def __init__(self, mechanism: Mechanism, precision: str):
@@ -51,4 +55,25 @@ class Adapter(Engine):
             mujoco.mj_inverse(model, data)
             return data.qfrc_inverse
 
+        def derivatives():
+            acceleration()
+            data.qacc = data.qacc_smooth
+            by = np.empty((3, model.nv, model.nv))  # rows of torques by q, v and a
+            mujoco.mjd_inverseFD(model, data, STEP, False, *by, None, None, None, None)
+            mujoco.mj_fwdPosition(model, data)  # its last M is of another q
+            by[2] = -self.unit
+            solved = np.empty((3 * model.nv, model.nv))
+            mujoco.mj_solveM(model, data, solved, -by.reshape(-1, model.nv))
+            return np.hstack([X.T for X in solved.reshape(by.shape)])
+
         return Call(locals()[task], lambda x: np.array(x))
+
+    def batch(self, states: list[State]):
+        from mujoco.batch import Batch
+
+        many = Batch(self.model, nsim=len(states))  # on all cores
+        rows = zip(*(state[:3] for state in states), strict=True)
+        for name, x in zip(("qpos", "qvel", "qfrc_applied"), rows, strict=True):
+            many.bind(name)[:] = np.stack(x)
+        many.bind("qacc_smooth")
+        return many.forward

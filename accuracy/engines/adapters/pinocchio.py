@@ -14,6 +14,7 @@ class Adapter(Engine):
         "inverse": "computeMinverse, upper triangle mirrored",
         "acceleration": "aba",
         "inverse_dynamics": "rnea",
+        "derivatives": "computeABADerivatives",
     }
 
     def __init__(self, mechanism: Mechanism, precision: str):
@@ -56,10 +57,15 @@ class Adapter(Engine):
         def mirrored(A):
             return np.triu(A) + np.triu(A, 1).T
 
+        def derivatives():
+            by_q, by_v, by_tau = pin.computeABADerivatives(model, data, q, v, tau)
+            return np.hstack([by_q, by_v, mirrored(by_tau)])
+
         run = {
             "mass": lambda: mirrored(pin.crba(model, data, q)),
             "inverse": lambda: mirrored(pin.computeMinverse(model, data, q)),
             "acceleration": lambda: pin.aba(model, data, q, v, tau),
             "inverse_dynamics": lambda: pin.rnea(model, data, q, v, a),
+            "derivatives": derivatives,
         }[task]
         return Call(run, lambda x: its.read(task, state, np.array(x)))

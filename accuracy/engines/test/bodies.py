@@ -23,13 +23,18 @@ def _record(joints, left_out, states, gravity=GRAVITY) -> dict:
     }
 
 
-def _answers(M, bias, tau, a) -> dict:
-    return {
+def _answers(M, bias, tau, a, bias_by_q=None) -> dict:
+    """`bias_by_q` gives derivatives of a body with a constant M and a bias without velocity."""
+    out = {
         "mass": M.tolist(),
         "inverse": np.linalg.inv(M).tolist(),
         "acceleration": np.linalg.solve(M, tau - bias).tolist(),
         "inverse_dynamics": (M @ a + bias).tolist(),
     }
+    if bias_by_q is not None:
+        by_q = -np.linalg.solve(M, bias_by_q)
+        out["derivatives"] = np.hstack([by_q, np.zeros_like(by_q)]).tolist()
+    return out
 
 
 def _state(q, v, tau, a, truth, without) -> dict:
@@ -57,9 +62,10 @@ def pendulum(folder: Path, gravity=GRAVITY) -> Path:
     states = []
     for q, v, tau, a in ((0.3, 1.0, -2.0, 0.4), (-2.0, 0.0, 1.0, 3.0)):
         bias = np.array([-m * length * (gravity[2] * np.cos(q) - gravity[1] * np.sin(q))])
+        slope = m * length * np.array([[gravity[2] * np.sin(q) + gravity[1] * np.cos(q)]])
         arrays = [np.array([x]) for x in (q, v, tau, a)]
         truths = [
-            _answers(np.array([[J + m * length**2 + armature]]), bias, *arrays[2:])
+            _answers(np.array([[J + m * length**2 + armature]]), bias, *arrays[2:], slope)
             for armature in (r, 0)
         ]
         states.append(_state(*arrays, *truths))

@@ -1,12 +1,15 @@
 """What is recorded of engines that answer, and of those that do not."""
 
 import csv
+import sys
+from pathlib import Path
 
 import measure
 import mechanisms
 import pytest
 import records
 
+HERE = Path(__file__).resolve().parent
 LATER = "inverse_dynamics"  # asked after the task in which engines fail
 
 
@@ -17,7 +20,7 @@ def outcomes(answers, task):
 def test_one_that_answers_has_an_error_a_state_and_a_time_a_task(ask, pendulum):
     answers = ask("unruly", "good", pendulum)
     assert {said["error"] for said in answers.errors.values()} == {0.0}
-    assert len(answers.errors) == 8 and answers.version
+    assert len(answers.errors) == 10 and answers.version
     assert answers.times.keys() == measure.TASKS.keys()
     assert all(
         time["nanoseconds"] > 0 and time["first_call"] > 0 for time in answers.times.values()
@@ -55,13 +58,35 @@ def test_a_call_that_takes_longer_than_the_limit_is_ended(ask, pendulum):
 def test_one_that_cannot_hold_the_mechanism_answers_nothing(ask, pendulum, how, outcome):
     answers = ask("unruly", how, pendulum)
     assert {said["outcome"] for said in answers.errors.values()} == {outcome}
-    assert len(answers.errors) == 8
+    assert len(answers.errors) == 10
 
 
 def test_a_warning_stands_beside_its_answer(ask, pendulum):
     answers = ask("unruly", "warn", pendulum)
     assert answers.errors["acceleration", 1]["error"] == 0
     assert outcomes(answers, "acceleration") == ["ok", "warned"]
+
+
+def test_batches_of_every_size_have_a_time(pendulum, monkeypatch, tmp_path):
+    monkeypatch.setenv("PYTHONPATH", str(HERE))
+    monkeypatch.setattr(measure, "OUT", tmp_path)
+    monkeypatch.setattr(measure.Unit, "key", "key")
+    unit = measure.Unit("unruly", "good", "float64", pendulum)
+    measure.write(unit, measure.ask(unit, Path(sys.executable), 20.0, 0.001, (3, 50)))
+    with unit.path("times").open() as file:
+        rows = [row for row in csv.DictReader(file) if row["task"] == "acceleration"]
+    assert [(row["batch"], row["outcome"]) for row in rows] == [
+        ("1", "ok"),
+        ("3", "ok"),
+        ("50", "ok"),
+    ]
+    assert all(float(row["nanoseconds"]) > 0 for row in rows)
+
+
+def test_derivatives_are_asked_of_hinges_and_slides_alone(ask, pendulum, free_body):
+    assert outcomes(ask("unruly", "good", pendulum), "derivatives") == ["ok", "ok"]
+    (outcome,) = set(outcomes(ask("unruly", "good", free_body), "derivatives"))
+    assert outcome == "unsupported: it is asked of hinges and slides alone"
 
 
 def test_what_an_engine_prints_is_no_record(ask, pendulum):

@@ -10,6 +10,7 @@ import measure
 import pytest
 
 TOLERANCE = {"float64": 1e-13, "float32": 1e-5}
+DIFFERENCES = {("mujoco", "derivatives"): 1e-5}  # by finite differences, whose step is 1e-6
 # What scripts/test_python has anyway serves where an engine has no environment of its own.
 BESIDE = {"mujoco": "mujoco", "pinocchio": "pinocchio"}
 
@@ -44,5 +45,8 @@ def test_an_engine_agrees_with_the_closed_form(ask, body, engine, variant, preci
     refused = [said["outcome"] for said in answers.errors.values() if "error" not in said]
     assert all(outcome.startswith("unsupported") for outcome in refused), refused
     errors = {key: said["error"] for key, said in answers.errors.items() if "error" in said}
-    assert all(error < TOLERANCE[precision] for error in errors.values()), errors
+    assert all(
+        error < max(TOLERANCE[precision], DIFFERENCES.get((engine, task), 0))
+        for (task, _), error in errors.items()
+    ), errors
     assert errors or body != "hanging_pendulum"

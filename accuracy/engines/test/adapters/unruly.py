@@ -5,7 +5,7 @@ import time
 
 import numpy as np
 
-from protocol import Call, Engine, Mechanism, Refused, State, Unsupported
+from protocol import TASKS, Call, Engine, Mechanism, Refused, State, Unsupported
 
 
 class Adapter(Engine):
@@ -13,9 +13,10 @@ class Adapter(Engine):
     package = "numpy"
     variants = {
         how: {"how": how}
-        for how in "good nan crash hang raise refuse warn cannot dies prints".split()
+        for how in "good nan crash hang raise refuse warn cannot dies prints wrong".split()
     }
     warning = RuntimeWarning
+    calls = dict.fromkeys(TASKS, "itself")
 
     def __init__(self, mechanism: Mechanism, precision: str, how: str):
         self.how = how
@@ -41,8 +42,13 @@ class Adapter(Engine):
                 raise Refused("singular")
             if self.how == "warn":
                 np.float32(3e38) * np.float32(10)
+            if self.how == "wrong":
+                return 1.01 * state.truth[task]
             if self.how == "prints":
                 print("{not a record")
             return state.truth[task]
 
         return Call(run, lambda x: x)
+
+    def batch(self, states: list[State]):
+        return lambda: [state.truth["acceleration"] for state in states]
