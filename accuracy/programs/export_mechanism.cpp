@@ -155,9 +155,9 @@ json distance(const Answers& of, const Answers& from) {
               {"inverse_dynamics", quotient<Real>(dtau.norm(), from.tau.norm())}};
   if (const Eigen::Index nv = of.X.rows(); of.da.size() > 0) {
     const auto block = [&](auto&& x, auto&& y) { return quotient<Real>((x - y).norm(), y.norm()); };
-    out["derivatives"] = std::max({block(of.da.leftCols(nv), from.da.leftCols(nv)),
-                                   block(of.da.rightCols(nv), from.da.rightCols(nv)),
-                                   block(of.X, from.X)});
+    out["derivatives"] =
+        std::max({block(of.da.leftCols(nv), from.da.leftCols(nv)),
+                  block(of.da.rightCols(nv), from.da.rightCols(nv)), block(of.X, from.X)});
   }
   return out;
 }
