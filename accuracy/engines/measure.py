@@ -362,7 +362,7 @@ def main() -> int:
         "--evaluations",
         type=positive,
         default=300,
-        help="arms of a search, in generations of 30 (%(default)d)",
+        help="arms of a search, in whole generations of 30 (%(default)d)",
     )
     parser.add_argument("--seed", type=int, default=1, help="of a search (%(default)d)")
     parser.add_argument(

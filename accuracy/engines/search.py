@@ -167,18 +167,15 @@ def judged(said: list[dict]) -> Judged:
 
 
 def maximise(judge_all, evaluations: int, seed: int) -> None:
-    """Differential evolution of `judge_all`, which gives -log10 of errors of a list of arms. The
-    same arms for the same seed and errors; more evaluations go on where fewer ended."""
-    size = min(POPULATION, evaluations)
-    first = qmc.LatinHypercube(arms.LENGTH, rng=seed).random(size)
-    if evaluations < 2 * POPULATION:
-        judge_all(first.tolist())
-        return
+    """Differential evolution of `judge_all`, which gives -log10 of errors of a list of arms, in
+    whole generations, at least one. The same arms for the same seed and errors; more evaluations
+    go on where fewer ended."""
+    first = qmc.LatinHypercube(arms.LENGTH, rng=seed).random(POPULATION)
     differential_evolution(
         lambda columns: np.array(judge_all(columns.T.tolist())),
         [(0.0, 1.0)] * arms.LENGTH,
         init=first,
-        maxiter=evaluations // size - 1,
+        maxiter=max(0, evaluations // POPULATION - 1),
         tol=0,
         polish=False,
         vectorized=True,

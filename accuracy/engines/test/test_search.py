@@ -83,8 +83,9 @@ def test_a_search_asks_what_it_may_and_finds_better_than_what_it_drew_first():
 
 
 def test_more_evaluations_go_on_where_fewer_ended_and_seeds_differ():
-    assert record_of(150, 3)[0] == record_of(300, 3)[0][:150]
-    assert record_of(20, 3)[0] != record_of(20, 4)[0]
+    whole = record_of(300, 3)[0]
+    assert record_of(150, 3)[0] == whole[:150] and record_of(20, 3)[0] == whole[:30]
+    assert record_of(30, 3)[0] != record_of(30, 4)[0]
 
 
 def test_an_error_that_was_warned_of_or_is_no_number_is_not_silent():
@@ -146,14 +147,14 @@ def test_a_search_keeps_its_worst_arm_with_its_state(served, tmp_path, monkeypat
     monkeypatch.setattr(search, "export", export)
     contender = Contender("unruly", "wrong", "float64")
     for _ in range(2):
-        journal = search.search(contender, Path(sys.executable), 4, 1, 20.0)
-        assert len(asked) == 4  # the second time it is all known
+        journal = search.search(contender, Path(sys.executable), 30, 1, 20.0)
+        assert len(asked) == 30  # the second time it is all known
     row = search.keep(contender, journal, 1, tmp_path / "finds")
     search.record(row, tmp_path / "finds")
     search.record(row, tmp_path / "finds")
     with (tmp_path / "finds" / "found.csv").open() as file:
         (line,) = csv.DictReader(file)
-    assert line["version"] == journal.version and line["answered"] == "4"
+    assert line["version"] == journal.version and line["answered"] == "30"
     assert float(line["error"]) == pytest.approx(0.01)
     state = json.loads((tmp_path / "finds" / "wrong-float64.json").read_text())["states"]
     assert [one["qpos"] for one in state] == [[-2.0]]  # the one in which it is wrong
