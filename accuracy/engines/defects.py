@@ -7,6 +7,7 @@ costs the check.
 """
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -49,9 +50,15 @@ def environments_of() -> list[str]:
 
 def ask(python: Path, check: Path, limit: float) -> Asked:
     """`limit`: seconds."""
+    cache = {"WARP_CACHE_PATH": str(environments.FOLDER / "warp-cache")}
     try:
         done = subprocess.run(
-            [python, check], capture_output=True, text=True, timeout=limit, check=False
+            [python, check],
+            capture_output=True,
+            text=True,
+            timeout=limit,
+            check=False,
+            env={**os.environ, **cache},
         )
     except subprocess.TimeoutExpired:
         return Asked("", None, f"timed out: {limit:g} s")

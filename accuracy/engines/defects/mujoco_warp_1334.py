@@ -12,7 +12,8 @@ import warp as wp
 
 wp.config.quiet = True
 wp.set_device("cpu")
-MODEL = """<mujoco><option integrator="implicitfast" timestep="0.01" jacobian="sparse"/><worldbody>
+MODEL = """<mujoco><option integrator="implicitfast" timestep="0.01" jacobian="sparse">
+  <flag contact="disable" constraint="disable"/></option><worldbody>
   <body><freejoint/><inertial pos="0 0 0" mass="1" diaginertia="0.1 0.1 0.1"/></body>
   <body pos="1 0 0"><joint name="hinge" axis="0 1 0"/>
     <inertial pos="0.2 0 0" mass="1" diaginertia="0.1 0.1 0.1"/></body>

@@ -12,7 +12,8 @@ import warp as wp
 
 wp.config.quiet = True
 wp.set_device("cpu")
-MODEL = """<mujoco><option integrator="implicit" timestep="0.002" gravity="0 0 0"/><worldbody>
+MODEL = """<mujoco><option integrator="implicit" timestep="0.002" gravity="0 0 0">
+  <flag contact="disable" constraint="disable"/></option><worldbody>
   <body><joint axis="1 0 0"/><inertial pos="0.1 0.2 0" mass="1" diaginertia="0.1 0.2 0.25"/>
     <body pos="0.3 0 0"><joint axis="0 1 0"/>
       <inertial pos="0.2 0 0.1" mass="1" diaginertia="0.05 0.1 0.12"/></body></body>
