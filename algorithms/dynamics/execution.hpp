@@ -232,14 +232,19 @@ class Execution {
     return answer_rows(
         Want::mass, count, outcomes, threads,
         [&](int worker, std::ptrdiff_t i, int states) {
-          whole_->mass(worker, states, q + i * nq_, M + i * size, left_over_.data() + i);
+          if (whole_)
+            whole_->mass(worker, states, q + i * nq_, M + i * size, left_over_.data() + i);
+          else
+            matrices_of_parts(worker, i, states, q, M, [&](Engine<T>& engine, auto& rows) {
+              engine.mass(worker, states, rows.q.data(), rows.matrices.data(),
+                          rows.left_over.data());
+            });
         },
         [&](Execution& one, std::ptrdiff_t i) {
           one.mass(q + i * nq_, M + i * size);
-          T check(0);
-          for (std::ptrdiff_t j = 0; j < size; ++j) check += M[i * size + j] * T(0);
-          return Outcome{.status =
-                             check == T(0) ? Outcome::Status::ok : Outcome::Status::not_finite};
+          const Eigen::Map<const VectorX<T>> numbers(M + i * size, size);
+          const bool finite = (numbers * T(0)).sum() == T(0);  // several at once
+          return Outcome{.status = finite ? Outcome::Status::ok : Outcome::Status::not_finite};
         });
   }
 
@@ -248,7 +253,13 @@ class Execution {
     return answer_rows(
         Want::inverse, count, outcomes, threads,
         [&](int worker, std::ptrdiff_t i, int states) {
-          whole_->inverse(worker, states, q + i * nq_, X + i * size, left_over_.data() + i);
+          if (whole_)
+            whole_->inverse(worker, states, q + i * nq_, X + i * size, left_over_.data() + i);
+          else
+            matrices_of_parts(worker, i, states, q, X, [&](Engine<T>& engine, auto& rows) {
+              engine.inverse(worker, states, rows.q.data(), rows.matrices.data(),
+                             rows.left_over.data());
+            });
         },
         [&](Execution& one, std::ptrdiff_t i) { return one.inverse(q + i * nq_, X + i * size); });
   }
@@ -257,8 +268,11 @@ class Execution {
     return answer_rows(
         Want::solve, count, outcomes, threads,
         [&](int worker, std::ptrdiff_t i, int states) {
-          whole_->solve(worker, states, q + i * nq_, tau + i * asked_, x + i * asked_,
-                        left_over_.data() + i);
+          if (whole_)
+            whole_->solve(worker, states, q + i * nq_, tau + i * asked_, x + i * asked_,
+                          left_over_.data() + i);
+          else
+            solve_rows_of_parts(worker, i, states, q, tau, x);
         },
         [&](Execution& one, std::ptrdiff_t i) {
           return one.solve_at(q + i * nq_, tau + i * asked_, x + i * asked_);
@@ -408,8 +422,44 @@ class Execution {
     return whole_ ? whole_->solve(1, tau, x) : solve_parts(1, tau, x, of_D);
   }
 
-  // Rows of `what`: of the whole robot in_lanes(worker, first, states) answers those that it does not
-  // leave over, one(execution, row) of the worker's own execution the rest. Returns how many failed.
+  // Rows of a matrix, by what call(engine, rows) fills of every part.
+  template <class Call>
+  void matrices_of_parts(int worker, std::ptrdiff_t first, int states, const T* q, T* X,
+                         const Call& call) {
+    const std::ptrdiff_t size = std::ptrdiff_t(asked_) * asked_;
+    for (const PartState<T>& p : parts_)
+      if (p.rows[worker].matrices.empty()) return;  // all are left over
+    std::fill_n(left_over_.data() + first, states, char(0));
+    std::fill_n(X + first * size, states * size, T(0));
+    for (PartState<T>& p : parts_) {
+      typename PartState<T>::Rows& rows = p.rows[worker];
+      p.gather_q(rows, states, q + first * nq_, nq_);
+      call(*p.engine, rows);
+      for (std::ptrdiff_t i = 0; i < states; ++i) {
+        left_over_[first + i] |= rows.left_over[i];
+        p.asked.block(rows.matrices.data() + i * p.nv * p.nv, p.nv, X + (first + i) * size, asked_);
+      }
+    }
+  }
+
+  void solve_rows_of_parts(int worker, std::ptrdiff_t first, int states, const T* q, const T* tau,
+                           T* x) {
+    std::fill_n(left_over_.data() + first, states, char(0));
+    for (PartState<T>& p : parts_) {
+      typename PartState<T>::Rows& rows = p.rows[worker];
+      p.gather_q(rows, states, q + first * nq_, nq_);
+      p.gather_asked(rows, states, tau + first * asked_, asked_);
+      p.engine->solve(worker, states, rows.q.data(), rows.tau_or_qdd.data(), rows.out.data(),
+                      rows.left_over.data());
+      for (std::ptrdiff_t i = 0; i < states; ++i) {
+        left_over_[first + i] |= rows.left_over[i];
+        p.asked(rows.out.data() + i * p.nv, x + (first + i) * asked_);
+      }
+    }
+  }
+
+  // Rows of `what`: in_lanes(worker, first, states) answers those that it does not leave over,
+  // one(execution, row) of the worker's own execution the rest. Returns how many failed.
   template <class InLanes, class One>
   int answer_rows(Want what, int count, Outcome* outcomes, int threads, const InLanes& in_lanes,
                   const One& one) {
@@ -418,7 +468,7 @@ class Execution {
     left_over_.assign(count, 1);
     failed_.assign(threads, 0);
     for_each_block(count, threads, [&](int worker, int first, int states) {
-      if (whole_) in_lanes(worker, first, states);
+      in_lanes(worker, first, states);
       Execution& own = worker == 0 ? *this : *others(what)[worker - 1];
       for (int i = first; i < first + states; ++i) {
         outcomes[i] = left_over_[i] ? one(own, i) : Outcome{};
@@ -451,12 +501,16 @@ class Execution {
     int& workers = workers_[static_cast<int>(what)];
     if (threads <= workers) return;
     workers = threads;
-    const bool by_parts = what == Want::acceleration || what == Want::inverse_dynamics;
+    const bool moves = what == Want::acceleration || what == Want::inverse_dynamics;
     for (PartState<T>& p : parts_) {
       p.engine->reserve_workers(what, threads);
-      if (by_parts && (!whole_ || at_rest_)) p.reserve_rows(threads);
+      if (what == Want::mass || what == Want::inverse) {
+        if (!whole_) p.reserve_matrices(threads);
+      } else if (!whole_ || (moves && at_rest_)) {
+        p.reserve_rows(threads);
+      }
     }
-    if (by_parts) return;
+    if (moves) return;
     Plan plan = plan_;
     plan.question.want = {what};
     while (static_cast<int>(others(what).size()) < threads - 1)

@@ -9,6 +9,7 @@
 
 #include "algorithms/dynamics/copies.hpp"
 #include "algorithms/dynamics/plan.hpp"
+#include "algorithms/fast/claims/constants.hpp"
 #include "algorithms/model/plain.hpp"
 
 namespace kalmarm {
@@ -19,6 +20,7 @@ struct PartState {
 
   struct Rows {
     std::vector<T> q, qd, tau_or_qdd, out, r;
+    std::vector<T> matrices;  // where the engine may have rows of them
     std::vector<Outcome> outcomes;
     std::vector<char> left_over;
   };
@@ -87,6 +89,17 @@ struct PartState {
     }
   }
 
+  void gather_q(Rows& r, int states, const T* q_rows, std::ptrdiff_t q_width) const {
+    for (int i = 0; i < states; ++i) q_in(q_rows + i * q_width, r.q.data() + i * nq);
+  }
+
+  // Torques of DoF that are not asked about are zero.
+  void gather_asked(Rows& r, int states, const T* tau_rows, std::ptrdiff_t tau_width) const {
+    std::fill_n(r.tau_or_qdd.data(), std::ptrdiff_t(states) * nv, T(0));
+    for (int i = 0; i < states; ++i)
+      asked.back(tau_rows + i * tau_width, r.tau_or_qdd.data() + i * nv);
+  }
+
   Outcome of_whole(Outcome outcome) const {
     if (outcome.joint >= 0) outcome.joint = dofs[outcome.joint];
     return outcome;
@@ -102,6 +115,13 @@ struct PartState {
       r.outcomes.resize(rows_at_once);
       r.left_over.resize(rows_at_once);
     }
+  }
+
+  // Of a matrix each too, where they may be worked out together.
+  void reserve_matrices(int workers) {
+    reserve_rows(workers);
+    if (block || nv > most_rows_in_lanes) return;
+    for (Rows& r : rows) r.matrices.resize(std::size_t(rows_at_once) * nv * nv);
   }
 
   // Of all DoF that are free.
