@@ -47,7 +47,7 @@ nb::object lent(nb::handle value) {
 
 }  // namespace
 
-Inputs::Inputs(const char* call, std::initializer_list<Argument> arguments) : call_(call) {
+Inputs::Inputs(const char* call, std::span<const Argument> arguments) : call_(call) {
   const auto where = [&](int i) { return call_ + ": "s + names_[i]; };
   bool has_sequences = false;
   for (const Argument& argument : arguments) {
@@ -74,16 +74,15 @@ Inputs::Inputs(const char* call, std::initializer_list<Argument> arguments) : ca
   constexpr int side_by_side = NPY_ARRAY_C_CONTIGUOUS | NPY_ARRAY_ALIGNED | NPY_ARRAY_NOTSWAPPED;
   for (int i = 0; has_sequences && i < given_; ++i)
     if (!arrays_[i].is_valid())
-      arrays_[i] =
-          checked(PyArray_FromAny(arguments.begin()[i].value.ptr(), PyArray_DescrFromType(type_), 0,
-                                  0, side_by_side, nullptr));
+      arrays_[i] = checked(PyArray_FromAny(arguments[i].value.ptr(), PyArray_DescrFromType(type_),
+                                           0, 0, side_by_side, nullptr));
   for (int i = 0; i < given_; ++i)
     if (!PyArray_ISCARRAY_RO(array(i)))
       arrays_[i] = checked(PyArray_FromArray(array(i), PyArray_DescrFromType(type_), side_by_side));
 
   for (int i = 0; i < given_; ++i) {
     const std::span<const npy_intp> shape = shape_of(array(i));
-    const npy_intp width = arguments.begin()[i].width;
+    const npy_intp width = arguments[i].width;
     if (i == 0) {
       if (shape.empty() || shape.back() != width) {
         const std::span<const npy_intp> one(&width, 1);

@@ -32,10 +32,12 @@ struct Argument {
 // are none.
 class Inputs {
  public:
-  static constexpr int most = 3;
+  static constexpr int most = 6;
 
   // Throws TypeError and ValueError, with the call, the argument and both shapes.
-  Inputs(const char* call, std::initializer_list<Argument> arguments);
+  Inputs(const char* call, std::span<const Argument> arguments);
+  Inputs(const char* call, std::initializer_list<Argument> arguments)
+      : Inputs(call, std::span(arguments.begin(), arguments.size())) {}
 
   const char* call() const { return call_; }
   int type() const { return type_; }                   // NPY_FLOAT or NPY_DOUBLE

@@ -70,9 +70,20 @@ RobotModel Step::stiff_model() const {
 }
 
 nb::object Step::acceleration(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
-                              bool status, int threads) {
+                              const Gains& gains, bool status, int threads) {
   const int nq = model_.nq, nv = model_.nv();
-  const Inputs in("acceleration", {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}});
+  std::vector<Argument> arguments = {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}};
+  // Its place among the arguments, or -1.
+  const auto given = [&](const char* name, nb::handle value) {
+    if (value.is_none()) return -1;
+    arguments.push_back({name, value, nv});
+    return static_cast<int>(arguments.size()) - 1;
+  };
+  const int damping = given("damping", gains.damping),
+            stiffness = given("stiffness", gains.stiffness),
+            reference = given("reference", gains.reference);
+  const bool has_gains = arguments.size() > 3;
+  const Inputs in("acceleration", arguments);
   const nb::object result = in.result(out, {nv});
   const int count = in.count();
   return in.with_scalar([&]<class T>(T) {
@@ -80,16 +91,21 @@ nb::object Step::acceleration(nb::handle q, nb::handle qd, nb::handle tau, nb::h
     const auto worker = workers<T>().take();
     std::vector<Outcome>& outcomes = worker->outcomes;
     outcomes.resize(std::max(count, 1));
-    if (in.is_single()) {
+    if (in.is_single() && !has_gains) {
       outcomes[0] = worker->dynamics.acceleration(row<T>(in, 0, 0, nq), row<T>(in, 1, 0, nv),
                                                   row<T>(in, 2, 0, nv), {a, nv});
     } else {
       const int used = cores(in.call(), threads, count);
       outcomes.resize(count);
+      const auto rows = [&](int i, int width) -> RowsView<const T> {
+        if (i < 0) return {nullptr, 0, 0};
+        return {in.data<T>(i), count, width};
+      };
+      const GainRows<T> of_rows = {rows(damping, nv), rows(stiffness, nv), rows(reference, nv)};
       const nb::gil_scoped_release released;
-      static_cast<void>(worker->dynamics.acceleration(
-          RowsView<const T>(in.data<T>(0), count, nq), RowsView<const T>(in.data<T>(1), count, nv),
-          RowsView<const T>(in.data<T>(2), count, nv), RowsView<T>(a, count, nv), outcomes, used));
+      static_cast<void>(worker->dynamics.acceleration(rows(0, nq), rows(1, nv), rows(2, nv),
+                                                      of_rows, RowsView<T>(a, count, nv), outcomes,
+                                                      used));
     }
     for (int i = 0; i < count; ++i)
       if (!outcomes[i])
@@ -172,14 +188,30 @@ void bind_step(nb::module_& m) {
                                                                     : "springs_at_start";
                    })
       .def_prop_ro("_stiff_model", &Step::stiff_model)
-      .def("acceleration", &Step::acceleration, "q"_a, "qd"_a, "tau"_a, "out"_a = nb::none(),
-           options, "status"_a = false, "threads"_a = 1,
-           nb::sig("def acceleration" KALMARM_STATE
-                   "out: typing.Any = None, *, status: bool = False, threads: int = 1) -> "
-                   "typing.Any"),
-           R"(a = (qd+ - qd) / h of the step.
+      .def(
+          "acceleration",
+          [](Step& self, nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
+             nb::handle damping, nb::handle stiffness, nb::handle reference, bool status,
+             int threads) {
+            return self.acceleration(q, qd, tau, out, {damping, stiffness, reference}, status,
+                                     threads);
+          },
+          "q"_a, "qd"_a, "tau"_a, "out"_a = nb::none(), options, "damping"_a = nb::none(),
+          "stiffness"_a = nb::none(), "reference"_a = nb::none(), "status"_a = false,
+          "threads"_a = 1,
+          nb::sig("def acceleration" KALMARM_STATE
+                  "out: typing.Any = None, *, damping: typing.Any = None, stiffness: typing.Any = "
+                  "None, reference: typing.Any = None, status: bool = False, threads: int = 1) -> "
+                  "typing.Any"),
+          R"(a = (qd+ - qd) / h of the step.
 
-q (..., nq), qd and tau (..., nv) -> a (..., nv).)")
+q (..., nq), qd and tau (..., nv) -> a (..., nv).
+
+damping, stiffness, reference: (..., nv), of every state its own, in place of the step's. References
+cost nothing; dampers and springs the time of a step of a robot with armature, but in the certified
+form every state then is a robot that is made anew. ValueError with the row and the DoF where one is
+negative or not finite, where a ball or free joint has a spring, and where dampers or springs stand
+beside rows of the step.)")
       .def("derivatives", &Step::derivatives, "q"_a, "qd"_a, "tau"_a, "out"_a = nb::none(), options,
            "status"_a = false,
            nb::sig("def derivatives" KALMARM_STATE

@@ -19,8 +19,13 @@ class Step {
   const JointTerms& terms() const { return terms_; }
   RobotModel stiff_model() const;  // whose M is M^
 
-  nb::object acceleration(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out, bool status,
-                          int threads);
+  // Of every state, or None: the step's own.
+  struct Gains {
+    nb::handle damping, stiffness, reference;
+  };
+
+  nb::object acceleration(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
+                          const Gains& gains, bool status, int threads);
   nb::object derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out, bool status);
 
   // (q, qd) after h with a.

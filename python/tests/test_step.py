@@ -40,6 +40,7 @@ def arm(tmp_path):
 def stepped_by_mujoco(model, integrator, state, ctrl):
     model.opt.integrator = integrator
     model.opt.timestep = H
+    model.opt.iterations, model.opt.tolerance = 1000, 1e-15  # of discrete, beside tendons
     model.opt.disableflags |= (
         mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
     )
@@ -246,3 +247,96 @@ def test_rows_that_are_none_are_refused():
     twice = [kalmarm.CoupledRow([1, -1], imposed=True)] * 2
     with pytest.raises(kalmarm.DynamicsError, match="singular"):
         kalmarm.ImplicitStep(robot, H, rows=twice).acceleration(*np.zeros((3, 2)))
+
+
+def with_gains(robot, n, dtype, seed=11):
+    rng = np.random.default_rng(seed)
+    single = np.array(robot.model.single)
+    return {
+        "damping": np.where(single, 10 ** rng.uniform(-1, 3, (n, robot.nv)), 0).astype(dtype),
+        "stiffness": np.where(single, 10 ** rng.uniform(0, 5, (n, robot.nv)), 0).astype(dtype),
+        "reference": rng.uniform(-1, 1, (n, robot.nv)).astype(dtype),
+    }
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("form", ["conventional", "certified"])
+def test_gains_of_every_state_are_those_of_a_step_with_them(g1, dtype, form):
+    robot = g1.replace(form=form)
+    n = 3 if form == "certified" else 19
+    state = robot.random_state(8, n, dtype=dtype)
+    gains = with_gains(robot, n, dtype)
+    step = kalmarm.ImplicitStep(robot, H)
+    after = step(*state, **gains, threads=2)
+    for i in range(n):
+        own = kalmarm.ImplicitStep(robot, H, **{name: x[i] for name, x in gains.items()})
+        one = own(*(x[i] for x in state))
+        bound = 3e-4 if dtype == np.float32 else 1e-12
+        assert np.linalg.norm(after.a[i] - one.a) < bound * np.linalg.norm(one.a)
+        alone = step.acceleration(
+            *(x[i] for x in state), **{name: x[i] for name, x in gains.items()}
+        )
+        np.testing.assert_array_equal(alone, after.a[i])
+
+
+def test_bad_gains_of_states_are_one_line(g1):
+    step = kalmarm.ImplicitStep(g1, H)
+    state = g1.random_state(9, 4)
+    for name, value, says in (
+        ("damping", -1, "row 2, DoF '.*': damping -1"),
+        ("stiffness", np.nan, "row 2, DoF '.*': stiffness nan"),
+        ("reference", np.inf, "row 2, DoF '.*': reference inf"),
+    ):
+        gains = np.zeros((4, g1.nv))
+        gains[2, -1] = value
+        with pytest.raises(ValueError, match=says) as refusal:
+            step.acceleration(*state, **{name: gains})
+        assert "\n" not in str(refusal.value)
+    with pytest.raises(ValueError, match="spring about a ball or a free joint"):
+        step.acceleration(*state, stiffness=np.ones((4, g1.nv)))
+    with pytest.raises(ValueError, match="damping has shape"):
+        step.acceleration(*state, damping=np.ones(g1.nv))
+    row = kalmarm.CoupledRow(np.eye(g1.nv)[-1], damping=1)
+    with pytest.raises(ValueError, match="beside terms that couple joints"):
+        coupled = kalmarm.ImplicitStep(g1, H, rows=[row])
+        coupled.acceleration(*state, damping=np.zeros((4, g1.nv)))
+
+
+TENDONS = """<tendon>
+  <fixed name="t" damping="7" stiffness="700" springlength=".3" armature=".4">
+   <joint joint="a" coef="1.5"/><joint joint="b" coef="-2"/></fixed>
+  <fixed name="idle"><joint joint="b" coef="1"/></fixed>
+  <fixed name="band" stiffness="3" springlength=".1 .3"><joint joint="b" coef="1"/></fixed>
+ </tendon>
+ <actuator><position name="pt" tendon="t" gear="2" kp="25" kv="3"/>
+  <motor name="mt" tendon="t" gear="5" armature=".1"/></actuator>
+ <keyframe>"""
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_fixed_tendons_step_as_mujocos(tmp_path, scheme):
+    path = tmp_path / "arm.xml"
+    path.write_text(ARM.format("", ".2 2").replace("<keyframe>", TENDONS))
+    with pytest.warns(UserWarning, match="1 tendon, 1 tendon with a dead band|1 tendon with a dead"):
+        robot = kalmarm.load(path, key="k", takes_steps=True)
+    (row,) = robot.terms.rows
+    np.testing.assert_array_equal(row.jacobian, [1.5, -2, 0, 0, 0])
+    assert (row.stiffness, row.damping) == (700 + 100, 7 + 12)
+    assert row.armature == pytest.approx(0.4 + 2.5)
+    assert row.reference == pytest.approx((700 * 0.3 + 50 * 0.2) / 800)
+    state = robot.random_state(1, 20)
+    model = mujoco.MjModel.from_xml_path(str(path))
+    model.tendon_stiffness[2] = 0  # the dead band
+    q, qd = stepped_by_mujoco(model, SCHEMES[scheme], state, [0.4, 7, 0.5, 0.2, 2])
+    step = kalmarm.ImplicitStep(robot, H, scheme=scheme)
+    tau = state.tau + robot.terms.torque + robot.terms.compensated.gravity(state.q)
+    ours = step(state.q, state.qd, tau)
+    assert relative(ours.a, (qd - state.qd) / H) < 1e-9
+    assert relative(ours.q, q) < 1e-12
+
+
+def test_armature_of_tendons_is_for_steps_alone(tmp_path):
+    path = tmp_path / "arm.xml"
+    path.write_text(ARM.format("", ".2 2").replace("<keyframe>", TENDONS))
+    with pytest.raises(kalmarm.LoadError, match="couples joints in M: supported in implicit steps"):
+        kalmarm.load(path)

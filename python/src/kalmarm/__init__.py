@@ -20,8 +20,8 @@ from .builder import Builder
 from .files import LoadError, load
 from .mujoco import from_mujoco
 from .pinocchio import PinocchioStates, from_pinocchio
-from .robot import Actuator, Robot, State, Status, Terms
-from .step import CoupledRow, ImplicitStep, Stepped
+from .robot import Actuator, CoupledRow, Robot, State, Status, Terms
+from .step import ImplicitStep, Stepped
 
 __all__ = [
     "Actuator",

@@ -15,11 +15,12 @@ from typing import Any
 
 import numpy as np
 
+from . import _tendons
 from .robot import Actuator
 
 # Of MuJoCo's enumerations, which its C interface fixes.
-_JOINT, _JOINT_IN_PARENT = 0, 1
-_TARGETS = {2: "a slider-crank", 3: "a tendon", 4: "a site", 5: "a body"}
+_JOINT, _JOINT_IN_PARENT, _TENDON = 0, 1, 3
+_TARGETS = {2: "a slider-crank", 4: "a site", 5: "a body"}
 _SINGLE = (2, 3)  # slides and hinges
 _CLAMP_DISABLED, _ACTUATION_DISABLED = 1 << 8, 1 << 11
 _FIXED, _AFFINE = 0, 1  # gains; of biases: none, affine
@@ -36,9 +37,12 @@ def reason(model: Any, i: int) -> str:
     if _is_off(model, i):
         return "actuator of a group that is switched off"
     transmission = int(model.actuator_trntype[i])
-    if transmission not in (_JOINT, _JOINT_IN_PARENT):
+    if transmission == _TENDON:
+        if why := _tendons.reason(model, int(model.actuator_trnid[i, 0])):
+            return f"actuator of a {why}"
+    elif transmission not in (_JOINT, _JOINT_IN_PARENT):
         return f"actuator of {_TARGETS.get(transmission, 'another kind')}"
-    if model.jnt_type[model.actuator_trnid[i, 0]] not in _SINGLE:
+    elif model.jnt_type[model.actuator_trnid[i, 0]] not in _SINGLE:
         return "actuator of a joint of several axes"
     if model.actuator_plugin[i] >= 0:
         return "actuator of a plugin"
@@ -58,6 +62,7 @@ def control_of(model: Any, i: int) -> int:
 
 
 def _actuator(model: Any, i: int, controls: np.ndarray) -> Actuator:
+    target, on_tendon = int(model.actuator_trnid[i, 0]), model.actuator_trntype[i] == _TENDON
     at = control_of(model, i)
     u, gear = float(controls[at]), float(model.actuator_gear[i, 0])
     if model.actuator_ctrllimited[at] and not model.opt.disableflags & _CLAMP_DISABLED:
@@ -72,12 +77,13 @@ def _actuator(model: Any, i: int, controls: np.ndarray) -> Actuator:
     address = int(model.name_actuatoradr[i])
     out = Actuator(
         name=model.names[address : model.names.index(b"\0", address)].decode(),
-        dof=int(model.jnt_dofadr[model.actuator_trnid[i, 0]]),
+        dof=-1 if on_tendon else int(model.jnt_dofadr[target]),
         control=u,
         gain=gear * float(gain[0]),
         constant=gear * float(bias[0]),
         stiffness=stiffness,
         damping=damping,
+        row=_tendons.numbered(model)[target] if on_tendon else -1,
     )
     if not all(math.isfinite(x) for x in out[2:]):
         raise ValueError(f"actuator '{out.name}': a number is not finite")
@@ -108,7 +114,13 @@ def left_out(model: Any, controls: np.ndarray) -> list[tuple[str, int]]:
 
 def limited(model: Any, controls: np.ndarray) -> int:
     """How many of those that have terms have force limits, which terms have not."""
-    return sum(bool(model.actuator_forcelimited[i]) for i, _ in _with_terms(model, controls))
+
+    def is_limited(i: int) -> bool:
+        tendon = model.actuator_trnid[i, 0] if model.actuator_trntype[i] == _TENDON else -1
+        on_all = tendon >= 0 and model.tendon_actfrclimited[tendon]
+        return bool(model.actuator_forcelimited[i] or on_all)
+
+    return sum(is_limited(i) for i, _ in _with_terms(model, controls))
 
 
 def reflected_damping(model: Any) -> np.ndarray:
@@ -131,10 +143,12 @@ def driven(
     actuators: Iterable[Actuator],
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Damping, stiffness and reference of the joints and their actuators, and the torque of those
-    without stiffness."""
+    without stiffness. What acts on tendons is that of rows."""
     pull, torque = stiffness * reference, np.zeros_like(damping)
     damping, added = damping.copy(), np.zeros_like(damping)
     for one in actuators:
+        if one.row >= 0:
+            continue
         damping[one.dof] += one.damping
         added[one.dof] += one.stiffness
         (pull if one.stiffness > 0 else torque)[one.dof] += one.gain * one.control + one.constant

@@ -54,7 +54,8 @@ def load(
         ROS_PACKAGE_PATH, share of AMENT_PREFIX_PATH, and the folders above the file.
     controls: of actuators, by name, in the place of the keyframe's, or zero.
     takes_steps: whoever asks takes an `ImplicitStep` with `Robot.terms`: no warning names what
-        these have.
+        these have. Fixed tendons may have armature then, which is in `terms.rows` and not in the
+        robot's M; else that is refused.
     Options are those of `Robot`.
     """
     try:
@@ -77,7 +78,7 @@ def load(
         q0, ctrl = (None, np.zeros(model.nu)) if key is None else _keyframe(mujoco, model, key)
         ctrl = _controls(mujoco, model, ctrl, controls or {})
         notes += lowering.ignored(model, ctrl if takes_steps else None)
-        robot = lowering.lower(model, Path(path).stem, notes, options, ctrl, q0)
+        robot = lowering.lower(model, Path(path).stem, notes, options, ctrl, q0, takes_steps)
     except ValueError as error:
         raise _load_error(path, error) from None
     for note in robot.notes:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from . import _actuators
+from . import _actuators, _tendons
 from ._names import counted
 from .builder import Builder
 from .robot import Robot, Terms
@@ -18,7 +18,7 @@ from .robot import Robot, Terms
 _FREE, _BALL, _SLIDE, _HINGE = range(4)
 _GRAVITY_DISABLED = 1 << 7
 _SPRING_DISABLED, _DAMPER_DISABLED = 1 << 5, 1 << 6
-_JOINT_TRANSMISSION = 0
+_JOINT_TRANSMISSION, _TENDON_TRANSMISSION = 0, 3
 _EQUALITIES = {
     0: "connect constraint",
     1: "weld constraint",
@@ -44,14 +44,16 @@ def from_mujoco(
 
     ctrl: controls (nu,) of the actuators in `Robot.terms`; zero unless given.
     takes_steps: whoever asks takes an `ImplicitStep` with `Robot.terms`: no warning names what
-        these have.
+        these have. Fixed tendons may have armature then, which is in `terms.rows` and not in the
+        robot's M; else that is refused.
     Options are those of `Robot`.
     """
     controls = np.zeros(model.nu) if ctrl is None else np.asarray(ctrl, float)
     if controls.shape != (model.nu,):
         raise ValueError(f"ctrl has shape {controls.shape}, ({model.nu},) is needed")
     notes = ignored(model, controls if takes_steps else None)
-    robot = lower(model, name or _name(model, 0) or "robot", notes, options, controls)
+    name = name or _name(model, 0) or "robot"
+    robot = lower(model, name, notes, options, controls, takes_steps=takes_steps)
     for note in robot.notes:
         warnings.warn(f"{robot.name}: {note}", UserWarning, stacklevel=2)
     return robot
@@ -68,9 +70,11 @@ def lower(
     options: dict[str, Any],
     controls: np.ndarray,
     q0: Any = None,
+    takes_steps: bool = False,
 ) -> Robot:
-    """controls: (nu,) of the actuators in the robot's terms."""
-    builder = _bodies(model, name)
+    """controls: (nu,) of the actuators in the robot's terms. takes_steps: with tendons' armature."""
+    _tendons.refuse_armature(model, name, takes_steps)
+    builder = _bodies(model, name, takes_steps=takes_steps)
     return builder.build(
         q0=model.qpos0 if q0 is None else q0,
         notes=notes,
@@ -79,18 +83,18 @@ def lower(
     )
 
 
-def _bodies(model: Any, name: str, weights: bool = False) -> Builder:
+def _bodies(
+    model: Any, name: str, weights: bool = False, takes_steps: bool = False
+) -> Builder:
     """weights: with the weights alone that are compensated, as points."""
     if model.nv == 0:
         raise ValueError(f"{name}: no joint, so no degree of freedom")
-    if np.any(model.tendon_armature != 0):
-        raise ValueError(f"{name}: armature of a tendon couples joints in M: not supported")
     falls = not model.opt.disableflags & _GRAVITY_DISABLED
     builder = Builder(name, gravity=model.opt.gravity if falls else (0, 0, 0))
-    armature = model.dof_armature + _reflected_armature(model, name)
-    shares = np.ones(model.nbody)
-    if weights:
-        armature, shares = np.zeros(model.nv), np.maximum(model.body_gravcomp, 0)
+    armature, shares = np.zeros(model.nv), np.maximum(model.body_gravcomp, 0)
+    if not weights:
+        armature = model.dof_armature + _reflected_armature(model, name, takes_steps)
+        shares = np.ones(model.nbody)
 
     names = [_name(model, address) for address in model.name_bodyadr]
     standing = [-1] * model.nbody  # the builder's body with each body's frame
@@ -140,10 +144,21 @@ def _terms(model: Any, name: str, controls: np.ndarray) -> Terms:
     compensates = np.any(model.body_gravcomp > 0) and not passive
     compensated = _bodies(model, name, weights=True) if compensates else None
     actuators = _actuators.affine(model, controls)
+    rows = _tendons.rows(model, actuators)
+    damping, stiffness, reference, torque = _actuators.driven(
+        damping, stiffness, reference, actuators
+    )
+    for one in actuators:
+        if one.row >= 0 and one.stiffness == 0:
+            torque += np.asarray(rows[one.row].jacobian) * (one.gain * one.control + one.constant)
     return Terms(
-        *_actuators.driven(damping, stiffness, reference, actuators),
+        damping,
+        stiffness,
+        reference,
+        torque,
         actuators,
         compensated and compensated.build(wants=("inverse_dynamics",)),
+        rows,
     )
 
 
@@ -204,10 +219,13 @@ def _turned(quaternion: Any, vector: Any) -> np.ndarray:
     return turned
 
 
-def _reflected_armature(model: Any, name: str) -> np.ndarray:
+def _reflected_armature(model: Any, name: str, takes_steps: bool) -> np.ndarray:
     """Armature of the actuators that drive a joint, as its own inertia feels it."""
     out = np.zeros(model.nv)
     for i in np.flatnonzero(model.actuator_armature):
+        of_tendon = model.actuator_trntype[i] == _TENDON_TRANSMISSION
+        if takes_steps and of_tendon and not _tendons.reason(model, model.actuator_trnid[i, 0]):
+            continue
         if model.actuator_trntype[i] != _JOINT_TRANSMISSION:
             raise ValueError(f"{name}: armature of an actuator that drives no joint: not supported")
         joint = int(model.actuator_trnid[i, 0])
@@ -229,7 +247,8 @@ def ignored(model: Any, controls: np.ndarray | None = None) -> list[str]:
         if steps
         else [("actuator", len(model.actuator_trntype))]
     )
-    parts = [counted(count, kind) for kind, count in _things(model, actuators)]
+    things = [*actuators, *_tendons.left_out(model, steps)]
+    parts = [counted(count, kind) for kind, count in _things(model, things)]
     sprung = np.any(np.atleast_2d(model.jnt_stiffness.T) != 0, axis=0)
     single = np.isin(model.jnt_type, (_HINGE, _SLIDE))
     of_joints = (
@@ -254,10 +273,10 @@ def ignored(model: Any, controls: np.ndarray | None = None) -> list[str]:
     return ["ignored: " + ", ".join(parts)] if parts else []
 
 
-def _things(model: Any, actuators: list[tuple[str, int]]) -> Iterator[tuple[str, int]]:
+def _things(model: Any, things: list[tuple[str, int]]) -> Iterator[tuple[str, int]]:
     active = np.asarray(model.eq_active0, bool)
     for kind, count in Counter(model.eq_type[active].tolist()).items():
         yield _EQUALITIES.get(kind, "equality of another kind"), count
-    for kind, count in (*actuators, ("tendon", model.ntendon), ("flex", model.nflex)):
+    for kind, count in (*things, ("flex", model.nflex)):
         if count:
             yield kind, int(count)

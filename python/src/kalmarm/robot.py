@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import DTypeLike, NDArray
+from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from . import _core
 from ._names import dofs_of, unknown
@@ -34,17 +34,31 @@ class State(NamedTuple):
     tau: NDArray[Any]
 
 
+class CoupledRow(NamedTuple):
+    """A length J q of hinges and slides, and what acts along it: a tendon, an actuator on several
+    joints, an equality of joints. The units are those of a length in metres."""
+
+    jacobian: ArrayLike  # J: (nv,), zero at balls and free joints
+    armature: float = 0.0  # [kg]
+    damping: float = 0.0  # [N s/m]
+    stiffness: float = 0.0  # [N/m]
+    reference: float = 0.0  # [m], of the spring or of what is imposed
+    imposed: bool = False  # J q = reference at the end of the step, whatever force that takes
+
+
 class Actuator(NamedTuple):
-    """Of the file, on a hinge or slide: it moves its DoF by gain u + constant - stiffness q -
-    damping qd at the control u. Force limits are not in it."""
+    """Of the file, on a hinge, a slide or a fixed tendon of the length q: it moves its DoF, or along
+    its tendon's J, by gain u + constant - stiffness q - damping qd at the control u. Force limits
+    are not in it."""
 
     name: str
-    dof: int
+    dof: int  # -1 on a tendon
     control: float  # u, within the file's limits of it
     gain: float  # [N m or N] of a unit of u
     constant: float  # [N m or N]
     stiffness: float  # of a gain by length or velocity at this u
     damping: float
+    row: int = -1  # of `Terms.rows`, on a tendon
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +67,8 @@ class Terms:
     slides with their references, and actuators at their controls.
 
     torque: of actuators without stiffness, to be added to tau. For other controls of an actuator
-        add gain (u - control) at its DoF.
+        add gain (u - control) at its DoF, or times its row's jacobian.
+    rows: fixed tendons, with their actuators.
     compensated: the robot of the weights that the file compensates (gravcomp): its `gravity(q)` is
         to be added to tau; None where there is none.
     """
@@ -64,6 +79,7 @@ class Terms:
     torque: NDArray[np.float64]
     actuators: tuple[Actuator, ...] = ()
     compensated: Robot | None = None
+    rows: tuple[CoupledRow, ...] = ()
 
 
 @dataclass(frozen=True)

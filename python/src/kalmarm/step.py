@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from .robot import Robot
+from .robot import CoupledRow, Robot
 
 
 class Stepped(NamedTuple):
@@ -20,23 +20,12 @@ class Stepped(NamedTuple):
     a: NDArray[Any]
 
 
-class CoupledRow(NamedTuple):
-    """A length J q of hinges and slides, and what acts along it: a tendon, an actuator on several
-    joints, an equality of joints. The units are those of a length in metres."""
-
-    jacobian: ArrayLike  # J: (nv,), zero at balls and free joints
-    armature: float = 0.0  # [kg]
-    damping: float = 0.0  # [N s/m]
-    stiffness: float = 0.0  # [N/m]
-    reference: float = 0.0  # [m], of the spring or of what is imposed
-    imposed: bool = False  # J q = reference at the end of the step, whatever force that takes
-
-
 class ImplicitStep(_core.ImplicitStep):
     """Moves a robot by h, with springs and dampers taken at the end of the step.
 
         step = kalmarm.ImplicitStep(robot, 0.002, damping=200, stiffness=1e5, reference=target)
         q, qd, a = step(q, qd, tau)             # one state, or 4096 of (4096, nq), ...
+        a = step.acceleration(q, qd, tau, stiffness=kp)  # each with gains (4096, nv) of its own
 
     With K and B the diagonal matrices of stiffness and damping,
 
@@ -58,14 +47,14 @@ class ImplicitStep(_core.ImplicitStep):
         damping: Any = None,
         stiffness: Any = None,
         reference: Any = None,
-        rows: Sequence[CoupledRow] = (),
+        rows: Sequence[CoupledRow] | None = None,
         scheme: str = "springs_at_end",
     ) -> None:
         """h: [s], not negative.
         damping, stiffness, reference: (nv,) [N m s/rad or N s/m; N m/rad or N/m; rad or m], or one
             number for every hinge and slide; those of `robot.terms`, its file's, unless given.
         rows: terms that couple joints; each adds J' (armature + h damping + h^2 stiffness) J to
-            the matrix.
+            the matrix. Those of `robot.terms`, the tendons of its file, unless given.
         scheme: "springs_at_end" or "springs_at_start".
 
         The form is the robot's. ValueError where h, a damper or a spring is negative, a number is
@@ -84,15 +73,32 @@ class ImplicitStep(_core.ImplicitStep):
             robot.model,
             h,
             *(_of_every_dof(robot, name, value) for name, value in given.items()),
-            [(_row(robot, row.jacobian), *map(float, row[1:5]), bool(row.imposed)) for row in rows],
+            [
+                (_row(robot, row.jacobian), *map(float, row[1:5]), bool(row.imposed))
+                for row in (terms.rows if rows is None else rows)
+            ],
             scheme,
             robot.form == "certified",
         )
         self._robot = robot
 
-    def __call__(self, q: Any, qd: Any, tau: Any, *, threads: int = 1) -> Stepped:
-        """The state after h. Of many states, those that failed are NaN; of one, DynamicsError."""
-        a = self.acceleration(q, qd, tau, threads=threads)
+    def __call__(
+        self,
+        q: Any,
+        qd: Any,
+        tau: Any,
+        *,
+        damping: Any = None,
+        stiffness: Any = None,
+        reference: Any = None,
+        threads: int = 1,
+    ) -> Stepped:
+        """The state after h. Of many states, those that failed are NaN; of one, DynamicsError.
+
+        damping, stiffness, reference: (..., nv), of every state its own, as `acceleration` has it.
+        """
+        gains = {"damping": damping, "stiffness": stiffness, "reference": reference}
+        a = self.acceleration(q, qd, tau, **gains, threads=threads)
         return Stepped(*self.advance(q, qd, a), a)
 
     @property
