@@ -40,6 +40,7 @@ AskedStep::AskedStep(const Scene& scene, Integrator integrator, double h, const 
   }
   const bool at_end = terms_.scheme() == Scheme::springs_at_end;
   noise_ = h * (damping_ + (at_end ? h : 0) * stiffness_);
+  rows_ = AskedRows(q_of_, terms_.terms().rows, h, at_end ? h : 0);
 }
 
 Model<double> AskedStep::model(Model<double> given) const {
@@ -53,6 +54,8 @@ AskedStep AskedStep::rounded() const {
   for (VectorX<double>* term : {&out.damping_, &out.stiffness_, &out.reference_})
     *term = held(*term);
   out.h_ = static_cast<float>(h_);
+  const bool at_end = terms_.scheme() == Scheme::springs_at_end;
+  out.rows_ = AskedRows(q_of_, out.terms_.terms().rows, out.h_, at_end ? out.h_ : 0);
   return out;
 }
 

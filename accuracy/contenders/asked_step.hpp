@@ -3,12 +3,14 @@
 //   M^ a = tau^ - bias,  M^ = M + diag(h b + h^2 k)                                        (1)
 //   tau^ = tau + torque(q, v) - B v - K (q - q0 + h v)                                     (2)
 //   v+ = v + h a,  q+ = q moved along v+ for h, quaternions turned by exp(h w / 2)         (3)
-// with h^2 k and h v where springs are taken at the end of the step alone. h b + h^2 k is added to the
+// with h^2 k and h v where springs are taken at the end of the step alone, and rows of tendons and
+// imposed couplings by asked_rows.hpp. h b + h^2 k is added to the
 // armature in float64, as kalmarm::ImplicitStep does it; (2) and (3) are computed in T.
 #pragma once
 
 #include <cmath>
 
+#include "accuracy/contenders/asked_rows.hpp"
 #include "robots/scene/step_terms.hpp"
 
 namespace kalmarm {
@@ -22,7 +24,8 @@ class AskedStep {
   Integrator integrator() const { return integrator_; }
   double h() const { return h_; }
 
-  Model<double> model(Model<double> given) const;  // whose M is M^
+  Model<double> model(Model<double> given) const;  // whose M is M^ but for rows
+  const AskedRows& rows() const { return rows_; }
 
   AskedStep rounded() const;  // with terms and h as float32 holds them
 
@@ -34,6 +37,7 @@ class AskedStep {
     for (int k = 0; k < v.size(); ++k)
       if (stiffness_[k] > 0)
         out[k] -= T(stiffness_[k]) * ((q[q_of_[k]] - T(reference_[k])) + ahead * v[k]);
+    rows_.add_known(q, v, out);
     return out;
   }
 
@@ -66,6 +70,7 @@ class AskedStep {
   double h_;
   StepTerms terms_;
   VectorX<double> damping_, stiffness_, reference_, noise_;  // noise: h b + h^2 k
+  AskedRows rows_;
   std::vector<int> q_of_;
   std::vector<Coordinate> coordinates_;
 };

@@ -103,6 +103,7 @@ class Evaluation {
     out.entry = {
         {"qpos", to_json(state.q)}, {"qvel", to_json(state.qd)}, {"tau", to_json(state.tau)}};
     if (wants("mass")) out.entry["mass"] = to_json(mass(state.q, q));
+    if (rows()) return coupled(std::move(out), q, qd, tau);
     if (wants("inverse")) {
       MatrixX<T> X = poisoned(asked, asked);
       if (!out.take(robot_->inverse_mass(q, X))) return out;
@@ -126,12 +127,7 @@ class Evaluation {
     if (wants("acceleration")) {
       VectorX<T> a = poisoned(asked, 1);
       if (!out.take(robot_->forward_dynamics(q, qd, tau, a))) return out;
-      out.entry["acceleration"] = to_json(a);
-      if (step_) {
-        VectorX<T> next_q = q, next_qd = qd;
-        step_->advance<T>(a, next_q, next_qd);
-        out.entry["next"] = {{"qpos", to_json(next_q)}, {"qvel", to_json(next_qd)}};
-      }
+      add_acceleration(q, qd, a, out.entry);
     }
     if (wants("factors")) {
       VectorX<T> D = poisoned(nv, 1);
@@ -145,6 +141,36 @@ class Evaluation {
  private:
   bool wants(const char* what) const { return want_.contains(what); }
 
+  // Where the step has some that are solved for.
+  const AskedRows* rows() const {
+    return step_ && step_->rows().solves() ? &step_->rows() : nullptr;
+  }
+
+  // M^^-1 and a of a step with rows.
+  Result coupled(Result out, const VectorX<T>& q, const VectorX<T>& qd, const VectorX<T>& tau) {
+    const int nv = static_cast<int>(tau.size());
+    MatrixX<T> X = poisoned(nv, nv);
+    VectorX<T> a = poisoned(nv, 1);
+    if (!out.take(robot_->inverse_mass(q, X))) return out;
+    if (wants("acceleration") && !out.take(robot_->forward_dynamics(q, qd, tau, a))) return out;
+    if (!rows()->template solve<T>(q, qd, X, wants("acceleration") ? &a : nullptr)) {
+      out.outcome = {.status = Outcome::Status::singular};
+      return out;
+    }
+    if (wants("inverse")) out.entry["inverse"] = to_json(X);
+    if (wants("acceleration")) add_acceleration(q, qd, a, out.entry);
+    return out;
+  }
+
+  void add_acceleration(const VectorX<T>& q, const VectorX<T>& qd, const VectorX<T>& a,
+                        json& entry) const {
+    entry["acceleration"] = to_json(a);
+    if (!step_) return;
+    VectorX<T> next_q = q, next_qd = qd;
+    step_->advance<T>(a, next_q, next_qd);
+    entry["next"] = {{"qpos", to_json(next_q)}, {"qvel", to_json(next_qd)}};
+  }
+
   static MatrixX<T> poisoned(int rows, int columns) {
     return MatrixX<T>::Constant(rows, columns, std::numeric_limits<T>::quiet_NaN());
   }
@@ -157,6 +183,7 @@ class Evaluation {
       return theirs.cast<T>();
     }
     robot_->mass(q, M);
+    if (rows()) rows()->add_mass(M);
     return M;
   }
 
@@ -176,6 +203,16 @@ Evaluator make_evaluator(const Contender& by, const QuestionOptions& asked, cons
   if (step && by.variant == mujoco_variant)
     throw InputError(
         "--step is for variants of Kalmarm; compare_mujoco --step has MuJoCo's own steps");
+  if (step && step->rows().imposes() && std::ranges::find(asked.want, "mass") != asked.want.end())
+    throw InputError(scene.name +
+                     ": imposed couplings have no finite mass: --want inverse,acceleration");
+  if (step && step->rows().solves())
+    for (const std::string& want : asked.want)
+      if (want != "mass" && want != "inverse" && want != "acceleration")
+        throw InputError(scene.name +
+                         ": a step with tendons or imposed couplings gives mass, inverse and "
+                         "acceleration, no " +
+                         want);
   if (by.precision == "float32") return Evaluation<float>(by, asked, scene, options, step);
   if (by.precision == "float64") return Evaluation<double>(by, asked, scene, options, step);
   return Evaluation<Real>(by, asked, scene, options, step);

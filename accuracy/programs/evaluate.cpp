@@ -161,12 +161,14 @@ json evaluate(const Options& options, const Contender& used, const Scene& scene,
 
 std::optional<AskedStep> asked_step(const Options& options, const Scene& scene) {
   if (!options.step) return std::nullopt;
-  if (options.read.imposes_couplings || options.question.selects() || options.question.at_rest)
+  if (options.question.selects() || options.question.at_rest)
     throw InputError(
-        "--step is of the whole robot that moves: no --impose-couplings, --dofs, "
-        "--locked, --free or --at-rest");
-  return AskedStep(scene, *options.step, options.h,
-                   joint_terms_of(scene, options.damping, options.stiffness));
+        "--step is of the whole robot that moves: no --dofs, --locked, --free or --at-rest");
+  AskedStep out(scene, *options.step, options.h,
+                joint_terms_of(scene, options.damping, options.stiffness));
+  if (options.read.imposes_couplings && !out.rows().imposes())
+    throw InputError(scene.name + ": has no couplings of joints");
+  return out;
 }
 
 int run(const Options& options) {
@@ -190,7 +192,7 @@ int run(const Options& options) {
   if (step) scene.model = step->model(std::move(scene.model));
   if (step && rounds) step = step->rounded();
   if (rounds) scene.model = scene.model.cast<float>().cast<double>();
-  const bool couples = options.read.imposes_couplings;
+  const bool couples = options.read.imposes_couplings && !step;  // of a step they are rows
   const Question question =
       question_of(scene, couples ? uncoupled(options.question) : options.question);
   const std::optional<Couplings> couplings =
@@ -294,15 +296,16 @@ int main(int argc, char** argv) {
   app.add_flag(
       "--impose-couplings", options.read.imposes_couplings,
       "the file's linear couplings of joints (a URDF's mimic) hold exactly: mass, inverse, "
-      "acceleration of the joints that are left");
+      "acceleration of the joints that are left; with --step, at its end: inverse and acceleration "
+      "of all");
   const std::map<std::string, Integrator> integrators = {{"euler", Integrator::euler},
                                                          {"implicitfast", Integrator::implicitfast},
                                                          {"discrete", Integrator::discrete}};
   auto* step = app.add_option_function<std::string>(
       "--step", [&](const std::string& name) { options.step = integrators.at(name); },
-      "an implicit step with the file's springs, dampers and actuators, by MuJoCo's integrator of "
-      "this "
-      "name: its acceleration, the next state, and mass, inverse, ... of M + h B (+ h^2 K)");
+      "an implicit step with the file's springs, dampers, fixed tendons and actuators, by MuJoCo's "
+      "integrator of this name: its acceleration, the next state, and mass, inverse, ... of M + h "
+      "B (+ h^2 K)");
   step->check(CLI::IsMember({"euler", "implicitfast", "discrete"}));
   app.add_option("--h", options.h, "of the step [s]")
       ->check(positive())

@@ -101,12 +101,24 @@ json compare_steps(const Scene& scene, const StepOptions& options, bool quiet) {
              " DoF of bodies that float alone are compared by Euler only: of these MuJoCo takes "
              "gyroscopic torques at the end of a step");
   std::vector<Row> rows;
+  json not_compared = json::object();
   int springs = 0, dampers = 0;
+  const std::size_t coupled = joints.rows.size();
   for (const Integrator integrator : all_integrators) {
     const bool euler = integrator == Integrator::euler;
-    if (!euler && left_out == robot.nv()) continue;
+    if (!euler && left_out == robot.nv()) {
+      not_compared[to_string(integrator)] = "gyroscopic torques at the end of a step";
+      continue;
+    }
     Reference reference{integrator, StepTerms(scene, integrator, joints), euler ? all : held, {}};
     const StepTerms& terms = reference.terms;
+    if (const std::string why = left_out_of_rows(scene.model, terms.terms().rows, integrator);
+        !why.empty()) {
+      add_note(scene.name + ": not compared by " + to_string(integrator) +
+               ", of which MuJoCo leaves out " + why);
+      not_compared[to_string(integrator)] = why;
+      continue;
+    }
     springs = terms.springs(), dampers = terms.dampers();
     MujocoStep theirs(*mujoco, h, joints, integrator);
     ImplicitStep<double> step(robot, h, terms.terms(), terms.scheme());
@@ -126,8 +138,10 @@ json compare_steps(const Scene& scene, const StepOptions& options, bool quiet) {
   }
 
   if (!quiet) {
-    std::printf("%s, %zu steps of %g s against MuJoCo %s: %d springs, %d dampers\n",
-                scene.name.c_str(), states.size(), h, mujoco_version(), springs, dampers);
+    const std::string tendons = coupled > 0 ? ", " + std::to_string(coupled) + " tendons" : "";
+    std::printf("%s, %zu steps of %g s against MuJoCo %s: %d springs, %d dampers%s\n",
+                scene.name.c_str(), states.size(), h, mujoco_version(), springs, dampers,
+                tendons.c_str());
     std::printf("  %-14s %-22s %-9s %14s %9s %9s\n", "integrator", "variant", "precision",
                 "acceleration", "bound", "failures");
     for (const Row& row : rows)
@@ -136,9 +150,10 @@ json compare_steps(const Scene& scene, const StepOptions& options, bool quiet) {
                   row.precision == "float64" ? short_text("%.1e", row.bound).c_str() : "-",
                   row.failures, row.pass() ? "" : "  EXCEEDED");
   }
-  json out = {{"scene", scene.name},     {"h", h},
-              {"states", states.size()}, {"springs", springs},
-              {"dampers", dampers},      {"variants", json::array()}};
+  json out = {{"scene", scene.name},          {"h", h},
+              {"states", states.size()},      {"springs", springs},
+              {"dampers", dampers},           {"tendons", coupled},
+              {"not_compared", not_compared}, {"variants", json::array()}};
   bool pass = true;
   for (const Row& row : rows) {
     pass = pass && row.pass();
