@@ -102,7 +102,7 @@ void add_variants(std::shared_ptr<const Case> c, std::shared_ptr<const Pool<T>> 
     if (!variant.traits.gives(Want::inverse))
       add_solver<T>(variant.name, variant.traits, variant.make(model), c, pool);
   for (const RegisteredVariant<T>& variant : registered_variants<T>())
-    if (variant.traits.contender || exhibits)
+    if (variant.traits.contender || (exhibits && variant.takes(model)))
       add_solver<T>(variant.name, variant.traits, variant.make(model), c, pool);
 }
 

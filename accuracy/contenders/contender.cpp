@@ -41,6 +41,11 @@ std::unique_ptr<Solver<T>> make_contender(const Contender& by, const Scene& scen
       unknown_variant(by, "has no precision " + by.precision);
   }
   if (auto solver = make_solver<T>(by.variant, model)) return solver;
+  for (const auto& variant : registered_variants<T>())
+    if (variant.name == by.variant)
+      throw InputError("variant '" + by.variant +
+                       "' takes other mechanisms alone, such as chains of bodies with mass and "
+                       "three moments of inertia");
   for (const auto& variant : registered_variants<double>())
     if (variant.name == by.variant) unknown_variant(by, "has no precision " + by.precision);
   unknown_variant(by, "is unknown");

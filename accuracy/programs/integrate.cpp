@@ -96,7 +96,9 @@ std::string records(const Job& job, const std::string& precision, const Options&
   std::string out;
   for (const std::string& variant : options.variants) {
     const auto solver = make_solver(variant, model);
-    if (!solver) throw InputError("variant '" + variant + "' has no " + precision);
+    if (!solver)
+      throw InputError("variant '" + variant + "' has no " + precision + ", or does not take '" +
+                       job.family->name + "'");
     const Integration fall = free_fall(*solver, model, c.q, options.fall);
     out += begin + field(variant) + ',' + std::to_string(fall.calls) + ',' +
            (fall.finished ? '1' : '0') + ',' + number(fall.energy_drift) + '\n';

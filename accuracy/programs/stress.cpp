@@ -72,7 +72,9 @@ Selection selection(const Family& family, const Options& options) {
   for (const auto& variant : registered_variants<double>()) {
     const VariantTraits& traits = variant.traits;
     if (traits.in_world_frame && !framed.contains(family.name)) continue;
-    if (wild && (traits.kind == VariantKind::closed_form || traits.mixed_precision)) continue;
+    const bool chosen = traits.kind != VariantKind::closed_form &&
+                        traits.kind != VariantKind::scan && !traits.mixed_precision;
+    if (wild && !chosen) continue;
     out.variants.push_back(variant.name);
   }
   return out;

@@ -1,34 +1,9 @@
 #include "accuracy/scan/scan_cost.hpp"
 
-#include <Eigen/Core>
-#include <cmath>
 #include <limits>
 
 #include "accuracy/programs/common/csv.hpp"
-#include "algorithms/spatial/count.hpp"
-
-namespace kalmarm {
-
-// What Eigen asks of a scalar beyond count.hpp.
-inline Count& operator*=(Count& a, Count b) { return a = a * b; }
-inline Count& operator/=(Count& a, Count b) { return a = a / b; }
-inline Count sqrt(Count a) {
-  ++Count::flops;
-  return std::sqrt(a.value);
-}
-inline Count abs(Count a) { return std::abs(a.value); }
-
-}  // namespace kalmarm
-
-template <>
-struct Eigen::NumTraits<kalmarm::Count> : Eigen::GenericNumTraits<double> {
-  using Real = kalmarm::Count;
-  using NonInteger = kalmarm::Count;
-  using Nested = kalmarm::Count;
-  using Literal = double;
-  enum { IsComplex = 0, IsInteger = 0, IsSigned = 1, RequireInitialization = 0 };
-};
-
+#include "algorithms/study/scan/counting.hpp"
 #include "algorithms/study/scan/scan.hpp"
 #include "algorithms/study/scan/square_root_element.hpp"
 
@@ -52,7 +27,7 @@ class Counted {
     typename V::template Workspace<Count> ws(model_);
     VectorX<Count> tau = VectorX<Count>::Ones(model_.nv()), a(model_.nv());
     const long start = Count::flops;
-    factor_untested(ws.factors);
+    if (!V::factor(model_, kin_, ws)) return;
     const long factored = Count::flops;
     V::acceleration(model_, kin_, tau, ws, a);
     add("factor", V::name(), 0, 0, 1, static_cast<double>(factored - start));
@@ -78,15 +53,6 @@ class Counted {
   }
 
  private:
-  template <class Update>
-  void factor_untested(Factors<Count, Update>& f) {
-    Update::start(model_, kin_, f.update);
-    for (int k = model_.nv() - 1; k >= 0; --k) {
-      f.D[k] = Update::measure(model_, k, f.update, f.g[k]);
-      if (model_.parent(k) >= 0) Update::propagate(model_, kin_, k, f.update);
-    }
-  }
-
   void add(const char* task, const std::string& variant, int links, int depth, double p,
            double flops) {
     text_ += begin_ + task + ',' + field(variant) + ',' + std::to_string(links) + ',' +

@@ -2,8 +2,8 @@
 // of factors and of one acceleration on top of them, kinematics not counted. CSV:
 //   family,value,n,seed,task,variant,links,depth,processors,flops
 // processors 0 stands for any number: the span. flops on one processor is the work. A sequential
-// filter has rows of one processor alone. Neither includes the second look at suspects for
-// singularity (singularity.hpp), which both do in the same way, one link after another.
+// filter has rows of one processor alone. Both include the test for singular mechanisms, with its second
+// look at suspects (singularity.hpp, scan/singularity_scan.hpp).
 #pragma once
 
 #include <cstdint>

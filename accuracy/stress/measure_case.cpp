@@ -75,7 +75,7 @@ class Measured {
   std::vector<Record> records() const {
     std::vector<Record> out;
     for (const RegisteredVariant<T>& variant : registered_variants<T>()) {
-      if (!wanted(selection_.variants, variant.name)) continue;
+      if (!wanted(selection_.variants, variant.name) || !variant.takes(model_)) continue;
       const bool stacked = variant.traits.kind == VariantKind::stacked;
       if (variant.traits.dense && nv_ > (stacked ? largest_inverse : largest_dense)) continue;
       add_accelerations(variant, out);

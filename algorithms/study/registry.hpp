@@ -23,6 +23,9 @@
 #include "algorithms/study/riccati/conventional.hpp"
 #include "algorithms/study/riccati/in_world_frame.hpp"
 #include "algorithms/study/riccati/ud.hpp"
+#include "algorithms/study/scan/divide_and_conquer.hpp"
+#include "algorithms/study/scan/scan.hpp"
+#include "algorithms/study/scan/square_root_element.hpp"
 #include "algorithms/study/solver_of.hpp"
 
 namespace kalmarm {
@@ -88,7 +91,11 @@ using Exhibits = VariantList<StackedQR,                                  //
                              Sequential<WorldOrigin<ArrayPivoted>>,      //
                              Sequential<WorldOrigin<ArrayMGS>>,          //
                              Sequential<WorldOrigin<ArrayGivens>>,       //
-                             Sequential<WorldOrigin<UD>>>;
+                             Sequential<WorldOrigin<UD>>,                //
+                             Scan<scan::Conventional>,                   //
+                             Scan<scan::SquareRoot>,                     //
+                             DivideAndConquer<false>,                    //
+                             DivideAndConquer<true>>;
 
 // A trait of V or of what it is made of.
 #define KALMARM_TRAIT(trait)                            \
@@ -162,6 +169,8 @@ std::vector<RegisteredVariant<T>> registered_variants(Want want) {
     if constexpr (V::template supports<T>)
       add_solver.template operator()<SolverOf<V, T>>(V::name(), V::equation,
                                                      traits_of<V>(contender));
+    if constexpr (requires(const Model<T>& model) { V::applies(model); })
+      if (!out.empty() && out.back().name == V::name()) out.back().takes = V::template applies<T>;
   };
   add_solver.template operator()<CompositeSolver<T>>(
       "CRBA", "M(m,k) = H(m) phi(m,k) r-(k) H(k)', (5.1)",

@@ -56,6 +56,8 @@ struct RegisteredVariant {
   std::string equation;  // what it evaluates
   VariantTraits traits;
   std::function<std::unique_ptr<Solver<T>>(const Model<T>&)> make;
+  // Whether it answers for that model at all; it is not to be made for others.
+  std::function<bool(const Model<T>&)> takes = [](const Model<T>&) { return true; };
 };
 
 // All variants that support T and give what is wanted, contenders first, in the registry's order
@@ -68,11 +70,12 @@ std::vector<RegisteredVariant<T>> registered_variants(Want want = Want::inverse)
 template <class T>
 std::vector<RegisteredVariant<T>> fast_variants();
 
-// The variant of that name on a model; null where there is none in precision T.
+// The variant of that name on a model; null where there is none in precision T, or it does not take
+// the model.
 template <class T>
 std::unique_ptr<Solver<T>> make_solver(const std::string& name, const Model<T>& model) {
   for (const RegisteredVariant<T>& variant : registered_variants<T>())
-    if (variant.name == name) return variant.make(model);
+    if (variant.name == name && variant.takes(model)) return variant.make(model);
   return nullptr;
 }
 

@@ -17,6 +17,7 @@ enum class VariantKind {
   factored_bias,  // the filter, with the bias among its square roots
   stacked,        // an orthogonal factorisation of all equations at once
   refined,        // another variant, and the residual of its answer
+  scan,           // runs of links, combined two by two
   fast,           // the filter on frames that lie on the axes: Dynamics
 };
 
@@ -36,6 +37,8 @@ constexpr const char* to_string(VariantKind kind) {
       return "stacked";
     case VariantKind::refined:
       return "refined";
+    case VariantKind::scan:
+      return "scan";
     case VariantKind::fast:
       return "fast";
   }

@@ -63,6 +63,11 @@ class NearestToSingular {
     warning_.near_singular = true;
   }
 
+  // What another has seen, of other joints.
+  void see(const NearestToSingular& other) {
+    if (other.bound_ < bound_) *this = other;
+  }
+
   const Outcome& warning() const { return warning_; }
 
  private:

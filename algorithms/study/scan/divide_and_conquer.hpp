@@ -34,6 +34,7 @@
 
 #include "algorithms/model/link_kinematics.hpp"
 #include "algorithms/study/scan/blocks.hpp"
+#include "algorithms/study/variant_traits.hpp"
 #include "kalmarm/outcome.hpp"
 
 namespace kalmarm {
@@ -43,9 +44,13 @@ struct DivideAndConquer {
   static std::string name() {
     return projected ? "DivideAndConquer<Projected>" : "DivideAndConquer";
   }
+  static constexpr VariantKind kind = VariantKind::scan;
   static constexpr const char* citation = "Featherstone 1999, divide and conquer";
   static constexpr const char* equation = "mobilities of runs of bodies, joined two by two";
+  template <class T>
+  static constexpr bool supports = true;
 
+  // Of other models there is nothing to be asked.
   template <class T>
   static bool applies(const Model<T>& model) {
     for (int k = 0; k < model.nv(); ++k) {
@@ -72,8 +77,10 @@ struct DivideAndConquer {
   struct Workspace {
     std::vector<Run<T>> runs;  // the first is all, and every run comes before what it is made of
     Run<T> base;
+    VectorX<T> unit, column;
 
-    explicit Workspace(const Model<T>& model, scan::Order order = scan::Order::balanced) {
+    explicit Workspace(const Model<T>& model, scan::Order order = scan::Order::balanced)
+        : unit(model.nv()), column(model.nv()) {
       runs.resize(1);
       runs[0].last = model.nv();
       for (std::size_t i = 0; i < runs.size(); ++i) {
@@ -125,22 +132,53 @@ struct DivideAndConquer {
   template <class T>
   static void acceleration(const Model<T>& model, const LinkKinematics<T>& kin,
                            const VectorX<T>& tau, Workspace<T>& ws, VectorX<T>& a) {
+    pass_forces(
+        model, kin, tau, [&](int k) { return kin.b[k]; }, [&](int k) { return kin.c[k]; },
+        base_acceleration(model), ws, a);
+  }
+
+  // x = M^-1 tau, after factor: b, c and gravity are zero.
+  template <class T>
+  static void solve(const Model<T>& model, const LinkKinematics<T>& kin, const VectorX<T>& tau,
+                    Workspace<T>& ws, VectorX<T>& x) {
+    const Vector6<T> zero = Vector6<T>::Zero();
+    const auto none = [&](int) { return zero; };
+    pass_forces(model, kin, tau, none, none, zero, ws, x);
+  }
+
+  // M^-1 (nv x nv), both triangles, after factor: column by column, of which the lower part counts.
+  template <class T>
+  static void inverse(const Model<T>& model, const LinkKinematics<T>& kin, Workspace<T>& ws,
+                      MatrixX<T>& X) {
+    for (int j = 0; j < model.nv(); ++j) {
+      ws.unit.setZero();
+      ws.unit[j] = T(1);
+      solve(model, kin, ws.unit, ws, ws.column);
+      for (int i = j; i < model.nv(); ++i) X(i, j) = X(j, i) = ws.column[i];
+    }
+  }
+
+ private:
+  // (2) and (6) up the tree, (3) and (4) down it.
+  template <class T, class Bias, class C>
+  static void pass_forces(const Model<T>& model, const LinkKinematics<T>& kin,
+                          const VectorX<T>& tau, const Bias& b, const C& c, const Vector6<T>& base,
+                          Workspace<T>& ws, VectorX<T>& a) {
     for (auto run = ws.runs.rbegin(); run != ws.runs.rend(); ++run) {
       if (run->inner < 0) {  // (2)
         const int k = run->first;
-        run->y1 = -(run->X11 * kin.b[k]);
+        run->y1 = -(run->X11 * b(k));
         if (k + 1 < model.nv()) run->y2 = kin.phi[k + 1].motion_from_parent(run->y1);
         continue;
       }
       const Run<T>&A = ws.runs[run->inner], &B = ws.runs[run->outer];
-      run->beta = A.y2 - B.y1 + kin.c[B.first];
+      run->beta = A.y2 - B.y1 + c(B.first);
       const Vector6<T> f = run->W * run->beta + run->nu * tau[B.first];  // (6)
       run->y1 = A.y1 - A.X12 * f;
       run->y2 = B.y2 + B.X12.transpose() * f;
     }
     Run<T>& all = ws.runs[0];
-    const Vector6<T> s =
-        kin.phi[0].motion_from_parent(base_acceleration(model)) + kin.c[0] - all.y1;
+    const Vector6<T> s = kin.phi[0].motion_from_parent(base) + c(0) - all.y1;
     all.z_in = pass(model.joint(0), s, tau[0], ws.base, a[0]);
     all.z_out.setZero();
     for (const Run<T>& run : ws.runs) {
@@ -153,7 +191,6 @@ struct DivideAndConquer {
     }
   }
 
- private:
   static Outcome failed(int joint) {
     Outcome out;
     out.status = Outcome::Status::indefinite;

@@ -19,19 +19,24 @@
 // Of a tree the paths of one height are scanned together, from the tips inwards in (1) to (4), from
 // the base outwards in (5). With N links in blocks of B the span is O(B + log(N / B)) a height.
 //
-// The test for singular mechanisms is the sequential filter's, on the same D. Where the scan fails it,
-// or loses a D° to rounding, the sequential filter takes over and has the last word.
+// The test for singular mechanisms is the sequential filter's, on the same D, as two more scans
+// (singularity_scan.hpp). Where the scan fails it, or loses a D° to rounding, the sequential filter
+// takes over and has the last word.
 //
 // Flops a link, beside those of the sequential form: about 300 for (1), and the whole again for
 // (3) to (5); a block that forgets after F links pays that for F links alone.
 #pragma once
 
+#include <algorithm>
+#include <optional>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "algorithms/study/inverse_mass/sequential.hpp"
 #include "algorithms/study/scan/blocks.hpp"
 #include "algorithms/study/scan/covariance_element.hpp"
+#include "algorithms/study/scan/singularity_scan.hpp"
 #include "algorithms/study/scan/tasks.hpp"
 
 namespace kalmarm {
@@ -41,11 +46,20 @@ struct Scan {
   using Update = typename Form::Update;
   using Inner = Update;
   static std::string name() { return "Scan<" + Form::name() + ">"; }
-  static constexpr VariantKind kind = VariantKind::sequential;  // the same D and g
+  static constexpr VariantKind kind = VariantKind::scan;
   static constexpr const char* citation = "Särkkä and García-Fernández 2021, parallel scans";
   static constexpr const char* equation = "(3.3) by associative scans over blocks of links";
   template <class T>
   static constexpr bool supports = true;
+
+  // As singularity.hpp: suspects of square roots in float32.
+  template <class T>
+  static constexpr bool looks_in_float64 = std::is_same_v<T, float>&& Update::resolution > 1;
+  struct InFloat64;
+  struct Nothing {
+    template <class T>
+    Nothing(const Model<T>&, const scan::Options&) {}
+  };
 
   template <class T>
   struct Workspace {
@@ -71,6 +85,8 @@ struct Scan {
     scan::Tasks<T> tasks;
     std::vector<Run> runs;     // by node
     std::vector<Reach> reach;  // by block
+    scan::SingularityScan<T> test;
+    [[no_unique_address]] std::conditional_t<looks_in_float64<T>, InFloat64, Nothing> in_float64;
 
     explicit Workspace(const Model<T>& model, const scan::Options& options = {})
         : factors(model),
@@ -78,26 +94,40 @@ struct Scan {
           blocks(model, options),
           tasks(options.threads),
           runs(blocks.nodes().size()),
-          reach(blocks.blocks().size()) {}
+          reach(blocks.blocks().size()),
+          test(model, blocks),
+          in_float64(model, options) {}
   };
 
+  // The same mechanism in float64.
+  struct InFloat64 {
+    Model<double> model;
+    LinkKinematics<double> kin;
+    Workspace<double> ws;
+
+    InFloat64(const Model<float>& exact, const scan::Options& options)
+        : model(exact.cast<double>()), kin(model), ws(model, options) {}
+
+    // False where a D may be lost even so.
+    bool passes(const LinkKinematics<float>& exact) {
+      set_position(model, exact.q, kin);  // phi of float32 is rounded, and moves D
+      set_covariances(model, kin, ws);
+      set_transitions(model, kin, ws);
+      const double least = least_D_over_scale<double>(Update::resolution);
+      return !is_lost(ws) &&
+             ws.test.second_look(model, kin, least, NearestToSingular<double>(1), ws);
+    }
+  };
+
+  // As factors.hpp. What the scan cannot factor, the sequential filter decides: an element of a link
+  // that is light beside its neighbours may lose a D that the filter keeps.
   template <class T>
   static Outcome factor(const Model<T>& model, const LinkKinematics<T>& kin, Workspace<T>& ws) {
-    for (const scan::Height& height : ws.blocks.heights()) {
-      ws.tasks.run(height.blocks, [&](int i) { set_element(model, kin, i, ws); });  // (1)
-      scan_elements(height, ws);                                                    // (2)
-      ws.tasks.run(height.open_blocks, [&](int i) {                                 // (3)
-        const scan::Block& block = ws.blocks.blocks()[i];
-        filter_covariance(model, kin, block, &ws.runs[block.node].X, ws.reach[i].covariance, ws,
-                          [](int) {});
-      });
-    }
-    const Outcome outcome = test(model, kin, ws);
-    if (!outcome) return outcome;
-    for (const scan::Height& height : ws.blocks.heights()) {
-      ws.tasks.run(height.blocks, [&](int i) { set_transition(model, kin, i, ws); });
-      scan_transitions(height, ws);
-    }
+    set_covariances(model, kin, ws);
+    set_transitions(model, kin, ws);
+    if (const std::optional<Outcome> passed = test(model, kin, ws)) return *passed;
+    const Outcome outcome = kalmarm::factor(model, kin, ws.factors);
+    if (outcome) set_transitions(model, kin, ws);
     return outcome;
   }
 
@@ -129,6 +159,31 @@ struct Scan {
   }
 
  private:
+  using Look = scan::Look;
+
+  template <class T>
+  static void set_covariances(const Model<T>& model, const LinkKinematics<T>& kin,
+                              Workspace<T>& ws) {
+    for (const scan::Height& height : ws.blocks.heights()) {
+      ws.tasks.run(height.blocks, [&](int i) { set_element(model, kin, i, ws); });  // (1)
+      scan_elements(height, ws);                                                    // (2)
+      ws.tasks.run(height.open_blocks, [&](int i) {                                 // (3)
+        const scan::Block& block = ws.blocks.blocks()[i];
+        filter_covariance(model, kin, block, &ws.runs[block.node].X, ws.reach[i].covariance, ws,
+                          [](int) {});
+      });
+    }
+  }
+
+  template <class T>
+  static void set_transitions(const Model<T>& model, const LinkKinematics<T>& kin,
+                              Workspace<T>& ws) {
+    for (const scan::Height& height : ws.blocks.heights()) {
+      ws.tasks.run(height.blocks, [&](int i) { set_transition(model, kin, i, ws); });
+      scan_transitions(height, ws);
+    }
+  }
+
   // The sequential filter on the first `count` links of a block, with X at its tip if there is one.
   // after(k) is called behind every link. False where a D is not positive.
   template <class T, class After>
@@ -191,32 +246,36 @@ struct Scan {
   template <class T>
   static void scan_elements(const scan::Height& height, Workspace<T>& ws) {
     const std::vector<scan::Node>& nodes = ws.blocks.nodes();
-    upwards(height, ws, [&](int i) {
+    ws.tasks.run_upwards(height.inner_nodes, [&](int i) {
       if (nodes[i].has_inboard)
         Form::combine(ws.runs[nodes[i].left].element, ws.runs[nodes[i].right].element,
                       ws.runs[i].element);
     });
-    downwards(height, ws, [&](int i) {
+    ws.tasks.run_downwards(height.inner_nodes, [&](int i) {
       auto &outer = ws.runs[nodes[i].left], &inner = ws.runs[nodes[i].right];
       if (nodes[i].has_outboard) outer.X = ws.runs[i].X;
       Form::apply(outer.element, ws.runs[i].X, inner.X);
     });
   }
 
-  // As factors.hpp. What the scan cannot factor, the sequential filter decides: an element of a link
-  // that is light beside its neighbours may lose a D that the filter keeps.
+  // No outcome where a D may be lost.
   template <class T>
-  static Outcome test(const Model<T>& model, const LinkKinematics<T>& kin, Workspace<T>& ws) {
-    Factors<T, Update>& f = ws.factors;
-    bool passes = true;
-    for (const auto& reach : ws.reach) passes = passes && !reach.lost;
-    f.test.begin();
-    for (int k = model.nv() - 1; passes && k >= 0; --k)
-      passes = f.test.passes(model, kin, k, f.D[k]);
-    if (!passes) return kalmarm::factor(model, kin, f);
-    if (!f.test.suspect()) return {};
-    const Outcome outcome = f.test.look(model, kin, 0, f);
-    return outcome ? outcome : kalmarm::factor(model, kin, f);
+  static std::optional<Outcome> test(const Model<T>& model, const LinkKinematics<T>& kin,
+                                     Workspace<T>& ws) {
+    constexpr int order = Update::resolution;
+    const std::vector<T>& D = ws.factors.D;
+    const auto first = ws.test.first_look(model, kin, D, order, ws.blocks, ws.tasks);
+    if (first == Look::lost || is_lost(ws)) return std::nullopt;
+    if (first == Look::clear) return Outcome{};
+    if constexpr (looks_in_float64<T>)
+      if (!ws.in_float64.passes(kin)) return std::nullopt;
+    const T least = looks_in_float64<T> ? T(0) : least_D_over_scale<T>(order);
+    return ws.test.second_look(model, kin, least, NearestToSingular<T>(order), ws);
+  }
+
+  template <class T>
+  static bool is_lost(const Workspace<T>& ws) {
+    return std::ranges::any_of(ws.reach, [](const auto& reach) { return reach.lost; });
   }
 
   // psi of a block, and how far it remembers what comes in.
@@ -255,7 +314,7 @@ struct Scan {
 
   template <class T>
   static void scan_transitions(const scan::Height& height, Workspace<T>& ws) {
-    upwards(height, ws, [&](int i) {
+    ws.tasks.run_upwards(height.inner_nodes, [&](int i) {
       const scan::Node& node = ws.blocks.nodes()[i];
       const auto &outer = ws.runs[node.left], &inner = ws.runs[node.right];
       auto& run = ws.runs[i];
@@ -345,13 +404,13 @@ struct Scan {
   template <class T>
   static void scan_forces(const scan::Height& height, Workspace<T>& ws) {
     const std::vector<scan::Node>& nodes = ws.blocks.nodes();
-    upwards(height, ws, [&](int i) {
+    ws.tasks.run_upwards(height.inner_nodes, [&](int i) {
       if (!nodes[i].has_inboard) return;
       const auto &outer = ws.runs[nodes[i].left], &inner = ws.runs[nodes[i].right];
       ws.runs[i].z = inner.z;
       if (!inner.closed) ws.runs[i].z.noalias() += inner.psi * outer.z;
     });
-    downwards(height, ws, [&](int i) {
+    ws.tasks.run_downwards(height.inner_nodes, [&](int i) {
       auto &outer = ws.runs[nodes[i].left], &inner = ws.runs[nodes[i].right];
       if (nodes[i].has_outboard) outer.z_in = ws.runs[i].z_in;
       inner.z_in = outer.z;
@@ -363,30 +422,19 @@ struct Scan {
   template <class T>
   static void scan_motions(const scan::Height& height, Workspace<T>& ws) {
     const std::vector<scan::Node>& nodes = ws.blocks.nodes();
-    upwards(height, ws, [&](int i) {
+    ws.tasks.run_upwards(height.inner_nodes, [&](int i) {
       if (!nodes[i].has_outboard) return;
       const auto &outer = ws.runs[nodes[i].left], &inner = ws.runs[nodes[i].right];
       ws.runs[i].l = outer.l;
       if (!outer.closed) ws.runs[i].l.noalias() += outer.psi.transpose() * inner.l;
     });
-    downwards(height, ws, [&](int i) {
+    ws.tasks.run_downwards(height.inner_nodes, [&](int i) {
       auto &outer = ws.runs[nodes[i].left], &inner = ws.runs[nodes[i].right];
       if (nodes[i].has_inboard) inner.l_in = ws.runs[i].l_in;
       outer.l_in = inner.l;
       if (nodes[i].has_inboard && !inner.closed)
         outer.l_in.noalias() += inner.psi.transpose() * ws.runs[i].l_in;
     });
-  }
-
-  // Nodes with children, by depth: from the leaves, and from the root.
-  template <class T, class F>
-  static void upwards(const scan::Height& height, Workspace<T>& ws, const F& f) {
-    for (auto nodes = height.inner_nodes.rbegin(); nodes != height.inner_nodes.rend(); ++nodes)
-      ws.tasks.run(*nodes, f);
-  }
-  template <class T, class F>
-  static void downwards(const scan::Height& height, Workspace<T>& ws, const F& f) {
-    for (const std::vector<int>& nodes : height.inner_nodes) ws.tasks.run(nodes, f);
   }
 };
 

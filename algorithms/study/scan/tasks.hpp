@@ -67,6 +67,16 @@ class Tasks {
     }
   }
 
+  // f(i) for the nodes of a tree, a phase a depth: from the leaves, and from the root.
+  template <class F>
+  void run_upwards(const std::vector<std::vector<int>>& by_depth, const F& f) {
+    for (auto nodes = by_depth.rbegin(); nodes != by_depth.rend(); ++nodes) run(*nodes, f);
+  }
+  template <class F>
+  void run_downwards(const std::vector<std::vector<int>>& by_depth, const F& f) {
+    for (const std::vector<int>& nodes : by_depth) run(nodes, f);
+  }
+
   std::vector<PhaseCost> phases;  // of counting numbers, since it was cleared last
 
  private:

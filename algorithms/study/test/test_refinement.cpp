@@ -147,7 +147,8 @@ Outcome between_hinges(const std::string& variant, double angle) {
 }
 
 TEST(Warning, StandsBetweenRegularAndSingular) {
-  for (const char* variant : {"Sequential<Conventional>", "Sequential<ArrayMGS>"}) {
+  for (const char* variant : {"Sequential<Conventional>", "Sequential<ArrayMGS>",
+                              "Scan<Conventional>", "Scan<SquareRoot>"}) {
     SCOPED_TRACE(variant);
     int regular = 0, warned = 0, refused = 0;
     for (double angle = 0.1; angle > 1e-18; angle /= 1.5) {

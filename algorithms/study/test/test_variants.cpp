@@ -49,7 +49,8 @@ struct Bound {
 // near gimbal lock (massless_links), where square roots and refinement lose only what the data do.
 // ClosedForm multiplies by an explicit inverse, which costs u kappa. About the world's origin a
 // covariance loses the square of the distance, and Joseph's form its fourth power. On one_slide
-// gravity is nearly perpendicular to the axis for some seeds.
+// gravity is nearly perpendicular to the axis for some seeds. Divide and conquer, measured over the 3
+// seeds that are tested, inverts inertias and adds mobilities of 1/m.
 constexpr Bound bounds[] = {
     {"*", "*", {200, Per::u}, {250, Per::u}},
     {"*", "one_slide", {600, Per::u}, {40, Per::u}},
@@ -79,6 +80,11 @@ constexpr Bound bounds[] = {
     {"Sequential<WorldOrigin<Conventional>>", "massless_links", {1.1e5, Per::u}, {1.4e5, Per::u}},
     {"Sequential<WorldOrigin<Joseph>>", "*", {1.7e4, Per::u}, {1.3e5, Per::u}},
     {"Sequential<WorldOrigin<Joseph>>", "massless_links", {1.3e5, Per::u}, {1.7e5, Per::u}},
+    {"DivideAndConquer*", "*", {6e4, Per::u}, {5.2e4, Per::u}},
+    {"DivideAndConquer*", "one_hinge", {200, Per::u}, {250, Per::u}},
+    {"DivideAndConquer*", "one_slide", {600, Per::u}, {90, Per::u}},
+    {"DivideAndConquer*", "planar_two_link", {200, Per::u}, {270, Per::u}},
+    {"DivideAndConquer*", "straight_chain", {5400, Per::u}, {790, Per::u}},
 };
 
 // Of the 50-digit type, whose truth is itself known to 1e-50 kappa only, with kappa up to 1e5.
@@ -221,15 +227,26 @@ void PrintTo(const Case& c, std::ostream* out) {
   *out << c.variant << " in " << c.precision << " on " << c.family;
 }
 
+// Whether the variant is for the mechanisms of the first seeds.
+template <class T>
+bool takes(const RegisteredVariant<T>& variant, const Family& family, int seeds) {
+  for (int seed = 0; seed < seeds; ++seed)
+    if (!variant.takes(family.make(seed).template cast<T>())) return false;
+  return true;
+}
+
 template <class T>
 void add_cases(const char* precision, int seeds, int exhibit_seeds, std::vector<Case>& cases) {
   for (const RegisteredVariant<T>& variant : registered_variants<T>())
-    for (const Family& family : families())
-      cases.push_back(
-          {precision, variant.name, family.name, static_cast<double>(unit_roundoff<T>()),
-           variant.traits.contender ? seeds : exhibit_seeds, [variant, family](std::uint64_t seed) {
-             return result(variant, problem<T>(family, seed));
-           }});
+    for (const Family& family : families()) {
+      const int count = variant.traits.contender ? seeds : exhibit_seeds;
+      if (!takes(variant, family, count)) continue;
+      cases.push_back({precision, variant.name, family.name,
+                       static_cast<double>(unit_roundoff<T>()), count,
+                       [variant, family](std::uint64_t seed) {
+                         return result(variant, problem<T>(family, seed));
+                       }});
+    }
 }
 
 std::vector<Case> cases() {
@@ -251,10 +268,10 @@ TEST_P(EveryVariant, AgreesWithTruth) {
     EXPECT_LE(r.acceleration_error, c.bound(&Bound::acceleration, r.kappa)) << "seed " << seed;
     EXPECT_LE(r.solve_error, c.bound(&Bound::acceleration, r.kappa)) << "seed " << seed;
     EXPECT_LE(r.inverse_error, c.bound(&Bound::inverse, r.kappa)) << "seed " << seed;
-    acceleration = std::max(acceleration, r.acceleration_error / c.u);
+    acceleration = std::max({acceleration, r.acceleration_error / c.u, r.solve_error / c.u});
     inverse = std::max(inverse, r.inverse_error / c.u);
   }
-  RecordProperty("acceleration_error_in_u", std::to_string(acceleration));
+  RecordProperty("acceleration_or_solve_error_in_u", std::to_string(acceleration));
   RecordProperty("inverse_error_in_u", std::to_string(inverse));
 }
 

@@ -1,9 +1,11 @@
 // The filter as a scan against the sequential filter, in many digits, and its promises of bits.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 #include <vector>
 
+#include "algorithms/study/scan/counting.hpp"
 #include "algorithms/study/scan/covariance_element.hpp"
 #include "algorithms/study/scan/divide_and_conquer.hpp"
 #include "algorithms/study/scan/scan.hpp"
@@ -114,6 +116,8 @@ TYPED_TEST(ScanOf, HasTheSameBitsOnAnyNumberOfThreads) {
     const Answer<double> one = on(1);
     for (const int threads : {2, 4}) {
       const Answer<double> many = on(threads);
+      EXPECT_EQ(many.outcome.joint, one.outcome.joint);
+      EXPECT_EQ(many.outcome.scale, one.outcome.scale);
       EXPECT_EQ(many.a, one.a);
       EXPECT_EQ(many.x, one.x);
       EXPECT_EQ(many.D, one.D);
@@ -121,23 +125,104 @@ TYPED_TEST(ScanOf, HasTheSameBitsOnAnyNumberOfThreads) {
   }
 }
 
-TYPED_TEST(ScanOf, SingularMechanismIsReportedAtTheJointOfTheSequentialFilter) {
-  using Filter = Sequential<typename TypeParam::Update>;
+template <class Form, class T>
+void expect_refusals_of_the_sequential_filter() {
+  using Filter = Sequential<typename Form::Update>;
   for (int seed = 0; seed < 20; ++seed)
     for (const Mechanism& mechanism : singular_mechanisms(seed)) {
       SCOPED_TRACE(mechanism.name + ", seed " + std::to_string(seed));
+      const Model<T> model = mechanism.model.template cast<T>();
       State<double> state = random_state(mechanism.model, seed);
       state.q = mechanism.q;
-      typename Filter::template Workspace<double> ws(mechanism.model);
-      const Outcome filtered = answer<Filter>(mechanism.model, state, ws).outcome;
-      for (const int links : {1, 2}) {
-        const Outcome scanned =
-            answer<Scan<TypeParam>>(mechanism.model, state, {.links_of_block = links}).outcome;
-        EXPECT_FALSE(scanned);
-        EXPECT_EQ(scanned.joint, filtered.joint);
-        EXPECT_EQ(scanned.status, filtered.status);
+      const State<T> at = state.template cast<T>();
+      typename Filter::template Workspace<T> ws(model);
+      const Outcome filtered = answer<Filter>(model, at, ws).outcome;
+      for (const int links : {1, 2})
+        for (const int threads : {1, 2, 4}) {
+          const Outcome scanned =
+              answer<Scan<Form>>(model, at, {.links_of_block = links, .threads = threads}).outcome;
+          EXPECT_FALSE(scanned);
+          EXPECT_EQ(scanned.joint, filtered.joint);
+          EXPECT_EQ(scanned.status, filtered.status);
+          EXPECT_EQ(scanned.D, filtered.D);
+          EXPECT_EQ(scanned.scale, filtered.scale);
+        }
+    }
+}
+
+TYPED_TEST(ScanOf, SingularMechanismIsReportedAtTheJointOfTheSequentialFilter) {
+  expect_refusals_of_the_sequential_filter<TypeParam, double>();
+}
+
+TYPED_TEST(ScanOf, SingularMechanismIsReportedAtTheJointOfTheSequentialFilterInFloat) {
+  expect_refusals_of_the_sequential_filter<TypeParam, float>();
+}
+
+// The sizes that D is compared with when it is looked at twice are those of one link after another.
+TYPED_TEST(ScanOf, SecondLookComparesWithTheSizesOfTheSequentialOne) {
+  for (const Family& family : scanned_families())
+    for (const int links : {1, 3, 10}) {
+      SCOPED_TRACE(family.name + std::string(", blocks of ") + std::to_string(links));
+      const Model<double> parameters = family.make(3);
+      const Model<Mp> model = parameters.cast<Mp>();
+      LinkKinematics<Mp> kin(model);
+      set_position(model, random_state(parameters, 4).cast<Mp>().q, kin);
+      typename Scan<TypeParam>::template Workspace<Mp> ws(model, {.links_of_block = links});
+      ASSERT_TRUE(Scan<TypeParam>::factor(model, kin, ws));
+      ASSERT_TRUE(ws.test.second_look(model, kin, Mp(0), NearestToSingular<Mp>(1), ws));
+      RoundingScale<Mp> sequential(model);
+      sequential.begin(model);
+      for (int k = model.nv() - 1; k >= 0; --k) {
+        const Mp scale = sequential.scale(model, k);
+        EXPECT_LE(abs(Mp(ws.test.scale(k) - scale)), Mp(1e-40) * scale) << "link " << k;
+        if (model.parent(k) >= 0) sequential.propagate(model, kin.phi[k], k, ws.factors.g[k]);
       }
     }
+}
+
+TYPED_TEST(ScanOf, FirstLookComparesWithTheOutboardSideStretchedOut) {
+  for (const Model<double>& model : {bush(6, 200), chain(5, 200), tree(7)}) {
+    const int nv = model.nv();
+    LinkKinematics<double> kin(model);
+    set_position(model, random_state(model, 9).q, kin);
+    typename Scan<TypeParam>::template Workspace<double> ws(model, {.links_of_block = 5});
+    ASSERT_TRUE(Scan<TypeParam>::factor(model, kin, ws));
+    std::vector<double> m(nv, 0), J(nv, 0);
+    for (int i = 0; i < nv; ++i) {  // every body, and the way from it inwards
+      const SpatialInertia<double>& body = model.M(i);
+      const double own = body.I.trace() / 2;
+      double way = 0;
+      for (int k = i; k >= 0; way += kin.phi[k].p.norm(), k = model.parent(k)) {
+        m[k] += body.m;
+        J[k] += own + way * (2 * std::sqrt(body.m * own) + body.m * way);
+      }
+    }
+    for (int k = 0; k < nv; ++k) {
+      EXPECT_NEAR(ws.test.stretched(k).m, m[k], 1e-13 * m[k]) << "link " << k;
+      EXPECT_NEAR(ws.test.stretched(k).J, J[k], 1e-13 * J[k]) << "link " << k;
+    }
+  }
+}
+
+// What is not in a task, such as the limits of the test, does not grow with N.
+TYPED_TEST(ScanOf, NoLinkIsWorkedOnOutsideATask) {
+  for (const int n : {400, 800}) {
+    const Model<double> parameters = chain(5, n);
+    const State<double> state = random_state(parameters, 9);
+    const Model<Count> model = parameters.cast<Count>();
+    LinkKinematics<Count> kin(model);
+    set_position(model, state.q.cast<Count>(), kin);
+    set_velocity(model, state.qd.cast<Count>(), kin);
+    typename Scan<TypeParam>::template Workspace<Count> ws(model, {.links_of_block = 8});
+    VectorX<Count> a(n);
+    const VectorX<Count> tau = state.tau.cast<Count>();
+    const long before = Count::flops;
+    const Outcome outcome = Scan<TypeParam>::factor(model, kin, ws);
+    Scan<TypeParam>::acceleration(model, kin, tau, ws, a);
+    EXPECT_TRUE(outcome);
+    EXPECT_TRUE(ws.test.second_look(model, kin, Count(0), NearestToSingular<Count>(1), ws));
+    EXPECT_NEAR(static_cast<double>(Count::flops - before), scan::work(ws.tasks.phases), 100);
+  }
 }
 
 // Three blocks of a chain, combined from either end.
