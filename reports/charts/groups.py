@@ -23,9 +23,9 @@ ENGINES = (  # beside these in the section of engines
 _PATTERNS = (  # the first that fits
     (FAST, "Fast<|Kalmarm"),
     (REFINED, "Refined<|WideRefined<|MixedPrecision<"),
-    (ROOTS, r"FactoredBias<|StackedQR|.*\b(Array\w+|Potter|UD)\b"),
+    (ROOTS, r"FactoredBias<|StackedQR|Scan<SquareRoot>|.*\b(Array\w+|Potter|UD)\b"),
     (CHOLESKY, "Batch<|CRBA"),
-    (FILTERS, "Sequential<|ClosedForm<"),
+    (FILTERS, "Sequential<|ClosedForm<|Scan<"),
 )
 _FIRST = (  # within a group; others follow by name
     "Fast<Conventional>",

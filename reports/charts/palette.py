@@ -42,6 +42,14 @@ FAMILIES = {
         ("#2f5d00", "#9fd05f"),
     ],
     "StackedQR": [("#31708f", "#9fd3ea")],
+    "Scan": [
+        ("#0b6e4f", "#5fd3a8"),
+        ("#7d5ba6", "#c9a7f0"),
+    ],
+    "DivideAndConquer": [
+        ("#9a3412", "#f2a07b"),
+        ("#64748b", "#b3bfce"),
+    ],
     "MixedPrecision": [
         ("#94234a", "#e27b95"),
         ("#c05a8a", "#ffb3d3"),
@@ -153,6 +161,10 @@ SHADES = {
     "FactoredBias<ArrayMGS>": 0,
     "FactoredBias<ArrayGivens>": 1,
     "ClosedForm<Conventional>": 0,
+    "Scan<Conventional>": 0,
+    "Scan<SquareRoot>": 1,
+    "DivideAndConquer": 0,
+    "DivideAndConquer<Projected>": 1,
     "Fast<Conventional>": 0,
     "Fast<Conventional>@clang": 1,
     "Fast<Conventional>@gcc": 2,

@@ -1,4 +1,4 @@
-"""Ten claims about accuracy, each decided by the records of a run and nothing else.
+"""Eleven claims about accuracy, each decided by the records of a run and nothing else.
 
 A claim's rule stands in the docstring of its function, and `Claim.verdict` says how its checks
 make the verdict.
@@ -7,6 +7,7 @@ make the verdict.
 from claims.detection import residuals, silence
 from claims.dynamics import refinement, stiffness
 from claims.ratios import constraints, joseph, tiers
+from claims.scans import scans
 from claims.structure import exponential, length, scaled_condition
 
 CLAIMS = [
@@ -20,4 +21,5 @@ CLAIMS = [
     refinement,
     silence,
     exponential,
+    scans,
 ]

@@ -4,6 +4,7 @@ from claims.claim import ABA, CHOLESKY, GIVENS, JOSEPH, MGS, UD
 from claims.detection import INVERTING
 from claims.dynamics import FACTORED
 from claims.ratios import HOUSEHOLDER, POTTER, WORLD, ZEROED
+from claims.scans import SCANS
 
 # Names that end in * are all that begin so. What is refined is there too, for its error before.
 VARIANTS = (
@@ -13,6 +14,7 @@ VARIANTS = (
     ZEROED,
     *WORLD,
     FACTORED,
+    *SCANS,
     "FactoredBias<ArrayGivens>",
     "Refined<*",
     "WideRefined<*",

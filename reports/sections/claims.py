@@ -1,4 +1,4 @@
-"""Ten claims about accuracy: their plots, the numbers that decide them, their verdicts."""
+"""Eleven claims about accuracy: their plots, the numbers that decide them, their verdicts."""
 
 from markupsafe import Markup
 
@@ -23,12 +23,12 @@ def section(data: Data) -> Section | None:
         for verdict in ("confirmed", "refuted", "open")
     ]
     return Section(
-        "Ten claims, decided by this run",
+        "Eleven claims, decided by this run",
         [
             "Each claim is a prediction with numbers, tested by fixed rules: one number out of "
             "its range refutes it; it is open while a number is absent from this run, and "
             f"confirmed otherwise. Here {', '.join(counts)}. ABA is Sequential<Conventional>, "
-            "Cholesky Batch<EigenLLT>, MGS Sequential<ArrayMGS>. u is the unit roundoff, κ the "
+            "Cholesky Batch<EigenLLT>, MGS Sequential<ArrayMGS>, Givens Sequential<ArrayGivens>. u is the unit roundoff, κ the "
             "condition number of M, and kS the structured one: how much the answer changes with "
             "relative changes of the robot’s parameters. η is the error over u kS.",
             *([claim_replicates.paragraph(replicates)] if replicates else []),

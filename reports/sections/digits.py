@@ -21,6 +21,7 @@ GROUPS = {  # of variants, by their kind
     "sequential": "Filters",
     "factored_bias": "Filters",
     "closed_form": "Closed form",
+    "scan": "Scans",
     "batch": "Batch",
     "stacked": "Batch",
     "refined": "Refined and mixed precision",

@@ -23,6 +23,8 @@ VARIANTS = [
     *(f"Sequential<WorldOrigin<{update}>>" for update in FRAMES),
     "FactoredBias<ArrayMGS>",
     "FactoredBias<ArrayGivens>",
+    "Scan<Conventional>",
+    "Scan<SquareRoot>",
     *(f"Refined<{variant}>" for variant in (CHOLESKY, "Sequential<Conventional>")),
     "Refined<Sequential<ArrayMGS>>",
 ]
@@ -223,6 +225,7 @@ def variant(name: str) -> dict:
         "FactoredBias": "factored_bias",
         "ClosedForm": "closed_form",
         "Refined": "refined",
+        "Scan": "scan",
     }
     kind = kinds[name.split("<")[0]]
     return {

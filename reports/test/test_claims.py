@@ -212,6 +212,27 @@ REFUTING = [
     ),
     ("C10", worse(100, family="non_minimum_phase_length", variant="Sequential<UD>")),
     ("C10", worse(1e-3, family="non_minimum_phase", variant=ABA)),
+    # One family worse than in sequence, by a failure, in the other task; ever worse with N.
+    ("C11", worse(21, family="taper", variant="Scan<Conventional>")),
+    ("C11", worse(21, family="heavy_point", variant="Scan<SquareRoot>")),
+    ("C11", worse(11, family="heavy_tip", variant="Scan<SquareRoot>", task="dynamics")),
+    (
+        "C11",
+        setting(
+            {"status": "singular", "relative": "", "eta": ""},
+            family="heavy_base",
+            variant="Scan<Conventional>",
+            value=1e3,
+        ),
+    ),
+    (
+        "C11",
+        worse(
+            lambda row: 2 * max(row["value"] / 16, 1) ** 0.52,  # at most 9 times
+            family="random_chain",
+            variant="Scan<SquareRoot>",
+        ),
+    ),
 ]
 
 
@@ -268,6 +289,8 @@ MISSING = [
     ("C8", lambda row: None if row["variant"].startswith("Refined<") else row),
     ("C9", without(precision="float32", variant=ABA, family="heavy_tip", task="random")),
     ("C10", without(family="non_minimum_phase")),
+    ("C11", without(variant=GIVENS)),
+    ("C11", lambda row: None if row["family"] in ("straight", "random_chain") else row),
 ]
 
 

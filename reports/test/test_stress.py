@@ -221,6 +221,7 @@ def test_many_variants_are_grouped_and_contenders_come_first(confirmed):
         "Contenders",
         "Filters",
         "Closed form",
+        "Scans",
         "Batch",
         "Refined and mixed precision",
         "Filters in other frames",
