@@ -10,6 +10,7 @@
 #include "robots/loader/mujoco_spec.hpp"
 #include "robots/loader/mujoco_strip.hpp"
 #include "robots/loader/names.hpp"
+#include "robots/loader/tendons.hpp"
 
 namespace kalmarm {
 namespace {
@@ -109,7 +110,8 @@ std::shared_ptr<const MujocoModel> MujocoModel::load(const std::string& path,
       notes.push_back("ignored: " + counted(muted, "actuator with negative stiffness or damping"));
     auto out = moving(model, path, std::move(notes), std::move(key), std::move(controls), imposed);
     out->actuators();  // refuses here what is not finite
-    out->lower();      // refuses here what it cannot hold
+    if (options.takes_steps) check_tendons(out->get());
+    out->lower();  // refuses here what it cannot hold
     return out;
   } catch (const InputError& e) {
     if (std::string(e.what()).starts_with(path)) throw;

@@ -1,7 +1,9 @@
 #include "robots/loader/tendons.hpp"
 
 #include <algorithm>
+#include <cmath>
 
+#include "robots/loader/input_error.hpp"
 #include "robots/loader/mujoco_shim.hpp"
 #include "robots/loader/mujoco_spec.hpp"
 
@@ -33,7 +35,8 @@ std::string left_out(const mjsTendon* t) {
   const double k = linear(t->stiffness);
   if (k < 0 || linear(t->damping) < 0) return "tendon with negative stiffness or damping";
   if (k > 0 && yield_of(*t) != 0) return "plastic tendon";
-  return k > 0 && t->springlength[0] != t->springlength[1] ? "tendon with a dead band" : "";
+  const bool is_band = t->springlength[0] < t->springlength[1];
+  return k > 0 && is_band ? "tendon with a dead band" : "";
 }
 
 bool has_force(const mjsTendon* t) {
@@ -54,6 +57,18 @@ void strip(mjsTendon* t) {
   t->range[0] = t->range[1] = 0;
   t->frictionloss = 0;
   mjs_setString(t->material, "");
+}
+
+void check_tendons(const mjModel* m) {
+  const std::vector<CoupledRow> rows = tendon_rows(m);
+  for (int t = 0; t < m->ntendon; ++t) {
+    const CoupledRow& row = rows[t];
+    double sum = row.armature + row.damping + row.stiffness + row.reference;
+    for (const double J : row.jacobian) sum += J;
+    if (std::isfinite(sum)) continue;
+    const char* const name = mj_id2name(m, mjOBJ_TENDON, t);
+    throw InputError("tendon '" + std::string(name ? name : "") + "': a number is not finite");
+  }
 }
 
 std::vector<CoupledRow> tendon_rows(const mjModel* m) {

@@ -27,6 +27,9 @@ bool is_driven(mjSpec* spec, const mjsTendon* tendon);  // by actuators
 // Leaves of a tendon what is a row; its limits, friction and looks are taken out.
 void strip(mjsTendon* tendon);
 
+// Throws InputError with the tendon of a compiled model where a number of its row is not finite.
+void check_tendons(const mjModel* model);
+
 // (1), one a tendon of a compiled model, with what its actuators add by their attributes `armature` and
 // `damping`.
 std::vector<CoupledRow> tendon_rows(const mjModel* model);

@@ -39,7 +39,7 @@ def reason(model: Any, tendon: int) -> str:
     if k > 0 and hasattr(model, "tendon_springyield") and model.tendon_springyield[tendon] != 0:
         return "plastic tendon"
     low, high = model.tendon_lengthspring[tendon]
-    return "tendon with a dead band" if k > 0 and low != high else ""
+    return "tendon with a dead band" if k > 0 and low < high else ""
 
 
 def _has_force(model: Any, tendon: int) -> bool:

@@ -378,7 +378,8 @@ TEST(Lowering, WhatDynamicsDoesNotAskForIsLeftOut) {
   const std::string extras =
       "<contact><exclude body1='u' body2='v'/></contact>"
       "<equality><joint joint1='a' joint2='b'/></equality>"
-      "<tendon><fixed name='t'><joint joint='a' coef='1'/></fixed></tendon>"
+      "<tendon><fixed name='t'><joint joint='a' coef='1'/></fixed>"
+      "<fixed name='idle'><joint joint='a' coef='1'/></fixed></tendon>"
       "<actuator><motor tendon='t'/><position joint='b' kp='3'/></actuator>"
       "<sensor><jointpos joint='a'/><framepos objtype='site' objname='s'/></sensor>"
       "<keyframe><key qpos='1 2'/></keyframe>";
@@ -389,7 +390,8 @@ TEST(Lowering, WhatDynamicsDoesNotAskForIsLeftOut) {
           inertia + "</body></body>",
       extras));
   const mjModel* m = scene.mujoco->get();
-  EXPECT_EQ(m->nsensor + m->ntendon + m->neq + m->nkey + m->nsite + m->ncam + m->nlight, 0);
+  EXPECT_EQ(m->nsensor + m->neq + m->nkey + m->nsite + m->ncam + m->nlight, 0);
+  EXPECT_EQ(m->ntendon, 1);  // that an actuator acts along: a row of steps
   expect_agreement(scene, 2);
 }
 

@@ -171,6 +171,17 @@ TEST(Tendons, ThatAddToMAreRefusedWhereNoStepIsTaken) {
   expect_refused([&] { read(text, ".xml", steps); }, {"'wire'", "spatial tendon"});
 }
 
+TEST(Tendons, OfNoNumbersAreRefusedInOneLine) {
+  for (const char* bad : {"stiffness='nan'", "damping='inf'", "stiffness='1' springlength='nan'"}) {
+    SCOPED_TRACE(bad);
+    const std::string text = arm(tendons(tendon(bad, "shoulder", "slide")));
+    expect_refused([&] { read(text, ".xml", steps); }, {"tendon 't'", "not finite"});
+  }
+  std::string text = arm(tendons(tendon("damping='1'", "shoulder", "slide")));
+  text.replace(text.find("'1.5'"), 5, "'nan'");
+  expect_refused([&] { read(text, ".xml", steps); }, {"tendon 't'", "not finite"});
+}
+
 // `discrete` solves beside tendons by iterations.
 TEST(Tendons, StepToTheLastDigitWhateverSolverTheFileNames) {
   const std::string few = "<option iterations='1' tolerance='1e-3' solver='PGS'/>";
