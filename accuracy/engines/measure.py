@@ -297,7 +297,9 @@ def run(options: argparse.Namespace) -> int:
                 write(unit, answers, final=False)
             continue
         for unit in todo:
-            answers = ask(unit, python, options.limit, options.seconds, options.batch)
+            # Batches compile anew.
+            seconds = 0 if unit.mechanism.is_found else options.seconds
+            answers = ask(unit, python, options.limit, seconds, options.batch)
             write(unit, answers)
             numbers = ", ".join(f"{task} {worst(answers, task)}" for task in TASKS)
             print(f"{unit.variant} {unit.precision} {unit.mechanism.scene}: {numbers}", flush=True)

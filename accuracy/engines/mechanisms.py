@@ -42,6 +42,11 @@ class Written(NamedTuple):
     folder: Path
     key: str  # of its contents
 
+    @property
+    def is_found(self) -> bool:
+        """By a search for errors: its times are those of any mechanism of its size."""
+        return self.scene.startswith(("found/", "finds/"))
+
 
 def found() -> list[str]:
     folders = {"found": FOUND, "finds": FINDS}

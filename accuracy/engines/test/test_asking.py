@@ -128,6 +128,8 @@ def test_names_of_mechanisms_are_scenes_stresses_and_finds():
     stressed = mechanisms.arguments("iiwa14+payload=1e4")
     assert stressed[0] == "iiwa14" and stressed[-4:] == ["--stress", "payload", "--value", "1e4"]
     assert "--states" in mechanisms.arguments(mechanisms.found()[0])
+    assert mechanisms.Written(mechanisms.label(mechanisms.found()[0], 5), HERE, "").is_found
+    assert not mechanisms.Written("chain:31", HERE, "").is_found
     assert mechanisms.label("iiwa14+payload=1e4", 7) == "iiwa14+payload=1e4:7"
     assert mechanisms.label("chain:31", 31) == "chain:31"
     assert mechanisms.label("robots/arm.urdf", 6) == "arm:6"
