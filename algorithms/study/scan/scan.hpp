@@ -83,8 +83,9 @@ struct Scan {
     Sweeps<T> sweeps;
     scan::Blocks blocks;
     scan::Tasks<T> tasks;
-    std::vector<Run> runs;     // by node
-    std::vector<Reach> reach;  // by block
+    std::vector<Run> runs;      // by node
+    std::vector<Reach> reach;   // by block
+    std::vector<Vector6<T>> n;  // H psi(k-,c+), of links that see what comes in
     scan::SingularityScan<T> test;
     [[no_unique_address]] std::conditional_t<looks_in_float64<T>, InFloat64, Nothing> in_float64;
 
@@ -95,6 +96,7 @@ struct Scan {
           tasks(options.threads),
           runs(blocks.nodes().size()),
           reach(blocks.blocks().size()),
+          n(model.nv()),
           test(model, blocks),
           in_float64(model, options) {}
   };
@@ -295,7 +297,7 @@ struct Scan {
     run.psi = kin.phi[block.child].matrix();
     for (std::size_t j = 0; j < links && !run.closed; ++j) {
       const int k = path_link(j);
-      scan::measure_transition(model.joint(k).axis(), f.g[k], run.psi);
+      ws.n[k] = scan::measure_transition(model.joint(k).axis(), f.g[k], run.psi);
       reach.forces = block.ends[j];
       run.closed = scan::forgotten(run.psi);
       if (j + 1 < links) scan::propagate_transition(kin.phi[k], run.psi);

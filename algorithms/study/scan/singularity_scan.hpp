@@ -15,6 +15,7 @@
 //   S+(k) = (I - gH) S- (I - gH)' + P-
 // so that of a block, with psi from c+ to its root m+ as in scan.hpp,
 //   S+(m) = psi S+(c) psi' + S°(m)                       S°: with S+(c) = 0                (2)
+//   H S- H' = n' S+(c) n + H S°- H',   n = H psi(k-,c+)  of a link on the path             (3)
 // P is right to what S says of its rounding as far as the first D that is lost, tips to base.
 #pragma once
 
@@ -100,14 +101,12 @@ class SingularityScan {
     const std::vector<Block>& blocks = ws.blocks.blocks();
     for (const Height& height : ws.blocks.heights()) {
       ws.tasks.run(height.blocks, [&](int i) {
-        add_up(model, kin, blocks[i], nullptr, static_cast<int>(blocks[i].links.size()),
-               ws.factors);
+        add_up(model, kin, blocks[i], ws.factors);
         runs_[blocks[i].node].S = S_[blocks[i].root()];
       });
       scan_sizes(height, ws);
-      ws.tasks.run(height.open_blocks, [&](int i) {
-        add_up(model, kin, blocks[i], &runs_[blocks[i].node].S_in, ws.reach[i].forces, ws.factors);
-      });
+      ws.tasks.run(height.open_blocks,
+                   [&](int i) { add_incoming(blocks[i], ws.reach[i].forces, ws); });
       ws.tasks.run(height.blocks, [&](int i) {
         Found& found = found_[i] = Found{Look::clear, none};
         for (const int k : blocks[i].links) {
@@ -191,40 +190,57 @@ class SingularityScan {
     });
   }
 
-  // S- + r of the first `count` links of a block, with S_in at its tip if there is one, and their S+.
+  // S°- + r of a block's links, and their S°+.
   template <class Factors>
   void add_up(const Model<T>& model, const LinkKinematics<T>& kin, const Block& block,
-              const Matrix6<T>* S_in, int count, const Factors& f) {
-    for (int i = 0; i < count; ++i) S_[block.links[i]] = model.M(block.links[i]).matrix();
+              const Factors& f) {
+    for (const int k : block.links) S_[k] = model.M(k).matrix();
     for (const Block::Attached& light : block.attached)
-      if (light.position < count)
-        add_child(kin.phi[light.child], S_[light.child], covariance(light.child, f),
-                  S_[block.links[light.position]]);
-    if (block.open() && count > 0) {
-      const Matrix6<T> zero = Matrix6<T>::Zero();
-      add_child(kin.phi[block.child], S_in ? *S_in : zero, covariance(block.child, f),
-                S_[block.tip()]);
-    }
-    for (int i = 0; i < count; ++i) {
-      const int k = block.links[i], h = model.joint(k).axis();
+      add_child(kin.phi[light.child], S_[light.child], covariance(light.child, f),
+                S_[block.links[light.position]]);
+    if (block.open())
+      add_rounding(kin.phi[block.child], covariance(block.child, f), S_[block.tip()]);
+    for (const int k : block.links) {
+      const int h = model.joint(k).axis();
       Matrix6<T>& S = S_[k];
       scale_[k] = S(h, h) + model.joint(k).r;
       if (model.parent(k) < 0) continue;
       const Matrix6<T> P = covariance(k, f);
-      Matrix6<T> psi = Matrix6<T>::Identity();  // I - gH
-      psi.col(h) -= f.g[k];
-      const Matrix6<T> remembered = psi * S;
-      S.noalias() = remembered * psi.transpose();
+      const Vector6<T>& g = f.g[k];
+      const T kept = T(1) - g[h];
+      const Vector6<T> row = S.row(h);  // (I - gH) S, then that by (I - gH)'
+      S.noalias() -= g * row.transpose();
+      S.row(h) = kept * row.transpose();
+      const Vector6<T> column = S.col(h);
+      S.noalias() -= column * g.transpose();
+      S.col(h) = kept * column;
       S += P;
-      S.noalias() += Vector6<T>(f.D[k] * f.g[k]) * f.g[k].transpose();
-      if (i + 1 < count) add_child(kin.phi[k], S, P, S_[model.parent(k)]);
+      S.noalias() += Vector6<T>(f.D[k] * g) * g.transpose();
+      if (k != block.root()) add_child(kin.phi[k], S, P, S_[model.parent(k)]);
     }
+  }
+
+  // (3) of the first `count` links of a block, and (2).
+  template <class Workspace>
+  void add_incoming(const Block& block, int count, const Workspace& ws) {
+    const Matrix6<T>& S_in = runs_[block.node].S_in;
+    for (const int end : block.ends) {
+      if (end > count) break;
+      const int k = block.links[end - 1];
+      scale_[k] += ws.n[k].dot(S_in * ws.n[k]);
+    }
+    add_remembered(ws.runs[block.node], S_in, S_[block.root()]);
   }
 
   // S-(parent) += phi S+ phi' + E.
   static void add_child(const Transform<T>& phi, const Matrix6<T>& S_plus, const Matrix6<T>& P_plus,
                         Matrix6<T>& S) {
     S += phi.congruence(S_plus);
+    add_rounding(phi, P_plus, S);
+  }
+
+  // S-(parent) += E.
+  static void add_rounding(const Transform<T>& phi, const Matrix6<T>& P_plus, Matrix6<T>& S) {
     const Matrix6<T> phi_abs = phi.matrix().cwiseAbs();
     const Matrix6<T> sums = phi_abs * P_plus.cwiseAbs();
     S.diagonal() += sums.cwiseProduct(phi_abs).rowwise().sum();
