@@ -208,8 +208,8 @@ void bind_step(nb::module_& m) {
 q (..., nq), qd and tau (..., nv) -> a (..., nv).
 
 damping, stiffness, reference: (..., nv), of every state its own, in place of the step's. References
-cost nothing; dampers and springs the time of a step of a robot with armature, but in the certified
-form every state then is a robot that is made anew. ValueError with the row and the DoF where one is
+cost nothing; dampers and springs 1.2 times the time of a step, but in the certified form every state
+then is a robot that is made anew. ValueError with the row and the DoF where one is
 negative or not finite, where a ball or free joint has a spring, and where dampers or springs stand
 beside rows of the step.)")
       .def("derivatives", &Step::derivatives, "q"_a, "qd"_a, "tau"_a, "out"_a = nb::none(), options,

@@ -32,7 +32,7 @@
 //
 // A position controller with gains kp and kv is a spring and a damper, its target their reference. Of
 // rows of states each may have its own gains and targets (GainRows): r(k) of (2) is then one of the
-// row, for the price of a step.
+// row, for about the price of a step.
 #pragma once
 
 #include <memory>
@@ -122,9 +122,9 @@ class KALMARM_EXPORT ImplicitStep {
   [[nodiscard]] int acceleration(RowsView<const T> q, RowsView<const T> v, RowsView<const T> tau,
                                  RowsView<T> a, std::span<Outcome> outcomes, int threads = 1);
 
-  // Rows of states with gains of their own. References cost nothing; dampers and springs the time of a
-  // step of a robot with armature, in the conventional form; in the certified one every row is a
-  // robot that is made anew. Throws std::invalid_argument with row and DoF where b or k is negative,
+  // Rows of states with gains of their own. References cost nothing; dampers and springs 1.2 times the
+  // time of a step, in the conventional form; in the certified one every row is a robot that is made
+  // anew. Throws std::invalid_argument with row and DoF where b or k is negative,
   // where a number is not finite, where a ball or free joint has a spring, and where dampers or
   // springs of rows stand beside terms that couple joints.
   [[nodiscard]] int acceleration(RowsView<const T> q, RowsView<const T> v, RowsView<const T> tau,
