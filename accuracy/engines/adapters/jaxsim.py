@@ -4,6 +4,7 @@ which PyPI does not have: it is given the same robot as SDF (sdf.py).
 
 import logging
 
+import numpy as np
 import sdf
 from by_jax import Compiled, JaxEngine, jax, set_precision
 from protocol import Base, Coordinates, Mechanism, State, Unsupported, joint_order
@@ -110,4 +111,11 @@ class Adapter(JaxEngine):
             "derivatives": (v, its.torque(state)),
             "inverse_dynamics": (v, its.acceleration(state)),
         }.get(task, ())
-        return state.q[: 7 if self.floats else 0], q, *rest
+        return self.base(state), q, *rest
+
+    def base(self, state: State) -> np.ndarray:
+        """Inverse dynamics takes the quaternion as it is, forward dynamics one of unit length."""
+        if not self.floats:
+            return state.q[:0]
+        position, quaternion = state.q[:3], state.q[3:7]
+        return np.concatenate([position, quaternion / np.linalg.norm(quaternion)])
