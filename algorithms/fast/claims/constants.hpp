@@ -71,8 +71,9 @@ inline constexpr double enough_of_factors = 1e-3;
 inline constexpr double enough_in_two_doubles = 1e-7;
 
 // Largest M and M^-1 of rows of states that are worked out with a state in every lane; larger ones go
-// state by state. With AVX-512 the block of lanes has 64 n^2 bytes, which is to lie in the cache. Rows of
-// chain:96 take 0.6 to 0.8 of one state's time: `bench_peers chain:96`, inverse, mass and _batch.
+// state by state. With AVX-512 the block of lanes has 64 n^2 bytes, which are to lie in a cache of 1 MB.
+// `bench_peers chain:96`, inverse and mass beside _batch, on a busy machine: rows take 0.9 to 1.4 times
+// one state whose result stays in the cache; where it goes to an array of 1024 as theirs, 0.6 to 0.8.
 inline constexpr int most_rows_in_lanes = 96;
 
 // Of rows that couple joints (dynamics/coupled_rows.hpp): how many u of a diagonal entry of C + G its
