@@ -251,15 +251,10 @@ struct BiasedForces {
   template <bool slides, bool noise, class P_plus>
   KALMARM_INLINE void measured(int k, const Sixfold<T>& g, const T& inverse_D, const P_plus& P,
                                Load& z) const {
-    measured<slides, noise>(k, model.body(k).r, g, inverse_D, P, z);
-  }
-  template <bool slides, bool noise, class R, class P_plus>
-  KALMARM_INLINE void measured(int k, const R& r, const Sixfold<T>& g, const T& inverse_D,
-                               const P_plus& P, Load& z) const {
     watch(model, k, z, ws);
     auto& at = ws.links[k];
     at.inverse_D = inverse_D;
-    at.e = gain<slides, noise>(g, T(r * inverse_D), tau[k], z) * inverse_D;
+    at.e = gain<slides, noise>(g, T(model.body(k).r * inverse_D), tau[k], z) * inverse_D;
     add_times(z, P, at.c, slides);
   }
 
@@ -288,7 +283,12 @@ struct NoisyForces : BiasedForces<T, S> {
   template <bool slides, bool noise, class P_plus>
   KALMARM_INLINE void measured(int k, const Sixfold<T>& g, const T& inverse_D, const P_plus& P,
                                Load& z) const {
-    BiasedForces<T, S>::template measured<slides, noise>(k, noises[k], g, inverse_D, P, z);
+    watch(this->model, k, z, this->ws);
+    auto& at = this->ws.links[k];
+    at.inverse_D = inverse_D;
+    const T kept = noises[k] * inverse_D;
+    at.e = gain<slides, noise>(g, kept, this->tau[k], z) * inverse_D;
+    add_times(z, P, at.c, slides);
   }
 };
 
