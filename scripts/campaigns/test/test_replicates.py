@@ -159,7 +159,7 @@ def test_a_worker_that_refuses_or_takes_other_seeds_is_told(run, tmp_path, mode,
         (lambda unit: unit["key"].update(isa="SSE2"), "another isa: SSE2, not none"),
         (lambda unit: unit.update(replicates=["7+2"]), "a replicate that is not there"),
         (lambda unit: unit.update(fake_claims.record(5, 2)), "another flags: none, not "),
-        (lambda unit: unit["claims"].pop(), "9 claims, not 10"),
+        (lambda unit: unit["claims"].pop(), "10 claims, not 11"),
     ],
 )
 def test_a_finished_unit_is_not_taken_unseen(whole, run, tmp_path, change, why):
