@@ -227,23 +227,29 @@ void PrintTo(const Case& c, std::ostream* out) {
   *out << c.variant << " in " << c.precision << " on " << c.family;
 }
 
-// Whether the variant is for the mechanisms of the first seeds.
+// CTest starts this program for every test, and cases are made before any runs: the mechanisms of a family are made once.
 template <class T>
-bool takes(const RegisteredVariant<T>& variant, const Family& family, int seeds) {
-  for (int seed = 0; seed < seeds; ++seed)
-    if (!variant.takes(family.make(seed).template cast<T>())) return false;
-  return true;
+std::vector<std::vector<Model<T>>> mechanisms(int seeds) {
+  std::vector<std::vector<Model<T>>> all;
+  for (const Family& family : families()) {
+    all.emplace_back();
+    for (int seed = 0; seed < seeds; ++seed)
+      all.back().push_back(family.make(seed).template cast<T>());
+  }
+  return all;
 }
 
 template <class T>
 void add_cases(const char* precision, int seeds, int exhibit_seeds, std::vector<Case>& cases) {
+  const auto models = mechanisms<T>(seeds);
   for (const RegisteredVariant<T>& variant : registered_variants<T>())
-    for (const Family& family : families()) {
+    for (std::size_t f = 0; f < models.size(); ++f) {
       const int count = variant.traits.contender ? seeds : exhibit_seeds;
-      if (!takes(variant, family, count)) continue;
+      if (!std::all_of(models[f].begin(), models[f].begin() + count, variant.takes)) continue;
+      const Family& family = families()[f];
       cases.push_back({precision, variant.name, family.name,
                        static_cast<double>(unit_roundoff<T>()), count,
-                       [variant, family](std::uint64_t seed) {
+                       [variant, &family](std::uint64_t seed) {
                          return result(variant, problem<T>(family, seed));
                        }});
     }
