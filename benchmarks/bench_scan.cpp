@@ -3,8 +3,13 @@
 //
 // Names are acceleration/variant/family:N/float64; a scan's variant ends in its threads, as in
 // "Scan<Conventional>@2". Wall time is real_time, cpu_time that of all threads together. Everything is
-// verified before it is timed, against Sequential<Conventional>.
+// verified before it is timed, against Sequential<Conventional>. The counter `bytes` is the memory
+// that a call has for itself, all of which it reads or writes at least once; bandwidth/copy@THREADS
+// is what the machine moves in a copy of arrays larger than its caches, read and written bytes together.
 #include <benchmark/benchmark.h>
+#include <malloc.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -32,6 +37,7 @@ constexpr const char* timed_call =
 
 constexpr int longest = 1'000'000;
 constexpr double rounding = 1e-6;  // to catch what is wrong, not what is inexact
+constexpr int copied = 1 << 25;    // numbers: 256 MiB, beyond all caches
 
 struct Options {
   std::string family = "chain";
@@ -89,13 +95,21 @@ struct Case {
   }
 };
 
+// What this process has of the heap [bytes].
+double heap() {
+  const struct mallinfo2 info = mallinfo2();
+  return static_cast<double>(info.uordblks + info.hblkhd);
+}
+
 // A call is made where it is timed: of a million links each takes gigabytes.
 template <class Make>
 void add(const std::string& variant, const std::shared_ptr<const Case>& c, const Make& make) {
   benchmark::RegisterBenchmark(
       ("acceleration/" + variant + "/" + c->scene.name + "/float64").c_str(),
       [=](benchmark::State& run) {
+        const double before = heap();
         const auto call = make(c->scene.model);
+        const double bytes = heap() - before;
         VectorX<double> a =
             VectorX<double>::Constant(c->a.size(), std::numeric_limits<double>::quiet_NaN());
         std::string flaw = c->flaw;
@@ -108,6 +122,7 @@ void add(const std::string& variant, const std::shared_ptr<const Case>& c, const
           benchmark::DoNotOptimize(a.data());
         }
         using benchmark::Counter;
+        run.counters["bytes"] = bytes;
         run.counters["s/link"] = Counter(static_cast<double>(c->a.size()),
                                          Counter::kIsIterationInvariantRate | Counter::kInvert);
       })
@@ -130,7 +145,33 @@ void add_scan(const std::shared_ptr<const Case>& c, const Options& options) {
   }
 }
 
+void add_bandwidth(int threads) {
+  benchmark::RegisterBenchmark(
+      ("bandwidth/copy@" + std::to_string(threads) + "/none:0/float64").c_str(),
+      [threads](benchmark::State& run) {
+        const VectorX<double> from = VectorX<double>::Ones(copied);
+        VectorX<double> to = VectorX<double>::Zero(copied);
+        tbb::task_arena arena(threads);
+        const int part = (copied + threads - 1) / threads;
+        for (auto _ : run) {
+          arena.execute([&] {
+            tbb::parallel_for(0, threads, [&](int i) {
+              const int begin = std::min(i * part, copied), count = std::min(part, copied - begin);
+              to.segment(begin, count) = from.segment(begin, count);
+            });
+          });
+          benchmark::DoNotOptimize(to.data());
+          benchmark::ClobberMemory();
+        }
+        run.SetBytesProcessed(run.iterations() * 2 * copied * std::int64_t{sizeof(double)});
+      })
+      ->Unit(benchmark::kMillisecond)
+      ->MeasureProcessCPUTime()
+      ->UseRealTime();
+}
+
 void add_all(const Options& options) {
+  for (const int threads : options.threads) add_bandwidth(threads);
   const Family& family = *std::ranges::find(families(), options.family, &Family::name);
   for (int links = 100; links <= options.largest; links *= 10) {
     const auto c = std::make_shared<const Case>(family, links, options.seed);
