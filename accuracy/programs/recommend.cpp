@@ -63,6 +63,10 @@ json advice_on(const Options& options, const Scene& scene, const std::string& ta
   return out;
 }
 
+std::string errs(double worst) {
+  return worst > 0 ? "errs by " + short_text("%.1e", worst) + " at most" : "errs in no state tried";
+}
+
 // "for acceleration to 1e-6 take Fast<Conventional> in float32", of the tolerance in the middle.
 std::string sentence_of(const json& tasks) {
   std::string out;
@@ -74,8 +78,7 @@ std::string sentence_of(const json& tasks) {
     if (!out.empty()) out += "; ";
     if (choice["enough"])
       out += "for " + task + " to " + short_text("%.3g", choice["tolerance"]) + " take " + what +
-             " (" + time_text(choice["nanoseconds"]) + " a call, errs by " +
-             short_text("%.1e", choice["worst"]) + " at most)";
+             " (" + time_text(choice["nanoseconds"]) + " a call, " + errs(choice["worst"]) + ')';
     else
       out += "for " + task + " nothing reaches " + short_text("%.3g", choice["tolerance"]) + ": " +
              what + " comes nearest";
