@@ -5,7 +5,8 @@
 // "Scan<Conventional>@2". Wall time is real_time, cpu_time that of all threads together. Everything is
 // verified before it is timed, against Sequential<Conventional>. The counter `bytes` is the memory
 // that a call has for itself, all of which it reads or writes at least once; bandwidth/copy@THREADS
-// is what the machine moves in a copy of arrays larger than its caches, read and written bytes together.
+// is what the machine moves in a copy of arrays larger than its caches, read and written bytes together;
+// kinematics/all/family:N is the part of a call that a scan has in sequence.
 #include <benchmark/benchmark.h>
 #include <malloc.h>
 #include <tbb/parallel_for.h>
@@ -145,6 +146,20 @@ void add_scan(const std::shared_ptr<const Case>& c, const Options& options) {
   }
 }
 
+void add_kinematics(const std::shared_ptr<const Case>& c) {
+  benchmark::RegisterBenchmark(("kinematics/all/" + c->scene.name + "/float64").c_str(),
+                               [c](benchmark::State& run) {
+                                 LinkKinematics<double> kin(c->scene.model);
+                                 for (auto _ : run) {
+                                   set_position(c->scene.model, c->state.q, kin);
+                                   set_velocity(c->scene.model, c->state.qd, kin);
+                                   benchmark::ClobberMemory();
+                                 }
+                               })
+      ->Unit(benchmark::kMicrosecond)
+      ->UseRealTime();
+}
+
 void add_bandwidth(int threads) {
   benchmark::RegisterBenchmark(
       ("bandwidth/copy@" + std::to_string(threads) + "/none:0/float64").c_str(),
@@ -175,6 +190,7 @@ void add_all(const Options& options) {
   const Family& family = *std::ranges::find(families(), options.family, &Family::name);
   for (int links = 100; links <= options.largest; links *= 10) {
     const auto c = std::make_shared<const Case>(family, links, options.seed);
+    add_kinematics(c);
     add("Fast<Conventional>", c,
         [](const Model<double>& model) { return std::make_unique<FastPath>(model); });
     add_sequential<Sequential<Conventional>>(c);

@@ -137,6 +137,13 @@ def main() -> None:
         metavar="FILE.tar.xz",
         help="the data files, packed, which the page names with their checksum",
     )
+    parser.add_argument(
+        "--leave-out",
+        nargs="+",
+        default=[],
+        metavar="NAME",
+        help="data files of which the archive has checksums alone",
+    )
     arguments = parser.parse_args()
     if not (arguments.data or arguments.files):
         parser.error("neither --data nor --files is given")
@@ -144,6 +151,8 @@ def main() -> None:
         parser.error("neither --out nor --figure is given")
     if arguments.archive and not arguments.out:
         parser.error("--archive is for the page of --out")
+    if arguments.leave_out and not arguments.archive:
+        parser.error("--leave-out is for --archive")
     try:
         data = load(arguments.data, arguments.files)
         if arguments.baseline:
@@ -151,8 +160,12 @@ def main() -> None:
         if arguments.figure:
             write(arguments.figure, figure(data))
         if arguments.archive:
-            packed = archive(data_files(arguments.data, arguments.files))
-            text = page(data, link(arguments.archive, arguments.out, packed))
+            files = data_files(arguments.data, arguments.files)
+            left_out = [file for file in files if file.name in arguments.leave_out]
+            if absent := set(arguments.leave_out) - {file.name for file in left_out}:
+                raise DataError(f"--leave-out: {min(absent)} is none of the data files")
+            packed = archive(files, left_out)
+            text = page(data, link(arguments.archive, arguments.out, packed, left_out))
             write(arguments.archive, packed)
             write(arguments.out, text)
         elif arguments.out:

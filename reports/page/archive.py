@@ -2,7 +2,8 @@
 
 It holds them in their folders, and SHA256SUMS of them all; the same files make the same bytes.
 Whoever unpacks it can read every number, check it with `sha256sum -c SHA256SUMS`, and make the page
-again.
+again. Files may be left out that are too large to keep and that their program makes again from its
+seeds: their checksums stand there too.
 """
 
 import hashlib
@@ -16,8 +17,9 @@ from markupsafe import Markup
 from read.data import DataError
 
 
-def archive(files: list[Path]) -> bytes:
-    """A tar of the files, compressed by xz: no times, owners and folders of who made it."""
+def archive(files: list[Path], left_out: list[Path] = ()) -> bytes:
+    """A tar of the files, compressed by xz: no times, owners and folders of who made it. Of those
+    left out, which are among the files, it has checksums alone."""
     paths = [Path(os.path.abspath(file)) for file in dict.fromkeys(files)]
     top = os.path.commonpath([path.parent.parent for path in paths])
     contents = {}
@@ -30,6 +32,8 @@ def archive(files: list[Path]) -> bytes:
     sums = "".join(
         f"{hashlib.sha256(content).hexdigest()}  {name}\n" for name, content in contents.items()
     )
+    for path in left_out:
+        del contents[str(Path(os.path.abspath(path)).relative_to(top))]
     packed = io.BytesIO()
     with tarfile.open(fileobj=packed, mode="w:xz", format=tarfile.USTAR_FORMAT) as tar:
         for name, content in (contents | {"SHA256SUMS": sums.encode()}).items():
@@ -39,11 +43,14 @@ def archive(files: list[Path]) -> bytes:
     return packed.getvalue()
 
 
-def link(path: Path, page: Path, packed: bytes) -> Markup:
+def link(path: Path, page: Path, packed: bytes, left_out: list[Path] = ()) -> Markup:
     """How the page names its archive."""
-    return Markup('<a href="{}">{}</a>, {:.1f} MB, SHA-256 <code>{}</code>').format(
+    named = Markup('<a href="{}">{}</a>, {:.1f} MB, SHA-256 <code>{}</code>').format(
         os.path.relpath(path, page.parent),
         path.name,
         len(packed) / 1e6,
         hashlib.sha256(packed).hexdigest(),
     )
+    for file in left_out:
+        named += f", without {file.name} ({file.stat().st_size / 1e6:.1f} MB)"
+    return named

@@ -71,6 +71,27 @@ def test_the_page_names_its_archive_and_the_checksum(run, tmp_path):
     assert hashlib.sha256(packed.read_bytes()).hexdigest() in html
 
 
+def test_of_a_file_left_out_an_archive_has_the_checksum_alone(run, tmp_path):
+    kept, left = run / "errors-panda-7.csv", run / "times-panda-7.json"
+    page, packed = tmp_path / "page.html", tmp_path / "data.tar.xz"
+    named = ["--out", page, "--archive", packed, "--leave-out", left.name]
+    result = report("--files", kept, left, *named)
+    assert (result.returncode, result.stderr) == (0, "")
+    with tarfile.open(packed) as tar:
+        sums = tar.extractfile("SHA256SUMS").read().decode()
+        assert tar.getnames() == [f"{run.name}/{kept.name}", "SHA256SUMS"]
+    assert [line.split()[0] for line in sums.splitlines()] == [
+        hashlib.sha256(file.read_bytes()).hexdigest() for file in (kept, left)
+    ]
+    assert f"without {left.name} (" in page.read_text()
+
+
+def test_what_is_left_out_is_one_of_the_files(run, out):
+    files = ["--files", run / "errors-panda-7.csv", "--out", out, "--archive", out.with_suffix(".xz")]
+    assert_refused(report(*files, "--leave-out", "times.json"), "times.json", "none of the data")
+    assert not out.exists()
+
+
 def test_an_archive_keeps_files_of_one_name_apart(run, tmp_path):
     source = run / "errors-panda-7.csv"
     files = [tmp_path / where / source.name for where in ("data", "campaigns/wild")]
@@ -125,6 +146,7 @@ def test_a_half_written_data_file_is_named(run, tmp_path, out):
         (["--data", "nowhere", "--out", "x.html"], "nowhere: no such folder"),
         (["--data", "."], "--out"),
         (["--data", ".", "--figure", "x.svg", "--archive", "x.tar.xz"], "--archive"),
+        (["--data", ".", "--out", "x.html", "--leave-out", "x.csv"], "--leave-out"),
         (["--data", ".", "--out", "x.html", "--colour"], "--colour"),
         (["--files", "evaluate-panda.json", "--out", "x.html"], "evaluate-panda.json"),
     ],
