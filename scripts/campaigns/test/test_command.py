@@ -3,6 +3,7 @@
 import ast
 import os
 import re
+import shutil
 import signal
 import subprocess
 from pathlib import Path
@@ -18,12 +19,26 @@ from running import ENGINE, begun, expect_refusal, has_ended, needs_engine, resu
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory) -> bytes:
-    """What a campaign that nothing disturbs ends with."""
-    out = tmp_path_factory.mktemp("whole")
-    done = wild(out)
+def finished(tmp_path_factory) -> Path:
+    """The folder of a campaign that nothing disturbed."""
+    folder = tmp_path_factory.mktemp("finished")
+    out, log = folder / "out", folder / "log"
+    done = wild(out, FAKE_LOG=str(log))
     assert (done.returncode, done.stderr) == (0, "")
-    return result(out)
+    assert len(begun(log)) == 8
+    return out
+
+
+@pytest.fixture
+def out(finished, tmp_path) -> Path:
+    """A copy of it."""
+    return shutil.copytree(finished, tmp_path / "out")
+
+
+@pytest.fixture(scope="module")
+def whole(finished) -> bytes:
+    """What it ends with."""
+    return result(finished)
 
 
 @needs_engine
@@ -34,29 +49,37 @@ def test_a_campaign_is_the_sum_of_its_mechanisms(tmp_path, whole):
 
 
 @needs_engine
-def test_what_is_finished_is_not_measured_again(tmp_path, whole):
+def test_what_is_finished_is_not_measured_again(out, tmp_path, whole):
     log = tmp_path / "log"
-    wild(tmp_path / "out", FAKE_LOG=str(log))
-    assert len(begun(log)) == 8
-    (tmp_path / "out" / "units" / "wild_1_41+20.json").unlink()
-    done = wild(tmp_path / "out", FAKE_LOG=str(log))
-    assert [unit for _, unit in begun(log)[8:]] == ["wild/1/41+20"]
-    assert (done.returncode, result(tmp_path / "out")) == (0, whole)
+    (out / "units" / "wild_1_41+20.json").unlink()
+    (out / "campaign-wild.json").unlink()
+    done = wild(out, FAKE_LOG=str(log))
+    assert [unit for _, unit in begun(log)] == ["wild/1/41+20"]
+    assert (done.returncode, result(out)) == (0, whole)
 
 
 @needs_engine
-@pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGINT, signal.SIGTERM])
-def test_a_campaign_that_is_ended_takes_its_workers_along_and_goes_on(tmp_path, whole, end):
-    log, out = tmp_path / "log", tmp_path / "out"
-    process = campaign.start(*campaign.wild_arguments(out), FAKE_LOG=str(log), FAKE_SECONDS="2")
-    wait_for(lambda: len(campaign.units(out)) >= 2 and len(begun(log)) > len(campaign.units(out)))
-    process.send_signal(end)
-    _, err = process.communicate(timeout=60)
-    wait_for(lambda: all(has_ended(worker) for worker, _ in begun(log)))
-    if end != signal.SIGKILL:
-        assert process.returncode == 130 and "run again to go on" in err
+def test_a_campaign_that_is_ended_takes_its_workers_along_and_goes_on(tmp_path, whole):
+    """In three ways, one after the other."""
+    log, out, two_cores = (tmp_path / name for name in ("log", "out", "profile"))
+    two_cores.mkdir()
+    (two_cores / "config.yaml").write_text("executor: local\ncores: 2\n")
+    arguments = [*campaign.wild_arguments(out), f"--profile={two_cores}"]
+
+    def at_work() -> list[int]:
+        return [worker for worker, _ in begun(log) if not has_ended(worker)]
+
+    for end in (signal.SIGKILL, signal.SIGINT, signal.SIGTERM):
+        before = len(campaign.units(out))
+        process = campaign.start(*arguments, FAKE_LOG=str(log), FAKE_SECONDS="2")
+        wait_for(lambda: len(campaign.units(out)) > before and at_work())
+        process.send_signal(end)
+        _, err = process.communicate(timeout=60)
+        wait_for(lambda: not at_work())
+        if end != signal.SIGKILL:
+            assert process.returncode == 130 and "run again to go on" in err
     finished, before = len(campaign.units(out)), len(begun(log))
-    assert 2 <= finished < 8
+    assert 3 <= finished < 8
     assert wild(out, FAKE_LOG=str(log)).returncode == 0
     assert len(begun(log)) - before == 8 - finished
     assert result(out) == whole
@@ -65,61 +88,58 @@ def test_a_campaign_that_is_ended_takes_its_workers_along_and_goes_on(tmp_path, 
 @needs_engine
 def test_a_worker_that_dies_is_named_and_the_next_start_goes_on(tmp_path, whole):
     fault = tmp_path / "fault"
+    out = tmp_path / "out"
     for mode, line in (
         ("die", "7 of 8 units are there, start again to go on"),
         ("refuse", "wild_1_61[+]20: stress: error: wild/1/61[+]20: no such family .*; 7 of 8"),
     ):
-        out = tmp_path / mode
         fault.write_text(f"61 {mode}")
         expect_refusal(wild(out, FAKE_FAULT=str(fault)), line)
         assert len(campaign.units(out)) == 7
-        fault.unlink()
-        assert wild(out, FAKE_FAULT=str(fault)).returncode == 0
-        assert result(out) == whole
-
-
-@needs_engine
-@pytest.mark.parametrize(
-    "mode, why", [("half", "not JSON: .*"), ("other", "another program: f{40}, not [0-9a-f]{40}")]
-)
-def test_a_unit_that_is_none_is_set_aside_whole_and_measured_anew(tmp_path, whole, mode, why):
-    out, fault = tmp_path / "out", tmp_path / "fault"
-    fault.write_text(f"61 {mode}")
-    refused = out / "units" / "wild_1_61+20.refused"
-    expect_refusal(
-        wild(out, FAKE_FAULT=str(fault)), f"{re.escape(str(refused))}: set aside: {why};"
-    )
-    assert refused.stat().st_size > 1000
     fault.unlink()
     assert wild(out, FAKE_FAULT=str(fault)).returncode == 0
     assert result(out) == whole
 
 
 @needs_engine
-@pytest.mark.parametrize(
-    "change, why",
-    [
+def test_a_unit_that_is_none_is_set_aside_whole_and_measured_anew(tmp_path, whole):
+    out, fault = tmp_path / "out", tmp_path / "fault"
+    refused = out / "units" / "wild_1_61+20.refused"
+    for mode, why in (
+        ("half", "not JSON: .*"),
+        ("other", "another program: f{40}, not [0-9a-f]{40}"),
+    ):
+        fault.write_text(f"61 {mode}")
+        expect_refusal(
+            wild(out, FAKE_FAULT=str(fault)), f"{re.escape(str(refused))}: set aside: {why};"
+        )
+        assert refused.stat().st_size > 1000
+        refused.unlink()
+    fault.unlink()
+    assert wild(out, FAKE_FAULT=str(fault)).returncode == 0
+    assert result(out) == whole
+
+
+@needs_engine
+def test_a_finished_unit_is_not_taken_unseen(finished, out, whole):
+    (out / "campaign-wild.json").unlink()
+    name = "units/wild_1_61+20.json"
+    for change, why in (
         (lambda unit: unit.pop("key"), "'key' is missing"),
         (lambda unit: unit["unit"].update(first=1001), "worst of seed"),
         (lambda unit: unit["key"]["campaign"].update(tasks=["white"]), "another campaign: "),
-    ],
-)
-def test_a_finished_unit_is_not_taken_unseen(tmp_path, whole, change, why):
-    out = tmp_path / "out"
-    wild(out)
-    file = out / "units" / "wild_1_61+20.json"
-    unit = campaign.document(file)
-    change(unit)
-    units.write(file, unit)
-    expect_refusal(wild(out), f"set aside: .*{why}")
+    ):
+        unit = campaign.document(finished / name)
+        change(unit)
+        units.write(out / name, unit)
+        expect_refusal(wild(out), f"set aside: .*{why}")
+        assert not (out / name).exists(), why
     assert wild(out).returncode == 0
     assert result(out) == whole
 
 
 @needs_engine
-def test_a_unit_of_other_seeds_under_this_ones_name_is_set_aside(tmp_path):
-    out = tmp_path / "out"
-    wild(out)
+def test_a_unit_of_other_seeds_under_this_ones_name_is_set_aside(out):
     folder = out / "units"
     (folder / "wild_1_41+20.json").replace(folder / "wild_1_61+20.json")
     expect_refusal(wild(out), "wild_1_61[+]20.refused: set aside: it is wild/1/41[+]20;")
@@ -129,18 +149,14 @@ def test_a_unit_of_other_seeds_under_this_ones_name_is_set_aside(tmp_path):
 @pytest.mark.parametrize(
     "option", ["--mechanisms=200", "--first=2", "--task=white", "--worst=3", "--family=wild/2"]
 )
-def test_a_folder_of_another_campaign_is_refused(tmp_path, option):
-    out = tmp_path / "out"
-    wild(out)
-    before = result(out)
+def test_a_folder_of_another_campaign_is_refused(out, whole, option):
     expect_refusal(wild(out, option), "plan.json: of other options than these; give --out")
-    assert result(out) == before
+    assert result(out) == whole
 
 
 @needs_engine
-def test_a_folder_of_another_program_is_refused(tmp_path):
-    out, programs = tmp_path / "out", tmp_path / "bin"
-    wild(out)
+def test_a_folder_of_another_program_is_refused(out, tmp_path):
+    programs = tmp_path / "bin"
     programs.mkdir()
     (programs / "stress").write_text("#!/bin/sh\n")
     (programs / "stress").chmod(0o755)
@@ -159,13 +175,12 @@ def test_a_folder_of_another_program_is_refused(tmp_path):
         lambda plan: plan["key"].pop("isa"),
     ],
 )
-def test_a_plan_that_is_none_is_refused(tmp_path, whole, change):
-    wild(tmp_path)
-    plan = campaign.document(tmp_path / "plan.json")
+def test_a_plan_that_is_none_is_refused(out, whole, change):
+    plan = campaign.document(out / "plan.json")
     change(plan)
-    units.write(tmp_path / "plan.json", plan)
-    expect_refusal(wild(tmp_path), f"{tmp_path}/plan.json: not a plan: ")
-    assert result(tmp_path) == whole
+    units.write(out / "plan.json", plan)
+    expect_refusal(wild(out), f"{out}/plan.json: not a plan: ")
+    assert result(out) == whole
 
 
 @needs_engine
@@ -199,19 +214,16 @@ def test_rows_are_kept_on_demand_sorted_and_as_they_were(tmp_path, whole):
     ask = "import duckdb; t = duckdb.read_parquet('{}/rows/*.parquet'); print(t.{}.fetchall())"
     aggregate = ask.format(out, "aggregate('count(*), sum(seed), min(eta), max(kS)')")
     first = ask.format(out, "limit(21).project('task, seed, relative')")
-    shown = [
-        subprocess.run([ENGINE.parent / "python", "-c", it], capture_output=True, text=True).stdout
-        for it in (aggregate, first)
-    ]
+    ask = [ENGINE.parent / "python", "-c", f"{aggregate}; {first}"]
+    shown = subprocess.run(ask, capture_output=True, text=True).stdout.splitlines(keepends=True)
     assert shown[0] == f"[(320, {2 * sum(range(1, 161))}, inf, None)]\n"
     rows = [("dynamics", seed) for seed in range(1, 21)] + [("white", 1)]
     assert ast.literal_eval(shown[1]) == [(task, seed, float(f"{seed}e-17")) for task, seed in rows]
 
 
 @needs_engine
-def test_a_folder_without_rows_is_not_one_with_them(tmp_path):
-    wild(tmp_path)
-    expect_refusal(wild(tmp_path, "--rows"), "plan.json: of other options than these")
+def test_a_folder_without_rows_is_not_one_with_them(out):
+    expect_refusal(wild(out, "--rows"), "plan.json: of other options than these")
 
 
 @pytest.fixture
@@ -251,25 +263,23 @@ def test_a_missing_engine_is_told_with_what_installs_it(tmp_path):
 
 
 @needs_engine
-@pytest.mark.parametrize(
-    "text, line",
-    [
+def test_a_bad_profile_is_told_in_a_line_and_a_good_one_goes_on(tmp_path, whole):
+    out, profile = tmp_path / "out", tmp_path / "profile"
+    profile.mkdir()
+    for text, line in (
         (None, "no .*/config.yaml; there are local, slurm"),
         ("executor: [", "Snakemake: "),
         ("executor: mainframe\njobs: 1", "Snakemake: .*mainframe"),
         ("executor: local\ncores: many", "Snakemake: .*number of cores"),
         ("executor: local\ncores: 1\nwishes: 3", "Snakemake: .*wishes"),
         ("executor: local", "Snakemake: .*cores"),
-    ],
-)
-def test_a_bad_profile_is_told_in_a_line(tmp_path, whole, text, line):
-    profile = tmp_path / "profile"
-    profile.mkdir()
-    if text:
-        (profile / "config.yaml").write_text(text)
-    expect_refusal(wild(tmp_path / "out", f"--profile={profile}"), line)
-    assert wild(tmp_path / "out").returncode == 0
-    assert result(tmp_path / "out") == whole
+    ):
+        if text:
+            (profile / "config.yaml").write_text(text)
+        expect_refusal(wild(out, f"--profile={profile}"), line)
+        assert not campaign.units(out), text
+    assert wild(out).returncode == 0
+    assert result(out) == whole
 
 
 @pytest.mark.parametrize(

@@ -147,29 +147,28 @@ def test_a_campaign_that_is_killed_goes_on(whole, programs, run, tmp_path):
 def test_a_worker_that_refuses_or_takes_other_seeds_is_told(run, tmp_path, mode, line):
     fault = tmp_path / "fault"
     fault.write_text(f"6 {mode}")
-    done = run(tmp_path / "out", FAKE_FAULT=str(fault))
+    done = run(tmp_path / "out", "--first=5", "--replicates=2", FAKE_FAULT=str(fault))
     expect_refusal(done, f"replicates-5[+]2: claims: error: {line}")
 
 
 @needs_engine
-@pytest.mark.parametrize(
-    "change, why",
-    [
+def test_a_finished_unit_is_not_taken_unseen(whole, run, tmp_path):
+    out = tmp_path / "out"
+    subprocess.run(["cp", "-r", whole, out], check=True)
+    (out / "claims-campaign.json").unlink()
+    name = "units/replicates-5+2.json"
+    for change, why in (
         (lambda unit: unit["key"].update(sources="f" * 40), "another sources: f{40}, not "),
         (lambda unit: unit["key"].update(isa="SSE2"), "another isa: SSE2, not none"),
         (lambda unit: unit.update(replicates=["7+2"]), "a replicate that is not there"),
         (lambda unit: unit.update(fake_claims.record(5, 2)), "another flags: none, not "),
         (lambda unit: unit["claims"].pop(), "10 claims, not 11"),
-    ],
-)
-def test_a_finished_unit_is_not_taken_unseen(whole, run, tmp_path, change, why):
-    out = tmp_path / "out"
-    subprocess.run(["cp", "-r", whole, out], check=True)
-    file = out / "units" / "replicates-5+2.json"
-    unit = running.document(file)
-    change(unit)
-    running.write(file, unit)
-    expect_refusal(run(out), f"replicates-5[+]2.refused: set aside: .*({why})")
+    ):
+        unit = running.document(whole / name)
+        change(unit)
+        running.write(out / name, unit)
+        expect_refusal(run(out), f"replicates-5[+]2.refused: set aside: .*({why})")
+        assert not (out / name).exists(), why
     assert run(out).returncode == 0
     assert result(out) == result(whole)
 
