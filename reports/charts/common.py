@@ -6,6 +6,9 @@ import altair as alt
 
 from charts import palette
 
+# That charts are valid is tested once (test_figures.py), not each time that a part of one is made.
+alt.utils.schemapi.disable_debug_mode()
+
 HEIGHT = 280
 BAND = 24  # height of the strips beyond the scale: failed above, error exactly zero below
 

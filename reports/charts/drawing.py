@@ -17,7 +17,7 @@ OFFSETS = [5, 14, 24, 36, 50, 66, 84, 104]  # from the mark, tried in turn
 def compiled(chart) -> dict:
     """The Vega specification of an Altair chart."""
     spec = vl_convert.vegalite_to_vega(
-        chart.to_dict(), vl_version=VEGA_LITE, config=THEME, show_warnings=False
+        chart.to_dict(validate=False), vl_version=VEGA_LITE, config=THEME, show_warnings=False
     )
     spec["marks"] = [drawn for mark in spec["marks"] for drawn in (mark, *_names(mark))]
     return spec

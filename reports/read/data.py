@@ -297,8 +297,9 @@ class Data:
     @property
     def robots(self) -> list[str]:
         """The scenes that belong to no family."""
-        families = self.families
-        return [scene for scene in self.scenes if scene_name(scene) not in families]
+        scenes = self.scenes
+        several = families(scenes)
+        return [scene for scene in scenes if scene_name(scene) not in several]
 
 
 def families(scenes) -> list[str]:

@@ -9,7 +9,7 @@ from page.section import Choice, Figure, Section, Table
 from read.advice import ADVISED
 from read.data import Data
 from summary.aggregates import geometric_mean, profile, share_answered, slowdowns
-from summary.points import points
+from summary.points import Point, points
 
 FEWEST = 3  # robots that are worth a mean
 TOLERANCES = (1e-3, 1e-5, 1e-9, 1e-12)
@@ -18,10 +18,10 @@ FIRST = 1e-5
 
 def section(data: Data) -> Section | None:
     tables, rows = [], []
-    robots = set()
+    names, measured, robots = data.robots, points(data), set()
     for task in ADVISED:
         for tolerance in TOLERANCES:
-            times = _times(data, task, tolerance)
+            times = _times(names, measured, task, tolerance)
             if len(times) < FEWEST:
                 continue
             robots |= times.keys()
@@ -31,10 +31,10 @@ def section(data: Data) -> Section | None:
     if not rows:
         return None
     tasks = list(dict.fromkeys(row[VIEW] for row in rows))
-    names = [tolerance_text(tolerance) for tolerance in TOLERANCES]
+    tolerances = [tolerance_text(tolerance) for tolerance in TOLERANCES]
     choices = [
         Choice(VIEW, "Task", [(task, task_text(task)) for task in tasks], tasks[0]),
-        Choice(TOLERANCE, "Error asked for", [(it, it) for it in names], tolerance_text(FIRST)),
+        Choice(TOLERANCE, "Error asked for", [(it, it) for it in tolerances], tolerance_text(FIRST)),
     ]
     first = {choice.signal: choice.first for choice in choices}
     for table in tables:
@@ -64,10 +64,10 @@ def section(data: Data) -> Section | None:
     )
 
 
-def _times(data: Data, task: str, tolerance: float) -> dict[str, dict]:
+def _times(names: list[str], measured: list[Point], task: str, tolerance: float) -> dict[str, dict]:
     """By robot and series; None where it was timed but does not answer."""
-    robots = {robot: {} for robot in data.robots}
-    for point in points(data):
+    robots = {robot: {} for robot in names}
+    for point in measured:
         if point.scene in robots and (point.task, point.measure) == (task, "relative"):
             if point.time is None or not point.states:
                 continue

@@ -66,10 +66,9 @@ def failed(row: Error) -> bool:
 
 
 def summarise(rows: list[Error]) -> Summary:
-    values = [row.value for row in rows if not failed(row)]
-    outcomes = sorted(
-        {row.outcome if row.outcome != "ok" else "not finite" for row in rows if failed(row)}
-    )
+    bad = [row for row in rows if failed(row)]
+    values = [row.value for row in rows if not failed(row)] if bad else [row.value for row in rows]
+    outcomes = sorted({row.outcome if row.outcome != "ok" else "not finite" for row in bad})
     return Summary(
         statistics.median(values) if values else None,
         max(values, default=None),
@@ -89,8 +88,9 @@ def points(data: Data, calls: bool = False) -> list[Point]:
     measures = defaultdict(set)
     for row in data.errors:
         if row.task != "model":
-            series[row.scene, row.variant, row.precision, row.task, row.measure].append(row)
-            measures[row.task].add(row.measure)
+            series[*row[:4], row.measure].append(row)
+    for *_, task, measure in series:
+        measures[task].add(measure)
     times = {time[:4]: time for time in data.times}
     if calls:
         timed = {_series(time) for time in data.times}

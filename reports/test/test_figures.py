@@ -5,10 +5,13 @@ import re
 import pytest
 
 import alt_scene
+import fake_stress
 from charts import palette
 from charts import samples as sample_charts
 from charts import variants as variant_charts
 from charts.common import BAND, HEIGHT, QUANTITY, VIEW, Style
+from read.readers import load
+from sections import SECTIONS
 from summary.points import Band, Point
 
 STYLE = Style(["A", "B"], ["float64"], for_file=True)
@@ -44,6 +47,17 @@ def front(drawn):
         tuple(map(float, re.findall(r"(?:time|error): ([^;]+)", item["description"])))
         for item in line
     ]
+
+
+def test_every_chart_is_valid_vega_lite(run, tmp_path):
+    fake_stress.write(tmp_path)
+    charts = 0
+    for data in map(load, (run, tmp_path)):
+        for section in filter(None, (make(data) for make in SECTIONS)):
+            for figure in section.figures:
+                figure.chart.to_dict(validate=True)  # raises what is wrong
+                charts += 1
+    assert charts > 40
 
 
 def test_the_front_leaves_out_what_another_beats():
