@@ -1,5 +1,6 @@
 import json
 import sys
+from collections import defaultdict
 from pathlib import Path
 
 import pytest
@@ -41,34 +42,55 @@ def browser():
         chromium.close()
 
 
+WINDOW = {"width": 1280, "height": 720}  # Playwright's own
+
+
+@pytest.fixture(scope="session")
+def idle(browser) -> dict[str, list]:
+    """Windows that no test uses now, by their settings: what one has compiled of Vega, it has."""
+    return defaultdict(list)
+
+
 @pytest.fixture
-def visit(browser):
+def visit(browser, idle):
     """Opens a page; fails if it complains, or asks the network for anything."""
-    contexts, complaints = [], []
+    opened, complaints = [], []
 
     def visit(file, address="", script="", **settings):
         """`address` is what follows the file's own; `script` runs before the page's."""
-        context = browser.new_context(**settings)
-        context.add_init_script(script)
-        contexts.append(context)
-        page = context.new_page()
-        page.on("console", lambda message: complaints.append(f"{message.type}: {message.text}"))
-        page.on("pageerror", lambda error: complaints.append(str(error)))
-        page.on(
-            "request",
-            lambda request: (
+        kind = json.dumps([script, settings], sort_keys=True)
+        if idle[kind]:
+            page = idle[kind].pop()
+        else:
+            context = browser.new_context(**{"viewport": WINDOW, "color_scheme": "light"} | settings)
+            context.add_init_script(script)
+            page = context.new_page()
+
+        def request(request):
+            if request.url.split("#")[0] != file.as_uri():
                 complaints.append(request.url)
-                if request.url.split("#")[0] != file.as_uri()
-                else None
-            ),
-        )
+
+        listeners = {
+            "console": lambda message: complaints.append(f"{message.type}: {message.text}"),
+            "pageerror": lambda error: complaints.append(str(error)),
+            "request": request,
+        }
+        for event, listener in listeners.items():
+            page.on(event, listener)
+        opened.append((kind, settings, page, listeners))
         page.goto(file.as_uri() + address)
         page.wait_for_selector("body[data-drawn]", state="attached")
         return page
 
     yield visit
-    for context in contexts:
-        context.close()
+    for kind, settings, page, listeners in opened:
+        for event, listener in listeners.items():
+            page.remove_listener(event, listener)
+        page.goto("about:blank")  # what a reader has done ends with it
+        page.mouse.move(0, 0)
+        page.set_viewport_size(settings.get("viewport", WINDOW))
+        page.emulate_media(color_scheme=settings.get("color_scheme", "light"))
+        idle[kind].append(page)
     assert complaints == []
 
 
