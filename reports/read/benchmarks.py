@@ -4,11 +4,13 @@ import math
 import statistics
 
 from read.checks import checked_scene
-from read.data import Call, Jacobian, Time
+from read.data import Bandwidth, Call, Jacobian, ScanCall, Time
 from read.values import count, number, text
 
 NO_SCENE = "none"
 PEAK = "peak/"  # begins the names of what measures the machine
+BANDWIDTH = "bandwidth/"  # and its memory
+MOST_THREADS = 10**6
 NANOSECONDS = {"ns": 1, "us": 1e3, "ms": 1e6, "s": 1e9}
 
 
@@ -41,6 +43,25 @@ def calls(runs: dict[str, list[dict]]) -> list[Call]:
 
 def jacobians(runs: dict[str, list[dict]]) -> list[Jacobian]:
     return [Jacobian(_time(name, rows), _counter(rows, "error")) for name, rows in runs.items()]
+
+
+def scans(runs: dict[str, list[dict]]) -> list[ScanCall | Bandwidth]:
+    """Variants end in their threads, as in Scan<Conventional>@2."""
+    found = []
+    for name, rows in runs.items():
+        time = _time(name, rows)
+        _, at, threads = time.variant.partition("@")
+        count = int(threads) if at else 1
+        if not 1 <= count <= MOST_THREADS:
+            raise ValueError(f"'{name}' ran on {threads} threads")
+        if name.startswith(BANDWIDTH):
+            rate = _counter(rows, "bytes_per_second")
+            if rate is None:
+                raise ValueError(f"'{name}' has no bytes_per_second")
+            found.append(Bandwidth(count, rate))
+        else:
+            found.append(ScanCall(time, count, _counter(rows, "bytes")))
+    return found
 
 
 def _time(name: str, rows: list[dict]) -> Time:

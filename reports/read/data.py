@@ -11,6 +11,7 @@ from read.fits import Identification
 from read.laboratory import Laboratory
 from read.motions import Case, Simulation
 from read.replicates import Replicates
+from read.scans import ScanError, ScanFlops
 from read.stress import Family, Integration, Stress, Variant
 
 LONGEST = 1000  # letters of an error
@@ -64,6 +65,26 @@ class Jacobian(NamedTuple):
 
     time: Time
     error: float | None
+
+
+class ScanCall(NamedTuple):
+    """A call on so many threads, in wall time; of task `kinematics`, what a scan has in sequence."""
+
+    time: Time
+    threads: int
+    bytes: float | None  # that the call has for itself
+
+    @property
+    def variant(self) -> str:
+        """Without its threads."""
+        return self.time.variant.partition("@")[0]
+
+
+class Bandwidth(NamedTuple):
+    """Of memory, by a copy on so many threads."""
+
+    threads: int
+    rate: float  # bytes/s, read and written
 
 
 class Question(NamedTuple):
@@ -239,6 +260,11 @@ class Data:
     peers_contexts: list[dict] = field(default_factory=list)
     jacobians: list[Jacobian] = field(default_factory=list)
     jacobians_contexts: list[dict] = field(default_factory=list)
+    scan_calls: list[ScanCall] = field(default_factory=list)
+    scan_contexts: list[dict] = field(default_factory=list)
+    bandwidths: list[Bandwidth] = field(default_factory=list)
+    scan_errors: list[ScanError] = field(default_factory=list)
+    scan_flops: list[ScanFlops] = field(default_factory=list)
     questions: list[Question] = field(default_factory=list)
     questions_contexts: list[dict] = field(default_factory=list)
     fits: list[Identification] = field(default_factory=list)
@@ -272,12 +298,14 @@ class Data:
             + self.dynamics_contexts
             + self.peers_contexts
             + self.jacobians_contexts
+            + self.scan_contexts
             + self.questions_contexts
         )
 
     @property
     def all_times(self) -> list[Time]:
         calls = [call.time for call in self.dynamics + self.peers + self.jacobians]
+        calls += [call.time for call in self.scan_calls]
         answers = [call.time for question in self.questions for call in question.calls]
         return self.times + self.estimation + calls + answers
 

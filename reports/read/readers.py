@@ -14,12 +14,14 @@ from read import (
     paper,
     replicate_files,
     robots,
+    scans,
     search,
     stress_files,
 )
 from read.campaign import MergeError
 from read.checks import checked_scene, read_json, refuse_repeats, refuse_unlisted, refusing
 from read.data import (
+    Bandwidth,
     Data,
     DataError,
     Error,
@@ -159,6 +161,13 @@ def read_times(path: Path, data: Data) -> None:
     data.contexts.append(context)
 
 
+def read_scan_times(path: Path, data: Data) -> None:
+    measured, context = _benchmarks(path, benchmarks.scans)
+    data.bandwidths += [it for it in measured if isinstance(it, Bandwidth)]
+    data.scan_calls += [it for it in measured if not isinstance(it, Bandwidth)]
+    data.scan_contexts.append(context)
+
+
 def read_questions(path: Path, data: Data) -> None:
     calls, context = _benchmarks(path, benchmarks.calls)
     for call in calls:
@@ -271,6 +280,9 @@ READERS = {
     "batch": _benchmark_reader("dynamics", benchmarks.calls),
     "peers": _benchmark_reader("peers", benchmarks.calls),
     "jacobians": _benchmark_reader("jacobians", benchmarks.jacobians),
+    "scan": read_scan_times,
+    "scans": _csv_reader("scan_errors", scans.ERRORS, scans.error),
+    "spans": _csv_reader("scan_flops", scans.FLOPS, scans.flops),
     "pruning": read_questions,
     "identify": read_fit,
     "recommend": read_advice,
@@ -332,6 +344,9 @@ def _records(data: Data) -> tuple:
         data.dynamics,
         data.peers,
         data.jacobians,
+        data.scan_calls,
+        data.scan_errors,
+        data.scan_flops,
         data.questions,
         data.fits,
         data.advice,

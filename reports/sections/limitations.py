@@ -22,7 +22,8 @@ def section(data: Data) -> Section:
         )
     statements += [
         "Times are those of one machine, one compiler"
-        f"{' (but where an @ names another)' if data.peers else ''} and one thread. Another "
+        f"{' (but where an @ names another)' if data.peers else ''} and one thread"
+        f"{', but of scans' if data.scan_calls else ''}. Another "
         "machine may order the variants differently.",
         "The truth is a multi-precision solution for the model's parameters rounded to the "
         "working precision. The error of that rounding, and how well the parameters are known, "

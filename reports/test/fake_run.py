@@ -14,6 +14,7 @@ import fake_engines
 import fake_estimation
 import fake_peers
 import fake_questions
+import fake_scans
 
 VARIANTS = {  # time in ns at 7 degrees of freedom, orders of growth of time and error
     "Batch<EigenLLT>": (620, 2.6, 2.0),
@@ -235,6 +236,12 @@ def write(folder: Path) -> None:
     ):
         with (folder / f"{kind}-engines-all.csv").open("w", newline="") as file:
             csv.writer(file, lineterminator="\n").writerows([columns, *rows])
+    for kind, rows in (("scans", fake_scans.errors()), ("spans", fake_scans.flops())):
+        with (folder / f"{kind}-straight.csv").open("w", newline="") as file:
+            csv.writer(file, lineterminator="\n").writerows(rows)
+    scan = {"context": CONTEXT | {"timed_call": "one state, kinematics included"}}
+    scan |= {"benchmarks": fake_scans.times()}
+    (folder / "scan-straight.json").write_text(json.dumps(scan))
     campaign = fake_campaign.unit("wild", 1.0, 1, 3000)
     (folder / "campaign-wild.json").write_text(json.dumps(campaign))
     with (folder / "simulation-panda-7.csv").open("w", newline="") as file:

@@ -23,11 +23,14 @@ from read.motions import COLUMNS as MOTION_COLUMNS
 from read.readers import COLUMNS, READERS, SAMPLE_COLUMNS, load
 from read.replicates import Numbers
 from read.robots import COLUMNS as ROBOT_COLUMNS
+from read.scans import ERRORS as SCAN_ERRORS
+from read.scans import FLOPS as SCAN_FLOPS
 from read.search import COLUMNS as SEARCH_COLUMNS
 from read.stress import Integration, Stress
 from records import ROBOT, ROW, SAMPLE, fast, paper, peak, timed
 from sections import SECTIONS
 from test_motions import ADAPTIVE, NO_TRUTH, STEPS
+from test_scans import CALL, COPY, COUNTED, ERROR as SCAN_ERROR
 
 ERROR = {"max": 1e-15, "median": 1e-16, "bound": None}
 COMPARED = {"variant": "Fast<A>", "precision": "float64", "failures": 0}
@@ -65,6 +68,7 @@ DOCUMENTS = {
     "peers": rows(fast()),
     "jacobians": rows(*fake_fits.jacobians("arm:2", {"Factored": 10.0}, "jacobian")),
     "pruning": fake_questions.record("planar arm"),
+    "scan": rows(timed(CALL) | {"bytes": 1e5}, timed(COPY) | {"bytes_per_second": 1e9}),
     "identify": shortened(fake_fits.fit("torque")),
     "recommend": shortened(fake_advice.recommend("panda:7")),
     "limits": shortened(fake_advice.limits("panda:7")),
@@ -101,6 +105,8 @@ TABLES = {
     "simulation": table(SAMPLE_COLUMNS, SAMPLE, "panda:7,7,M,Exact,0,0,1e-16,1e-5,1"),
     "adversary": table(SEARCH_COLUMNS, *FOUND.splitlines()),
     "motions": table(MOTION_COLUMNS, STEPS[0], STEPS[2], ADAPTIVE, NO_TRUTH),
+    "scans": table(SCAN_ERRORS, SCAN_ERROR, SCAN_ERROR.replace("4,balanced", "0,")),
+    "spans": table(SCAN_FLOPS, COUNTED, COUNTED.replace("factor", "acceleration")),
     "integration": table_of(fake_stress.integrations()[:2]),
     "stress": table_of(fake_stress.records()[:2]),
 }

@@ -28,8 +28,9 @@ def test_every_figure_is_drawn(page, run):
     }
     unfold_all(page)
     figures = page.locator("figure").all()
-    # What to take, three stresses, all robots, engines, two of the simulation, the peak, questions, two of rare errors.
-    others = 12
+    # What to take, three stresses, all robots, engines, two of the simulation, the peak, questions, two of rare errors,
+    # three of scans.
+    others = 15
     assert len(figures) == len(timed) + 3 * len(data.families) + others
     for drawn in figures:
         frame, *boxes = drawn.locator(".chart svg").evaluate(
@@ -146,6 +147,9 @@ def test_figures_tables_and_lists_have_names(page):
         ("batch", 1),
         ("peers", 2),
         ("pruning", 1),
+        ("scan", 0),
+        ("s[cp]ans", 1),
+        ("s[cp]an*", 3),
     ],
 )
 def test_a_part_of_the_data_makes_a_part_of_the_page(visit, run, tmp_path, kind, figures):

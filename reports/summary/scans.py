@@ -1,0 +1,183 @@
+"""The filter as a scan: errors, times and flops of one family put together, and its time on any
+number of processors.
+
+Of W flops in all, S of them one after another, p processors have at most
+
+    W(p) = S + (W − S) / p                                                              (1)
+
+one after another (algorithms/study/scan/tasks.hpp). With T1 the time on one thread, of it T0 that
+of kinematics, which is not parallel, B the bytes of a call and b(p) the bandwidth of memory,
+
+    T(p) = max(T0 + W(p) / F, B / b(p)),   F = W / (T1 − T0),   b(p) = min(p b(1), b(most))   (2)
+
+where most is the largest number of threads on which bandwidth was measured.
+"""
+
+import statistics
+from collections import Counter, defaultdict
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from read.data import Data, scene_name, scene_size
+from read.scans import ANY
+
+PRECISION = "float64"  # in which calls are timed
+ORDER = "balanced"  # in which their blocks are combined
+KINEMATICS = "kinematics"
+
+
+class Flops(NamedTuple):
+    """Of factors and one acceleration."""
+
+    work: float
+    span: float  # one after another on any number of processors
+
+    def on(self, processors: int) -> float:
+        """(1)."""
+        return self.span + (self.work - self.span) / processors
+
+
+@dataclass
+class Scanned:
+    """A variant at one N. In sequence it has links 0 and one thread."""
+
+    scene: str
+    n: int
+    variant: str
+    links: int  # of a block, where it is timed
+    times: dict[int, float] = field(default_factory=dict)  # ns by threads
+    errors: dict[str, float] = field(default_factory=dict)  # by task, median over the seeds
+    flops: dict[int, Flops] = field(default_factory=dict)  # by links of a block
+    bytes: float | None = None
+
+    @property
+    def timed(self) -> Flops | None:
+        """Of the blocks that are timed."""
+        return self.flops.get(self.links)
+
+
+@dataclass
+class Machine:
+    """What a prediction takes besides."""
+
+    kinematics: dict[int, float]  # ns by N
+    bandwidths: dict[int, float]  # bytes/s by threads
+
+    def bandwidth(self, processors: int) -> float | None:
+        """b(p) of (2)."""
+        if 1 not in self.bandwidths:
+            return None
+        most = self.bandwidths[max(self.bandwidths)]
+        return min(processors * self.bandwidths[1], most)
+
+
+def links_of_block(n: int) -> int:
+    """By the number of links, as `bench_scan` has them (algorithms/study/scan/blocks.hpp)."""
+    return min(max(n // 64, 4), 1024)
+
+
+def is_scan(variant: str) -> bool:
+    return variant.startswith("Scan<")
+
+
+def family(data: Data) -> str | None:
+    """The one with the most of times, errors and flops, and of these with the most N."""
+    sizes = Counter()
+    kinds = defaultdict(set)
+    records = [("times", scene_name(call.time.scene), call.time.scene) for call in data.scan_calls]
+    records += [("errors", row.family, row.n) for row in data.scan_errors]
+    records += [("flops", row.family, row.n) for row in data.scan_flops]
+    for kind, name, size in set(records):
+        sizes[name] += 1
+        kinds[name].add(kind)
+    return max(sizes, key=lambda name: (len(kinds[name]), sizes[name], name), default=None)
+
+
+def machine(data: Data) -> Machine:
+    name = family(data)
+    return Machine(
+        {
+            scene_size(call.time.scene): call.time.nanoseconds
+            for call in data.scan_calls
+            if call.time.task == KINEMATICS
+            and scene_name(call.time.scene) == name
+            and call.time.nanoseconds
+        },
+        {it.threads: it.rate for it in data.bandwidths},
+    )
+
+
+def scanned(data: Data) -> list[Scanned]:
+    """All that is known of the family, in order of N."""
+    name = family(data)
+    found = {}
+
+    def of(variant: str, n: int) -> Scanned:
+        links = links_of_block(n) if is_scan(variant) else 0
+        return found.setdefault((variant, n), Scanned(f"{name}:{n}", n, variant, links))
+
+    for call in data.scan_calls:
+        time = call.time
+        mine = scene_name(time.scene) == name and time.precision == PRECISION
+        if mine and time.task == "acceleration" and time.nanoseconds:
+            it = of(call.variant, scene_size(time.scene))
+            it.times[call.threads] = time.nanoseconds
+            it.bytes = max(it.bytes or 0, call.bytes or 0) or None
+    errors = defaultdict(list)
+    for row in data.scan_errors:
+        if row.family == name and row.precision == PRECISION and row.error is not None:
+            links = links_of_block(row.n) if is_scan(row.variant) else 0
+            if row.links == links and row.order in ("", ORDER):
+                errors[row.variant, row.n, row.task].append(row.error)
+    for (variant, n, task), values in errors.items():
+        of(variant, n).errors[task] = statistics.median(values)
+    for (variant, n, links), flops in _flops(data, name).items():
+        of(variant, n).flops[links] = flops
+    return sorted(found.values(), key=lambda it: (it.n, it.variant))
+
+
+def _flops(data: Data, name: str) -> dict[tuple[str, int, int], Flops]:
+    """Work and span by variant, N and links of a block: medians over the seeds."""
+    tasks = defaultdict(dict)  # of each seed, on so many processors
+    for row in data.scan_flops:
+        if row.family == name and row.processors in (1, ANY):
+            key = row.variant, row.n, row.links, row.processors, row.seed
+            tasks[key][row.task] = row.flops
+    seeds = defaultdict(list)
+    for (*key, _), of_task in tasks.items():
+        if len(of_task) == 2:  # factors and acceleration
+            seeds[tuple(key)].append(sum(of_task.values()))
+    counted = {}
+    for (variant, n, links, processors), values in seeds.items():
+        if processors == 1:
+            work = statistics.median(values)
+            span = seeds.get((variant, n, links, ANY), values if links == 0 else None)
+            if span is not None:
+                counted[variant, n, links] = Flops(work, statistics.median(span))
+    return counted
+
+
+def predicted(
+    it: Scanned, links: int, processors: int, machine: Machine, memory: bool = True
+) -> float | None:
+    """T(p) of (2) in ns, of blocks of so many links at the rate of those that are timed; None where
+    something is not known. Without memory: b(p) is infinite."""
+    serial = machine.kinematics.get(it.n, 0)
+    if 1 not in it.times or not it.timed or links not in it.flops or it.times[1] <= serial:
+        return None
+    rate = it.timed.work / (it.times[1] - serial)
+    time = serial + it.flops[links].on(processors) / rate
+    bandwidth = machine.bandwidth(processors)
+    if memory and it.bytes and bandwidth:
+        time = max(time, 1e9 * it.bytes / bandwidth)
+    return time
+
+
+def checks(scanned: list[Scanned], machine: Machine) -> list[tuple[Scanned, int, float]]:
+    """Of each N, variant and number of threads above 1: measured time over the predicted one."""
+    found = []
+    for it in scanned:
+        for threads in sorted(threads for threads in it.times if threads > 1):
+            if time := predicted(it, it.links, threads, machine):
+                found.append((it, threads, it.times[threads] / time))
+    return found
