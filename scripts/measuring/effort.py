@@ -25,6 +25,7 @@ class Effort:
     motions: tuple[str, ...]  # robots of simulated motions in a run of all, or else those given
     motion_options: tuple[str, ...]  # of `trajectories`
     searched: tuple[str, ...]  # variants whose worst mechanisms are searched for
+    scanned: dict[int, tuple[int, ...]]  # N of scans: links of blocks, first those that are timed
     evaluations: int  # of mechanisms, each variant and precision, by search and at random
 
     def states_of(self, size: int) -> int:
@@ -55,6 +56,7 @@ QUICK = Effort(
     motions=("panda",),
     motion_options=("--T=0.1", "--h=1e-2,5e-3,2e-3,1e-3,5e-4,2e-4,1e-4,5e-5,2e-5"),
     searched=("Fast<*",),
+    scanned={100: (4,), 1000: (15, 4)},
     evaluations=1000,
 )
 FULL = Effort(
@@ -82,5 +84,6 @@ FULL = Effort(
         "Sequential<ArrayMGS>",
         "WideRefined<FactoredBias<ArrayGivens>>",
     ),
+    scanned={100: (4,), 1000: (15, 4), 10_000: (156, 16), 100_000: (1024, 16)},
     evaluations=5000,
 )

@@ -1,6 +1,6 @@
 """What is measured, in which order: kinds of measurement, each with its scenes."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from measuring.effort import Effort
@@ -60,6 +60,7 @@ KINDS = {  # in the order in which they are measured
         partial=True,
     ),
     "pruning": Kind("bench_pruning", "json", "--benchmark_out", "question", alone=True),
+    "scan": Kind("bench_scan", "json", "--benchmark_out", "scans", alone=True),
     "identify": Kind(
         "identify", "json", "--json", "fit", alone=True, shows_failure=True, partial=True
     ),
@@ -77,6 +78,8 @@ KINDS = {  # in the order in which they are measured
         shows_failure=True,
         partial=True,
     ),
+    "scans": Kind("scans", "csv", "--out", "errors of scans"),
+    "spans": Kind("scans", "csv", "--out", "flops of scans"),
     "simulation": Kind("simulate", "csv", "--out", "simulation", partial=True),
     "exhibits": Kind("bench_inverse", "json", "--benchmark_out", "times", alone=True, data="times"),
     # takes all cores by itself; a worker may die where memory is short
@@ -89,6 +92,7 @@ KINDS = {  # in the order in which they are measured
 # What paper and bench_estimation take by themselves.
 RANDOM_CHAIN = Scene("", "chain:6", 6, False, None)
 CHAINS = Scene("", "chain", 0, False, None)
+SCANNED = "straight"  # the family that bench_scan and scans share
 # Where every variant is timed, and what stress and integrate take.
 EXHIBITED = Scene("chain:12", "all variants", 12, False, None)
 FAMILIES = Scene("", "stressed families", 0, False, None)
@@ -117,6 +121,22 @@ def questions(root: Path) -> list[Scene]:
     """Those about scenes that there are; of a scene that a user gives nobody knows the question."""
     known = {name: Scene.shipped(name, root) or Scene.family(name) for _, name, _ in QUESTIONS}
     return [known[name].asked(title, options) for title, name, options in QUESTIONS if known[name]]
+
+
+def scans(effort: Effort, counted: bool) -> list[Scene]:
+    """Of every N, in the blocks that are timed; flops are counted in others too."""
+    return [
+        replace(
+            Scene.family(f"{SCANNED}:{n}"),
+            argument="",
+            options=(
+                f"--family={SCANNED}",
+                f"--values={n}",
+                f"--links={','.join(map(str, links if counted else links[:1]))}",
+            ),
+        )
+        for n, links in effort.scanned.items()
+    ]
 
 
 def plan(
@@ -148,6 +168,7 @@ def plan(
         "peers": rivalled,
         "jacobians": differentiated,
         "pruning": questions(root) if everything else [],
+        "scan": [Scene("", SCANNED, 0, False, None)] if everything else [],
         "identify": fits(robots, everything, effort),
         "recommend": robots,
         "limits": stressed,
@@ -155,6 +176,8 @@ def plan(
         "errors": scenes,
         "mujoco": [scene for scene in scenes if scene.in_mujoco],
         "paper": [RANDOM_CHAIN, *robots],
+        "scans": scans(effort, counted=False) if everything else [],
+        "spans": scans(effort, counted=True) if everything else [],
         "simulation": simulated[:1],
         "exhibits": [EXHIBITED] if everything else [],
         **dict.fromkeys(

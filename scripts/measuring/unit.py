@@ -10,7 +10,7 @@ from pathlib import Path
 
 from children import end_with_parent
 from measuring.effort import FULL, Effort
-from measuring.plan import KINDS
+from measuring.plan import KINDS, SCANNED
 from measuring.scene import BadInput, Scene
 
 MUJOCO_STATES = 100
@@ -91,6 +91,13 @@ class Unit:
             case "estimation":
                 timing = benchmark_options(effort, *effort.estimation)
                 return [f"--largest={effort.longest}", *timing]
+            case "scan":
+                timing = benchmark_options(effort, effort.repetitions, effort.min_time)
+                return [f"--family={SCANNED}", f"--largest={max(effort.scanned)}", *timing]
+            case "scans":
+                return list(self.scene.options)
+            case "spans":
+                return ["--cost", *self.scene.options]
             case "jacobians":
                 timing = benchmark_options(effort, effort.repetitions, effort.min_time)
                 return ["--benchmark_filter=^jacobian_", *timing]
