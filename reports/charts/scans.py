@@ -1,5 +1,8 @@
 """The charts of the filter as a scan: error against time and span, time against processors."""
 
+import math
+from itertools import cycle
+
 import altair as alt
 
 from charts.common import (
@@ -7,7 +10,6 @@ from charts.common import (
     TIME,
     VIEW,
     Style,
-    error_scale,
     filtered,
     frame,
     log_axis,
@@ -28,10 +30,16 @@ DASHES = ([1, 0], [5, 3], [1, 2], [8, 2, 1, 2])
 TOOLTIPS = {
     "scene": "scene",
     "variant": "variant",
+    "links": "links of a block",
     "threads": "threads",
+    "time_text": "median time",
+    "error_text": "median error",
+}
+SPAN_TOOLTIPS = {
+    "scene": "scene",
+    "variant": "variant",
     "links": "links of a block",
     "span_text": "flops one after another",
-    "time_text": "median time",
     "error_text": "median error",
 }
 PROCESSOR_TOOLTIPS = {
@@ -39,7 +47,7 @@ PROCESSOR_TOOLTIPS = {
     "variant": "variant",
     "links": "links of a block",
     "kind": "time is",
-    "processors": "processors",
+    "on": "processors",
     "time_text": "time",
 }
 
@@ -47,62 +55,87 @@ PROCESSOR_TOOLTIPS = {
 def error_against_time(scanned: list[Scanned], style: Style, choices: dict[str, str]):
     """A line a variant and number of threads; its points are N."""
     rows = [
-        _row(it, task, time=short(time), threads=threads, time_text=time_text(time))
+        _row(it, it.links, task)
+        | {"time": short(time), "threads": threads, "time_text": time_text(time)}
         for it in scanned
         for threads, time in sorted(it.times.items())
-        for task in it.errors
+        for task in it.timed_errors
     ]
-    return _errors(rows, style, choices, "time", "median time of a call", TIME)
+    lines = sorted({row["threads"] for row in rows})
+    mark_last([row for row in rows if row["threads"] == lines[0]], "error", "time", (VIEW,))
+    x = ("time", "median time of a call", TIME)
+    return _errors(rows, style, choices, x, "threads", lines, TOOLTIPS)
 
 
 def error_against_span(scanned: list[Scanned], style: Style, choices: dict[str, str]):
-    """A line a variant; its points are N."""
+    """A line a variant, and another for blocks that are not those that are timed; its points are
+    N."""
     rows = [
-        _row(it, task, span=short(it.timed.span), threads="any number")
+        _row(it, links, task)
+        | {
+            "other": int(links != it.links),
+            "span": short(it.flops[links].span),
+            "span_text": thousands_text(it.flops[links].span),
+        }
         for it in scanned
-        if it.timed
-        for task in it.errors
+        for links in sorted(it.flops.keys() & it.errors.keys())
+        for task in it.errors[links]
     ]
-    title = "flops one after another, on any number of processors"
-    return _errors(rows, style, choices, "span", title, NUMBER)
+    mark_last([row for row in rows if not row["other"]], "error", "span", (VIEW,))
+    x = ("span", "flops one after another, on any number of processors", NUMBER)
+    return _errors(rows, style, choices, x, "other", [0, 1], SPAN_TOOLTIPS)
 
 
-def _row(it: Scanned, task: str, **more) -> dict:
+def _row(it: Scanned, links: int, task: str) -> dict:
     return {
         "scene": it.scene,
         "n": it.n,
         VIEW: task,
         "variant": it.variant,
-        "links": it.links or "no blocks",
-        "error": short(it.errors[task]),
-        "error_text": error_text(it.errors[task]),
-        "time_text": time_text(it.times.get(1)),
-        "span_text": thousands_text(it.timed.span) if it.timed else "–",
-    } | more
+        "links": links or "no blocks",
+        "error": short(it.errors[links][task]),
+        "error_text": error_text(it.errors[links][task]),
+    }
 
 
-def _errors(rows: list[dict], style: Style, choices: dict[str, str], what: str, title, label):
-    least = min(row["threads"] for row in rows)
-    mark_last([row for row in rows if row["threads"] == least], "error", what, (VIEW,))
-    threads = sorted({row["threads"] for row in rows})
+def _errors(
+    rows: list[dict],
+    style: Style,
+    choices: dict[str, str],
+    x: tuple[str, str, str],
+    line: str,
+    lines: list[int],
+    tooltips: dict[str, str],
+):
+    """The field `line` sets the lines of a variant apart."""
+    field, title, label = x
     x = alt.X(
-        f"{what}:Q",
+        f"{field}:Q",
         axis=log_axis("x", title, label),
         scale=alt.Scale(type="log", nice=False, padding=14),
     )
-    y = alt.Y("error:Q", axis=log_axis("y", "median error", NUMBER), scale=error_scale(rows))
+    y = alt.Y("error:Q", axis=log_axis("y", "median error", NUMBER), scale=_decades(rows))
     drawn = filtered(choices).transform_filter("datum.error > 0")
-    drawn = drawn.encode(x=x, y=y, **_colour(style, TOOLTIPS))
-    dash = alt.StrokeDash("threads:N", scale=_of(threads, DASHES), legend=None)
-    shape = alt.Shape("threads:N", scale=_of(threads, list(SHAPES.values())), legend=None)
-    lines = drawn.mark_line(strokeWidth=1.25, opacity=0.7).encode(strokeDash=dash, order="n:Q")
+    drawn = drawn.encode(x=x, y=y, **_colour(style, tooltips))
+    dash = alt.StrokeDash(f"{line}:N", scale=_looks(lines, DASHES), legend=None)
+    shape = alt.Shape(f"{line}:N", scale=_looks(lines, SHAPES.values()), legend=None)
+    path = drawn.mark_line(strokeWidth=1.25, opacity=0.7).encode(strokeDash=dash, order="n:Q")
     look = {"filled": True, "size": 55, "opacity": 1, "stroke": style.page, "strokeWidth": 0.5}
     marks = drawn.mark_point(**look).encode(shape=shape)
-    return alt.layer(lines, marks, names(drawn), **frame(rows))
+    return alt.layer(path, marks, names(drawn), **frame(rows))
 
 
-def _of(threads: list, looks) -> alt.Scale:
-    return alt.Scale(domain=threads, range=[looks[i % len(looks)] for i in range(len(threads))])
+def _decades(rows: list[dict]) -> alt.Scale:
+    """Whole ones, in which errors that hardly differ look so; without room for errors of 0."""
+    exponents = [math.log10(row["error"]) for row in rows if row["error"]] or [0]
+    low, high = math.floor(min(exponents)), math.ceil(max(exponents))
+    domain = [10.0**low, 10.0 ** max(high, low + 1)]
+    return alt.Scale(type="log", nice=False, domain=domain)
+
+
+def _looks(lines: list[int], looks) -> alt.Scale:
+    """Of more lines than looks the last ones look like the first."""
+    return alt.Scale(domain=lines, range=[look for look, _ in zip(cycle(looks), lines)])
 
 
 def _colour(style: Style, tooltips: dict[str, str]) -> dict:
@@ -120,13 +153,13 @@ def time_on_processors(
     rows = [
         {"scene": it.scene, SIZE: str(it.n), BOUND: bound, "variant": it.variant} | row
         for bound in BOUNDS
-        for it in scanned
+        for it in sorted(scanned, key=lambda it: -max(it.times.values()))  # their names in turn
         for row in (_scan(it, machine, bound == "memory") if is_scan(it.variant) else _level(it))
     ]
-    ends = [row for row in rows if row["kind"] == "predicted" and not row["other"]]
-    mark_last(ends, "time", "processors", (SIZE, BOUND))
+    ends = [row for row in rows if row["kind"] != "measured" and not row["other"]]
+    mark_last(ends, "time", "at", (SIZE, BOUND))
     x = alt.X(
-        "processors:Q",
+        "at:Q",
         axis=log_axis("x", "processors", "format(datum.value, 'd')"),
         scale=alt.Scale(type="log", nice=False, padding=12),
     )
@@ -137,20 +170,17 @@ def time_on_processors(
     )
     drawn = filtered(choices).transform_filter("datum.time > 0")
     drawn = drawn.encode(y=y, **_colour(style, PROCESSOR_TOOLTIPS))
-    curves = drawn.transform_filter("datum.kind === 'predicted'").encode(x=x, detail="links:N")
-    dash = alt.StrokeDash(
-        "other:N", scale=alt.Scale(domain=[0, 1], range=list(DASHES[:2])), legend=None
-    )
+    placed = drawn.encode(x=x)
+    curves = placed.transform_filter("datum.kind === 'predicted'").encode(detail="links:N")
+    dash = alt.StrokeDash("other:N", scale=_looks([0, 1], DASHES), legend=None)
     levels = drawn.transform_filter("datum.kind === 'on one processor'")
-    level_names = levels.encode(x=alt.value("width"), text="variant:N")
-    measured = drawn.transform_filter("datum.kind === 'measured'").encode(x=x)
+    measured = placed.transform_filter("datum.kind === 'measured'")
     return alt.layer(
         levels.mark_rule(strokeWidth=1.25, opacity=0.8),
-        level_names.mark_text(align="right", dx=-4, dy=-6),
         curves.mark_line(strokeWidth=1.25, opacity=0.7).encode(strokeDash=dash),
         curves.mark_point(filled=True, size=16, opacity=0.8),
         measured.mark_point(filled=True, size=80, opacity=1, stroke=style.page, strokeWidth=0.75),
-        names(curves),
+        names(placed),
         **frame(rows),
     )
 
@@ -167,7 +197,8 @@ def _scan(it: Scanned, machine: Machine, memory: bool) -> list[dict]:
             "links": links,
             "other": int(links != it.links),
             "kind": kind,
-            "processors": processors,
+            "at": processors,
+            "on": str(processors),
             "time": short(time),
             "time_text": time_text(time),
         }
@@ -180,5 +211,5 @@ def _level(it: Scanned) -> list[dict]:
     if 1 not in it.times:
         return []
     time = it.times[1]
-    row = {"links": "no blocks", "kind": "on one processor", "processors": 1}
-    return [row | {"time": short(time), "time_text": time_text(time)}]
+    row = {"links": "no blocks", "other": 0, "kind": "on one processor", "on": "1"}
+    return [row | {"at": PROCESSORS[-1], "time": short(time), "time_text": time_text(time)}]

@@ -18,8 +18,8 @@ def section(data: Data) -> Section | None:
     if not found:
         return None
     of = machine(data)
-    both = [it for it in found if it.errors and it.times]
-    spans = [it for it in found if it.errors and it.timed]
+    both = [it for it in found if it.timed_errors and it.times]
+    spans = [it for it in found if it.errors.keys() & it.flops.keys()]
     predictable = [it for it in found if is_scan(it.variant) and it.times.get(1) and it.timed]
     sizes = sorted({it.n for it in predictable})
     on_processors = [it for it in found if it.n in sizes and it.times]
@@ -27,7 +27,8 @@ def section(data: Data) -> Section | None:
     if not drawn:
         return None
     style = Style((it.variant for it in drawn), [])
-    tasks = sorted({task for it in both + spans for task in it.errors}, key=task_rank)
+    tasks = {task for it in both + spans for by_task in it.errors.values() for task in by_task}
+    tasks = sorted(tasks, key=task_rank)
     first = "dynamics" if "dynamics" in tasks else (tasks or [""])[0]
     choice = Choice(VIEW, "Errors of", [(task, TASKS.get(task, task)) for task in tasks], first)
     figures = []
@@ -39,9 +40,12 @@ def section(data: Data) -> Section | None:
         )
     if spans:
         chart = scan_charts.error_against_span(spans, style, {VIEW: first})
-        note = "Points of a line are N. A sequential filter has all its flops one after another."
+        note = (
+            "Points of a line are N. A sequential filter has all its flops one after another. "
+            "Broken lines are blocks of another size than those that are timed."
+        )
         figures.append(
-            Figure("error against span", chart, scan_charts.TOOLTIPS, notes=[note])
+            Figure("error against span", chart, scan_charts.SPAN_TOOLTIPS, notes=[note])
         )
     if predictable:
         figures.append(_prediction(on_processors, sizes, of, style))
@@ -50,8 +54,8 @@ def section(data: Data) -> Section | None:
         [
             "A Kalman filter can be written as an associative operation on blocks of links, which "
             "a balanced tree combines in log N steps, so that several processors share one "
-            f"mechanism. Here it is one chain, {scene_name(found[0].scene)}, in float64, "
-            "without branches, beside the same filter in sequence and the fast path.",
+            f"mechanism. Here it is one of the family {scene_name(found[0].scene)}, in float64, "
+            "beside the same filter in sequence and the fast path.",
             "A scan does more arithmetic in all than the filter in sequence, and less of it one "
             "after another: the span, in flops, which any number of processors needs. In blocks of "
             "a fixed size the span grows as log N. The blocks that are timed have N/64 links, at "
@@ -96,8 +100,8 @@ def _prediction(
         choices=choices,
         notes=[
             "Small marks are predicted, large ones measured. Broken lines are blocks of another "
-            "size, whose flops were counted and which were not timed. Level lines are times on one "
-            "processor."
+            "size, which were not timed: their flops are taken to go at the same rate, through as "
+            "much memory. Level lines are times on one processor."
         ],
     )
 
@@ -150,7 +154,7 @@ def _missing(found: list[Scanned]) -> list[str]:
     threads = max((count for it in found for count in it.times), default=0)
     largest = max(it.n for it in found)
     more = f"more than {_threads(threads)}, " if threads else "times, "
-    return [f"Not measured: {more}N above {thousands_text(largest)}, branched mechanisms, GPUs."]
+    return [f"Not measured: {more}N above {thousands_text(largest)}, other families, GPUs."]
 
 
 def _tables(found: list[Scanned], of: Machine) -> list[Table]:
@@ -185,8 +189,8 @@ def _tables(found: list[Scanned], of: Machine) -> list[Table]:
     columns += ["Over the filter in sequence", "Over the fast path", "Measured / predicted"]
     return [
         Table(
-            "Work ratio: flops over those of the same filter in sequence. Most speed-up: flops of the "
-            "filter in sequence over the span, which no number of processors exceeds. Over the "
+            "Work ratio: flops over those of the same filter in sequence. Most speed-up: flops of "
+            "the filter in sequence over the span, which no number of processors exceeds. Over the "
             "filter in sequence and over the fast path: how many times as fast the scan was on "
             f"{_threads(most)} as they are on one; below 1 it is slower. Work and span are counted "
             "without kinematics.",

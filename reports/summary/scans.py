@@ -46,9 +46,13 @@ class Scanned:
     variant: str
     links: int  # of a block, where it is timed
     times: dict[int, float] = field(default_factory=dict)  # ns by threads
-    errors: dict[str, float] = field(default_factory=dict)  # by task, median over the seeds
-    flops: dict[int, Flops] = field(default_factory=dict)  # by links of a block
+    errors: dict[int, dict[str, float]] = field(default_factory=dict)  # medians over the seeds,
+    flops: dict[int, Flops] = field(default_factory=dict)  # by links of a block; errors by task
     bytes: float | None = None
+
+    @property
+    def timed_errors(self) -> dict[str, float]:
+        return self.errors.get(self.links, {})
 
     @property
     def timed(self) -> Flops | None:
@@ -126,11 +130,10 @@ def scanned(data: Data) -> list[Scanned]:
     errors = defaultdict(list)
     for row in data.scan_errors:
         if row.family == name and row.precision == PRECISION and row.error is not None:
-            links = links_of_block(row.n) if is_scan(row.variant) else 0
-            if row.links == links and row.order in ("", ORDER):
-                errors[row.variant, row.n, row.task].append(row.error)
-    for (variant, n, task), values in errors.items():
-        of(variant, n).errors[task] = statistics.median(values)
+            if row.order in ("", ORDER):
+                errors[row.variant, row.n, row.links, row.task].append(row.error)
+    for (variant, n, links, task), values in errors.items():
+        of(variant, n).errors.setdefault(links, {})[task] = statistics.median(values)
     for (variant, n, links), flops in _flops(data, name).items():
         of(variant, n).flops[links] = flops
     return sorted(found.values(), key=lambda it: (it.n, it.variant))

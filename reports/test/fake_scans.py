@@ -52,10 +52,12 @@ def errors() -> list[list]:
                 for variant in pair:
                     update = variant.split("<")[1][:-1]
                     error = ERRORS_OF[update] * (3 if task == "dynamics" else 1)
-                    orders = ["balanced", "tips_first"] if variant.startswith("Scan") else [""]
-                    for order in orders:
-                        blocks = [links, order, 5, 0] if order else [0, "", 0, 0]
-                        rows.append([*begin, variant, *blocks, "ok", f"{error:.17g}"])
+                    blocks = [[0, "", 0, 0]]
+                    if variant.startswith("Scan"):
+                        orders = ("balanced", "tips_first")
+                        sizes = (links, 2 * links)
+                        blocks = [[size, order, 5, 0] for size in sizes for order in orders]
+                    rows += [[*begin, variant, *it, "ok", f"{error:.17g}"] for it in blocks]
     return [ERRORS, *rows]
 
 

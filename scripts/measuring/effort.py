@@ -84,6 +84,6 @@ FULL = Effort(
         "Sequential<ArrayMGS>",
         "WideRefined<FactoredBias<ArrayGivens>>",
     ),
-    scanned={100: (4,), 1000: (15, 4), 10_000: (156, 16), 100_000: (1024, 16)},
+    scanned={100: (4,), 1000: (15, 4), 10_000: (156, 4), 100_000: (1024, 4)},
     evaluations=5000,
 )

@@ -123,8 +123,8 @@ def questions(root: Path) -> list[Scene]:
     return [known[name].asked(title, options) for title, name, options in QUESTIONS if known[name]]
 
 
-def scans(effort: Effort, counted: bool) -> list[Scene]:
-    """Of every N, in the blocks that are timed; flops are counted in others too."""
+def scans(effort: Effort) -> list[Scene]:
+    """Of every N, in blocks of every size."""
     return [
         replace(
             Scene.family(f"{SCANNED}:{n}"),
@@ -132,7 +132,7 @@ def scans(effort: Effort, counted: bool) -> list[Scene]:
             options=(
                 f"--family={SCANNED}",
                 f"--values={n}",
-                f"--links={','.join(map(str, links if counted else links[:1]))}",
+                f"--links={','.join(map(str, links))}",
             ),
         )
         for n, links in effort.scanned.items()
@@ -176,8 +176,7 @@ def plan(
         "errors": scenes,
         "mujoco": [scene for scene in scenes if scene.in_mujoco],
         "paper": [RANDOM_CHAIN, *robots],
-        "scans": scans(effort, counted=False) if everything else [],
-        "spans": scans(effort, counted=True) if everything else [],
+        **dict.fromkeys(("scans", "spans"), scans(effort) if everything else []),
         "simulation": simulated[:1],
         "exhibits": [EXHIBITED] if everything else [],
         **dict.fromkeys(
