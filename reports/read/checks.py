@@ -91,7 +91,6 @@ def refuse_repeats(data: Data) -> None:
         "time against peers": (call.time[:4] for call in data.peers),
         "time of a Jacobian": (jacobian.time[:4] for jacobian in data.jacobians),
         "time of a scan": (call.time[:4] for call in data.scan_calls),
-        "bandwidth on so many threads": (it[:1] for it in data.bandwidths),
         "error of a scan": (row[:9] for row in data.scan_errors),
         "flops of a scan": (row[:8] for row in data.scan_flops),
         "time of an answer": (

@@ -99,6 +99,9 @@ def family(data: Data) -> str | None:
 
 def machine(data: Data) -> Machine:
     name = family(data)
+    rates = defaultdict(list)  # each file has its own
+    for it in data.bandwidths:
+        rates[it.threads].append(it.rate)
     return Machine(
         {
             scene_size(call.time.scene): call.time.nanoseconds
@@ -107,7 +110,7 @@ def machine(data: Data) -> Machine:
             and scene_name(call.time.scene) == name
             and call.time.nanoseconds
         },
-        {it.threads: it.rate for it in data.bandwidths},
+        {threads: statistics.median(of_files) for threads, of_files in rates.items()},
     )
 
 

@@ -103,6 +103,14 @@ def test_records_are_joined_by_variant_and_n(made_up):
     assert machine(made_up) == Machine({n: 30.0 * n for n in fake_scans.SIZES}, fake_scans.COPIED)
 
 
+def test_bandwidth_is_the_median_of_the_files(read):
+    for family, rate in (("straight", 1e9), ("chain", 4e9), ("tree", 2e9)):
+        call = CALL.replace("straight", family)
+        rows = [timed(call), timed(COPY) | {"bytes_per_second": rate}]
+        data = read(f"scan-{family}.json", {"benchmarks": rows})
+    assert machine(data).bandwidths == {2: 2e9}
+
+
 def test_errors_are_medians_over_the_seeds_of_balanced_blocks(read):
     rows = [ERROR.replace("100,1,", f"100,{seed},") for seed in (1, 2, 3)]
     rows[1] = rows[1].replace("3e-16", "9e-16")
