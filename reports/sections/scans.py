@@ -112,6 +112,12 @@ def _has_memory(found: list[Scanned], of: Machine) -> bool:
 
 def _statements(found: list[Scanned], of: Machine, data: Data) -> list[str]:
     calls = [f"A timed call: {text}" for text in distinct(data.scan_contexts, "timed_call")]
+    if any(it.times for it in found) and any(it.errors or it.flops for it in found):
+        calls.append(
+            "Errors and flops are of the family’s state in the laboratory, times of a random one. "
+            "Where only one of the two is suspected to be singular, the second look at it counts "
+            "in flops and not in time, or in time and not in flops."
+        )
     predictable = [it for it in found if is_scan(it.variant) and it.times.get(1) and it.timed]
     if not predictable:
         return calls + _missing(found)
