@@ -9,13 +9,12 @@
 // kinematics/all/family:N is the part of a call that a scan has in sequence.
 #include <benchmark/benchmark.h>
 #include <malloc.h>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <limits>
 #include <memory>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -24,6 +23,7 @@
 #include "algorithms/model/plain.hpp"
 #include "algorithms/study/scan/scan.hpp"
 #include "algorithms/study/scan/square_root_element.hpp"
+#include "algorithms/study/scan/tasks.hpp"
 #include "benchmarks/run.hpp"
 #include "kalmarm/dynamics.hpp"
 #include "robots/scene/families.hpp"
@@ -166,14 +166,14 @@ void add_bandwidth(int threads) {
       [threads](benchmark::State& run) {
         const VectorX<double> from = VectorX<double>::Ones(copied);
         VectorX<double> to = VectorX<double>::Zero(copied);
-        tbb::task_arena arena(threads);
+        scan::Tasks<double> tasks(threads);
+        std::vector<int> parts(threads);
+        std::iota(parts.begin(), parts.end(), 0);
         const int part = (copied + threads - 1) / threads;
         for (auto _ : run) {
-          arena.execute([&] {
-            tbb::parallel_for(0, threads, [&](int i) {
-              const int begin = std::min(i * part, copied), count = std::min(part, copied - begin);
-              to.segment(begin, count) = from.segment(begin, count);
-            });
+          tasks.run(parts, [&](int i) {
+            const int begin = std::min(i * part, copied), count = std::min(part, copied - begin);
+            to.segment(begin, count) = from.segment(begin, count);
           });
           benchmark::DoNotOptimize(to.data());
           benchmark::ClobberMemory();
