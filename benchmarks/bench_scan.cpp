@@ -4,8 +4,8 @@
 // Names are acceleration/variant/family:N/float64; a scan's variant ends in its threads, as in
 // "Scan<Conventional>@2". Wall time is real_time, cpu_time that of all threads together. Everything is
 // verified before it is timed, against Sequential<Conventional>. The counter `bytes` is the memory
-// that a call has for itself, all of which it reads or writes at least once; bandwidth/copy@THREADS
-// is what the machine moves in a copy of arrays larger than its caches, read and written bytes together;
+// taken for a call before it, of which a scan reads or writes nearly all; bandwidth/copy@THREADS is
+// what the machine moves in a copy of arrays larger than its caches, read and written bytes together;
 // kinematics/all/family:N is the part of a call that a scan has in sequence.
 #include <benchmark/benchmark.h>
 #include <malloc.h>
