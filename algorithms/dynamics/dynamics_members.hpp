@@ -5,7 +5,7 @@
 #include <functional>
 
 #include "algorithms/dynamics/check_model.hpp"
-#include "algorithms/dynamics/execution.hpp"
+#include "algorithms/dynamics/execution_rows.hpp"
 #include "algorithms/model/plain.hpp"
 #include "kalmarm/dynamics.hpp"
 

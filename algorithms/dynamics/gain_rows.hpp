@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-#include "algorithms/dynamics/execution.hpp"
+#include "algorithms/dynamics/execution_rows.hpp"
 #include "algorithms/fast/claims/constants.hpp"
 #include "algorithms/model/plain.hpp"
 #include "algorithms/model/short_text.hpp"

@@ -1,0 +1,281 @@
+// Of Execution (execution.hpp) what answers rows of states: blocks of rows to workers, and in a block
+// first what the engines answer together, then, one after another, the rows that they leave over.
+#pragma once
+
+#include <algorithm>
+#include <memory>
+#include <vector>
+
+#include "algorithms/dynamics/execution.hpp"
+
+namespace kalmarm {
+
+template <class T>
+int Execution<T>::forward_dynamics(int count, const T* q, const T* qd, const T* tau, T* a,
+                                   Outcome* outcomes, int threads) {
+  need(Want::acceleration);
+  reserve(Want::acceleration, threads);
+  failed_.assign(threads, 0);
+  for_each_block(count, threads, [&](int worker, int first, int states) {
+    const std::ptrdiff_t i = first, nv = plan_.nv;
+    const T* const velocities = qd + i * nv;
+    if (whole_ && !at_rest_) {
+      failed_[worker] += whole_->forward_dynamics(worker, states, q + i * nq_, velocities,
+                                                  tau + i * nv, a + i * nv, outcomes + first);
+      return;
+    }
+    std::fill_n(outcomes + first, states, Outcome{});
+    for (PartState<T>& p : parts_) {
+      typename PartState<T>::Rows& rows = p.rows[worker];
+      p.gather_rows(rows, states, q + i * nq_, nq_, velocities, tau + i * nv, nv);
+      p.engine->forward_dynamics(worker, states, rows.q.data(), rows.qd.data(),
+                                 rows.tau_or_qdd.data(), rows.out.data(), rows.outcomes.data());
+      for (int state = 0; state < states; ++state) {
+        p.asked(rows.out.data() + state * p.nv, a + (i + state) * asked_);
+        Outcome& out = outcomes[first + state];
+        if (out) out = worse(out, p.of_whole(rows.outcomes[state]));
+      }
+    }
+    for (int state = 0; state < states; ++state) failed_[worker] += !outcomes[first + state];
+  });
+  return failed();
+}
+
+template <class T>
+int Execution<T>::forward_dynamics(int count, const T* q, const T* qd, const T* tau, const T* r,
+                                   T* a, Outcome* outcomes, int threads) {
+  need(Want::acceleration);
+  reserve(Want::acceleration, threads);
+  failed_.assign(threads, 0);
+  left_over_.assign(count, 0);
+  for_each_block(count, threads, [&](int worker, int first, int states) {
+    const std::ptrdiff_t at = first, nv = plan_.nv;
+    if (whole_) {
+      whole_->forward_dynamics(worker, states, q + at * nq_, qd + at * nv, tau + at * nv,
+                               r + at * nv, a + at * nv, outcomes + first,
+                               left_over_.data() + first);
+      for (std::ptrdiff_t i = at; i < at + states; ++i)
+        if (left_over_[i])
+          outcomes[i] = parts_[0].of_whole(
+              parts_[0].of_noise(r + i * nv, q + i * nq_, qd + i * nv, tau + i * nv, a + i * nv));
+    } else {
+      std::fill_n(outcomes + first, states, Outcome{});
+      for (PartState<T>& p : parts_) {
+        typename PartState<T>::Rows& rows = p.rows[worker];
+        p.gather_rows(rows, states, q + at * nq_, nq_, qd + at * nv, tau + at * nv, nv,
+                      r + at * nv);
+        p.engine->forward_dynamics(worker, states, rows.q.data(), rows.qd.data(),
+                                   rows.tau_or_qdd.data(), rows.r.data(), rows.out.data(),
+                                   rows.outcomes.data(), rows.left_over.data());
+        for (std::ptrdiff_t i = 0; i < states; ++i) {
+          T* const out = rows.out.data() + i * p.nv;
+          if (rows.left_over[i])
+            rows.outcomes[i] =
+                p.of_noise(rows.r.data() + i * p.nv, rows.q.data() + i * p.nq,
+                           rows.qd.data() + i * p.nv, rows.tau_or_qdd.data() + i * p.nv, out);
+          p.asked(out, a + (at + i) * asked_);
+          Outcome& of_row = outcomes[first + i];
+          if (of_row) of_row = worse(of_row, p.of_whole(rows.outcomes[i]));
+        }
+      }
+    }
+    for (int state = 0; state < states; ++state) failed_[worker] += !outcomes[first + state];
+  });
+  return failed();
+}
+
+template <class T>
+int Execution<T>::forward_dynamics(int count, const T* q, const T* qd, const T* tau, T* a, int m,
+                                   const T* B, T* X, Outcome* outcomes, int threads) {
+  need(Want::solve);
+  need(Want::acceleration);
+  const std::ptrdiff_t nv = plan_.nv, size = std::ptrdiff_t(asked_) * m;
+  left_over_.assign(count, 1);
+  if (whole_ && !at_rest_) {
+    reserve(Want::acceleration, threads);
+    for_each_block(count, threads, [&](int worker, int first, int states) {
+      const std::ptrdiff_t i = first;
+      whole_->forward_dynamics(worker, states, q + i * nq_, qd + i * nv, tau + i * nv, a + i * nv,
+                               outcomes + first, m, B, X + i * size, left_over_.data() + first);
+    });
+  }
+  int failed = 0;
+  for (std::ptrdiff_t i = 0; i < count; ++i) {
+    if (!left_over_[i]) continue;
+    outcomes[i] = forward_dynamics(q + i * nq_, qd + i * nv, tau + i * nv, a + i * asked_, m, B,
+                                   X + i * size);
+    failed += !outcomes[i];
+  }
+  return failed;
+}
+
+template <class T>
+void Execution<T>::inverse_dynamics(int count, const T* q, const T* qd, const T* qdd, T* tau,
+                                    int threads) {
+  need(Want::inverse_dynamics);
+  reserve(Want::inverse_dynamics, threads);
+  for_each_block(count, threads, [&](int worker, int first, int states) {
+    const std::ptrdiff_t i = first, nv = plan_.nv;
+    if (whole_ && !at_rest_) {
+      whole_->inverse_dynamics(worker, states, q + i * nq_, qd + i * nv, qdd + i * nv,
+                               tau + i * nv);
+      return;
+    }
+    for (PartState<T>& p : parts_) {
+      typename PartState<T>::Rows& rows = p.rows[worker];
+      p.gather_rows(rows, states, q + i * nq_, nq_, qd + i * nv, qdd + i * nv, nv);
+      p.engine->inverse_dynamics(worker, states, rows.q.data(), rows.qd.data(),
+                                 rows.tau_or_qdd.data(), rows.out.data());
+      for (int state = 0; state < states; ++state)
+        p.asked(rows.out.data() + state * p.nv, tau + (i + state) * asked_);
+    }
+  });
+}
+
+template <class T>
+int Execution<T>::mass(int count, const T* q, T* M, Outcome* outcomes, int threads) {
+  const std::ptrdiff_t size = std::ptrdiff_t(asked_) * asked_;
+  return answer_rows(
+      Want::mass, count, outcomes, threads,
+      [&](int worker, std::ptrdiff_t i, int states) {
+        if (whole_)
+          whole_->mass(worker, states, q + i * nq_, M + i * size, left_over_.data() + i);
+        else
+          matrices_of_parts(worker, i, states, q, M, [&](Engine<T>& engine, auto& rows) {
+            engine.mass(worker, states, rows.q.data(), rows.matrices.data(), rows.left_over.data());
+          });
+      },
+      [&](Execution& one, std::ptrdiff_t i) {
+        one.mass(q + i * nq_, M + i * size);
+        const Eigen::Map<const VectorX<T>> numbers(M + i * size, size);
+        const bool finite = (numbers * T(0)).sum() == T(0);  // several at once
+        return Outcome{.status = finite ? Outcome::Status::ok : Outcome::Status::not_finite};
+      });
+}
+
+template <class T>
+int Execution<T>::inverse(int count, const T* q, T* X, Outcome* outcomes, int threads) {
+  const std::ptrdiff_t size = std::ptrdiff_t(asked_) * asked_;
+  return answer_rows(
+      Want::inverse, count, outcomes, threads,
+      [&](int worker, std::ptrdiff_t i, int states) {
+        if (whole_)
+          whole_->inverse(worker, states, q + i * nq_, X + i * size, left_over_.data() + i);
+        else
+          matrices_of_parts(worker, i, states, q, X, [&](Engine<T>& engine, auto& rows) {
+            engine.inverse(worker, states, rows.q.data(), rows.matrices.data(),
+                           rows.left_over.data());
+          });
+      },
+      [&](Execution& one, std::ptrdiff_t i) { return one.inverse(q + i * nq_, X + i * size); });
+}
+
+template <class T>
+int Execution<T>::solve(int count, const T* q, const T* tau, T* x, Outcome* outcomes, int threads) {
+  return answer_rows(
+      Want::solve, count, outcomes, threads,
+      [&](int worker, std::ptrdiff_t i, int states) {
+        if (whole_)
+          whole_->solve(worker, states, q + i * nq_, tau + i * asked_, x + i * asked_,
+                        left_over_.data() + i);
+        else
+          solve_rows_of_parts(worker, i, states, q, tau, x);
+      },
+      [&](Execution& one, std::ptrdiff_t i) {
+        return one.solve_at(q + i * nq_, tau + i * asked_, x + i * asked_);
+      });
+}
+
+template <class T>
+template <class Call>
+void Execution<T>::matrices_of_parts(int worker, std::ptrdiff_t first, int states, const T* q, T* X,
+                                     const Call& call) {
+  const std::ptrdiff_t size = std::ptrdiff_t(asked_) * asked_;
+  for (const PartState<T>& p : parts_)
+    if (p.rows[worker].matrices.empty()) return;  // all are left over
+  std::fill_n(left_over_.data() + first, states, char(0));
+  std::fill_n(X + first * size, states * size, T(0));
+  for (PartState<T>& p : parts_) {
+    typename PartState<T>::Rows& rows = p.rows[worker];
+    p.gather_q(rows, states, q + first * nq_, nq_);
+    call(*p.engine, rows);
+    for (std::ptrdiff_t i = 0; i < states; ++i) {
+      left_over_[first + i] |= rows.left_over[i];
+      p.asked.block(rows.matrices.data() + i * p.nv * p.nv, p.nv, X + (first + i) * size, asked_);
+    }
+  }
+}
+
+template <class T>
+void Execution<T>::solve_rows_of_parts(int worker, std::ptrdiff_t first, int states, const T* q,
+                                       const T* tau, T* x) {
+  std::fill_n(left_over_.data() + first, states, char(0));
+  for (PartState<T>& p : parts_) {
+    typename PartState<T>::Rows& rows = p.rows[worker];
+    p.gather_q(rows, states, q + first * nq_, nq_);
+    p.gather_asked(rows, states, tau + first * asked_, asked_);
+    p.engine->solve(worker, states, rows.q.data(), rows.tau_or_qdd.data(), rows.out.data(),
+                    rows.left_over.data());
+    for (std::ptrdiff_t i = 0; i < states; ++i) {
+      left_over_[first + i] |= rows.left_over[i];
+      p.asked(rows.out.data() + i * p.nv, x + (first + i) * asked_);
+    }
+  }
+}
+
+template <class T>
+template <class InLanes, class One>
+int Execution<T>::answer_rows(Want what, int count, Outcome* outcomes, int threads,
+                              const InLanes& in_lanes, const One& one) {
+  need(what);
+  reserve(what, threads);
+  left_over_.assign(count, 1);
+  failed_.assign(threads, 0);
+  for_each_block(count, threads, [&](int worker, int first, int states) {
+    in_lanes(worker, first, states);
+    Execution& own = worker == 0 ? *this : *others(what)[worker - 1];
+    for (int i = first; i < first + states; ++i) {
+      outcomes[i] = left_over_[i] ? one(own, i) : Outcome{};
+      failed_[worker] += !outcomes[i];
+    }
+  });
+  return failed();
+}
+
+template <class T>
+void Execution<T>::reserve(Want what, int threads) {
+  int& workers = workers_[static_cast<int>(what)];
+  if (threads <= workers) return;
+  workers = threads;
+  const bool moves = what == Want::acceleration || what == Want::inverse_dynamics;
+  for (PartState<T>& p : parts_) {
+    p.engine->reserve_workers(what, threads);
+    if (what == Want::mass || what == Want::inverse) {
+      if (!whole_) p.reserve_matrices(threads);
+    } else if (!whole_ || (moves && at_rest_)) {
+      p.reserve_rows(threads);
+    }
+  }
+  if (moves) return;
+  Plan plan = plan_;
+  plan.question.want = {what};
+  while (static_cast<int>(others(what).size()) < threads - 1)
+    others(what).push_back(std::make_unique<Execution>(plan, nq_, form_, make_));
+}
+
+template <class T>
+template <class F>
+void Execution<T>::for_each_block(int count, int threads, const F& f) {
+  const int largest =
+      whole_ && !at_rest_ && threads == 1 ? std::max(count, 1) : PartState<T>::rows_at_once;
+  const int blocks = (count + largest - 1) / largest;
+  const auto one = [&](int worker, int i) {
+    f(worker, i * largest, std::min(largest, count - i * largest));
+  };
+  if (threads == 1)
+    for (int i = 0; i < blocks; ++i) one(0, i);
+  else
+    threads_.run(threads, blocks, one);
+}
+
+}  // namespace kalmarm
