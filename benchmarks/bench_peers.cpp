@@ -2,7 +2,7 @@
 // on the same mechanisms in the same states in one run.
 //
 // Names are task/variant/scene/precision; tasks are acceleration, inverse_dynamics, inverse, mass and
-// derivatives, and of all but the last TASK_batch. Everything is verified before it is timed:
+// derivatives, and of all TASK_batch. Everything is verified before it is timed:
 // results against the float64 square-root filter, torques against Newton and Euler in link frames,
 // derivatives against differences of the filter; what is wrong is reported as an error and is not
 // timed. A library without armature solves the mechanism without. Counters: as in
@@ -242,6 +242,7 @@ void add_tasks(std::shared_ptr<const Contest> contest) {
       {Task::mass, "mass", false},
       {Task::mass, "mass_batch", true},
       {Task::derivatives, "derivatives", false},
+      {Task::derivatives, "derivatives_batch", true},
   };
   constexpr int most_in_batches = 180;  // DoF: 1024 matrices of more take over 256 MiB
   const bool large = contest->truth.scene.model.nv() > most_in_batches;
@@ -249,7 +250,8 @@ void add_tasks(std::shared_ptr<const Contest> contest) {
     Peer* peer = owned.get();
     const auto has_states = std::make_shared<bool>(false);
     for (const Timed& timed : tasks) {
-      const bool matrices = timed.task == Task::inverse || timed.task == Task::mass;
+      const bool matrices = timed.task == Task::inverse || timed.task == Task::mass ||
+                            timed.task == Task::derivatives;
       if (!peer->can(timed.task) || (timed.batch && matrices && large)) continue;
       const auto run_one = [=](benchmark::State& run) {
         if (!*has_states)

@@ -73,6 +73,15 @@ void Dynamics<T>::refuse_overlap(const char* call, const char* name, const T* B,
 }
 
 template <class T>
+void Dynamics<T>::check_derivatives(std::ptrdiff_t count, const DerivativeRows<T>& out) const {
+  const std::pair<const char*, const std::optional<RowsView<T>>*> all[] = {
+      {"dq", &out.dq}, {"dqd", &out.dqd}, {"dtau", &out.dtau}};
+  for (const auto& [name, rows] : all)
+    if (*rows)
+      check("derivatives", name, count, RowsView<const T>(**rows), std::ptrdiff_t(asked_) * asked_);
+}
+
+template <class T>
 void Dynamics<T>::check_derivatives(const Derivatives<T>& out) const {
   const std::pair<const char*, const MatrixView<T>*> all[] = {
       {"dq", &out.dq}, {"dqd", &out.dqd}, {"dtau", &out.dtau}};
@@ -129,6 +138,27 @@ int Dynamics<T>::inverse_mass(int count, const T* q, T* X, Outcome* outcomes, in
 template <class T>
 int Dynamics<T>::solve(int count, const T* q, const T* tau, T* x, Outcome* outcomes, int threads) {
   return execution().solve(count, q, tau, x, outcomes, std::max(threads, 1));
+}
+template <class T>
+int Dynamics<T>::diagonal(int count, const T* q, T* x, Outcome* outcomes, int threads) {
+  return execution().diagonal(count, q, x, outcomes, std::max(threads, 1));
+}
+template <class T>
+int Dynamics<T>::log_det(int count, const T* q, T* x, Outcome* outcomes, int threads) {
+  return execution().log_det(count, q, x, outcomes, std::max(threads, 1));
+}
+template <class T>
+int Dynamics<T>::operational(int count, const T* q, T* X, Outcome* outcomes, int threads) {
+  return execution().operational(count, q, X, outcomes, std::max(threads, 1));
+}
+template <class T>
+int Dynamics<T>::derivatives(int count, const T* q, const T* qd, const T* tau,
+                             const DerivativeRows<T>& out, T* a, Outcome* outcomes, int threads) {
+  const auto data = [](const std::optional<RowsView<T>>& rows) {
+    return rows ? rows->data() : nullptr;
+  };
+  return execution().derivatives(count, q, qd, tau, data(out.dq), data(out.dqd), data(out.dtau), a,
+                                 outcomes, std::max(threads, 1));
 }
 template <class T>
 Outcome Dynamics<T>::factor(const T* q) {

@@ -127,6 +127,13 @@ class Execution {
 
   int solve(int count, const T* q, const T* tau, T* x, Outcome* outcomes, int threads);
 
+  // Rows of parts of M^-1 and of derivatives; of the latter null: not asked for.
+  int diagonal(int count, const T* q, T* x, Outcome* outcomes, int threads);
+  int log_det(int count, const T* q, T* x, Outcome* outcomes, int threads);
+  int operational(int count, const T* q, T* X, Outcome* outcomes, int threads);
+  int derivatives(int count, const T* q, const T* qd, const T* tau, T* dq, T* dqd, T* dtau, T* a,
+                  Outcome* outcomes, int threads);
+
   Outcome factor(const T* q) {
     need(Want::solve);
     std::copy_n(q, nq_, factored_q_.data());
@@ -272,11 +279,23 @@ class Execution {
 
   // Rows of a matrix, by what call(engine, rows) fills of every part.
   template <class Call>
-  void matrices_of_parts(int worker, std::ptrdiff_t first, int states, const T* q, T* X,
+  void matrices_of_parts(Want what, int worker, std::ptrdiff_t first, int states, const T* q, T* X,
                          const Call& call);
 
-  void solve_rows_of_parts(int worker, std::ptrdiff_t first, int states, const T* q, const T* tau,
-                           T* x);
+  // Rows of a vector, by what call(part, rows) fills of every part.
+  template <class Call>
+  void vectors_of_parts(int worker, std::ptrdiff_t first, int states, const T* q, T* x,
+                        const Call& call);
+
+  // All pointers at the first of the rows, which are at most PartState::rows_at_once.
+  void operational_of_parts(int worker, int states, const T* q, T* X, char* left_over);
+  void derivatives_of_parts(int worker, int states, const T* q, const T* qd, const T* tau,
+                            T* const X[3], T* a, char* left_over);
+
+  bool answers_in_part() const {
+    return std::all_of(parts_.begin(), parts_.end(),
+                       [](const PartState<T>& p) { return p.in_part; });
+  }
 
   // Rows of `what`: in_lanes(worker, first, states) answers those that it does not leave over,
   // one(execution, row) of the worker's own execution the rest. Returns how many failed.

@@ -141,9 +141,11 @@ int Execution<T>::mass(int count, const T* q, T* M, Outcome* outcomes, int threa
         if (whole_)
           whole_->mass(worker, states, q + i * nq_, M + i * size, left_over_.data() + i);
         else
-          matrices_of_parts(worker, i, states, q, M, [&](Engine<T>& engine, auto& rows) {
-            engine.mass(worker, states, rows.q.data(), rows.matrices.data(), rows.left_over.data());
-          });
+          matrices_of_parts(Want::mass, worker, i, states, q, M,
+                            [&](Engine<T>& engine, auto& rows) {
+                              engine.mass(worker, states, rows.q.data(), rows.matrices.data(),
+                                          rows.left_over.data());
+                            });
       },
       [&](Execution& one, std::ptrdiff_t i) {
         one.mass(q + i * nq_, M + i * size);
@@ -162,10 +164,11 @@ int Execution<T>::inverse(int count, const T* q, T* X, Outcome* outcomes, int th
         if (whole_)
           whole_->inverse(worker, states, q + i * nq_, X + i * size, left_over_.data() + i);
         else
-          matrices_of_parts(worker, i, states, q, X, [&](Engine<T>& engine, auto& rows) {
-            engine.inverse(worker, states, rows.q.data(), rows.matrices.data(),
-                           rows.left_over.data());
-          });
+          matrices_of_parts(Want::inverse, worker, i, states, q, X,
+                            [&](Engine<T>& engine, auto& rows) {
+                              engine.inverse(worker, states, rows.q.data(), rows.matrices.data(),
+                                             rows.left_over.data());
+                            });
       },
       [&](Execution& one, std::ptrdiff_t i) { return one.inverse(q + i * nq_, X + i * size); });
 }
@@ -179,7 +182,11 @@ int Execution<T>::solve(int count, const T* q, const T* tau, T* x, Outcome* outc
           whole_->solve(worker, states, q + i * nq_, tau + i * asked_, x + i * asked_,
                         left_over_.data() + i);
         else
-          solve_rows_of_parts(worker, i, states, q, tau, x);
+          vectors_of_parts(worker, i, states, q, x, [&](PartState<T>& p, auto& rows) {
+            p.gather_asked(rows, states, tau + i * asked_, asked_);
+            p.engine->solve(worker, states, rows.q.data(), rows.tau_or_qdd.data(), rows.out.data(),
+                            rows.left_over.data());
+          });
       },
       [&](Execution& one, std::ptrdiff_t i) {
         return one.solve_at(q + i * nq_, tau + i * asked_, x + i * asked_);
@@ -187,12 +194,93 @@ int Execution<T>::solve(int count, const T* q, const T* tau, T* x, Outcome* outc
 }
 
 template <class T>
+int Execution<T>::diagonal(int count, const T* q, T* x, Outcome* outcomes, int threads) {
+  return answer_rows(
+      Want::diagonal, count, outcomes, threads,
+      [&](int worker, std::ptrdiff_t i, int states) {
+        if (!answers_in_part()) return;
+        if (whole_)
+          whole_->diagonal(worker, states, q + i * nq_, x + i * asked_, left_over_.data() + i);
+        else
+          vectors_of_parts(worker, i, states, q, x, [&](PartState<T>& p, auto& rows) {
+            p.engine->diagonal(worker, states, rows.q.data(), rows.out.data(),
+                               rows.left_over.data());
+          });
+      },
+      [&](Execution& one, std::ptrdiff_t i) { return one.diagonal(q + i * nq_, x + i * asked_); });
+}
+
+template <class T>
+int Execution<T>::log_det(int count, const T* q, T* x, Outcome* outcomes, int threads) {
+  const bool sums_D =
+      std::all_of(parts_.begin(), parts_.end(), [](const PartState<T>& p) { return p.sums_D; });
+  return answer_rows(
+      Want::log_det, count, outcomes, threads,
+      [&](int worker, std::ptrdiff_t i, int states) {
+        if (!sums_D) return;
+        if (whole_)
+          return whole_->log_det(worker, states, q + i * nq_, x + i, left_over_.data() + i);
+        std::fill_n(left_over_.data() + i, states, char(0));
+        std::fill_n(x + i, states, T(0));
+        for (PartState<T>& p : parts_) {
+          typename PartState<T>::Rows& rows = p.rows[worker];
+          p.gather_q(rows, states, q + i * nq_, nq_);
+          p.engine->log_det(worker, states, rows.q.data(), rows.log_det.data(),
+                            rows.left_over.data());
+          for (int state = 0; state < states; ++state) {
+            left_over_[i + state] |= rows.left_over[state];
+            x[i + state] += rows.log_det[state];
+          }
+        }
+      },
+      [&](Execution& one, std::ptrdiff_t i) { return one.log_det(q + i * nq_, x[i]); });
+}
+
+template <class T>
+int Execution<T>::operational(int count, const T* q, T* X, Outcome* outcomes, int threads) {
+  const std::ptrdiff_t size = std::ptrdiff_t(rows_) * rows_;
+  return answer_rows(
+      Want::operational, count, outcomes, threads,
+      [&](int worker, std::ptrdiff_t i, int states) {
+        constexpr int at_once = PartState<T>::rows_at_once;
+        if (!answers_in_part()) return;
+        for (int first = 0; first < states; first += at_once)
+          operational_of_parts(worker, std::min(at_once, states - first), q + (i + first) * nq_,
+                               X + (i + first) * size, left_over_.data() + i + first);
+      },
+      [&](Execution& one, std::ptrdiff_t i) { return one.operational(q + i * nq_, X + i * size); });
+}
+
+template <class T>
+int Execution<T>::derivatives(int count, const T* q, const T* qd, const T* tau, T* dq, T* dqd,
+                              T* dtau, T* a, Outcome* outcomes, int threads) {
+  const std::ptrdiff_t nv = plan_.nv, size = std::ptrdiff_t(asked_) * asked_;
+  const auto of_row = [size](T* X, std::ptrdiff_t i) { return X ? X + i * size : nullptr; };
+  return answer_rows(
+      Want::derivatives, count, outcomes, threads,
+      [&](int worker, std::ptrdiff_t i, int states) {
+        const T *const q_i = q + i * nq_, *const qd_i = qd + i * nv, *const tau_i = tau + i * nv;
+        T* const X[] = {of_row(dq, i), of_row(dqd, i), of_row(dtau, i)};
+        if (whole_ && !at_rest_)
+          whole_->derivatives(worker, states, q_i, qd_i, tau_i, X[0], X[1], X[2], a + i * nv,
+                              left_over_.data() + i);
+        else
+          derivatives_of_parts(worker, states, q_i, qd_i, tau_i, X, a + i * asked_,
+                               left_over_.data() + i);
+      },
+      [&](Execution& one, std::ptrdiff_t i) {
+        return one.derivatives(q + i * nq_, qd + i * nv, tau + i * nv, of_row(dq, i),
+                               of_row(dqd, i), of_row(dtau, i), a + i * asked_);
+      });
+}
+
+template <class T>
 template <class Call>
-void Execution<T>::matrices_of_parts(int worker, std::ptrdiff_t first, int states, const T* q, T* X,
-                                     const Call& call) {
+void Execution<T>::matrices_of_parts(Want what, int worker, std::ptrdiff_t first, int states,
+                                     const T* q, T* X, const Call& call) {
   const std::ptrdiff_t size = std::ptrdiff_t(asked_) * asked_;
   for (const PartState<T>& p : parts_)
-    if (p.rows[worker].matrices.empty()) return;  // all are left over
+    if (p.numbers_of_matrices(what) == 0) return;  // all are left over
   std::fill_n(left_over_.data() + first, states, char(0));
   std::fill_n(X + first * size, states * size, T(0));
   for (PartState<T>& p : parts_) {
@@ -207,18 +295,64 @@ void Execution<T>::matrices_of_parts(int worker, std::ptrdiff_t first, int state
 }
 
 template <class T>
-void Execution<T>::solve_rows_of_parts(int worker, std::ptrdiff_t first, int states, const T* q,
-                                       const T* tau, T* x) {
+template <class Call>
+void Execution<T>::vectors_of_parts(int worker, std::ptrdiff_t first, int states, const T* q, T* x,
+                                    const Call& call) {
   std::fill_n(left_over_.data() + first, states, char(0));
   for (PartState<T>& p : parts_) {
     typename PartState<T>::Rows& rows = p.rows[worker];
     p.gather_q(rows, states, q + first * nq_, nq_);
-    p.gather_asked(rows, states, tau + first * asked_, asked_);
-    p.engine->solve(worker, states, rows.q.data(), rows.tau_or_qdd.data(), rows.out.data(),
-                    rows.left_over.data());
+    call(p, rows);
     for (std::ptrdiff_t i = 0; i < states; ++i) {
       left_over_[first + i] |= rows.left_over[i];
       p.asked(rows.out.data() + i * p.nv, x + (first + i) * asked_);
+    }
+  }
+}
+
+template <class T>
+void Execution<T>::operational_of_parts(int worker, int states, const T* q, T* X, char* left_over) {
+  const std::ptrdiff_t size = std::ptrdiff_t(rows_) * rows_;
+  std::fill_n(left_over, states, char(0));
+  std::fill_n(X, states * size, T(0));
+  for (PartState<T>& p : parts_) {
+    if (p.sites.empty()) continue;
+    typename PartState<T>::Rows& rows = p.rows[worker];
+    p.gather_q(rows, states, q, nq_);
+    p.engine->selected(worker, states, rows.q.data(), rows.matrices.data(), rows.left_over.data());
+    for (int state = 0; state < states; ++state) {
+      left_over[state] |= rows.left_over[state];
+      p.frames_out.block(rows.matrices.data() + state * p.selected * p.selected, p.selected,
+                         X + state * size, rows_);
+    }
+  }
+}
+
+template <class T>
+void Execution<T>::derivatives_of_parts(int worker, int states, const T* q, const T* qd,
+                                        const T* tau, T* const X[3], T* a, char* left_over) {
+  for (const PartState<T>& p : parts_)
+    if (p.numbers_of_matrices(Want::derivatives) == 0) return;  // all are left over
+  const std::ptrdiff_t size = std::ptrdiff_t(asked_) * asked_;
+  std::fill_n(left_over, states, char(0));
+  for (int i = 0; i < 3; ++i)
+    if (X[i]) std::fill_n(X[i], states * size, T(0));
+  for (PartState<T>& p : parts_) {
+    typename PartState<T>::Rows& rows = p.rows[worker];
+    p.gather_rows(rows, states, q, nq_, qd, tau, plan_.nv);
+    T* of_part[3];
+    for (int i = 0; i < 3; ++i)
+      of_part[i] =
+          X[i] ? rows.matrices.data() + i * PartState<T>::rows_at_once * p.nv * p.nv : nullptr;
+    p.engine->derivatives(worker, states, rows.q.data(), rows.qd.data(), rows.tau_or_qdd.data(),
+                          of_part[0], of_part[1], of_part[2], rows.out.data(),
+                          rows.left_over.data());
+    for (int state = 0; state < states; ++state) {
+      left_over[state] |= rows.left_over[state];
+      p.asked(rows.out.data() + state * p.nv, a + state * asked_);
+      for (int i = 0; i < 3; ++i)
+        if (X[i])
+          p.asked.block(of_part[i] + state * p.nv * p.nv, p.nv, X[i] + state * size, asked_);
     }
   }
 }
@@ -247,16 +381,15 @@ void Execution<T>::reserve(Want what, int threads) {
   int& workers = workers_[static_cast<int>(what)];
   if (threads <= workers) return;
   workers = threads;
-  const bool moves = what == Want::acceleration || what == Want::inverse_dynamics;
+  // Engines answer all rows of these themselves.
+  const bool answers_all = what == Want::acceleration || what == Want::inverse_dynamics;
+  const bool gathers = !whole_ || what == Want::operational ||
+                       (at_rest_ && (answers_all || what == Want::derivatives));
   for (PartState<T>& p : parts_) {
     p.engine->reserve_workers(what, threads);
-    if (what == Want::mass || what == Want::inverse) {
-      if (!whole_) p.reserve_matrices(threads);
-    } else if (!whole_ || (moves && at_rest_)) {
-      p.reserve_rows(threads);
-    }
+    if (gathers) p.reserve_rows(what, threads);
   }
-  if (moves) return;
+  if (answers_all) return;
   Plan plan = plan_;
   plan.question.want = {what};
   while (static_cast<int>(others(what).size()) < threads - 1)

@@ -19,8 +19,9 @@ struct PartState {
   static constexpr int rows_at_once = 64;  // states that are gathered at once
 
   struct Rows {
-    std::vector<T> q, qd, tau_or_qdd, out, r;
-    std::vector<T> matrices;  // where the engine may have rows of them
+    std::vector<T> q, qd, tau_or_qdd, out, r, log_det;
+    // Where the engine may have rows of them: M, M^-1, J M^-1 J', or one after the other three derivatives.
+    std::vector<T> matrices;
     std::vector<Outcome> outcomes;
     std::vector<char> left_over;
   };
@@ -106,22 +107,34 @@ struct PartState {
   }
 
   // Memory for the rows of so many workers.
-  void reserve_rows(int workers) {
+  void reserve_rows(Want what, int workers) {
     while (static_cast<int>(rows.size()) < workers) {
       Rows& r = rows.emplace_back();
       for (int i = 0; i < rows_at_once; ++i) r.q.insert(r.q.end(), q.begin(), q.end());
       r.qd.assign(std::size_t(rows_at_once) * nv, T(0));
       r.tau_or_qdd = r.out = r.r = r.qd;
+      r.log_det.resize(rows_at_once);
       r.outcomes.resize(rows_at_once);
       r.left_over.resize(rows_at_once);
     }
+    const std::size_t size = rows_at_once * numbers_of_matrices(what);
+    for (Rows& r : rows) r.matrices.resize(std::max(r.matrices.size(), size));
   }
 
-  // Of a matrix each too, where they may be worked out together.
-  void reserve_matrices(int workers) {
-    reserve_rows(workers);
-    if (block || nv > most_rows_in_lanes) return;
-    for (Rows& r : rows) r.matrices.resize(std::size_t(rows_at_once) * nv * nv);
+  // Of a row of `what`; 0 where rows have no matrices or are not worked out together.
+  std::size_t numbers_of_matrices(Want what) const {
+    const std::size_t size = std::size_t(nv) * nv;
+    switch (what) {
+      case Want::mass:
+      case Want::inverse:
+        return block || nv > most_rows_in_lanes ? 0 : size;
+      case Want::operational:
+        return std::size_t(selected) * selected;
+      case Want::derivatives:
+        return nv > most_derivatives_in_lanes ? 0 : 3 * size;
+      default:
+        return 0;
+    }
   }
 
   // Of all DoF that are free.

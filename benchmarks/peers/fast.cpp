@@ -42,7 +42,7 @@ class Fast final : public Peer {
     const bool has_forms = task == Task::acceleration || task == Task::inverse;
     return has_forms || form_ == Form::conventional;
   }
-  bool has_batch(Task task) const override { return task != Task::derivatives; }
+  bool has_batch(Task) const override { return true; }
   double flops(Task task) const override {
     if (task != Task::acceleration) return 0;
     return kalmarm::flops(robot_.plan(), Want::acceleration, form_);
@@ -78,8 +78,15 @@ class Fast final : public Peer {
         return robot_.inverse_mass(q_rows_, rows_, outcomes_) == 0;
       case Task::mass:
         return robot_.mass(q_rows_, rows_, outcomes_) == 0;
-      case Task::derivatives:
-        return false;
+      case Task::derivatives: {
+        const auto count = static_cast<std::ptrdiff_t>(q_.size());
+        for (std::vector<T>* X : {&dq_rows_, &dqd_rows_, &dtau_rows_}) X->resize(count * nv_ * nv_);
+        return robot_.derivatives(q_rows_, qd_rows_, tau_rows_,
+                                  {.dq = RowsView<T>(dq_rows_),
+                                   .dqd = RowsView<T>(dqd_rows_),
+                                   .dtau = RowsView<T>(dtau_rows_)},
+                                  rows_, outcomes_) == 0;
+      }
     }
     return false;
   }
@@ -98,6 +105,7 @@ class Fast final : public Peer {
     return true;
   }
   bool derivatives(int i) override {
+    batched_ = false;
     return static_cast<bool>(
         robot_.derivatives(q_[i], qd_[i], tau_[i], {.dq = dq_, .dqd = dqd_, .dtau = dtau_}, a_));
   }
@@ -108,18 +116,21 @@ class Fast final : public Peer {
     const std::ptrdiff_t size = std::ptrdiff_t(nv_) * nv_;
     std::copy_n(batched_ ? &rows_[i * size] : matrix_.data(), size, out);  // symmetric
   }
-  void get_derivatives(int, double* dq, double* dqd, double* dtau) const override {
-    put(dq_, dq);
-    put(dqd_, dqd);
-    put(dtau_, dtau);
+  void get_derivatives(int i, double* dq, double* dqd, double* dtau) const override {
+    put(dq_, dq_rows_, i, dq);
+    put(dqd_, dqd_rows_, i, dqd);
+    put(dtau_, dtau_rows_, i, dtau);
   }
   void get_acceleration(int i, double* a) const override {
     std::copy_n(batched_ ? &rows_[i * nv_] : a_.data(), nv_, a);
   }
 
  private:
-  static void put(const MatrixX<T>& x, double* out) {
-    Eigen::Map<MatrixX<double>>(out, x.rows(), x.cols()) = x.transpose().template cast<double>();
+  // Of one state, or state i of rows.
+  void put(const MatrixX<T>& one, const std::vector<T>& rows, std::ptrdiff_t i, double* out) const {
+    const T* const x = batched_ ? &rows[i * nv_ * nv_] : one.data();
+    Eigen::Map<MatrixX<double>>(out, nv_, nv_) =
+        Eigen::Map<const MatrixX<T>>(x, nv_, nv_).transpose().template cast<double>();
   }
   int states() const override { return static_cast<int>(q_.size()); }
 
@@ -128,7 +139,7 @@ class Fast final : public Peer {
   int nq_, nv_;
   std::vector<VectorX<T>> q_, qd_, tau_;
   std::vector<T> q_rows_, qd_rows_, tau_rows_;
-  std::vector<T> rows_;  // what the last batch has left
+  std::vector<T> rows_, dq_rows_, dqd_rows_, dtau_rows_;  // what the last batch has left
   std::vector<Outcome> outcomes_;
   VectorX<T> a_, torque_;
   MatrixX<T> matrix_, dq_, dqd_, dtau_;

@@ -13,7 +13,6 @@
 namespace kalmarm::python {
 namespace {
 
-constexpr int states_at_once = 16;  // of those that a thread takes in one go
 constexpr int derivatives_fields = 4;
 nb::handle derivatives_type;  // lives as long as the module
 
@@ -88,46 +87,6 @@ nb::object Robot::answer(const Inputs& inputs, const nb::object& result, bool st
     if (outcomes->warns()) warn(inputs.call(), *outcomes, model_.names);
   }
   return result;
-}
-
-template <class F>
-nb::object Robot::each(const Inputs& inputs, int threads, bool status, const nb::object& result,
-                       npy_intp width, const F& f) {
-  const int count = inputs.count();
-  threads = cores(inputs.call(), threads, (count + states_at_once - 1) / states_at_once);
-  return inputs.with_scalar([&]<class T>(T) {
-    constexpr T nan = std::numeric_limits<T>::quiet_NaN();
-    T* const to = data_of<T>(result);
-    if (inputs.is_single()) {
-      const auto worker = workers<T>().take();
-      Outcome outcome;
-      {
-        const WithoutLock released(model_.nv() >= large);
-        outcome = f(worker->dynamics, 0, to);
-        if (!outcome) std::fill_n(to, width, nan);
-      }
-      return answer(inputs, result, status, &outcome);
-    }
-    std::vector<typename Workers<T>::Loan> loans;
-    for (int i = 0; i < threads; ++i) loans.push_back(workers<T>().take());
-    std::vector<Outcome>& outcomes = loans[0]->outcomes;
-    outcomes.resize(count);
-    {
-      const WithoutLock released(true);
-      std::atomic<int> next = 0;
-      const auto work = [&](int worker) {
-        for (int first; (first = next.fetch_add(states_at_once)) < count;)
-          for (int i = first; i < std::min(first + states_at_once, count); ++i) {
-            outcomes[i] = f(loans[worker]->dynamics, i, to + i * width);
-            if (!outcomes[i]) std::fill_n(to + i * width, width, nan);
-          }
-      };
-      std::vector<std::jthread> others;
-      for (int i = 1; i < threads; ++i) others.emplace_back(work, i);
-      work(0);
-    }
-    return answer(inputs, result, status, outcomes.data());
-  });
 }
 
 template <class One, class All>
@@ -270,28 +229,40 @@ nb::object Robot::inverse_mass_matrix(nb::handle q, nb::handle out, bool status,
 nb::object Robot::diagonal(nb::handle q, nb::handle out, bool status, int threads) {
   need("diagonal", Want::diagonal);
   const Inputs in("diagonal", {{"q", q, model_.nq}});
-  return each(in, threads, status, in.result(out, {asked_}), asked_,
-              [&]<class T>(Dynamics<T>& dynamics, int i, T* x) {
-                return dynamics.diagonal(vector<T>(in, 0, i, model_.nq), {x, asked_});
-              });
+  return rows(
+      in, threads, status, in.result(out, {asked_}), asked_,
+      [&]<class T>(Dynamics<T>& dynamics, T* x) {
+        return dynamics.diagonal(vector<T>(in, 0, 0, model_.nq), {x, asked_});
+      },
+      [&]<class T>(Dynamics<T>& dynamics, RowsView<T> x, std::span<Outcome> outcomes, int used) {
+        return dynamics.diagonal(rows_of<T>(in, 0, model_.nq), x, outcomes, used);
+      });
 }
 
 nb::object Robot::log_det(nb::handle q, nb::handle out, bool status, int threads) {
   need("log_det", Want::log_det);
   const Inputs in("log_det", {{"q", q, model_.nq}});
-  return each(in, threads, status, in.result(out, {}), 1,
-              [&]<class T>(Dynamics<T>& dynamics, int i, T* x) {
-                return dynamics.log_det(vector<T>(in, 0, i, model_.nq), *x);
-              });
+  return rows(
+      in, threads, status, in.result(out, {}), 1,
+      [&]<class T>(Dynamics<T>& dynamics, T* x) {
+        return dynamics.log_det(vector<T>(in, 0, 0, model_.nq), *x);
+      },
+      [&]<class T>(Dynamics<T>& dynamics, RowsView<T> x, std::span<Outcome> outcomes, int used) {
+        return dynamics.log_det(rows_of<T>(in, 0, model_.nq), x, outcomes, used);
+      });
 }
 
 nb::object Robot::operational(nb::handle q, nb::handle out, bool status, int threads) {
   need("operational", Want::operational);
   const Inputs in("operational", {{"q", q, model_.nq}});
-  return each(in, threads, status, in.result(out, {rows_, rows_}), npy_intp(rows_) * rows_,
-              [&]<class T>(Dynamics<T>& dynamics, int i, T* X) {
-                return dynamics.operational(vector<T>(in, 0, i, model_.nq), {X, rows_, rows_});
-              });
+  return rows(
+      in, threads, status, in.result(out, {rows_, rows_}), npy_intp(rows_) * rows_,
+      [&]<class T>(Dynamics<T>& dynamics, T* X) {
+        return dynamics.operational(vector<T>(in, 0, 0, model_.nq), {X, rows_, rows_});
+      },
+      [&]<class T>(Dynamics<T>& dynamics, RowsView<T> X, std::span<Outcome> outcomes, int used) {
+        return dynamics.operational(rows_of<T>(in, 0, model_.nq), X, outcomes, used);
+      });
 }
 
 nb::object Robot::solve(nb::handle q, nb::handle tau, nb::handle out, bool status, int threads) {
@@ -321,19 +292,32 @@ nb::object Robot::derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::h
   const auto& fields = arrays.fields;
 
   const npy_intp size = npy_intp(asked_) * asked_;
-  const nb::object outcome = each(
-      in, threads, status, fields[3], asked_, [&]<class T>(Dynamics<T>& dynamics, int i, T* a) {
-        T* const X[] = {data_of<T>(fields[0]) + i * size, data_of<T>(fields[1]) + i * size,
-                        data_of<T>(fields[2]) + i * size};
-        const Outcome one = dynamics.derivatives(vector<T>(in, 0, i, nq), vector<T>(in, 1, i, nv),
-                                                 vector<T>(in, 2, i, nv),
-                                                 {.dq = {X[0], asked_, asked_},
-                                                  .dqd = {X[1], asked_, asked_},
-                                                  .dtau = {X[2], asked_, asked_}},
-                                                 {a, asked_});
-        if (!one)
-          for (T* x : X) std::fill_n(x, size, std::numeric_limits<T>::quiet_NaN());
+  const auto lose = [&]<class T>(T, int i) {
+    for (int field = 0; field < 3; ++field)
+      std::fill_n(data_of<T>(fields[field]) + i * size, size, std::numeric_limits<T>::quiet_NaN());
+  };
+  const nb::object outcome = rows(
+      in, threads, status, fields[3], asked_,
+      [&]<class T>(Dynamics<T>& dynamics, T* a) {
+        const auto matrix = [&](int field) {
+          return MatrixView<T>(data_of<T>(fields[field]), asked_, asked_);
+        };
+        const Outcome one = dynamics.derivatives(
+            vector<T>(in, 0, 0, nq), vector<T>(in, 1, 0, nv), vector<T>(in, 2, 0, nv),
+            {.dq = matrix(0), .dqd = matrix(1), .dtau = matrix(2)}, {a, asked_});
+        if (!one) lose(T(), 0);
         return one;
+      },
+      [&]<class T>(Dynamics<T>& dynamics, RowsView<T> a, std::span<Outcome> outcomes, int used) {
+        const auto matrices = [&](int field) {
+          return RowsView<T>(data_of<T>(fields[field]), in.count(), size);
+        };
+        const int failed = dynamics.derivatives(
+            rows_of<T>(in, 0, nq), rows_of<T>(in, 1, nv), rows_of<T>(in, 2, nv),
+            {.dq = matrices(0), .dqd = matrices(1), .dtau = matrices(2)}, a, outcomes, used);
+        for (int i = 0; failed > 0 && i < in.count(); ++i)
+          if (!outcomes[i]) lose(T(), i);
+        return failed;
       });
   const nb::object result = arrays.tuple();
   return status ? nb::make_tuple(result, outcome[1]) : result;

@@ -9,7 +9,6 @@
 // it 5 ms while another thread computes in Python.
 #pragma once
 
-#include <atomic>
 #include <kalmarm/dynamics.hpp>
 #include <kalmarm/plan_summary.hpp>
 #include <kalmarm/recommend.hpp>
@@ -67,10 +66,6 @@ class Robot {
       return double_workers_;
   }
   void need(const char* call, Want want) const;
-  // f(dynamics, i) -> Outcome of every state, which fills row i of result, `width` numbers wide.
-  template <class F>
-  nb::object each(const Inputs& inputs, int threads, bool status, const nb::object& result,
-                  npy_intp width, const F& f);
   // one(dynamics, result) -> Outcome of one state, or of many all(dynamics, result, outcomes, threads)
   // -> how many failed; each has `width` numbers.
   template <class One, class All>

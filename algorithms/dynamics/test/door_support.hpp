@@ -24,6 +24,12 @@ inline const std::vector<Family>& robots() {
   return all;
 }
 
+inline std::vector<Family> families_and_robots() {
+  std::vector<Family> all = all_families();
+  all.insert(all.end(), robots().begin(), robots().end());
+  return all;
+}
+
 // Links at which a joint of one DoF ends; others are parts of a ball or free joint.
 inline bool is_single(const Model<double>& model, int k) {
   const Coordinate c = model.joint(k).coordinate;

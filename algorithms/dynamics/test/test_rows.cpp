@@ -121,12 +121,6 @@ void expect_as_one_state(const Model<double>& model, const DynamicsOptions& opti
   }
 }
 
-std::vector<Family> families_and_robots() {
-  std::vector<Family> all = all_families();
-  all.insert(all.end(), robots().begin(), robots().end());
-  return all;
-}
-
 // Trees, free bases, ball joints, slides, rotors, planes, parts; all forms.
 TYPED_TEST(RowsOfM, AreWhatOneStateGets) {
   for (const Family& family : families_and_robots()) {

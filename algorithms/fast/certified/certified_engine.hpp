@@ -30,7 +30,9 @@ class CertifiedEngine final : public CommonEngine<S> {
     return one_->acceleration(models_, q, qd, tau, a);
   }
 
+  // Derivatives are asked for state by state, since the a among them is certified.
   void reserve_workers(Want what, int count) override {
+    if (what == Want::derivatives) return;
     CommonEngine<S>::reserve_workers(what, count);
     while (what == Want::acceleration && static_cast<int>(workers_.size()) < count)
       workers_.emplace_back(models_);

@@ -14,7 +14,7 @@
 namespace kalmarm {
 
 // The SIMD pack of T: a register of float or double, but the six columns of a link have room
-// (derivative_chain.hpp); T itself for any other scalar.
+// (derivative_chain.hpp); T itself for any other scalar, and where T is a pack of states.
 template <class T>
 struct WideOf {
   using type = T;
@@ -27,8 +27,9 @@ struct WideOf<T> {
 template <class T>
 using Wide = typename WideOf<T>::type;
 
+// How many columns, or joints, are worked out at once: one where T has a state in every lane.
 template <class T>
-inline constexpr int lanes_of = Lanes<Wide<T>>::count;
+inline constexpr int lanes_of = Lanes<Wide<T>>::count / Lanes<T>::count;
 
 template <class T>
 using AlignedVector = std::vector<T, Eigen::aligned_allocator<T>>;
@@ -100,7 +101,7 @@ KALMARM_INLINE Triple<T> cross(const Triple<T>& a, const Triple<T>& b) {
 template <class T, int numbers, class V = Wide<T>>
 class JointTable {
  public:
-  static constexpr int lanes = Lanes<V>::count;
+  static constexpr int lanes = Lanes<V>::count / Lanes<T>::count;
 
   explicit JointTable(int joints)
       : blocks_((joints + lanes - 1) / lanes), data_(blocks_ * numbers * lanes, T(0)) {}

@@ -71,6 +71,8 @@ class CommonEngine : public Engine<S> {
     if (what == Want::inverse_dynamics) reserve(torques_, count);
     if (what == Want::mass && MatrixBlock<StateLanes<S>>::takes(lowered_.nv()))
       reserve(masses_, count);
+    if (what == Want::derivatives && DerivativesOfRows<StateLanes<S>>::takes(lowered_.nv()))
+      reserve(derivatives_of_rows_, count);
   }
 
   void inverse_dynamics(int worker, int count, const S* q, const S* qd, const S* qdd,
@@ -96,6 +98,20 @@ class CommonEngine : public Engine<S> {
       const auto check =
           masses_[worker].fill(lowered_, q + first * nq, states, count - first, M + first * size);
       for (int i = 0; i < states; ++i) left_over[first + i] = check[i] != S(0);
+    });
+  }
+
+  void derivatives(int worker, int count, const S* q, const S* qd, const S* tau, S* da_dq,
+                   S* da_dqd, S* da_dtau, S* a, char* left_over) override {
+    if (derivatives_of_rows_.empty())
+      return Engine<S>::derivatives(worker, count, q, qd, tau, da_dq, da_dqd, da_dtau, a,
+                                    left_over);
+    const std::ptrdiff_t nq = lowered_.nq(), nv = lowered_.nv();
+    for_each_lanes(count, [&](int first, int states) {
+      const auto of_row = [&](S* X) { return X ? X + first * nv * nv : nullptr; };
+      derivatives_of_rows_[worker].fill(lowered_, q + first * nq, qd + first * nv, tau + first * nv,
+                                        states, count - first, of_row(da_dq), of_row(da_dqd),
+                                        of_row(da_dtau), a + first * nv, left_over + first);
     });
   }
 
@@ -145,6 +161,7 @@ class CommonEngine : public Engine<S> {
   // Of rows, for every worker:
   std::vector<Torques> torques_;
   std::vector<MassOfRows<StateLanes<S>>> masses_;
+  std::vector<DerivativesOfRows<StateLanes<S>>> derivatives_of_rows_;
 };
 
 }  // namespace kalmarm

@@ -77,6 +77,22 @@ class Engine {
     std::fill_n(left_over, count, char(1));
   }
 
+  // Rows of parts of M^-1, and of derivatives, of which those that are null are left out.
+  virtual void diagonal(int /*worker*/, int count, const T* /*q*/, T* /*x*/, char* left_over) {
+    std::fill_n(left_over, count, char(1));
+  }
+  virtual void log_det(int /*worker*/, int count, const T* /*q*/, T* /*x*/, char* left_over) {
+    std::fill_n(left_over, count, char(1));
+  }
+  virtual void selected(int /*worker*/, int count, const T* /*q*/, T* /*X*/, char* left_over) {
+    std::fill_n(left_over, count, char(1));
+  }
+  virtual void derivatives(int /*worker*/, int count, const T* /*q*/, const T* /*qd*/,
+                           const T* /*tau*/, T* /*da_dq*/, T* /*da_dqd*/, T* /*da_dtau*/, T* /*a*/,
+                           char* left_over) {
+    std::fill_n(left_over, count, char(1));
+  }
+
   virtual void inverse_dynamics(const T* q, const T* qd, const T* qdd, T* tau) = 0;
   virtual void mass(const T* q, T* M) = 0;
   virtual Outcome inverse(const T* q, T* X) = 0;

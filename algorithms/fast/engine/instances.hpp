@@ -8,6 +8,7 @@
 #include "algorithms/fast/covariance/forward_dynamics.hpp"
 #include "algorithms/fast/covariance/rounding_bound.hpp"
 #include "algorithms/fast/derivatives/derivatives.hpp"
+#include "algorithms/fast/derivatives/derivatives_of_rows.hpp"
 #include "algorithms/fast/factors/diagonal.hpp"
 #include "algorithms/fast/factors/inverse.hpp"
 #include "algorithms/fast/factors/inverse_of_rows.hpp"
@@ -72,15 +73,20 @@ using StateLanes = Pack<S, padding<S>>;
 
 #define KALMARM_MASS_INSTANCES(KIND, S) KIND template class FastMass<S>;
 
-// Of one state in every lane of P: M, M^-1 and solves.
+// Of one state in every lane of P: M, M^-1, parts of it and solves.
 #define KALMARM_ROW_INSTANCES(KIND, S, P)                                                       \
   KIND template void covariance_factor(const LoweredModel<S>&, const P*, FastFactors<P>&);      \
   KIND template class InverseOfRows<P>;                                                         \
   KIND template SolveSums<P> RowSolver<P>::solve(const LoweredModel<S>&, const FastFactors<P>&, \
                                                  const std::vector<P>&);                        \
+  KIND template void fast_lambda(const LoweredModel<S>&, const FastFactors<P>&,                 \
+                                 LambdaWorkspace<P>&);                                          \
+  KIND template class InverseDiagonal<P>;                                                       \
+  KIND template class SelectedColumns<P>;                                                       \
   KIND template class MassOfRows<P>;
 
 #define KALMARM_DERIVATIVE_INSTANCES(KIND, S)                                               \
+  KIND template class DerivativesOfRows<StateLanes<S>>;                                     \
   KIND template struct DerivativeWorkspace<S>;                                              \
   KIND template DerivativeWorkspace<S>::DerivativeWorkspace(const LoweredModel<S>&);        \
   KIND template void fast_derivatives(const LoweredModel<S>&, const S*, const S*, const S*, \

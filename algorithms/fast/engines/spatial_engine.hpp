@@ -16,7 +16,7 @@ template <class S, class F>
 class SpatialEngine final : public CommonEngine<S> {
  public:
   SpatialEngine(const RobotModel& robot, const EngineOptions& options)
-      : CommonEngine<S>(robot, options), robot_(robot) {
+      : CommonEngine<S>(robot, options), robot_(robot), selection_(options.selection) {
     const auto wants = [&](Want want) { return options.wants(want); };
     if (wants(Want::acceleration) || options.wants_factors() || wants(Want::derivatives))
       guard_.emplace(robot, lowered(), options);
@@ -49,6 +49,10 @@ class SpatialEngine final : public CommonEngine<S> {
       if (what == Want::inverse && MatrixBlock<StateLanes<S>>::takes(lowered().nv()))
         this->reserve(inverses_, count);
       if (what == Want::solve) this->reserve(solves_, count);
+      if (what == Want::diagonal) this->reserve(diagonals_, count);
+      if (what == Want::log_det) this->reserve(factors_of_rows_, count);
+      while (what == Want::operational && static_cast<int>(selections_.size()) < count)
+        selections_.emplace_back(lowered(), selection_);
     }
   }
 
@@ -172,15 +176,54 @@ class SpatialEngine final : public CommonEngine<S> {
     Solves& w = solves_[worker];
     this->for_each_lanes(count, [&](int first, int states) {
       const int left = count - first;
-      to_lanes(q + first * nq, static_cast<int>(nq), states, left, w.q);
+      w.factor(lowered(), q + first * nq, states, left);
       to_lanes(tau + first * nv, static_cast<int>(nv), states, left, w.columns.x());
-      covariance_factor(lowered(), w.q.data(), w.factors);
       const auto sums = w.columns.solve(lowered(), w.factors, w.columns.x());
       from_lanes(w.columns.x(), static_cast<int>(nv), states, x + first * nv);
       for (int i = 0; i < states; ++i)
         left_over[first + i] =
             !(w.factors.margin[i] > S(0) &&
               guard_->believed({sums.noise[i], sums.energy[i], sums.squares[i]}));
+    });
+  }
+
+  void diagonal(int worker, int count, const S* q, S* x, char* left_over) override {
+    if (diagonals_.empty()) return Engine<S>::diagonal(worker, count, q, x, left_over);
+    const std::ptrdiff_t nq = lowered().nq(), nv = lowered().nv();
+    Diagonals& w = diagonals_[worker];
+    this->for_each_lanes(count, [&](int first, int states) {
+      w.factor(lowered(), q + first * nq, states, count - first);
+      const auto check = w.diagonal.fill(lowered(), w.factors, w.x.data());
+      from_lanes(w.x, static_cast<int>(nv), states, x + first * nv);
+      for (int i = 0; i < states; ++i)
+        left_over[first + i] = !(check[i] == S(0) && w.factors.margin[i] > S(0));
+    });
+  }
+
+  void log_det(int worker, int count, const S* q, S* x, char* left_over) override {
+    if (factors_of_rows_.empty()) return Engine<S>::log_det(worker, count, q, x, left_over);
+    const std::ptrdiff_t nq = lowered().nq();
+    FactorsOfRows& w = factors_of_rows_[worker];
+    this->for_each_lanes(count, [&](int first, int states) {
+      w.factor(lowered(), q + first * nq, states, count - first);
+      for (int i = 0; i < states; ++i) {
+        S& y = x[first + i] = kalmarm::log_det(w.factors, i);
+        left_over[first + i] = !(y * S(0) == S(0) && w.factors.margin[i] > S(0));
+      }
+    });
+  }
+
+  void selected(int worker, int count, const S* q, S* X, char* left_over) override {
+    if (selections_.empty()) return Engine<S>::selected(worker, count, q, X, left_over);
+    const std::ptrdiff_t nq = lowered().nq();
+    const int size = selection_.size() * selection_.size();
+    Selections& w = selections_[worker];
+    this->for_each_lanes(count, [&](int first, int states) {
+      w.factor(lowered(), q + first * nq, states, count - first);
+      const auto check = w.columns.fill(lowered(), w.factors, w.X.data());
+      from_lanes(w.X, size, states, X + std::ptrdiff_t(first) * size);
+      for (int i = 0; i < states; ++i)
+        left_over[first + i] = !(check[i] == S(0) && w.factors.margin[i] > S(0));
     });
   }
 
@@ -258,12 +301,39 @@ class SpatialEngine final : public CommonEngine<S> {
     }
   };
 
-  struct Solves {
+  struct FactorsOfRows {
     std::vector<StateLanes<S>> q;
     FastFactors<StateLanes<S>> factors;
+
+    explicit FactorsOfRows(const LoweredModel<S>& model) : q(model.nq()), factors(model) {}
+
+    void factor(const LoweredModel<S>& model, const S* rows, int states, int left) {
+      to_lanes(rows, model.nq(), states, left, q);
+      covariance_factor(model, q.data(), factors);
+    }
+  };
+  struct Solves : FactorsOfRows {
     RowSolver<StateLanes<S>> columns;
 
-    explicit Solves(const LoweredModel<S>& model) : q(model.nq()), factors(model), columns(model) {}
+    explicit Solves(const LoweredModel<S>& model) : FactorsOfRows(model), columns(model) {}
+  };
+  struct Selections : FactorsOfRows {
+    SelectedColumns<StateLanes<S>> columns;
+    std::vector<StateLanes<S>> X;
+
+    Selections(const LoweredModel<S>& model, const Selection& selection)
+        : FactorsOfRows(model), X(selection.size() * selection.size()) {
+      columns.select(model, selection);
+    }
+  };
+  struct Diagonals : FactorsOfRows {
+    InverseDiagonal<StateLanes<S>> diagonal;
+    std::vector<StateLanes<S>> x;
+
+    explicit Diagonals(const LoweredModel<S>& model)
+        : FactorsOfRows(model),
+          diagonal(model, InverseDiagonal<StateLanes<S>>::Terms::fewest),
+          x(model.nv()) {}
   };
 
   // A block of rows in lanes after the other: f(first, states, what is believed of them), whose a is
@@ -309,12 +379,16 @@ class SpatialEngine final : public CommonEngine<S> {
   }
 
   RobotModel robot_;
+  Selection selection_;
   std::optional<Guard<S, F>> guard_;
   std::optional<typename F::template Workspace<S>> one_;
   // Of rows, for every worker:
   std::vector<Worker> workers_;
   std::vector<InverseOfRows<StateLanes<S>>> inverses_;
   std::vector<Solves> solves_;
+  std::vector<Diagonals> diagonals_;
+  std::vector<Selections> selections_;
+  std::vector<FactorsOfRows> factors_of_rows_;
   std::optional<typename F::template Factoring<S>> factoring_;
   std::optional<FastFactors<S>> factors_;
   std::optional<InverseColumns<S>> inverse_;

@@ -71,6 +71,24 @@ struct Unit<Pack<S, n>> {
   }
 };
 
+// What is worked out at once: n columns of one state, or, where T has a state in every lane, one of each.
+template <class T, int n>
+struct ColumnsOf {
+  using Lane = Pack<T, n>;
+  static constexpr int count = n;
+
+  KALMARM_INLINE static Lane unit(int i) { return Unit<Lane>::lane(i); }  // 1 in column i
+  KALMARM_INLINE static T column(const Lane& x, int i) { return x[i]; }
+};
+template <class S, int states, int n>
+struct ColumnsOf<Pack<S, states>, n> {
+  using Lane = Pack<S, states>;
+  static constexpr int count = 1;
+
+  KALMARM_INLINE static Lane unit(int i) { return Lane(S(i == 0)); }
+  KALMARM_INLINE static const Lane& column(const Lane& x, int) { return x; }
+};
+
 // Number by number: gcc keeps in memory what is assigned as a whole.
 template <class T>
 KALMARM_INLINE void set_zero(Sixfold<T>& x) {

@@ -9,9 +9,11 @@
 namespace kalmarm {
 
 // log det M = -sum of log 1/D, as one product whose exponent is kept apart: nothing overflows, and
-// the error is about nv / 2 roundoffs. Not finite where a D is not, or is zero.
-template <class S>
-S log_det(const FastFactors<S>& factors) {
+// the error is about nv / 2 roundoffs. Not finite where a D is not, or is zero. Of the factors of one
+// state in every lane, of that state.
+template <class T>
+typename Lanes<T>::Scalar log_det(const FastFactors<T>& factors, int lane = 0) {
+  using S = typename Lanes<T>::Scalar;
   using std::abs;
   using std::frexp;
   using std::log;
@@ -25,7 +27,10 @@ S log_det(const FastFactors<S>& factors) {
     return out;
   };
   for (const auto& at : factors.links) {
-    product *= mantissa(at.inverse_D);
+    if constexpr (Lanes<T>::count > 1)
+      product *= mantissa(at.inverse_D[lane]);
+    else
+      product *= mantissa(at.inverse_D);
     if (abs(product) < S(small)) product = mantissa(product);
   }
   return -(log(product) + S(exponent) * S(std::numbers::ln2));

@@ -6,8 +6,8 @@
 // (I - L) (tau - H phi b) is the filter's e, of forces b on the links, so that
 //   a DoF:   tau = its unit vector
 //   a site:  z- of its link = -phi(link, site) x, for six unit vectors x
-// and in both cases e = 0 but on the way to the base, which is worked out once. Lanes are columns:
-// a site's six, or up to eight DoF. About 43 flops a link on the way and column, and one
+// and in both cases e = 0 but on the way to the base, which is worked out once. Lanes are columns,
+// a site's six or up to eight DoF, or states. About 43 flops a link on the way and column, and one
 // multiplication and addition for each number of X and link that both its columns pass.
 #pragma once
 
@@ -23,19 +23,22 @@
 
 namespace kalmarm {
 
-template <class S>
+// T: a scalar, or a pack that has a state in every lane.
+template <class T>
 class SelectedColumns {
+  using S = typename Lanes<T>::Scalar;
+
  public:
   // Takes its memory. Links and DoF are those of the model.
   void select(const LoweredModel<S>& model, const Selection& selection);
 
   // X (size x size, column-major), both triangles, symmetric to the last bit. Returns 0 if all
   // of it is finite, else NaN.
-  S fill(const LoweredModel<S>& model, const FastFactors<S>& factors, S* result);
+  T fill(const LoweredModel<S>& model, const FastFactors<T>& factors, T* X);
 
  private:
-  static constexpr int lanes = 8;
-  using Lane = Pack<S, lanes>;
+  using Columns = detail::ColumnsOf<T, 8>;
+  using Lane = typename Columns::Lane;
 
   // What a link's columns bring with them.
   struct Entry {
@@ -64,14 +67,15 @@ class SelectedColumns {
     std::vector<std::pair<int, int>> steps = {};
   };
 
-  static Entry wrenches(const LoweredModel<S>& model, const Site<double>& site) {
+  // Of a site's columns from `first` on.
+  static Entry wrenches(const LoweredModel<S>& model, const Site<double>& site, int first) {
     const Transform<S> on_link = model.phi_on_link(site.link, site.template cast<Wider<S>>().phi());
     MatrixPlacement<S> phi;
     for (int i = 0; i < 3; ++i) {
       phi.p[i] = on_link.p[i];
       for (int j = 0; j < 3; ++j) phi.R.R[i][j] = on_link.R(i, j);
     }
-    const auto minus_unit = [](int i) { return -detail::Unit<Lane>::lane(i); };
+    const auto minus_unit = [first](int i) { return -Columns::unit(i - first); };
     Entry entry;
     entry.is_there = true;
     entry.z = {minus_unit(0), minus_unit(1), minus_unit(2),
@@ -126,23 +130,24 @@ class SelectedColumns {
     meetings_.push_back(std::move(meeting));
   }
 
-  static void whiten(const LoweredModel<S>& model, const FastFactors<S>& factors, Chunk& chunk);
+  static void whiten(const LoweredModel<S>& model, const FastFactors<T>& factors, Chunk& chunk);
 
   // The block of X that two chunks meet in, and its mirror image.
-  S multiply(const Meeting& meeting, Eigen::Map<MatrixX<S>>& X) const {
+  T multiply(const Meeting& meeting, T* X) const {
     const Chunk &a = chunks_[meeting.a], &b = chunks_[meeting.b];
-    Lane columns[lanes];
+    Lane columns[Columns::count];
     for (Lane& column : columns) column = Lane(S(0));
     for (const auto& [i, j] : meeting.steps) {
       const Lane ya = a.y[i], yb = b.y[j];
-      for (int c = 0; c < lanes; ++c) columns[c] += ya * Lane(yb[c]);
+      for (int c = 0; c < Columns::count; ++c) columns[c] += ya * Lane(Columns::column(yb, c));
     }
-    S check = S(0);
+    T check = T(S(0));
     for (int c = 0; c < b.count; ++c)
       for (int r = meeting.a == meeting.b ? c : 0; r < a.count; ++r) {
-        const S x = columns[c][r];
-        X(a.first + r, b.first + c) = X(b.first + c, a.first + r) = x;
-        check += x * S(0);
+        const T x = Columns::column(columns[c], r);
+        const int i = a.first + r, j = b.first + c;
+        X[i * size_ + j] = X[j * size_ + i] = x;
+        check += x * T(S(0));
       }
     return check;
   }
@@ -152,47 +157,49 @@ class SelectedColumns {
   std::vector<Meeting> meetings_;
 };
 
-template <class S>
-void SelectedColumns<S>::select(const LoweredModel<S>& model, const Selection& selection) {
+template <class T>
+void SelectedColumns<T>::select(const LoweredModel<S>& model, const Selection& selection) {
   chunks_.clear();
   meetings_.clear();
   size_ = selection.size();
   const int dofs = static_cast<int>(selection.dofs.size());
-  for (int first = 0; first < dofs; first += lanes) {
-    Chunk chunk{first, std::min(lanes, dofs - first)};
+  for (int first = 0; first < dofs; first += Columns::count) {
+    Chunk chunk{first, std::min(Columns::count, dofs - first)};
     std::vector<Entry> entries(model.nv());
     for (int i = 0; i < chunk.count; ++i) {
       const int dof = selection.dofs[first + i];
       assert(dof >= 0 && dof < model.nv());
       Entry& entry = entries[dof];
       entry.is_there = true;
-      entry.tau += detail::Unit<Lane>::lane(i);
+      entry.tau += Columns::unit(i);
     }
     add_way(model, entries, chunk);
   }
   for (int i = 0; i < static_cast<int>(selection.frames.size()); ++i) {
     const Frame& frame = selection.frames[i];
     assert(frame.link >= -1 && frame.link < model.nv());
-    std::vector<Entry> entries(model.nv());
-    if (frame.link >= 0) entries[frame.link] = wrenches(model, site_of(frame));
-    add_way(model, entries, Chunk{dofs + 6 * i, 6});
+    for (int first = 0; first < 6; first += Columns::count) {
+      std::vector<Entry> entries(model.nv());
+      if (frame.link >= 0) entries[frame.link] = wrenches(model, site_of(frame), first);
+      add_way(model, entries, Chunk{dofs + 6 * i + first, std::min(Columns::count, 6 - first)});
+    }
   }
   for (int b = 0; b < static_cast<int>(chunks_.size()); ++b)
     for (int a = b; a < static_cast<int>(chunks_.size()); ++a) add_meeting(a, b);
 }
 
-template <class S>
-S SelectedColumns<S>::fill(const LoweredModel<S>& model, const FastFactors<S>& factors, S* result) {
-  Eigen::Map<MatrixX<S>> X(result, size_, size_);
+template <class T>
+T SelectedColumns<T>::fill(const LoweredModel<S>& model, const FastFactors<T>& factors, T* X) {
   for (Chunk& chunk : chunks_) whiten(model, factors, chunk);
-  S check = S(0);
+  T check = T(S(0));
   for (const Meeting& meeting : meetings_) check += multiply(meeting, X);
   return check;
 }
 
-template <class S>
-void SelectedColumns<S>::whiten(const LoweredModel<S>& model, const FastFactors<S>& factors,
+template <class T>
+void SelectedColumns<T>::whiten(const LoweredModel<S>& model, const FastFactors<T>& factors,
                                 Chunk& chunk) {
+  using std::sqrt;
   for (Sixfold<Lane>& sum : chunk.sums) detail::set_zero(sum);
   Sixfold<Lane> z;
   Lane* y = chunk.y.data();
@@ -207,7 +214,7 @@ void SelectedColumns<S>::whiten(const LoweredModel<S>& model, const FastFactors<
       add(z, chunk.entries[step.entry].z);
     }
     const Lane e = detail::gain(model, step.link, at, tau, z);
-    *y++ = e * Lane(std::sqrt(at.inverse_D));
+    *y++ = e * Lane(sqrt(at.inverse_D));
     if (link.parent >= 0) detail::force_to_parent(model, link, factors, at.d, z);
     if (step.leaves_at >= 0) add(chunk.sums[step.leaves_at], z);
   }

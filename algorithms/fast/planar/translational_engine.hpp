@@ -27,7 +27,9 @@ class TranslationalEngine final : public CommonEngine<T> {
     return acceleration(own_, q, qd, tau, a);
   }
 
+  // What is refused or suspect is so in every state, and asked for state by state.
   void reserve_workers(Want what, int count) override {
+    if (what == Want::derivatives && (!refusal_ || own_.factors.suspect())) return;
     CommonEngine<T>::reserve_workers(what, count);
     EngineOptions rows;
     rows.want = {Want::acceleration};

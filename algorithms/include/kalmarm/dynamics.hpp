@@ -23,6 +23,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -55,6 +56,12 @@ struct DynamicsOptions {
 template <class T>
 struct Derivatives {
   MatrixView<T> dq = {}, dqd = {}, dtau = {};
+};
+
+// The same of rows of states: a row has the columns of one state's matrix after each other.
+template <class T>
+struct DerivativeRows {
+  std::optional<RowsView<T>> dq = {}, dqd = {}, dtau = {};
 };
 
 struct Plan;
@@ -231,11 +238,34 @@ class KALMARM_EXPORT Dynamics {
     return derivatives(q.data(), qd.data(), tau.data(), out, a.data());
   }
 
+  // Rows of states, one outcome each, on `threads` cores; a (asked) of each in a row. Returns how many
+  // failed, whose rows are not to be used.
+  [[nodiscard]] int derivatives(RowsView<const T> q, RowsView<const T> qd, RowsView<const T> tau,
+                                const DerivativeRows<T>& out, RowsView<T> a,
+                                std::span<Outcome> outcomes, int threads = 1) {
+    const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
+    check("derivatives", count, q, qd, "tau", tau, a, asked_);
+    check_derivatives(count, out);
+    return derivatives(static_cast<int>(count), q.data(), qd.data(), tau.data(), out, a.data(),
+                       outcomes.data(), threads);
+  }
+
   // x (asked) = the diagonal of M^-1. 445 n.
   Outcome diagonal(VectorView<const T> q, VectorView<T> x) {
     check("diagonal", "q", q.size(), nq_);
     check("diagonal", "x", x.size(), asked_);
     return diagonal(q.data(), x.data());
+  }
+
+  // Rows of states, x (asked) of each in a row, one outcome each, on `threads` cores; so are those of
+  // log_det, one number each, and of operational, a matrix in a row of X each. Returns how many
+  // failed, whose rows are not to be used.
+  [[nodiscard]] int diagonal(RowsView<const T> q, RowsView<T> x, std::span<Outcome> outcomes,
+                             int threads = 1) {
+    const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
+    check("diagonal", "q", count, q, nq_);
+    check("diagonal", "x", count, x, asked_);
+    return diagonal(static_cast<int>(count), q.data(), x.data(), outcomes.data(), threads);
   }
 
   // x = log det M of the joints that are free. 195 n.
@@ -244,11 +274,27 @@ class KALMARM_EXPORT Dynamics {
     return log_det(q.data(), x);
   }
 
+  [[nodiscard]] int log_det(RowsView<const T> q, RowsView<T> x, std::span<Outcome> outcomes,
+                            int threads = 1) {
+    const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
+    check("log_det", "q", count, q, nq_);
+    check("log_det", "x", count, x, 1);
+    return log_det(static_cast<int>(count), q.data(), x.data(), outcomes.data(), threads);
+  }
+
   // X = J M^-1 J' of the question's frames, 6 rows each: (angular; linear) in a frame's axes.
   Outcome operational(VectorView<const T> q, MatrixView<T> X) {
     check("operational", "q", q.size(), nq_);
     check("operational", "X", X, rows_);
     return operational(q.data(), X.data());
+  }
+
+  [[nodiscard]] int operational(RowsView<const T> q, RowsView<T> X, std::span<Outcome> outcomes,
+                                int threads = 1) {
+    const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
+    check("operational", "q", count, q, nq_);
+    check("operational", "X", count, X, std::ptrdiff_t(rows_) * rows_);
+    return operational(static_cast<int>(count), q.data(), X.data(), outcomes.data(), threads);
   }
 
  private:
@@ -288,6 +334,7 @@ class KALMARM_EXPORT Dynamics {
   static void refuse_overlap(const char* call, const char* name, const T* B, std::ptrdiff_t of_B,
                              const char* result, const T* X, std::ptrdiff_t of_X);
   void check_derivatives(const Derivatives<T>& out) const;
+  void check_derivatives(std::ptrdiff_t count, const DerivativeRows<T>& out) const;
 
   Execution<T>& execution() const;  // throws std::logic_error where it was moved away
 
@@ -304,6 +351,11 @@ class KALMARM_EXPORT Dynamics {
   int mass(int count, const T* q, T* M, Outcome* outcomes, int threads);
   int inverse_mass(int count, const T* q, T* X, Outcome* outcomes, int threads);
   int solve(int count, const T* q, const T* tau, T* x, Outcome* outcomes, int threads);
+  int diagonal(int count, const T* q, T* x, Outcome* outcomes, int threads);
+  int log_det(int count, const T* q, T* x, Outcome* outcomes, int threads);
+  int operational(int count, const T* q, T* X, Outcome* outcomes, int threads);
+  int derivatives(int count, const T* q, const T* qd, const T* tau, const DerivativeRows<T>& out,
+                  T* a, Outcome* outcomes, int threads);
   Outcome factor(const T* q);
   Outcome solve(int columns, const T* taus, T* X);
   Outcome derivatives(const T* q, const T* qd, const T* tau, const Derivatives<T>& out, T* a);
