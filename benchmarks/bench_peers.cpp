@@ -2,7 +2,7 @@
 // on the same mechanisms in the same states in one run.
 //
 // Names are task/variant/scene/precision; tasks are acceleration, inverse_dynamics, inverse, mass and
-// derivatives, and of all TASK_batch. Everything is verified before it is timed:
+// derivatives, of all TASK_batch, and of matrices TASK_triangle. Everything is verified before it is timed:
 // results against the float64 square-root filter, torques against Newton and Euler in link frames,
 // derivatives against differences of the filter; what is wrong is reported as an error and is not
 // timed. A library without armature solves the mechanism without. Counters: as in
@@ -41,7 +41,8 @@ constexpr const char* timed_call =
     "From q, qd and tau (inverse, mass: q; inverse_dynamics: tau's numbers as qdd) in the "
     "library's own conventions to the result in its "
     "own memory: kinematics, velocity terms and gravity included, conversions of states and "
-    "results not. Matrices have both triangles. TASK_batch: 1024 states on one core; ours in one "
+    "results not. Matrices have both triangles, TASK_triangle the one that a library fills. "
+    "TASK_batch: 1024 states on one core; ours in one "
     "call from row-major arrays to row-major arrays, the others state after state.";
 
 // What stands behind the Solver interface already: MuJoCo, and a variant of the registry.
@@ -60,7 +61,7 @@ class SolverPeer final : public Peer {
   std::string name() const override { return name_; }
   std::string version() const override { return version_; }
   bool can(Task task) const override {
-    return task != Task::derivatives && (has_mass || task != Task::mass) &&
+    return task != Task::derivatives && !is_triangle(task) && (has_mass || task != Task::mass) &&
            (has_inverse_dynamics || task != Task::inverse_dynamics);
   }
   void add_state(const double* q, const double* qd, const double* tau) override {
@@ -187,11 +188,12 @@ std::string judge(const Contest& contest, const Peer& peer, Task task, int i) {
     const double bound = derivative_bound(truth.bound<T>(truth.condition[i]));
     return error <= bound ? "" : wrong(error, bound);
   }
-  if (task == Task::inverse || task == Task::mass) {
+  const bool is_mass = task == Task::mass || task == Task::mass_triangle;
+  if (is_mass || task == Task::inverse || task == Task::inverse_triangle) {
     auto matrix = poisoned();
     peer.get_matrix(i, matrix.data());
-    return task == Task::mass ? truth.compare<T>(truth.M[i], matrix, 1)
-                              : truth.compare<T>(truth.X[i], matrix, truth.condition[i]);
+    return is_mass ? truth.compare<T>(truth.M[i], matrix, 1)
+                   : truth.compare<T>(truth.X[i], matrix, truth.condition[i]);
   }
   VectorX<double> a = VectorX<double>::Constant(nv, std::numeric_limits<double>::quiet_NaN());
   if (task == Task::inverse_dynamics) {
@@ -237,6 +239,8 @@ void add_tasks(std::shared_ptr<const Contest> contest) {
       {Task::acceleration, "acceleration_batch", true},
       {Task::inverse_dynamics, "inverse_dynamics", false},
       {Task::inverse_dynamics, "inverse_dynamics_batch", true},
+      {Task::inverse_triangle, "inverse_triangle", false},
+      {Task::mass_triangle, "mass_triangle", false},
       {Task::inverse, "inverse", false},
       {Task::inverse, "inverse_batch", true},
       {Task::mass, "mass", false},

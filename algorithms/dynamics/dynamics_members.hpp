@@ -18,8 +18,9 @@ Dynamics<T>::Dynamics(const RobotModel& model, const DynamicsOptions& options,
   check_form(form_);
   check_model(model, std::is_same_v<T, float> ? std::numeric_limits<float>::max()
                                               : std::numeric_limits<double>::max());
-  execution_ = std::make_unique<Execution<T>>(
-      make_plan(model_of(model), options.question, options.rules), nq_, form_, make);
+  execution_ =
+      std::make_unique<Execution<T>>(make_plan(model_of(model), options.question, options.rules),
+                                     nq_, form_, options.triangles, make);
   asked_ = execution_->asked();
   rows_ = execution_->rows();
 }

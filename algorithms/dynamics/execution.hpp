@@ -20,7 +20,7 @@ namespace kalmarm {
 template <class T>
 class Execution {
  public:
-  Execution(Plan plan, int nq, Form form, const MakeEngine<T>& make)
+  Execution(Plan plan, int nq, Form form, Triangles triangles, const MakeEngine<T>& make)
       : plan_(std::move(plan)),
         form_(form),
         make_(make),
@@ -34,8 +34,10 @@ class Execution {
     const bool nothing_to_copy = plan_.parts.size() == 1 && asked_ == plan_.nv &&
                                  plan_.parts[0].reduction.model.nv() == plan_.nv &&
                                  plan_.question.locked.empty();
+    // What is copied is copied whole.
+    if (!nothing_to_copy) triangles = Triangles::both;
     for (const Part& part : plan_.parts)
-      parts_.emplace_back(plan_, part, form, make, nothing_to_copy);
+      parts_.emplace_back(plan_, part, form, triangles, make, nothing_to_copy);
     if (nothing_to_copy) whole_ = parts_[0].engine.get();
   }
 

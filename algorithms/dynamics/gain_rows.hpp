@@ -131,7 +131,7 @@ class GainsOfRows {
     Question question;
     question.want = {Want::acceleration};
     execution_ = std::make_unique<Execution<T>>(make_plan(model_of(robot_), question, rules_),
-                                                robot_.nq, form_, make_engine<T>);
+                                                robot_.nq, form_, Triangles::both, make_engine<T>);
   }
 
   static constexpr std::ptrdiff_t repeated = 32;  // rows of own numbers, side by side

@@ -54,8 +54,8 @@ struct PartState {
   Eigen::LLT<MatrixX<T>> llt;
   std::vector<Rows> rows;  // of every worker
 
-  PartState(const Plan& plan, const Part& part, Form form, const MakeEngine<T>& make,
-            bool nothing_to_copy);
+  PartState(const Plan& plan, const Part& part, Form form, Triangles triangles,
+            const MakeEngine<T>& make, bool nothing_to_copy);
 
   // One state of a robot that has the joint noise r (nv), where this one has some: of an engine that
   // is made for it.
@@ -142,8 +142,8 @@ struct PartState {
 };
 
 template <class T>
-PartState<T>::PartState(const Plan& plan, const Part& part, Form form, const MakeEngine<T>& maker,
-                        bool nothing_to_copy)
+PartState<T>::PartState(const Plan& plan, const Part& part, Form form, Triangles triangles,
+                        const MakeEngine<T>& maker, bool nothing_to_copy)
     : make(maker),
       nq(part.reduction.model.nq()),
       nv(part.reduction.model.nv()),
@@ -182,6 +182,8 @@ PartState<T>::PartState(const Plan& plan, const Part& part, Form form, const Mak
 
   EngineOptions options;
   options.form = form;
+  // Without partial answers the rest of M^-1 is read off the whole of it.
+  options.triangles = plan.partial_answers ? triangles : Triangles::both;
   options.kernel = part.kernel;
   options.zeros = part.zeros;
   options.want = question.want;

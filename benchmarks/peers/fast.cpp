@@ -21,6 +21,9 @@ class Fast final : public Peer {
                {.form = form,
                 .question = {.want = {Want::acceleration, Want::inverse_dynamics, Want::inverse,
                                       Want::mass, Want::derivatives}}}),
+        lower_(plain(model), {.form = form,
+                              .question = {.want = {Want::inverse, Want::mass}},
+                              .triangles = Triangles::lower}),
         nq_(model.nq()),
         nv_(model.nv()),
         a_(nv_),
@@ -42,7 +45,7 @@ class Fast final : public Peer {
     const bool has_forms = task == Task::acceleration || task == Task::inverse;
     return has_forms || form_ == Form::conventional;
   }
-  bool has_batch(Task) const override { return true; }
+  bool has_batch(Task task) const override { return !is_triangle(task); }
   double flops(Task task) const override {
     if (task != Task::acceleration) return 0;
     return kalmarm::flops(robot_.plan(), Want::acceleration, form_);
@@ -78,6 +81,9 @@ class Fast final : public Peer {
         return robot_.inverse_mass(q_rows_, rows_, outcomes_) == 0;
       case Task::mass:
         return robot_.mass(q_rows_, rows_, outcomes_) == 0;
+      case Task::inverse_triangle:
+      case Task::mass_triangle:
+        return false;
       case Task::derivatives: {
         const auto count = static_cast<std::ptrdiff_t>(q_.size());
         for (std::vector<T>* X : {&dq_rows_, &dqd_rows_, &dtau_rows_}) X->resize(count * nv_ * nv_);
@@ -95,12 +101,23 @@ class Fast final : public Peer {
     robot_.inverse_dynamics(q_[i], qd_[i], tau_[i], torque_);
     return true;
   }
-  bool inverse(int i) override {
+  bool inverse_triangle(int i) override {
     batched_ = false;
+    is_lower_ = true;
+    return static_cast<bool>(lower_.inverse_mass(q_[i], matrix_));
+  }
+  bool mass_triangle(int i) override {
+    batched_ = false;
+    is_lower_ = true;
+    lower_.mass(q_[i], matrix_);
+    return true;
+  }
+  bool inverse(int i) override {
+    batched_ = is_lower_ = false;
     return static_cast<bool>(robot_.inverse_mass(q_[i], matrix_));
   }
   bool mass(int i) override {
-    batched_ = false;
+    batched_ = is_lower_ = false;
     robot_.mass(q_[i], matrix_);
     return true;
   }
@@ -114,7 +131,10 @@ class Fast final : public Peer {
   }
   void get_matrix(int i, double* out) const override {
     const std::ptrdiff_t size = std::ptrdiff_t(nv_) * nv_;
-    std::copy_n(batched_ ? &rows_[i * size] : matrix_.data(), size, out);  // symmetric
+    if (batched_)
+      std::copy_n(&rows_[i * size], size, out);  // symmetric
+    else
+      put_symmetric(out);
   }
   void get_derivatives(int i, double* dq, double* dqd, double* dtau) const override {
     put(dq_, dq_rows_, i, dq);
@@ -126,6 +146,11 @@ class Fast final : public Peer {
   }
 
  private:
+  void put_symmetric(double* out) const {
+    MatrixX<double> X = matrix_.template cast<double>();
+    if (is_lower_) X.template triangularView<Eigen::StrictlyUpper>() = X.transpose();
+    std::copy_n(X.data(), X.size(), out);
+  }
   // Of one state, or state i of rows.
   void put(const MatrixX<T>& one, const std::vector<T>& rows, std::ptrdiff_t i, double* out) const {
     const T* const x = batched_ ? &rows[i * nv_ * nv_] : one.data();
@@ -135,7 +160,7 @@ class Fast final : public Peer {
   int states() const override { return static_cast<int>(q_.size()); }
 
   Form form_;
-  Dynamics<T> robot_;
+  Dynamics<T> robot_, lower_;
   int nq_, nv_;
   std::vector<VectorX<T>> q_, qd_, tau_;
   std::vector<T> q_rows_, qd_rows_, tau_rows_;
@@ -143,7 +168,7 @@ class Fast final : public Peer {
   std::vector<Outcome> outcomes_;
   VectorX<T> a_, torque_;
   MatrixX<T> matrix_, dq_, dqd_, dtau_;
-  bool batched_ = false;  // the last call
+  bool batched_ = false, is_lower_ = false;  // the last call
 };
 
 }  // namespace

@@ -51,7 +51,20 @@ struct Mechanism {
   }
 };
 
-enum class Task { acceleration, inverse_dynamics, inverse, mass, derivatives };
+enum class Task {
+  acceleration,
+  inverse_dynamics,
+  inverse,
+  inverse_triangle,
+  mass,
+  mass_triangle,
+  derivatives
+};
+
+// One triangle of a symmetric matrix is enough.
+inline bool is_triangle(Task task) {
+  return task == Task::inverse_triangle || task == Task::mass_triangle;
+}
 
 class Peer {
  public:
@@ -72,11 +85,13 @@ class Peer {
 
   // The timed calls, of state i or, `batch`, of all; false where they failed. acceleration and derivatives
   // take q, qd and tau; inverse_dynamics takes q, qd and, with tau's numbers, qdd; inverse and mass
-  // take q. Both triangles are filled.
+  // take q. Both triangles are filled, or by TASK_triangle at least the one that the library fills.
   virtual bool acceleration(int) { return false; }
   virtual bool inverse_dynamics(int) { return false; }
   virtual bool inverse(int) { return false; }
   virtual bool mass(int) { return false; }
+  virtual bool inverse_triangle(int) { return false; }
+  virtual bool mass_triangle(int) { return false; }
   virtual bool derivatives(int) { return false; }
   virtual bool batch(Task task) {
     for (int i = 0; i < states(); ++i)
@@ -91,8 +106,12 @@ class Peer {
         return inverse_dynamics(i);
       case Task::inverse:
         return inverse(i);
+      case Task::inverse_triangle:
+        return inverse_triangle(i);
       case Task::mass:
         return mass(i);
+      case Task::mass_triangle:
+        return mass_triangle(i);
       case Task::derivatives:
         return derivatives(i);
     }
@@ -100,7 +119,7 @@ class Peer {
   }
 
   // What the last call for state i has left, in Kalmarm's conventions; matrices are nv x nv,
-  // row-major. `matrix` is M^-1 or M, whichever was asked for last.
+  // row-major. `matrix` is M^-1 or M, whichever was asked for last, whole.
   virtual void get_acceleration(int, double*) const {}
   virtual void get_torque(int, double*) const {}  // of inverse_dynamics
   virtual void get_matrix(int, double*) const {}

@@ -5,6 +5,7 @@
 //   inverse_dynamics  rnea
 //   inverse           computeMinverse, which fills the upper triangle, and its mirror image
 //   mass              crba, the same
+//   TASK_triangle     without the mirror image
 //   derivatives       computeABADerivatives
 // Results stay in pinocchio::Data.
 #include <algorithm>
@@ -107,7 +108,8 @@ class Pinocchio final : public Peer {
   }
   // rnea, computeMinverse and computeABADerivatives have no convention.
   bool can(Task task) const override {
-    return is_local() || task == Task::acceleration || task == Task::mass;
+    return is_local() || task == Task::acceleration || task == Task::mass ||
+           task == Task::mass_triangle;
   }
 
   void add_state(const double* q, const double* qd, const double* tau) override {
@@ -140,16 +142,24 @@ class Pinocchio final : public Peer {
     pin::rnea(model_, data_, state.q, state.qd, state.qdd);
     return true;
   }
-  bool inverse(int i) override {
+  bool inverse_triangle(int i) override {
     pin::computeMinverse(model_, data_, states_[i].q);
+    matrix_is_mass_ = false;
+    return true;
+  }
+  bool mass_triangle(int i) override {
+    pin::crba(model_, data_, states_[i].q, convention_);
+    matrix_is_mass_ = true;
+    return true;
+  }
+  bool inverse(int i) override {
+    inverse_triangle(i);
     mirror(data_.Minv);
-    matrix_ = data_.Minv.data();
     return true;
   }
   bool mass(int i) override {
-    pin::crba(model_, data_, states_[i].q, convention_);
+    mass_triangle(i);
     mirror(data_.M);
-    matrix_ = data_.M.data();
     return true;
   }
   bool derivatives(int i) override {
@@ -165,7 +175,12 @@ class Pinocchio final : public Peer {
     axes_.torque(states_[i].given_q.data(), data_.tau, tau);
   }
   void get_matrix(int i, double* out) const override {
-    const Eigen::Map<const Matrix> X(matrix_, mechanism_.nv, mechanism_.nv);
+    if (matrix_is_mass_)
+      mirror(data_.M);
+    else
+      mirror(data_.Minv);
+    const double* const matrix = matrix_is_mass_ ? data_.M.data() : data_.Minv.data();
+    const Eigen::Map<const Matrix> X(matrix, mechanism_.nv, mechanism_.nv);
     axes_.matrix(states_[i].given_q.data(), X, out);
   }
   void get_derivatives(int i, double* dq, double* dqd, double* dtau) const override {
@@ -188,7 +203,7 @@ class Pinocchio final : public Peer {
   std::shared_ptr<Robot> robot_;
   const pin::Model& model_;
   pin::Data& data_;
-  const double* matrix_ = nullptr;  // in Data, symmetric
+  bool matrix_is_mass_ = false;  // of the last matrix
   std::vector<State> states_;
 };
 

@@ -58,7 +58,7 @@ class CommonEngine : public Engine<S> {
  public:
   CommonEngine(const RobotModel& robot, const EngineOptions& options)
       : model_(model_of(robot).template cast<S>()), lowered_(model_, options.zeros) {
-    if (options.wants(Want::mass)) mass_.emplace(lowered_);
+    if (options.wants(Want::mass)) mass_.emplace(lowered_, options.triangles);
     if (options.wants(Want::inverse_dynamics)) inverse_dynamics_.emplace(lowered_);
     if (!options.wants(Want::derivatives)) return;
     derivatives_.emplace(lowered_);

@@ -126,8 +126,9 @@ struct EngineOptions {
   Form form = Form::conventional;
   Kernel kernel = Kernel::spatial;
   Zeros zeros = Zeros::left_out;
-  std::set<Want> want;  // what memory is taken for
-  Selection selection;  // of `selected`
+  std::set<Want> want;                    // what memory is taken for
+  Selection selection;                    // of `selected`
+  Triangles triangles = Triangles::both;  // of M and M^-1 of one state, that have to be filled
 
   bool wants(Want what) const { return want.contains(what); }
   // Whether any of it is made of factors alone.

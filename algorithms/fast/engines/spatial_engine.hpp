@@ -25,7 +25,7 @@ class SpatialEngine final : public CommonEngine<S> {
       factoring_.emplace(lowered());
       factors_.emplace(lowered());
     }
-    if (wants(Want::inverse)) inverse_.emplace(lowered());
+    if (wants(Want::inverse)) inverse_.emplace(lowered(), options.triangles);
     if (wants(Want::solve)) solver_.emplace(lowered());
     if (wants(Want::diagonal)) diagonal_.emplace(lowered(), InverseDiagonal<S>::Terms::fewest);
     if (options.selection.size() > 0) selected_.select(lowered(), options.selection);

@@ -7,7 +7,8 @@
 //   Z(J)     = Phi(first) ... Phi(j-1) Z(j), at the link before J
 //   X(I,J)   = rows(I) Z(J),  Z(J) <- Phi(I) Z(J)    for I = J - 1, J - 2, ...
 // 12 flops for an entry of either triangle, 5 for Phi(I) Z(J), and within a block about 30 for
-// each of 3 numbers a link and lane. The upper triangle is the mirror image of the lower one.
+// each of 3 numbers a link and lane. The upper triangle is the mirror image of the lower one, or is
+// left out.
 #pragma once
 
 #include <algorithm>
@@ -16,6 +17,7 @@
 #include <vector>
 
 #include "algorithms/fast/factors/columns.hpp"
+#include "kalmarm/dynamics.hpp"
 
 namespace kalmarm {
 
@@ -33,7 +35,10 @@ class Blocks {
   // A register of float, two of double; the six columns of Phi have room.
   static constexpr int size = std::max(Lanes<WidePack<float>>::count, 8);
 
-  explicit Blocks(int links) : rows_((links + size - 1) / size), Phi_(rows_.size()) {}
+  Blocks(int links, Triangles triangles)
+      : mirrors_(triangles == Triangles::both),
+        rows_((links + size - 1) / size),
+        Phi_(rows_.size()) {}
 
   // chain has
   //   N(k), Phi_times(k, v): v <- Phi(k)' v, to link k from link k - 1
@@ -52,7 +57,7 @@ class Blocks {
         if (I > 0) {
           const int next = std::max(0, row - size);
           prefetch(next, first, n, X);
-          prefetch(first, next, n, X);
+          if (mirrors_) prefetch(first, next, n, X);
         }
         multiply(rows_[I], Z, row, end - row, first, n, X);
         if (I > 0) advance(Phi_[I], Z);
@@ -116,7 +121,7 @@ class Blocks {
     detail::set_zero(z);
     for (int k = first + count - 1; k >= first; --k)
       store_rows(chain.enter(k, detail::Unit<Lane>::lane(k - first), z), first, k, n, X);
-    detail::mirror_triangle(first, first + count, n, X);
+    if (mirrors_) detail::mirror_triangle(first, first + count, n, X);
     detail::assign(Z, z);
   }
 
@@ -132,8 +137,8 @@ class Blocks {
   }
 
   // X(I,J) for the rows from `row` on, and its mirror image.
-  static void multiply(const Rows& N, const Sixfold<Lane>& Z, int row, int height, int column,
-                       int n, S* X) {
+  void multiply(const Rows& N, const Sixfold<Lane>& Z, int row, int height, int column, int n,
+                S* X) const {
     for (int m = 0; m < height; m += part) {
       Part square[parts][part];
       for (int i = 0; i < part; ++i) {
@@ -145,6 +150,7 @@ class Blocks {
       for (int i = 0; i < rows; ++i)
         for (int j = 0; j < parts; ++j)
           square[j][i].store(X + std::ptrdiff_t(row + m + i) * n + column + j * part);
+      if (!mirrors_) continue;
       for (int j = 0; j < parts; ++j) {
         transpose(square[j]);
         for (int i = 0; i < part; ++i) {
@@ -172,6 +178,7 @@ class Blocks {
     Z.w = w;
   }
 
+  bool mirrors_;
   std::vector<Rows> rows_, Phi_;
 };
 

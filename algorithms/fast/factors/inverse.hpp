@@ -49,15 +49,16 @@ struct InverseOfChain {
 template <class S>
 class InverseColumns {
  public:
-  explicit InverseColumns(const LoweredModel<S>& model)
+  explicit InverseColumns(const LoweredModel<S>& model, Triangles triangles = Triangles::both)
       : by_blocks_(is_chain(model, 6 * lanes)),
+        triangles_(triangles),
         lambda_(model),
-        blocks_(model.nv()),
+        blocks_(model.nv(), triangles),
         few_(model),
         many_(model),
         paths_(model, by_blocks_ ? 0 : model.nv(), lanes) {}
 
-  // X (nv x nv) = M^-1, both triangles, symmetric to the last bit, no entry subnormal (on x86).
+  // X (nv x nv) = M^-1, symmetric to the last bit, no entry subnormal (on x86).
   // About 44 nv^2 flops, of long chains 2300 nv + 8 nv^2. Returns 0 if all of it is finite, else NaN.
   S fill(const LoweredModel<S>& model, const FastFactors<S>& factors, S* X);
 
@@ -71,6 +72,7 @@ class InverseColumns {
                    int count, const char* path, ColumnsWorkspace<T>& ws, S* X);
 
   bool by_blocks_;  // where they are faster than columns
+  Triangles triangles_;
   LambdaWorkspace<S> lambda_;
   Blocks<S> blocks_;
   ColumnsWorkspace<Few> few_;
@@ -94,7 +96,7 @@ S InverseColumns<S>::fill(const LoweredModel<S>& model, const FastFactors<S>& fa
     check += count <= Lanes<Few>::count ? columns(model, factors, first, count, path, few_, X)
                                         : columns(model, factors, first, count, path, many_, X);
   });
-  mirror(model.nv(), X);
+  if (triangles_ == Triangles::both) mirror(model.nv(), X);
   return check;
 }
 

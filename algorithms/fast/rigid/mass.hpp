@@ -90,15 +90,16 @@ struct MassOfChain {
 template <class S>
 class FastMass {
  public:
-  explicit FastMass(const LoweredModel<S>& model)
+  explicit FastMass(const LoweredModel<S>& model, Triangles triangles = Triangles::both)
       : composite_(model),
-        blocks_(model.nv()),
+        triangles_(triangles),
+        blocks_(model.nv(), triangles),
         by_blocks_(is_chain(model, 4 * lanes)),
         few_(model),
         many_(model),
         paths_(model, by_blocks_ ? 0 : model.nv(), lanes) {}
 
-  // M (nv x nv) at q (nq), both triangles, symmetric to the last bit. About 80 nv + 16 nv^2 flops,
+  // M (nv x nv) at q (nq), symmetric to the last bit. About 80 nv + 16 nv^2 flops,
   // of long chains 1500 nv + 8 nv^2.
   void fill(const LoweredModel<S>& model, const S* q, S* M);
 
@@ -112,6 +113,7 @@ class FastMass {
                ColumnsWorkspace<T>& ws, S* M);
 
   CompositeForces<S> composite_;
+  Triangles triangles_;
   Blocks<S> blocks_;
   bool by_blocks_;  // where they are faster than columns
   ColumnsWorkspace<Few> few_;
@@ -134,7 +136,7 @@ void FastMass<S>::fill(const LoweredModel<S>& model, const S* q, S* M) {
     else
       columns(model, first, count, path, many_, M);
   });
-  mirror(model.nv(), M);
+  if (triangles_ == Triangles::both) mirror(model.nv(), M);
 }
 
 template <class S>
