@@ -3,31 +3,24 @@
 #include <algorithm>
 #include <cmath>
 
+#include "algorithms/fast/derivatives/derivatives.hpp"
 #include "algorithms/fast/engine/flops.hpp"
+#include "algorithms/fast/factors/blocks.hpp"
+#include "algorithms/fast/factors/columns.hpp"
 #include "algorithms/fast/planar/planar_filter.hpp"
+#include "algorithms/fast/rigid/mass.hpp"
 #include "algorithms/spatial/pack.hpp"
 
 namespace kalmarm {
 namespace {
 
-constexpr double column = 43;  // a link and column of a sweep (columns.hpp)
+constexpr double column = 43;       // a link and column of a sweep (columns.hpp)
+constexpr double a_solution = 127;  // a link and tau of the factors (solve.hpp)
 
 // Links from k to the base.
 int depth(const Model<double>& model, int k) {
   int out = 0;
   for (; k >= 0; k = model.parent(k)) ++out;
-  return out;
-}
-
-double inverse_flops(const Model<double>& model) {
-  // Links of a chain from which on M^-1 goes by tiles in float64 (inverse.hpp).
-  constexpr int by_blocks = 6 * Lanes<TwoPacks<double>>::count;
-  const double nv = model.nv();
-  bool chain = model.nv() >= by_blocks;
-  for (int k = 0; k < model.nv(); ++k) chain = chain && model.parent(k) == k - 1;
-  if (chain) return 2300 * nv + 8 * nv * nv;
-  double out = 0;
-  for (int k = 0; k < model.nv(); ++k) out += column * (depth(model, k) + k + 1);
   return out;
 }
 
@@ -48,19 +41,69 @@ double selected_flops(const Model<double>& model, const std::vector<int>& dofs,
   return links * (a_column + size);
 }
 
-// Composite inertias, and 30 flops for every joint and every link inboard of it (mass_matrix.hpp).
-double mass_flops(const Model<double>& model) {
-  double out = 0;
-  for (int k = 0; k < model.nv(); ++k) out += 130 + 30 * depth(model, k);
-  return out;
+// Whether M or M^-1 of a chain goes by blocks: from so many pairs of registers on.
+bool by_blocks(const LoweredModel<double>& model, int pairs, CallKind call) {
+  const int lanes =
+      call.is_float32 ? Lanes<TwoPacks<float>>::count : Lanes<TwoPacks<double>>::count;
+  return is_chain(model, pairs * lanes) && !(call.rows && model.nv() <= most_rows_in_lanes);
+}
+
+// Of M: composite inertias, and then columns or blocks (mass.hpp).
+double mass_flops(const LoweredModel<double>& model, const VectorX<double>& q, CallKind call) {
+  const int nv = model.nv();
+  if (by_blocks(model, 4, call)) return 1500.0 * nv + 8.0 * nv * nv;
+  CompositeForces<Count> composite(model);
+  ColumnsWorkspace<Count> ws(model);
+  const ColumnPaths paths(model, nv, 1);
+  const std::vector<Count> cq = detail::counts(q);
+  return detail::counted([&] {
+    composite_forces(model, cq.data(), composite);
+    for (int k = 0; k < nv; ++k)
+      detail::sweep_composite_forces(
+          model, composite, k, k, paths[k], [](int) { return Count(1); }, ws);
+  });
+}
+
+// Of M^-1 after the factors: columns or blocks (inverse.hpp).
+double inverse_flops(const LoweredModel<double>& model, const VectorX<double>& q, CallKind call) {
+  const int nv = model.nv();
+  if (by_blocks(model, 6, call)) return 2300.0 * nv + 8.0 * nv * nv;
+  FastFactors<Count> factors(model);
+  ColumnsWorkspace<Count> ws(model);
+  const ColumnPaths paths(model, nv, 1);
+  const std::vector<Count> cq = detail::counts(q);
+  covariance_factor(model, cq.data(), factors);
+  return detail::counted([&] {
+    for (int j = 0; j < nv; ++j) {
+      detail::sweep_inward(
+          model, factors, j, paths[j], [j](int k) { return Count(k == j ? 1 : 0); }, ws);
+      detail::sweep_outward(model, factors, j, ws, [](int, const Count&) {});
+    }
+  });
+}
+
+// Of all three derivatives: sweeps, or tiles of long chains (derivatives.hpp).
+double derivative_flops(const LoweredModel<double>& model, const VectorX<double>& q,
+                        CallKind call) {
+  const int nv = model.nv();
+  const bool tiles = call.is_float32 ? !ChainBlocks<float>(model).blocks.empty()
+                                     : !ChainBlocks<double>(model).blocks.empty();
+  if (tiles) return 1300.0 * nv + 3 * 20.0 * nv * nv;
+  DerivativeWorkspace<Count> ws(model);
+  const std::vector<Count> cq = detail::counts(q), zero(nv, Count(0.0));
+  std::vector<Count> dq(static_cast<std::size_t>(nv) * nv), dqd = dq, dtau = dq, a(nv);
+  return detail::counted([&] {
+    fast_derivatives(model, cq.data(), zero.data(), zero.data(), ws, dq.data(), dqd.data(),
+                     dtau.data(), a.data());
+  });
 }
 
 // log det M without the factors of the filter.
-double cholesky_flops(const Model<double>& model) {
-  return mass_flops(model) + std::pow(model.nv(), 3) / 3;
+double cholesky_flops(const LoweredModel<double>& model, const VectorX<double>& q) {
+  return mass_flops(model, q, {}) + std::pow(model.nv(), 3) / 3;
 }
 
-double spatial_flops(const Plan& plan, const Part& part, Want want, Form form) {
+double spatial_flops(const Plan& plan, const Part& part, Want want, Form form, CallKind call) {
   const Model<double>& model = part.reduction.model;
   const VectorX<double> q = position_of(plan, part), zero = VectorX<double>::Zero(model.nv());
   if (want == Want::acceleration) {
@@ -75,18 +118,22 @@ double spatial_flops(const Plan& plan, const Part& part, Want want, Form form) {
     return sweep + a_flop_of_pairs * inverse_dynamics_flops(model, q, part.zeros) +
            2 * column * model.nv();
   }
+  const LoweredModel<double> lowered(model, part.zeros);
+  if (want == Want::derivatives) return derivative_flops(lowered, q, call);
   const FactorFlops cost = factor_flops(model, q, part.zeros);
   switch (want) {
     case Want::diagonal:
-      return cost.factors + (plan.partial_answers ? cost.lambda : inverse_flops(model));
+      return cost.factors + (plan.partial_answers ? cost.lambda : inverse_flops(lowered, q, call));
     case Want::log_det:
-      return plan.partial_answers ? cost.factors + 2 * model.nv() : cholesky_flops(model);
+      return plan.partial_answers ? cost.factors + 2 * model.nv() : cholesky_flops(lowered, q);
     case Want::inverse:
       return cost.factors +
-             (part.block ? selected_flops(model, part.asked, {}) : inverse_flops(model));
+             (part.block ? selected_flops(model, part.asked, {}) : inverse_flops(lowered, q, call));
     case Want::operational:
-      return cost.factors +
-             (plan.partial_answers ? selected_flops(model, {}, part.frames) : inverse_flops(model));
+      return cost.factors + (plan.partial_answers ? selected_flops(model, {}, part.frames)
+                                                  : inverse_flops(lowered, q, call));
+    case Want::solve:
+      return cost.factors + a_solution * model.nv();
     default:
       return 0;
   }
@@ -111,7 +158,9 @@ double planar_flops(const Plan& plan, const Part& part, Want want) {
     case Want::diagonal:
       return factor * nv + (plan.partial_answers ? lambda * nv : sweeps * nv * nv);
     case Want::log_det:
-      return plan.partial_answers ? (factor + 2) * nv : cholesky_flops(model);
+      return plan.partial_answers
+                 ? (factor + 2) * nv
+                 : cholesky_flops(LoweredModel<double>(model), position_of(plan, part));
     case Want::inverse:
       return factor * nv +
              (part.block ? selected_flops(model, part.asked, {}, chosen) : sweeps * nv * nv);
@@ -131,25 +180,28 @@ double translational_flops(const Part& part, Want want) {
 
 }  // namespace
 
-double flops(const Plan& plan, Want want, Form form) {
+double flops(const Plan& plan, Want want, Form form, CallKind call) {
   double out = 0;
   for (const Part& part : plan.parts) {
+    const Model<double>& model = part.reduction.model;
     if (want == Want::mass)
-      out += mass_flops(part.reduction.model);
+      out += mass_flops(LoweredModel<double>(model, part.zeros), position_of(plan, part), call);
+    else if (want == Want::inverse_dynamics)
+      out += inverse_dynamics_flops(model, position_of(plan, part), part.zeros);
     else if (part.kernel == Kernel::planar)
       out += planar_flops(plan, part, want);
     else if (part.kernel == Kernel::translational)
       out += translational_flops(part, want);
     else
-      out += spatial_flops(plan, part, want, form);
+      out += spatial_flops(plan, part, want, form, call);
   }
   return std::max(out, 1.0);
 }
 
-double flops_of(const Model<double>& model, Want want, Form form) {
+double flops_of(const Model<double>& model, Want want, Form form, CallKind call) {
   std::set<Rule> rules = rules_for(form);
   rules.erase(Rule::planes);
-  return flops(make_plan(model, {.want = {want}}, rules), want, form);
+  return flops(make_plan(model, {.want = {want}}, rules), want, form, call);
 }
 
 }  // namespace kalmarm

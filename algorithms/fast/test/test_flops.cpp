@@ -81,6 +81,47 @@ TEST(ForwardDynamicsFlops, ZeroTermsCostNone) {
   RecordProperty("flops_meeting", std::to_string(meeting));
 }
 
+// One sweep after another; the filter beside that of the factors, which carries no forces.
+struct Stages {
+  double placements, velocity, covariance, forces, test_of_forces, smoother;
+
+  explicit Stages(const Model<double>& drawn) {
+    Counted at(drawn);
+    const LoweredModel<double>& model = at.model;
+    CovarianceWorkspace<Count> ws(model);
+    FastFactors<Count> factors(model);
+    placements = counted([&] { detail::set_placements(model, at.q.data(), ws); });
+    velocity = counted([&] { detail::set_velocity(model, at.qd.data(), ws); });
+    const double filter = counted([&] {
+      detail::filter_forces(model, ws,
+                            detail::BiasedForces<Count, double>{model, at.tau.data(), ws});
+    });
+    smoother = counted([&] { detail::smooth(model, ws, at.out.data()); });
+    covariance = counted([&] { covariance_factor(model, at.q.data(), factors); }) - placements;
+    test_of_forces = counted([&] { force_noise(model, ws.z); });
+    forces = filter - covariance - test_of_forces;
+  }
+};
+
+TEST(ForwardDynamicsFlops, StagesOfAHingeCostWhatIsSaid) {
+  constexpr int n = 100;
+  const Model<double> model = chain(1, n);
+  const Stages stages(model);
+  const State<double> state = random_state(model, 3);
+  EXPECT_EQ(stages.placements + stages.velocity + stages.covariance + stages.forces +
+                stages.test_of_forces + stages.smoother,
+            acceleration_flops<CovarianceForm>(model, state.q, state.qd, state.tau));
+  const auto expect = [](double said, double flops, const char* what) {
+    expect_between(0.9 * said, flops / n, said, what);
+  };
+  expect(1, stages.placements, "placements");
+  expect(48, stages.velocity, "velocity");
+  expect(190, stages.covariance, "covariance");
+  expect(155, stages.forces, "forces");
+  expect(18, stages.test_of_forces, "test_of_forces");
+  expect(75, stages.smoother, "smoother");
+}
+
 TEST(InverseDynamicsFlops, HingeOfAChainCostsAtMost200) {
   for (int n : {7, 31, 100}) {
     Counted at(chain(1, n));
