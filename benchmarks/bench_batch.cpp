@@ -14,6 +14,7 @@
 #include <memory>
 #include <string>
 #include <thread>
+#include <type_traits>
 #include <vector>
 
 #include "algorithms/dynamics/flops.hpp"
@@ -78,6 +79,12 @@ std::vector<Batch<T>> batches(std::shared_ptr<const Case> c, Form form) {
   const Model<double>& model = c->scene.model;
   const int nv = model.nv();
   const std::ptrdiff_t size = std::ptrdiff_t(nv) * nv;
+  // Of other forms' factors the flops are not known.
+  const auto flops = [&](Want want) {
+    const bool known = want == Want::acceleration || form == Form::conventional;
+    const CallKind call = {.is_float32 = std::is_same_v<T, float>, .rows = true};
+    return known ? flops_of(model, want, form, call) : 0.0;
+  };
   using Rows = std::vector<T>;
   using Outcomes = std::vector<Outcome>;
   const auto vector = [nv](const Rows& x, std::ptrdiff_t i) -> VectorX<T> {
@@ -87,14 +94,13 @@ std::vector<Batch<T>> batches(std::shared_ptr<const Case> c, Form form) {
     return Eigen::Map<const MatrixX<T>>(&X[i * size], nv, nv);
   };
   std::vector<Batch<T>> out;
-  out.push_back({"acceleration_batch", Want::acceleration, nv,
-                 flops_of(model, Want::acceleration, form),
+  out.push_back({"acceleration_batch", Want::acceleration, nv, flops(Want::acceleration),
                  [=](Dynamics<T>& robot, Rows& a, Outcomes& outcomes, int threads) {
                    return robot.forward_dynamics(pool->q_rows, pool->qd_rows, pool->tau_rows, a,
                                                  outcomes, threads);
                  },
                  [=](int i, const Rows& a) { return c->judge(i, vector(a, i)); }});
-  out.push_back({"solve_batch", Want::solve, nv, 0,
+  out.push_back({"solve_batch", Want::solve, nv, flops(Want::solve),
                  [=](Dynamics<T>& robot, Rows& x, Outcomes& outcomes, int threads) {
                    return robot.solve(pool->q_rows, pool->tau_rows, x, outcomes, threads);
                  },
@@ -111,7 +117,7 @@ std::vector<Batch<T>> batches(std::shared_ptr<const Case> c, Form form) {
                                                  c->condition[i]);
                  }});
   if (size * batch_size * std::ptrdiff_t(sizeof(T)) > std::ptrdiff_t(256) << 20) return out;
-  out.push_back({"inverse_batch", Want::inverse, size, flops_of(model, Want::inverse, form),
+  out.push_back({"inverse_batch", Want::inverse, size, flops(Want::inverse),
                  [=](Dynamics<T>& robot, Rows& X, Outcomes& outcomes, int threads) {
                    return robot.inverse_mass(pool->q_rows, X, outcomes, threads);
                  },
@@ -120,7 +126,7 @@ std::vector<Batch<T>> batches(std::shared_ptr<const Case> c, Form form) {
                  }});
   if (form != Form::conventional) return out;
   out.push_back(
-      {"mass_batch", Want::mass, size, flops_of(model, Want::mass, form),
+      {"mass_batch", Want::mass, size, flops(Want::mass),
        [=](Dynamics<T>& robot, Rows& M, Outcomes& outcomes, int threads) {
          return robot.mass(pool->q_rows, M, outcomes, threads);
        },
@@ -128,7 +134,7 @@ std::vector<Batch<T>> batches(std::shared_ptr<const Case> c, Form form) {
   // The result has dq of all states, then dqd, then dtau, then a.
   const std::shared_ptr<Solver<double>> reference =
       make_solver<double>("Sequential<ArrayMGS>", model);
-  out.push_back({"derivatives_batch", Want::derivatives, 3 * size + nv, 0,
+  out.push_back({"derivatives_batch", Want::derivatives, 3 * size + nv, flops(Want::derivatives),
                  [=](Dynamics<T>& robot, Rows& all, Outcomes& outcomes, int threads) {
                    const auto rows = [&](std::ptrdiff_t first, std::ptrdiff_t width) {
                      return RowsView<T>(&all[first * batch_size], batch_size, width);

@@ -6,7 +6,11 @@
 // results against the float64 square-root filter, torques against Newton and Euler in link frames,
 // derivatives against differences of the filter; what is wrong is reported as an error and is not
 // timed. A library without armature solves the mechanism without. Counters: as in
-// case.hpp, and allocations of a call. For medians that other programs on the machine disturb least
+// case.hpp, and allocations of a call. `bytes` of a state are what a call must move at least: what it is
+// given, read once, and its result, written once. The model and memory for what lies between stay in
+// a cache at best and are not counted; nor are a batch's results that the next state overwrites, so
+// that a batch which is a loop has no `bytes`. The machine's limits: peak/fma (peak.hpp) and
+// bandwidth/copy@1 (bandwidth.hpp). For medians that other programs on the machine disturb least
 // add
 //   --benchmark_repetitions=9 --benchmark_enable_random_interleaving=true
 #include <benchmark/benchmark.h>
@@ -23,6 +27,7 @@
 
 #include "algorithms/model/inverse_dynamics.hpp"
 #include "algorithms/test/allocations.hpp"
+#include "benchmarks/bandwidth.hpp"
 #include "benchmarks/case.hpp"
 #include "benchmarks/derivative_check.hpp"
 #include "benchmarks/driver.hpp"
@@ -204,6 +209,22 @@ std::string judge(const Contest& contest, const Peer& peer, Task task, int i) {
   return truth.compare<T>(truth.a[i], a, truth.condition[i]);
 }
 
+// Numbers of a state that are given to a call or are its result.
+double least_numbers(const Model<double>& model, Task task) {
+  const double nq = model.nq(), nv = model.nv();
+  switch (task) {
+    case Task::acceleration:
+    case Task::inverse_dynamics:
+      return nq + 3 * nv;
+    case Task::inverse:
+    case Task::mass:
+      return nq + nv * nv;
+    case Task::derivatives:
+      return nq + 2 * nv + 3 * nv * nv;
+  }
+  return 0;
+}
+
 void run_task(benchmark::State& run, const Contest& contest, Peer& peer, Task task, bool batch) {
   const Case& truth = contest.truth_of(peer);
   if (!truth.flaw.empty()) return run.SkipWithError(truth.flaw.c_str());
@@ -225,7 +246,9 @@ void run_task(benchmark::State& run, const Contest& contest, Peer& peer, Task ta
   }
   run.counters["allocations"] = static_cast<double>(allocations - before) / run.iterations();
   if (!good) return run.SkipWithError("failed");
-  count(run, peer.flops(task), batch ? batch_size : 1);
+  const double size = peer.is_float32() ? sizeof(float) : sizeof(double);
+  count(run, peer.flops(task, batch), batch ? batch_size : 1,
+        batch && !as_one ? 0 : size * least_numbers(truth.scene.model, task));
 }
 
 void add_tasks(std::shared_ptr<const Contest> contest) {
@@ -281,6 +304,7 @@ void add_scenes(const std::vector<Scene>& scenes, std::uint64_t seed) {
     add_tasks(contest);
   }
   register_peak();
+  register_bandwidths();
   std::string all;
   for (const std::string& version : versions)
     if (!version.empty()) all += (all.empty() ? "" : "; ") + version;

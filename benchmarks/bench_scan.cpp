@@ -5,7 +5,7 @@
 // "Scan<Conventional>@2". Wall time is real_time, cpu_time that of all threads together. Everything is
 // verified before it is timed, against Sequential<Conventional>. The counter `bytes` is the memory
 // taken for a call before it, of which a scan reads or writes nearly all; bandwidth/copy@THREADS is
-// what the machine moves in a copy of arrays larger than its caches, read and written bytes together;
+// what the machine moves in a copy of arrays larger than its caches (bandwidth.hpp);
 // kinematics/all/family:N is the part of a call that a scan has in sequence.
 #include <benchmark/benchmark.h>
 #include <malloc.h>
@@ -14,7 +14,6 @@
 #include <algorithm>
 #include <limits>
 #include <memory>
-#include <numeric>
 #include <string>
 #include <vector>
 
@@ -23,7 +22,7 @@
 #include "algorithms/model/plain.hpp"
 #include "algorithms/study/scan/scan.hpp"
 #include "algorithms/study/scan/square_root_element.hpp"
-#include "algorithms/study/scan/tasks.hpp"
+#include "benchmarks/bandwidth.hpp"
 #include "benchmarks/run.hpp"
 #include "kalmarm/dynamics.hpp"
 #include "robots/scene/families.hpp"
@@ -38,7 +37,6 @@ constexpr const char* timed_call =
 
 constexpr int longest = 1'000'000;
 constexpr double rounding = 1e-6;  // to catch what is wrong, not what is inexact
-constexpr int copied = 1 << 25;    // numbers: 256 MiB, beyond all caches
 
 struct Options {
   std::string family = "chain";
@@ -160,33 +158,9 @@ void add_kinematics(const std::shared_ptr<const Case>& c) {
       ->UseRealTime();
 }
 
-void add_bandwidth(int threads) {
-  benchmark::RegisterBenchmark(
-      ("bandwidth/copy@" + std::to_string(threads) + "/none:0/float64").c_str(),
-      [threads](benchmark::State& run) {
-        const VectorX<double> from = VectorX<double>::Ones(copied);
-        VectorX<double> to = VectorX<double>::Zero(copied);
-        scan::Tasks<double> tasks(threads);
-        std::vector<int> parts(threads);
-        std::iota(parts.begin(), parts.end(), 0);
-        const int part = (copied + threads - 1) / threads;
-        for (auto _ : run) {
-          tasks.run(parts, [&](int i) {
-            const int begin = std::min(i * part, copied), count = std::min(part, copied - begin);
-            to.segment(begin, count) = from.segment(begin, count);
-          });
-          benchmark::DoNotOptimize(to.data());
-          benchmark::ClobberMemory();
-        }
-        run.SetBytesProcessed(run.iterations() * 2 * copied * std::int64_t{sizeof(double)});
-      })
-      ->Unit(benchmark::kMillisecond)
-      ->MeasureProcessCPUTime()
-      ->UseRealTime();
-}
-
 void add_all(const Options& options) {
-  for (const int threads : options.threads) add_bandwidth(threads);
+  for (const int threads : options.threads)
+    register_bandwidth(threads, beyond_caches)->MeasureProcessCPUTime()->UseRealTime();
   const Family& family = *std::ranges::find(families(), options.family, &Family::name);
   for (int links = 100; links <= options.largest; links *= 10) {
     const auto c = std::make_shared<const Case>(family, links, options.seed);

@@ -85,9 +85,10 @@ std::string name_of(const std::string& task, const std::string& variant, const C
   return name_of(task, variant, c.scene.name, std::is_same_v<T, float>);
 }
 
-// Counters of a call on `states` states, of `flops` each; 0: not known.
-inline void count(benchmark::State& run, double flops, int states) {
+// Counters of a call on `states` states, of `flops` each and at least `bytes` to move; 0: not known.
+inline void count(benchmark::State& run, double flops, int states, double bytes = 0) {
   using benchmark::Counter;
+  if (bytes > 0) run.counters["bytes"] = bytes;
   if (flops > 0) {
     run.counters["flops"] = flops;
     run.counters["FLOP/s"] = Counter(flops * states, Counter::kIsIterationInvariantRate);

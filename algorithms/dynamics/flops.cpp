@@ -88,7 +88,8 @@ double derivative_flops(const LoweredModel<double>& model, const VectorX<double>
   const int nv = model.nv();
   const bool tiles = call.is_float32 ? !ChainBlocks<float>(model).blocks.empty()
                                      : !ChainBlocks<double>(model).blocks.empty();
-  if (tiles) return 1300.0 * nv + 3 * 20.0 * nv * nv;
+  const bool by_state = !(call.rows && nv <= most_derivatives_in_lanes);
+  if (tiles && by_state) return 1300.0 * nv + 3 * 20.0 * nv * nv;
   DerivativeWorkspace<Count> ws(model);
   const std::vector<Count> cq = detail::counts(q), zero(nv, Count(0.0));
   std::vector<Count> dq(static_cast<std::size_t>(nv) * nv), dqd = dq, dtau = dq, a(nv);

@@ -46,9 +46,10 @@ class Fast final : public Peer {
     return has_forms || form_ == Form::conventional;
   }
   bool has_batch(Task task) const override { return !is_triangle(task); }
-  double flops(Task task) const override {
-    if (task != Task::acceleration) return 0;
-    return kalmarm::flops(robot_.plan(), Want::acceleration, form_);
+  double flops(Task task, bool batch) const override {
+    if (task != Task::acceleration && form_ != Form::conventional) return 0;
+    return kalmarm::flops(robot_.plan(), want(task), form_,
+                          {.is_float32 = is_float32(), .rows = batch});
   }
 
   void add_state(const double* q, const double* qd, const double* tau) override {
@@ -146,6 +147,23 @@ class Fast final : public Peer {
   }
 
  private:
+  static Want want(Task task) {
+    switch (task) {
+      case Task::acceleration:
+        return Want::acceleration;
+      case Task::inverse_dynamics:
+        return Want::inverse_dynamics;
+      case Task::inverse:
+      case Task::inverse_triangle:
+        return Want::inverse;
+      case Task::mass:
+      case Task::mass_triangle:
+        return Want::mass;
+      case Task::derivatives:
+        return Want::derivatives;
+    }
+    return Want::acceleration;
+  }
   void put_symmetric(double* out) const {
     MatrixX<double> X = matrix_.template cast<double>();
     if (is_lower_) X.template triangularView<Eigen::StrictlyUpper>() = X.transpose();

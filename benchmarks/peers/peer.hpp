@@ -75,7 +75,9 @@ class Peer {
   virtual bool can(Task task) const = 0;
   virtual bool is_float32() const { return false; }
   virtual bool has_armature() const { return true; }  // else it solves the mechanism without
-  virtual double flops(Task) const { return 0; }      // a state; 0: not known
+
+  // Of a state, in a call for it alone or in batch(task); 0: not known.
+  virtual double flops(Task, bool /*batch*/) const { return 0; }
 
   // One more state for the calls to work on.
   virtual void add_state(const double* q, const double* qd, const double* tau) = 0;
