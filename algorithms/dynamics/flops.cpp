@@ -120,7 +120,6 @@ double spatial_flops(const Plan& plan, const Part& part, Want want, Form form, C
            2 * column * model.nv();
   }
   const LoweredModel<double> lowered(model, part.zeros);
-  if (want == Want::derivatives) return derivative_flops(lowered, q, call);
   const FactorFlops cost = factor_flops(model, q, part.zeros);
   switch (want) {
     case Want::diagonal:
@@ -189,6 +188,9 @@ double flops(const Plan& plan, Want want, Form form, CallKind call) {
       out += mass_flops(LoweredModel<double>(model, part.zeros), position_of(plan, part), call);
     else if (want == Want::inverse_dynamics)
       out += inverse_dynamics_flops(model, position_of(plan, part), part.zeros);
+    else if (want == Want::derivatives)
+      out +=
+          derivative_flops(LoweredModel<double>(model, part.zeros), position_of(plan, part), call);
     else if (part.kernel == Kernel::planar)
       out += planar_flops(plan, part, want);
     else if (part.kernel == Kernel::translational)
