@@ -27,7 +27,8 @@ def _names(mark: dict) -> list[dict]:
     """Texts beside the marks, as many as have room, by Vega's own placing of labels."""
     if NAMED not in mark.get("style", []):
         return []
-    label = f"datum.datum.variant + ({json.dumps(SHORT)}[datum.datum.precision] || '')"
+    series = f"datum.datum.variant + ({json.dumps(SHORT)}[datum.datum.precision] || '')"
+    label = f"datum.datum.label || {series}"
     return [
         {
             "type": "text",

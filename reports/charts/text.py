@@ -41,6 +41,8 @@ MEASURES = {
 }
 UNITS = {"years": 3.15576e16, "days": 8.64e13, "h": 3.6e12, "s": 1e9, "ms": 1e6, "µs": 1e3}  # ns
 
+BYTES = {"GiB": 2**30, "MiB": 2**20, "KiB": 2**10}
+
 
 def task_text(task: str) -> str:
     return TASKS.get(task, task)
@@ -77,6 +79,17 @@ def factor_text(ratio: float) -> str:
 
 def rate_text(rate: float) -> str:
     return f"{three_digits(rate / 1e9)} GFLOP/s"
+
+
+def bandwidth_text(rate: float) -> str:
+    return f"{three_digits(rate / 1e9)} GB/s"
+
+
+def bytes_text(count: float) -> str:
+    for unit, size in BYTES.items():
+        if count >= size:
+            return f"{three_digits(count / size)} {unit}"
+    return f"{count:.0f} bytes"
 
 
 def error_text(value: float | None) -> str:

@@ -4,7 +4,7 @@ import math
 import statistics
 
 from read.checks import checked_scene
-from read.data import Bandwidth, Call, Jacobian, ScanCall, Time
+from read.data import Bandwidth, Call, Jacobian, ScanCall, Time, scene_size
 from read.values import count, number, text
 
 NO_SCENE = "none"
@@ -24,20 +24,25 @@ def times_of_scenes(runs: dict[str, list[dict]]) -> list[Time]:
 
 def calls(runs: dict[str, list[dict]]) -> list[Call]:
     peaks = {
-        name.split("/")[3]: _counter(rows, "FLOP/s")
+        _parts(name)[3]: _counter(rows, "FLOP/s")
         for name, rows in runs.items()
         if name.startswith(PEAK)
     }
+    copies = [_bandwidth(name, rows) for name, rows in runs.items() if name.startswith(BANDWIDTH)]
+    bandwidths = tuple(sorted((it for it in copies if it.threads == 1), key=lambda it: it.bytes))
     calls = []
     for name, rows in runs.items():
-        if name.startswith(PEAK):
+        if name.startswith((PEAK, BANDWIDTH)):
             continue
         time = _time(name, rows)
-        flops = rate = None
+        flops = rate = least = None
+        states = 1
         if not time.refused:
             flops, rate = _counter(rows, "flops"), _counter(rows, "FLOP/s")
-            time = time._replace(nanoseconds=time.nanoseconds / _states(name, rows))
-        calls.append(Call(time, flops, rate, peaks.get(time.precision)))
+            least, states = _counter(rows, "bytes"), _states(name, rows)
+            time = time._replace(nanoseconds=time.nanoseconds / states)
+        peak = peaks.get(time.precision)
+        calls.append(Call(time, flops, rate, peak, least, states, bandwidths))
     return calls
 
 
@@ -46,29 +51,35 @@ def jacobians(runs: dict[str, list[dict]]) -> list[Jacobian]:
 
 
 def scans(runs: dict[str, list[dict]]) -> list[ScanCall | Bandwidth]:
-    """Variants end in their threads, as in Scan<Conventional>@2."""
-    found = []
-    for name, rows in runs.items():
-        time = _time(name, rows)
-        _, at, threads = time.variant.partition("@")
-        count = int(threads) if at else 1
-        if not 1 <= count <= MOST_THREADS:
-            raise ValueError(f"'{name}' ran on {threads} threads")
-        if name.startswith(BANDWIDTH):
-            rate = _counter(rows, "bytes_per_second")
-            if rate is None:
-                raise ValueError(f"'{name}' has no bytes_per_second")
-            found.append(Bandwidth(count, rate))
-        else:
-            found.append(ScanCall(time, count, _counter(rows, "bytes")))
-    return found
+    return [
+        _bandwidth(name, rows) if name.startswith(BANDWIDTH) else _scan(name, rows)
+        for name, rows in runs.items()
+    ]
+
+
+def _scan(name: str, rows: list[dict]) -> ScanCall:
+    time = _time(name, rows)
+    return ScanCall(time, _threads(name, time), _counter(rows, "bytes"))
+
+
+def _bandwidth(name: str, rows: list[dict]) -> Bandwidth:
+    time, rate = _time(name, rows), _counter(rows, "bytes_per_second")
+    if rate is None:
+        raise ValueError(f"'{name}' has no bytes_per_second")
+    return Bandwidth(_threads(name, time), rate, scene_size(time.scene))
+
+
+def _threads(name: str, time: Time) -> int:
+    """Variants end in them, as in Scan<Conventional>@2."""
+    _, at, threads = time.variant.partition("@")
+    count = int(threads) if at else 1
+    if not 1 <= count <= MOST_THREADS:
+        raise ValueError(f"'{name}' ran on {threads} threads")
+    return count
 
 
 def _time(name: str, rows: list[dict]) -> Time:
-    parts = name.split("/")  # a benchmark's own settings may follow the four parts
-    if len(parts) < 4:
-        raise ValueError(f"name '{name}' is not task/variant/scene/precision")
-    task, variant, scene, precision = parts[:4]
+    task, variant, scene, precision = _parts(name)
     refused = text(next((row["error_message"] for row in rows if row.get("error_occurred")), ""))
     single = [row for row in rows if row.get("run_type") != "aggregate"]
     aggregates = {row["aggregate_name"]: row for row in rows if row.get("run_type") == "aggregate"}
@@ -84,6 +95,14 @@ def _time(name: str, rows: list[dict]) -> Time:
     if scene != NO_SCENE:
         checked_scene(scene)
     return Time(scene, variant, precision, task, median, variation, repetitions, refused)
+
+
+def _parts(name: str) -> list[str]:
+    """The four; a benchmark's own settings may follow."""
+    parts = name.split("/")
+    if len(parts) < 4:
+        raise ValueError(f"name '{name}' is not task/variant/scene/precision")
+    return parts[:4]
 
 
 def _states(name: str, rows: list[dict]) -> int:

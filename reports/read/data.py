@@ -51,13 +51,25 @@ class Time(NamedTuple):
     refused: str
 
 
+class Bandwidth(NamedTuple):
+    """Of memory, by a copy on so many threads."""
+
+    threads: int
+    rate: float  # bytes/s, read and written
+    bytes: int  # of both arrays; 0: not known, beyond all caches
+
+
 class Call(NamedTuple):
-    """A timed call of the fast path or of a peer; of a batch, time and flops are by the state."""
+    """A timed call of the fast path or of a peer; of a batch, time, flops and bytes are by the
+    state. Peak and bandwidths are the machine's, as the same file measured them."""
 
     time: Time
     flops: float | None
     rate: float | None  # FLOP/s
-    peak: float | None  # FLOP/s of fused multiply-adds alone, as the same file measured it
+    peak: float | None  # FLOP/s of fused multiply-adds alone
+    bytes: float | None = None  # that the call must move at least
+    states: int = 1
+    bandwidths: tuple[Bandwidth, ...] = ()  # of one thread, the smallest arrays first
 
 
 class Jacobian(NamedTuple):
@@ -78,13 +90,6 @@ class ScanCall(NamedTuple):
     def variant(self) -> str:
         """Without its threads."""
         return self.time.variant.partition("@")[0]
-
-
-class Bandwidth(NamedTuple):
-    """Of memory, by a copy on so many threads."""
-
-    threads: int
-    rate: float  # bytes/s, read and written
 
 
 class Question(NamedTuple):

@@ -5,6 +5,7 @@ import random
 SCENES = ["panda:7", "chain:31", "g1:35", "chain:100", "chain:500"]
 DYNAMICS = ["panda:7", "chain:7", "chain:31", "chain:127"]
 PEAK = {"float64": 58.7e9, "float32": 117.4e9}  # FLOP/s
+COPIES = {2**15: 100e9, 2**21: 50e9, 2**27: 12e9, 2**29: 11e9}  # bytes: bytes/s
 BATCH = 1024
 TASKS = {  # time in ns and its order of a peer at 7 degrees of freedom
     "acceleration": (1100, 1),
@@ -38,6 +39,7 @@ SERIAL = "KDL"  # knows no branches
 BRANCHED = "g1:35"
 WRONG = "mass/DART/chain:31/float64"
 FLOPS = 430  # of a joint, in acceleration
+BYTES = {"float64": 8, "float32": 4}  # of a number
 
 
 def _aggregates(name: str, time: float, unit: str, dice: random.Random, **counters) -> list[dict]:
@@ -66,7 +68,14 @@ def _call(task, variant, scene, precision, seconds, dice) -> list[dict]:
     if variant.startswith("Fast<"):
         flops = FLOPS * int(scene.split(":")[1])
         counters = {"flops": flops, "FLOP/s": flops / seconds}
+        counters["bytes"] = _numbers(task, scene) * BYTES[precision]
     return _aggregates(name, 1e9 * seconds, "ns", dice, **counters)
+
+
+def _numbers(task: str, scene: str) -> int:
+    """Of a state, that are given to a call or are its result."""
+    n = int(scene.split(":")[1])
+    return {"acceleration": 4 * n, "derivatives": 3 * n + 3 * n**2}.get(task, n + n**2)
 
 
 def _batch(variant, scene, precision, seconds, dice) -> list[dict]:
@@ -76,6 +85,7 @@ def _batch(variant, scene, precision, seconds, dice) -> list[dict]:
         per_state = seconds / (5.4 if precision == "float64" else 10.5)
         flops = FLOPS * int(scene.split(":")[1])
         counters = {"flops": flops, "FLOP/s": flops / per_state, "s/state": per_state}
+        counters["bytes"] = _numbers("acceleration", scene) * BYTES[precision]
     name = f"acceleration_batch/{variant}/{scene}/{precision}"
     return _aggregates(name, 1e6 * BATCH * counters["s/state"], "us", dice, **counters)
 
@@ -88,6 +98,9 @@ def peers(scene: str) -> list[dict]:
     for precision, rate in PEAK.items():
         name = f"peak/fma/native/{precision}"
         rows += _aggregates(name, 100.0, "ns", dice, **{"FLOP/s": rate * dice.uniform(0.99, 1)})
+    for size, rate in COPIES.items():
+        name = f"bandwidth/copy@1/bytes:{size}/float64/process_time/real_time"
+        rows += _aggregates(name, size / rate * 1e6, "us", dice, bytes_per_second=rate)
     for task in TASKS:
         for variant, speed in (OURS | PEERS).items():
             if (variant, scene) == (SERIAL, BRANCHED) or task in dict(WITHOUT).get(variant, []):
@@ -101,6 +114,8 @@ def peers(scene: str) -> list[dict]:
                 )
                 continue
             rows += _call(task, variant, scene, "float64", seconds, dice)
+            if variant == "Fast<Conventional>":
+                rows += _call(task, variant, scene, "float32", seconds / 1.3, dice)
             if task == "acceleration":
                 for precision in PEAK if variant.startswith("Fast<") else ["float64"]:
                     rows += _batch(variant, scene, precision, seconds, dice)

@@ -199,18 +199,18 @@ def test_bars_are_as_long_as_their_times(page):
         number, unit = row.locator("td").first.inner_text().split()
         times.append(float(number) * units[unit])
         widths.append(row.locator(".bar").bounding_box()["width"])
-    assert times == sorted(times) and len(times) == 9
+    assert times == sorted(times) and len(times) == 10
     for time, width in zip(times, widths):
         assert width == pytest.approx(widths[-1] * time / times[-1], abs=2)
     ours, peer = table.locator(".bar.ours"), table.locator(".bar.peer")
-    assert (ours.count(), peer.count()) == (4, 5)
+    assert (ours.count(), peer.count()) == (5, 5)
 
 
 def test_times_against_n_have_peers_beside_ours(page):
     show(page, SIZE, "derivatives/time")
     panel = figure(page, SIZE, "chain: time")
     for variant in ("Fast<Conventional>", "Pinocchio<LOCAL>@clang"):
-        expect(marks(panel, f"variant: {variant};")).to_have_count(3)
+        expect(marks(panel, f"variant: {variant}; precision: float64;")).to_have_count(3)
     show(page, SIZE, "acceleration/energy")  # a measure that peers do not have
     expect(marks(panel, "variant: Batch<EigenLLT>;")).not_to_have_count(0)
     expect(marks(panel, "variant: Pinocchio<LOCAL>@clang;")).to_have_count(3)
@@ -218,8 +218,20 @@ def test_times_against_n_have_peers_beside_ours(page):
 
 def test_the_share_of_the_peak_is_of_the_chosen_task(page):
     panel = figure(page, PEAK, "share of the peak")
-    assert marks(panel).count() == 15  # three of ours on five scenes
-    show_task = section(page, PEAK).get_by_label("Task")
+    assert marks(panel).count() == 20  # three of ours on five scenes, one in float32 too
+    show_task = panel.get_by_label("Task")
     show_task.select_option("acceleration_batch")
     expect(marks(panel)).to_have_count(30)
     assert marks(panel, "precision: float32;").count() == 15
+
+
+def test_the_roofline_is_of_the_chosen_scene(page):
+    panel = figure(page, PEAK, "roofline")
+    calls = marks(panel, "operations a byte")
+    expect(calls).to_have_count(10)  # five tasks in both precisions
+    assert marks(panel, "scene: panda:7;").count() == 10
+    panel.locator("select").select_option("chain:500")
+    expect(marks(panel, "scene: panda:7;")).to_have_count(0)
+    assert marks(panel, "scene: chain:500;").count() == 10
+    assert marks(panel, "bound by: memory").count() > 0
+

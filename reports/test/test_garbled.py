@@ -65,7 +65,11 @@ DOCUMENTS = {
     "estimation": rows(timed()),
     "dynamics": rows(fast(**COUNTERS), peak("float64", 1e9)),
     "batch": rows(fast(**{"s/state": 1e-6})),
-    "peers": rows(fast()),
+    "peers": rows(
+        fast(**COUNTERS, bytes=100.0),
+        peak("float64", 1e9),
+        timed(COPY.replace("@2", "@1").replace("none:0", "bytes:32768"), bytes_per_second=1e9),
+    ),
     "jacobians": rows(*fake_fits.jacobians("arm:2", {"Factored": 10.0}, "jacobian")),
     "pruning": fake_questions.record("planar arm"),
     "scan": rows(timed(CALL) | {"bytes": 1e5}, timed(COPY) | {"bytes_per_second": 1e9}),

@@ -28,9 +28,9 @@ def test_every_figure_is_drawn(page, run):
     }
     unfold_all(page)
     figures = page.locator("figure").all()
-    # What to take, three stresses, all robots, engines, two of the simulation, the peak, questions, two of rare errors,
+    # What to take, three stresses, all robots, engines, two of the simulation, two of the peak, questions, two of rare errors,
     # three of scans.
-    others = 15
+    others = 16
     assert len(figures) == len(timed) + 3 * len(data.families) + others
     for drawn in figures:
         frame, *boxes = drawn.locator(".chart svg").evaluate(
@@ -145,7 +145,7 @@ def test_figures_tables_and_lists_have_names(page):
         ("estimation", 0),
         ("dynamics", 1),
         ("batch", 1),
-        ("peers", 2),
+        ("peers", 3),
         ("pruning", 1),
         ("scan", 0),
         ("s[cp]ans", 1),
