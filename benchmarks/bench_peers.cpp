@@ -219,6 +219,9 @@ double least_numbers(const Model<double>& model, Task task) {
     case Task::inverse:
     case Task::mass:
       return nq + nv * nv;
+    case Task::inverse_triangle:
+    case Task::mass_triangle:
+      return nq + nv * (nv + 1) / 2;
     case Task::derivatives:
       return nq + 2 * nv + 3 * nv * nv;
   }
