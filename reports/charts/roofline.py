@@ -83,8 +83,8 @@ def roofline(placed: list[Placed], style: Style, choices: dict[str, str]):
     """A mark a call, with a line up to its own roof, below the peaks and the bandwidths of the
     smallest and the largest arrays that were copied."""
     ridges = [it.call.peak / copy.rate for it in placed for copy in it.call.bandwidths]
-    at = [it.intensity for it in placed] + ridges
-    ends = [min(at) / MARGIN, max(at) * MARGIN]
+    intensities = [it.intensity for it in placed] + ridges
+    ends = [min(intensities) / MARGIN, max(intensities) * MARGIN]
     rows = [_row(it) for it in placed]
     roofs = [roof for scene in _by_scene(placed).values() for roof in _roofs(scene, *ends)]
     low = min([row["rate"] for row in rows] + [roof["y"] for roof in roofs])
@@ -136,7 +136,7 @@ def _roofs(of_scene: list[Placed], first: float, last: float) -> list[dict]:
     robot = of_scene[0].call.time.scene
     peaks = {it.call.time.precision: it.call.peak for it in of_scene}
     copies = of_scene[0].call.bandwidths
-    highest, widest = max(peaks.values()), max(copy.rate for copy in copies)
+    highest, fastest = max(peaks.values()), max(copy.rate for copy in copies)
     lines = []
     for copy in dict.fromkeys((copies[0], copies[-1])):
         lines.append(
@@ -154,7 +154,7 @@ def _roofs(of_scene: list[Placed], first: float, last: float) -> list[dict]:
             {
                 "kind": "peak",
                 "precision": precision,
-                "x": peak / widest,
+                "x": peak / fastest,
                 "y": peak,
                 "x2": last,
                 "y2": peak,

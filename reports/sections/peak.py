@@ -42,7 +42,8 @@ def section(data: Data) -> Section | None:
             "a loop of fused multiply-adds on registers alone, measured in the same run "
             f"({_peaks(data.peers)}). What cannot be fused stays below it, and so does a call "
             "that has too little to do alike to fill the vector units: one state, mostly. Sines "
-            "and cosines take time but are not counted.",
+            "and cosines take time but are not counted; what long chains do in tiles is counted by "
+            "formula.",
             _of_memory(on_roofline),
         ],
         statements=_statements(on_roofline),
@@ -130,7 +131,8 @@ def _table(on_roofline: list[Placed]) -> Table:
         for it in on_roofline
     ]
     return Table(
-        "Share of the roof: our fastest call of each task; operations and bytes are those of a state",
+        "Share of the roof: our fastest call of each task. Operations and bytes are those of a "
+        "state, arrays those of the call.",
         columns,
         rows,
         "llll" + "r" * 8 + "l",
