@@ -24,7 +24,9 @@ LETTERS = {
     "acceleration": "a",
     "inverse_dynamics": "τ",
     "mass": "M",
+    "mass_triangle": "M (triangle)",
     "inverse": "M⁻¹",
+    "inverse_triangle": "M⁻¹ (triangle)",
     "derivatives": "∂a",
 }
 
@@ -76,7 +78,8 @@ def _row(it: Placed) -> dict:
 def label(it: Placed) -> str:
     task = it.call.time.task.removesuffix("_batch")
     letter = LETTERS.get(task, task)
-    return letter if it.call.states == 1 else f"{letter} × {it.call.states}"
+    text = letter if it.call.states == 1 else f"{letter} × {it.call.states}"
+    return text.replace(" ", "\u00a0")  # in one line of a table
 
 
 def roofline(placed: list[Placed], style: Style, choices: dict[str, str]):

@@ -109,24 +109,24 @@ def _roofline(on_roofline: list[Placed], style: Style) -> Figure:
 
 def _table(on_roofline: list[Placed]) -> Table:
     columns = (
-        "Scene:N,Call,Precision,Variant,Operations,Bytes,Operations a byte,Arrays,Bandwidth [GB/s],"
-        "Rate [GFLOP/s],Roof [GFLOP/s],Share of the roof,Bound by"
+        "Scene:N,Call,Precision,Share,Bound by,Rate [GFLOP/s],Roof [GFLOP/s],"
+        "Operations a byte,Operations,Bytes,Arrays,Bandwidth [GB/s],Variant"
     ).split(",")
     rows = [
         [
             it.call.time.scene,
             roofline_charts.label(it),
             it.call.time.precision,
-            it.call.time.variant,
-            thousands_text(it.call.flops),
-            thousands_text(it.call.bytes),
-            three_digits(it.intensity),
-            bytes_text(it.arrays),
-            three_digits(it.copy.rate / 1e9),
-            three_digits(it.call.rate / 1e9),
-            three_digits(it.roof / 1e9),
             share_text(it.share),
             it.bound,
+            three_digits(it.call.rate / 1e9),
+            three_digits(it.roof / 1e9),
+            three_digits(it.intensity),
+            thousands_text(it.call.flops),
+            thousands_text(it.call.bytes),
+            bytes_text(it.arrays),
+            three_digits(it.copy.rate / 1e9),
+            it.call.time.variant,
         ]
         for it in on_roofline
     ]
@@ -135,7 +135,7 @@ def _table(on_roofline: list[Placed]) -> Table:
         "state, arrays those of the call.",
         columns,
         rows,
-        "llll" + "r" * 8 + "l",
+        "lllrl" + "r" * 7 + "l",
         folded=True,
     )
 
