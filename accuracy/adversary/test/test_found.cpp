@@ -6,8 +6,12 @@
 #include <fstream>
 #include <set>
 #include <sstream>
+#include <string>
+#include <vector>
 
 #include "accuracy/adversary/record.hpp"
+#include "algorithms/model/plain.hpp"
+#include "kalmarm/dynamics.hpp"
 #include "robots/scene/state_file.hpp"
 
 namespace kalmarm::adversary {
@@ -96,6 +100,37 @@ TEST(AdversaryFound, TheCertifiedFormErrsByNoMoreThanFourTimesWhatItSays) {
     ++claims;
   }
   EXPECT_GT(claims, 10);
+}
+
+// Rows have kernels of their own, with a state in every lane: they get the answer of one state.
+TEST(AdversaryFound, RowsOfInversesGetTheAnswerOfOneState) {
+  int inverses = 0;
+  for (const Found& found : all_found()) {
+    if (found.asked.variant != conventional || found.asked.task != Want::inverse) continue;
+    SCOPED_TRACE(found.file);
+    ASSERT_EQ(found.asked.precision, "float32");
+    const Scene scene = load_scene(folder + '/' + found.file + ".xml");
+    const VectorX<float> q =
+        read_states(scene, folder + '/' + found.file + ".json").states.at(0).q.cast<float>();
+    const int nv = scene.model.nv(), nq = scene.model.nq();
+    constexpr int rows = 17;
+    Dynamics<float> robot(plain(scene.model), {.question = {.want = {Want::inverse}}});
+    std::vector<float> q_rows, X_rows(rows * nv * nv);
+    for (int i = 0; i < rows; ++i) q_rows.insert(q_rows.end(), q.begin(), q.end());
+    std::vector<Outcome> outcomes(rows);
+    EXPECT_EQ(robot.inverse_mass(RowsView<const float>(q_rows.data(), rows, nq),
+                                 RowsView<float>(X_rows.data(), rows, nv * nv), outcomes),
+              0);
+    MatrixX<float> X(nv, nv);
+    const Outcome one = robot.inverse_mass(q, X);
+    EXPECT_TRUE(one && one.recomputed);
+    for (int i = 0; i < rows; ++i) {
+      EXPECT_TRUE(outcomes[i].recomputed);
+      EXPECT_TRUE(X == Eigen::Map<const MatrixX<float>>(&X_rows[i * nv * nv], nv, nv)) << i;
+    }
+    ++inverses;
+  }
+  EXPECT_GE(inverses, 1);
 }
 
 // What shows that files and states are still those that were found: nobody mends plain filters.

@@ -6,6 +6,8 @@
 //                          and the rest   error ~ |da|_M / |a|_M                  energy      (2)
 //                          certified      error ~ |da| / |a|                      Euclid's    (3)
 //   M^-1, selected         conventional   every D within error_of_D_let_pass      Loewner's   (4)
+//   M^-1                   conventional   rounding of a column's own numbers
+//                                         |dX_ij| <= largest_error_of_a sqrt(X_ii X_jj) entries (6)
 //                          certified      |dX_ij| <= error sqrt(X_ii X_jj)        entries     (5)
 //   diagonal               certified      |dx_i| <= error x_i                     entries     (5)
 //   log det M              certified      |dL| <= error max(1, |L|)               number      (5)
@@ -17,7 +19,7 @@
 // (2) by (10) there; (3) by (3) of refine.hpp, beside u (|gravity| + |qd|^2) where |a| is less: where
 // forces cancel to their last digits there is none left to be right; (4) by rounding_test.hpp and rounding_bound.hpp: in
 // the order of positive semidefinite matrices M of the factors is within 1 +- e of M;
-// (5) by (3) and (4) of probe.hpp, which are measured on random torques.
+// (5) by (3) and (4) of probe.hpp, which are measured on random torques; (6) by (11) of force_noise.hpp.
 // Square roots are tested as (1) and (2) say, and are known not to hold (1): docs/errors.md.
 #pragma once
 

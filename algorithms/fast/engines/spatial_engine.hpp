@@ -154,7 +154,8 @@ class SpatialEngine final : public CommonEngine<S> {
   Outcome inverse(const S* q, S* X) override {
     set_factors(q);
     const S check = inverse_->fill(lowered(), *factors_, X);
-    return may_be_wrong(q, check) ? guard_->certified().inverse(q, X) : Outcome{};
+    const bool believed = guard_->believed_columns(energy_of_columns(*factors_, X));
+    return !believed || may_be_wrong(q, check) ? guard_->certified().inverse(q, X) : Outcome{};
   }
 
   void inverse(int worker, int count, const S* q, S* X, char* left_over) override {
@@ -166,7 +167,8 @@ class SpatialEngine final : public CommonEngine<S> {
       const auto check =
           rows.fill(lowered(), q + first * nq, states, count - first, X + first * size);
       for (int i = 0; i < states; ++i)
-        left_over[first + i] = !(check[i] == S(0) && rows.factors().margin[i] > S(0));
+        left_over[first + i] = !(check[i] == S(0) && rows.factors().margin[i] > S(0) &&
+                                 guard_->believed_columns(rows.energy()[i]));
     });
   }
 

@@ -46,6 +46,15 @@ struct InverseOfChain {
 
 }  // namespace detail
 
+// S of (11) of force_noise.hpp for X = M^-1 by these factors.
+template <class S>
+S energy_of_columns(const FastFactors<S>& factors, const S* X) {
+  const std::size_t nv = factors.links.size();
+  S sum = S(0);
+  for (std::size_t k = 0; k < nv; ++k) sum += X[k * nv + k] / factors.links[k].inverse_D;
+  return sum;
+}
+
 template <class S>
 class InverseColumns {
  public:

@@ -34,7 +34,9 @@ class InverseOfRows {
   // Returns 0 in the lanes of which all is finite, else NaN.
   P fill(const LoweredModel<S>& model, const S* q, int states, int left, S* X);
 
-  const FastFactors<P>& factors() const { return factors_; }  // of the last call
+  // Of the last call.
+  const FastFactors<P>& factors() const { return factors_; }
+  const P& energy() const { return energy_; }  // S of (11) of force_noise.hpp
 
  private:
   template <class T>
@@ -46,6 +48,7 @@ class InverseOfRows {
   ColumnsWorkspace<Two> two_;
   ColumnPaths paths_;
   MatrixBlock<P> block_;
+  P energy_;
 };
 
 template <class P>
@@ -54,6 +57,7 @@ P InverseOfRows<P>::fill(const LoweredModel<S>& model, const S* q, int states, i
   covariance_factor(model, q_.data(), factors_);
   const FlushSubnormals flush;
   P check = P(S(0));
+  energy_ = check;
   int i = 0;
   for_each_chunk(model.nv(), 2, [&](int first, int count) {
     const char* const path = paths_[i++];
@@ -76,6 +80,7 @@ P InverseOfRows<P>::columns(const LoweredModel<S>& model, int first, const char*
     check += a * T(S(0));
     for (int i = k == last ? Columns::count - 1 : 0; i < Columns::count; ++i)
       block_.set(k, first + i, Columns::column(a, i));
+    if (k >= first) energy_ += Columns::column(a, k - first) / factors_.links[k].inverse_D;
   });
   P sum = Columns::column(check, 0);
   if constexpr (Columns::count == 2) sum += Columns::column(check, 1);

@@ -109,6 +109,9 @@ class Guard {
     return !(second_.error_of_D(lowered, q, swept, lane) < error_of_D_let_pass<S>);
   }
 
+  // Whether columns of M^-1 pass (11); `energy`: its S.
+  bool believed_columns(const S& energy) const { return rounding_unit<S>() * energy < allowed_; }
+
   // Factors at q are kept, by which columns are solved.
   void keep(const LoweredModel<S>& lowered, const S* q) {
     std::copy_n(q, lowered.nq(), q_.data());

@@ -104,13 +104,12 @@ class PlanarEngine final : public CommonEngine<T> {
 
   Outcome inverse(const T* q, T* result) override {
     planar_factor(model_, q, ws_);
-    T check = T(0);
-    if (along_.dofs.empty()) {
-      check = columns(result);
-    } else {
+    T* const in_plane = along_.dofs.empty() ? result : in_plane_.data();
+    const T check = columns(in_plane);
+    const bool believed = guard_->believed_columns(energy_of_columns(in_plane));
+    if (!along_.dofs.empty()) {
       const int nv = this->lowered().nv();
       Eigen::Map<MatrixX<T>> X(result, nv, nv);
-      check = columns(in_plane_.data());
       X.setZero();
       for (int j = 0; j < model_.nv(); ++j)
         for (int i = 0; i < model_.nv(); ++i)
@@ -119,7 +118,7 @@ class PlanarEngine final : public CommonEngine<T> {
         for (int i = 0; i < along_factors_.nv(); ++i)
           X(along_.dofs[i], along_.dofs[j]) = along_factors_.inverse()(i, j);
     }
-    if (!may_be_wrong(check)) return {};
+    if (believed && !may_be_wrong(check)) return {};
     const Outcome out = verdict(q);
     return out ? guard_->certified().inverse(q, result) : out;
   }
@@ -271,6 +270,14 @@ class PlanarEngine final : public CommonEngine<T> {
     T check = T(0);
     for (const auto& at : ws_.links) check += at.inverse_D * T(0);
     return may_be_wrong(check);
+  }
+
+  // S of (11) of force_noise.hpp for X = M^-1 in the plane.
+  T energy_of_columns(const T* X) const {
+    const std::ptrdiff_t nv = model_.nv();
+    T sum = T(0);
+    for (std::ptrdiff_t k = 0; k < nv; ++k) sum += ws_.links[k].D * X[k * nv + k];
+    return sum;
   }
 
   // M^-1 of the DoF in the plane, column-major, without subnormal entries (factors/inverse.hpp).
