@@ -2,12 +2,13 @@
 // on the same mechanisms in the same states in one run.
 //
 // Names are task/variant/scene/precision; tasks are acceleration, inverse_dynamics, inverse, mass and
-// derivatives, of all TASK_batch, and of matrices TASK_triangle. Everything is verified before it is timed:
-// results against the float64 square-root filter, torques against Newton and Euler in link frames,
-// derivatives against differences of the filter; what is wrong is reported as an error and is not
-// timed. A library without armature solves the mechanism without. Counters: as in
-// case.hpp, and allocations of a call. `bytes` of a state are what a call must move at least: what it is
-// given, read once, and its result, written once. The model and memory for what lies between stay in
+// derivatives, of all TASK_batch, and of matrices TASK_triangle. Everything is verified before it is
+// timed: results against the float64 square-root filter, torques against Newton and Euler in link
+// frames, derivatives against differences of the filter; what is wrong is reported as an error and is
+// not timed. A library without armature solves the mechanism without. Counters: as in case.hpp,
+// allocations of a call, and generate_s, the CPU seconds that generating and compiling code for the
+// mechanism took, now or when it was first done. `bytes` of a state are what a call must move at
+// least: what it is given, read once, and its result, written once. The model and memory for what lies between stay in
 // a cache at best and are not counted; nor are a batch's results that the next state overwrites, so
 // that a batch which is a loop has no `bytes`. The machine's limits: peak/fma (peak.hpp) and
 // bandwidth/copy@1 (bandwidth.hpp). For medians that other programs on the machine disturb least
@@ -248,6 +249,7 @@ void run_task(benchmark::State& run, const Contest& contest, Peer& peer, Task ta
     if (++i == batch_size) i = 0;
   }
   run.counters["allocations"] = static_cast<double>(allocations - before) / run.iterations();
+  if (const double s = peer.seconds_to_generate(task); s > 0) run.counters["generate_s"] = s;
   if (!good) return run.SkipWithError("failed");
   const double size = peer.is_float32() ? sizeof(float) : sizeof(double);
   count(run, peer.flops(task, batch), batch ? batch_size : 1,

@@ -55,10 +55,10 @@ enum class Task {
   acceleration,
   inverse_dynamics,
   inverse,
-  inverse_triangle,
   mass,
-  mass_triangle,
-  derivatives
+  derivatives,
+  inverse_triangle,
+  mass_triangle
 };
 
 // One triangle of a symmetric matrix is enough.
@@ -78,6 +78,8 @@ class Peer {
 
   // Of a state, in a call for it alone or in batch(task); 0: not known.
   virtual double flops(Task, bool /*batch*/) const { return 0; }
+  // CPU seconds of generating and compiling code for the task, once it was called; 0: no such code.
+  virtual double seconds_to_generate(Task) const { return 0; }
 
   // One more state for the calls to work on.
   virtual void add_state(const double* q, const double* qd, const double* tau) = 0;

@@ -13,9 +13,9 @@
 #include <pinocchio/algorithm/aba.hpp>
 #include <pinocchio/algorithm/crba.hpp>
 #include <pinocchio/algorithm/rnea.hpp>
-#include <pinocchio/multibody.hpp>
 
 #include "benchmarks/peers/body_axes.hpp"
+#include "benchmarks/peers/pinocchio_model.hpp"
 
 namespace kalmarm {
 namespace {
@@ -24,43 +24,6 @@ namespace pin = pinocchio;
 
 // Data allocates four tensors of nv^3 numbers: 4 GB at 500, for a moment.
 constexpr int largest_nv = 512;
-
-pin::Model make_model(const Mechanism& mechanism) {
-  using Type = Mechanism::Type;
-  pin::Model model;
-  model.gravity.linear() = Eigen::Map<const Eigen::Vector3d>(mechanism.gravity);
-  std::vector<pin::JointIndex> ids;
-  Vector armature(mechanism.nv);
-  for (const Mechanism::Joint& joint : mechanism.joints) {
-    using Row3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-    const Eigen::Matrix3d R = Eigen::Map<const Row3>(joint.R);
-    const Eigen::Matrix3d I = Eigen::Map<const Row3>(joint.inertia);
-    const Eigen::Vector3d p(joint.p), com(joint.com);
-    const pin::JointIndex parent = joint.parent < 0 ? 0 : ids[joint.parent];
-    const std::string name = "joint" + std::to_string(ids.size());
-    const auto add = [&](const auto& type) {
-      ids.push_back(model.addJoint(parent, type, pin::SE3(R, p), name));
-    };
-    switch (joint.type) {
-      case Type::hinge:
-        add(pin::JointModelRZ());
-        break;
-      case Type::slide:
-        add(pin::JointModelPZ());
-        break;
-      case Type::ball:
-        add(pin::JointModelSpherical());
-        break;
-      case Type::free:
-        add(pin::JointModelFreeFlyer());
-        break;
-    }
-    model.appendBodyToJoint(ids.back(), pin::Inertia(joint.mass, com, I), pin::SE3::Identity());
-    armature.segment(joint.v, joint.dof).setConstant(joint.armature);
-  }
-  model.armature = armature;
-  return model;
-}
 
 // The lower triangle from the upper one, in blocks that stay in the cache.
 template <class Stored>
@@ -83,7 +46,8 @@ struct Robot {
   pin::Model model;
   pin::Data data;
 
-  explicit Robot(const Mechanism& mechanism) : model(make_model(mechanism)), data(model) {
+  explicit Robot(const Mechanism& mechanism)
+      : model(make_model<pin::JointCollectionDefaultTpl>(mechanism)), data(model) {
     for (auto* tensor : {&data.d2tau_dqdq, &data.d2tau_dvdv, &data.d2tau_dqdv, &data.d2tau_dadq})
       *tensor = {};
   }
@@ -113,32 +77,15 @@ class Pinocchio final : public Peer {
   }
 
   void add_state(const double* q, const double* qd, const double* tau) override {
-    State state = {Vector(mechanism_.nq),    axes_.to_library(q, qd),
-                   axes_.to_library(q, tau), axes_.acceleration_to_library(q, qd, tau),
-                   Vector(mechanism_.nq),    Vector(mechanism_.nv),
-                   Vector(mechanism_.nv)};
-    std::copy_n(q, mechanism_.nq, state.given_q.data());
-    std::copy_n(qd, mechanism_.nv, state.given_qd.data());
-    std::copy_n(tau, mechanism_.nv, state.given_tau.data());
-    state.q = state.given_q;
-    for (const Mechanism::Joint& joint : mechanism_.joints) {
-      const bool is_free = joint.type == Mechanism::Type::free;
-      if (!is_free && joint.type != Mechanism::Type::ball) {
-        state.q[joint.q] -= joint.ref;
-        continue;
-      }
-      const int at = joint.q + (is_free ? 3 : 0);
-      state.q.segment<4>(at) = quaternion_at(q + at).coeffs();  // x, y, z, w
-    }
-    states_.push_back(state);
+    states_.push_back(make_state(mechanism_, axes_, q, qd, tau));
   }
 
   bool acceleration(int i) override {
-    const State& state = states_[i];
+    const PinocchioState& state = states_[i];
     return pin::aba(model_, data_, state.q, state.qd, state.tau, convention_).allFinite();
   }
   bool inverse_dynamics(int i) override {
-    const State& state = states_[i];
+    const PinocchioState& state = states_[i];
     pin::rnea(model_, data_, state.q, state.qd, state.qdd);
     return true;
   }
@@ -163,7 +110,7 @@ class Pinocchio final : public Peer {
     return true;
   }
   bool derivatives(int i) override {
-    const State& state = states_[i];
+    const PinocchioState& state = states_[i];
     pin::computeABADerivatives(model_, data_, state.q, state.qd, state.tau);
     return true;
   }
@@ -184,16 +131,12 @@ class Pinocchio final : public Peer {
     axes_.matrix(states_[i].given_q.data(), X, out);
   }
   void get_derivatives(int i, double* dq, double* dqd, double* dtau) const override {
-    const State& state = states_[i];
+    const PinocchioState& state = states_[i];
     axes_.derivatives(state.given_q.data(), state.given_qd.data(), state.given_tau.data(),
                       data_.ddq, data_.ddq_dq, data_.ddq_dv, data_.Minv, dq, dqd, dtau);
   }
 
  private:
-  struct State {
-    Vector q, qd, tau, qdd, given_q, given_qd, given_tau;
-  };
-
   bool is_local() const { return convention_ == pin::Convention::LOCAL; }
   int states() const override { return static_cast<int>(states_.size()); }
 
@@ -204,7 +147,7 @@ class Pinocchio final : public Peer {
   const pin::Model& model_;
   pin::Data& data_;
   bool matrix_is_mass_ = false;  // of the last matrix
-  std::vector<State> states_;
+  std::vector<PinocchioState> states_;
 };
 
 }  // namespace

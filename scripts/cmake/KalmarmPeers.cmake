@@ -31,7 +31,8 @@ function(kalmarm_debian_peer name include)
   set(KALMARM_PEER_MODULES ${KALMARM_PEER_MODULES} PARENT_SCOPE)
 endfunction()
 
-file(GLOB_RECURSE own_headers CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/algorithms/*.hpp)
+file(GLOB_RECURSE own_headers CONFIGURE_DEPENDS
+  ${PROJECT_SOURCE_DIR}/algorithms/*.hpp ${PROJECT_SOURCE_DIR}/benchmarks/peers/*.hpp)
 
 # By the other compiler, with the same flags. TAG is what its variants' names end with.
 function(kalmarm_peer_by_other_compiler name tag)
@@ -81,6 +82,35 @@ if(PINOCCHIO_INCLUDE)
   endif()
 endif()
 
+# Code that Pinocchio generates, which bench_peers compiles as C by each of these that is there. What generates it is
+# not timed.
+find_path(CPPADCG_INCLUDE cppad/cg.hpp PATHS ${wheel} NO_DEFAULT_PATH)
+if(PINOCCHIO_INCLUDE AND CPPADCG_INCLUDE)
+  kalmarm_peer_module(peer_generated ${CMAKE_CURRENT_SOURCE_DIR}/peers/generated.cpp)
+  target_sources(peer_generated PRIVATE
+    ${CMAKE_CURRENT_SOURCE_DIR}/peers/c_library.cpp ${CMAKE_CURRENT_SOURCE_DIR}/peers/generator.cpp)
+  target_include_directories(peer_generated SYSTEM PRIVATE ${PINOCCHIO_INCLUDE} ${CPPADCG_INCLUDE})
+  target_link_libraries(peer_generated PRIVATE Boost::headers ${CMAKE_DL_LIBS})
+  # Pinocchio asks each joint whether it is one of a kind that generator.cpp leaves out: it is not.
+  target_compile_definitions(peer_generated PRIVATE ${definitions} BOOST_VARIANT_USE_RELAXED_GET_BY_DEFAULT
+    KALMARM_GENERATED_FOLDER="${CMAKE_BINARY_DIR}/peers/generated")
+  target_compile_options(peer_generated PRIVATE -O1 -w)
+  foreach(name gcc clang)
+    string(TOUPPER ${name} upper)
+    find_program(KALMARM_C_${upper} ${name})
+    mark_as_advanced(KALMARM_C_${upper})
+    set(path)
+    set(version)
+    if(KALMARM_C_${upper})
+      set(path ${KALMARM_C_${upper}})
+      execute_process(COMMAND ${path} --version OUTPUT_VARIABLE version)
+      string(REGEX MATCH "[0-9]+\\.[0-9]+\\.[0-9]+" version "${version}")
+    endif()
+    target_compile_definitions(peer_generated PRIVATE
+      KALMARM_${upper}="${path}" KALMARM_${upper}_VERSION="${version}")
+  endforeach()
+endif()
+
 find_path(DART_INCLUDE dart/dart.hpp)
 find_library(DART_LIBRARY dart)
 kalmarm_debian_peer(dart DART_INCLUDE DART_LIBRARY)
@@ -112,6 +142,6 @@ find_path(KDL_INCLUDE kdl/chain.hpp)
 find_library(KDL_LIBRARY orocos-kdl)
 kalmarm_debian_peer(kdl KDL_INCLUDE KDL_LIBRARY)
 
-mark_as_advanced(PINOCCHIO_INCLUDE KALMARM_OTHER_COMPILER DART_INCLUDE DART_LIBRARY SIMBODY_INCLUDE SERIAL_LAPACK
-  SERIAL_BLAS SIMBODY_LIBRARY SIMMATH_LIBRARY SIMCOMMON_LIBRARY BULLET_INCLUDE BULLET_DYNAMICS BULLET_COLLISION
-  BULLET_MATH KDL_INCLUDE KDL_LIBRARY)
+mark_as_advanced(PINOCCHIO_INCLUDE CPPADCG_INCLUDE KALMARM_OTHER_COMPILER DART_INCLUDE DART_LIBRARY SIMBODY_INCLUDE
+  SERIAL_LAPACK SERIAL_BLAS SIMBODY_LIBRARY SIMMATH_LIBRARY SIMCOMMON_LIBRARY BULLET_INCLUDE BULLET_DYNAMICS
+  BULLET_COLLISION BULLET_MATH KDL_INCLUDE KDL_LIBRARY)
