@@ -19,6 +19,8 @@ namespace kalmarm {
 template <class S>
 class CertifiedEngine final : public CommonEngine<S> {
  public:
+  using CommonEngine<S>::derivatives;  // of rows
+
   CertifiedEngine(const RobotModel& robot, const EngineOptions& options)
       : CommonEngine<S>(robot, options), models_(this->lowered(), this->model()) {
     const auto wants = [&](Want want) { return options.wants(want); };

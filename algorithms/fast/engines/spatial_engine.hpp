@@ -15,6 +15,8 @@ namespace kalmarm {
 template <class S, class F>
 class SpatialEngine final : public CommonEngine<S> {
  public:
+  using CommonEngine<S>::derivatives;  // of rows
+
   SpatialEngine(const RobotModel& robot, const EngineOptions& options)
       : CommonEngine<S>(robot, options), robot_(robot), selection_(options.selection) {
     const auto wants = [&](Want want) { return options.wants(want); };

@@ -25,6 +25,8 @@ namespace kalmarm {
 template <class T>
 class PlanarEngine final : public CommonEngine<T> {
  public:
+  using CommonEngine<T>::derivatives;  // of rows
+
   // Of a robot that find_plane finds a plane of.
   PlanarEngine(const RobotModel& robot, const EngineOptions& options)
       : PlanarEngine(robot, options, *find_plane(model_of(robot).template cast<T>())) {}

@@ -18,6 +18,8 @@ namespace kalmarm {
 template <class T>
 class TranslationalEngine final : public CommonEngine<T> {
  public:
+  using CommonEngine<T>::derivatives;  // of rows
+
   // Of a robot that is translational.
   TranslationalEngine(const RobotModel& robot, const EngineOptions& options)
       : TranslationalEngine(robot, options, model_of(robot).template cast<T>().template cast<W>()) {
