@@ -6,7 +6,7 @@
 namespace kalmarm {
 
 // What else decides the flops of M, M^-1 and derivatives: long chains go by blocks whose size is that of
-// registers, but not the states of many rows, up to most_rows_in_lanes DoF.
+// registers, but not the states of many rows, up to most_rows_in_lanes or most_derivatives_in_lanes DoF.
 struct CallKind {
   bool is_float32 = false;
   bool rows = false;  // one call for many states

@@ -30,6 +30,21 @@ inline std::vector<Family> families_and_robots() {
   return all;
 }
 
+// One body on each kind of joint, without a rotor and with one.
+inline std::vector<Model<double>> single_bodies() {
+  std::vector<Model<double>> out;
+  for (const auto add : {&Builder::add, &Builder::add_ball, &Builder::add_free})
+    for (const double r : {0.0, 0.1}) {
+      Random random(8);
+      Builder builder;
+      Joint<double> joint = random_joint(random, -1);
+      joint.r = r;
+      (builder.*add)(joint);
+      out.push_back(builder.build());
+    }
+  return out;
+}
+
 // Links at which a joint of one DoF ends; others are parts of a ball or free joint.
 inline bool is_single(const Model<double>& model, int k) {
   const Coordinate c = model.joint(k).coordinate;

@@ -145,17 +145,9 @@ TYPED_TEST(RowsOfM, AreWhatOneStateGetsInEverySize) {
   for (int n = 94; n <= 99; ++n) expect_as_one_state<TypeParam>(chain(5, n), of_M(), 17);
 }
 
-// One body on each kind of joint.
 TYPED_TEST(RowsOfM, AreWhatOneStateGetsOfOneBody) {
-  for (const auto add : {&Builder::add, &Builder::add_ball, &Builder::add_free})
-    for (const double r : {0.0, 0.1}) {
-      Random random(8);
-      Builder builder;
-      Joint<double> joint = random_joint(random, -1);
-      joint.r = r;
-      (builder.*add)(joint);
-      expect_as_one_state<TypeParam>(builder.build(), of_M(), 11);
-    }
+  for (const Model<double>& model : single_bodies())
+    expect_as_one_state<TypeParam>(model, of_M(), 11);
 }
 
 // Of joints that are locked, and of some that are asked about.

@@ -159,17 +159,9 @@ TYPED_TEST(RowsOfDerivatives, AreWhatOneStateGetsInEverySize) {
     expect_as_one_state<TypeParam>(chain(5, n), of_derivatives(), 17);
 }
 
-// One body on each kind of joint.
 TYPED_TEST(RowsOfDerivatives, AreWhatOneStateGetsOfOneBody) {
-  for (const auto add : {&Builder::add, &Builder::add_ball, &Builder::add_free})
-    for (const double r : {0.0, 0.1}) {
-      Random random(8);
-      Builder builder;
-      Joint<double> joint = random_joint(random, -1);
-      joint.r = r;
-      (builder.*add)(joint);
-      expect_as_one_state<TypeParam>(builder.build(), of_derivatives(), 11);
-    }
+  for (const Model<double>& model : single_bodies())
+    expect_as_one_state<TypeParam>(model, of_derivatives(), 11);
 }
 
 // Of joints that are locked, of a robot at rest, and of some DoF that are asked about.

@@ -59,11 +59,11 @@
 // without: where torques hold a robot T E is far above |a|^2 although nothing is lost, and no search
 // has needed it.
 //
-// Column j of X = M^-1 is such an x, of |X_j|_M^2 = X(j,j). Of its motions what is rounded in a(k) itself,
-// |x(k)| <= c u |X(k,j)|, counts for all columns at once, since X(k,j)^2 <= X(k,k) X(j,j):
+// Column j of X = M^-1 is such an x, with |X_j|_M^2 = X(j,j) and a(k) = X(k,j). The rounding of a(k) itself,
+// |x(k)| <= c u |X(k,j)|, is bounded by one number for all columns, since X(k,j)^2 <= X(k,k) X(j,j):
 //   |dX_j|_M^2 / X(j,j) <= (c u)^2 S,  S = sum over k of D(k) X(k,k)                     (11)
-// and an entry's error |dX(i,j)| <= sqrt(X(i,i)) |dX_j|_M. X is believed where (c u)^2 S < e^2. D(k) X(k,k)
-// is 1 of a joint that the others do not move. What cancels among the terms of a(k) is not counted.
+// and an entry's error |dX(i,j)| <= sqrt(X(i,i)) |dX_j|_M. X is believed where (c u)^2 S < e^2. Terms of
+// a(k) that cancel are not counted: with (11) a search still shows 1.1 % in float32.
 //
 // The same sums say how wrong an answer is. In each joint's own scale |a|_s^2 = sum of mu(k) a(k)^2
 // is about |a|_M^2 and mostly below it, so that of |da|_M / |a|_M
