@@ -2,6 +2,7 @@
 // probes (probe.hpp); where that is not enough, or some D may be lost in rounding, in DoubleDouble
 // (wide_factors.hpp), which warns or refuses where it cannot tell D from rounding.
 //   enough, of what is not refined:  64 u sqrt(nv);     of factors for solves, which are: 1e-3
+//   error, of what is not refined:   at least 4 u, since eight probes may miss an error of one entry
 // Solves are refined with the residual in twice the precision (refine.hpp).
 #pragma once
 
@@ -100,7 +101,7 @@ class CertifiedFactors {
       if (!all_finite(nv, taus + start)) continue;
       residual_.set_torque(taus + start);
       Verdict refined;
-      refiner_.refine(models_.twice, residual_, by_kept, 1, X + start, &refined);
+      refiner_.refine(models_.twice, residual_, by_kept, 1, X + start, &refined, kept_.error);
       out.steps = std::max(out.steps, refined.steps);
       if (refined.settled) {
         out.error = std::max(out.error, refined.error);
@@ -129,7 +130,7 @@ class CertifiedFactors {
     if (of_D < error_of_D_to_refine) {
       probes_.set_position(models_.twice, q);
       Outcome out;
-      out.error = error(of_D);
+      out.error = std::max(error(of_D), least_error_of_parts * 0x1p-53);
       if (out.error <= enough) return out;
     }
     return recomputed(last());

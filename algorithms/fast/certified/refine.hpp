@@ -2,7 +2,7 @@
 //   d(i)   = M^^-1 r(x(i))          r in twice the precision (residual.hpp), M^ as it was factored
 //   x(i+1) = x(i) + d(i)            as a sum of two numbers, high + low, by (1) of pair.hpp
 //   e(i)   = |d(i)| / |x(i+1)|      Euclid's norm
-//   rho(0) = 100 e(0),  rho(i) = |d(i)| / |d(i-1)|      how far one step leaves its error      (1)
+//   rho(0) = max(100 e(0), eps),  rho(i) = |d(i)| / |d(i-1)|   how far one step leaves its error  (1)
 //   left(i) = e(i) rho(i)           of the error of x(i+1), relatively                         (2)
 // A step is taken until left(i) <= u / 4 and rho(i) <= 0.3; where rho(i) is larger, i > 0, the
 // factors do not help, and the caller takes better ones. In the end x is rounded to its high part:
@@ -17,9 +17,12 @@
 // since d(0) is what rounding did to x(0), and does to the high parts of the residual. In double
 // that leaves 2^-29 of it, far = 1. In pairs, what cancels within a link keeps no more digits than
 // double has (pair.hpp): far = 1e-9.
+// Squares of a residual underflow in float where forces are below 1e-22, and then a bound is zero that
+// is not: what is solved for is r times a power of two.
 // In equilibrium a is zero: beside a gravity g, u g takes the place of a smaller |x| in (4), and
 // 0.1 g in (5).
 //
+// eps is the error of M^ where that has been measured (probe.hpp), else 0.
 // M^ is wrong by about rho in the directions that count, x(0) by e(0): the same factors made both.
 // That rho(0) is at most 100 e(0) is a rule of experience, for factors whose every D is right to a
 // digit: with a D that is noise, (3) was seen to be a thousandth of the error. Where e(0) is below
@@ -55,10 +58,10 @@ class Refiner {
 
   // x (nv) of the equation that `residual` has been set to; by.solve(r, d) writes d = M^^-1 r and
   // returns a bound of (4), by.closer(r) a closer one, by.noise() the part of either that is
-  // noise. Of the lanes, the first `states` count.
+  // noise. Of the lanes, the first `states` count. error_of_factors: eps of (1).
   template <class Kept>
   void refine(const Model& model, TwiceResidual<T>& residual, Kept&& by, int states, T* x,
-              Verdict* out);
+              Verdict* out, double error_of_factors = 0);
 
  private:
   // Norms are sums of squares in T, one state's in double. Out of this range they may have lost what
@@ -76,6 +79,16 @@ class Refiner {
 
   static double square(double x) { return x * x; }
 
+  static constexpr S enlarged = std::is_same_v<S, float> ? S(0x1p40) : S(1);
+
+  // Of squares of what was enlarged.
+  static Norm reduced(const Norm& squares) {
+    if constexpr (enlarged == S(1))
+      return squares;
+    else
+      return squares * Norm(1 / (enlarged * enlarged));
+  }
+
   // |x|^2, or what takes its place beside gravity.
   double size(double xx) const { return std::max(xx, square(unit_roundoff<S>() * gravity_)); }
 
@@ -90,13 +103,18 @@ class Refiner {
     return noise <= square(unit_roundoff<S>() / 4) * size(xx);
   }
 
+  // left(0), of e(0)^2.
+  static double left_by_first(double ratio, double eps) {
+    return std::max(first_contraction * ratio, eps > 0 ? eps * std::sqrt(ratio) : 0);
+  }
+
   // Whether the first step is enough in every lane: as it is in most.
   bool settles(const Norm& xx, const Norm& dd, const Norm& ratio, const Norm& bound,
-               const Norm& noise, int states) const {
-    const double limit = unit_roundoff<S>() / (4 * first_contraction);
+               const Norm& noise, double eps, int states) const {
     bool out = true;
     for (int i = 0; i < states; ++i)
-      out = out && lane(ratio, i) <= limit && lane(xx, i) < range && lane(xx, i) > 1 / range &&
+      out = out && left_by_first(lane(ratio, i), eps) <= unit_roundoff<S>() / 4 &&
+            lane(xx, i) < range && lane(xx, i) > 1 / range &&
             trusted(lane(xx, i), lane(bound, i), lane(dd, i)) &&
             is_little(lane(noise, i), lane(xx, i));
     return out;
@@ -109,7 +127,7 @@ class Refiner {
 template <class T>
 template <class Kept>
 void Refiner<T>::refine(const Model& model, TwiceResidual<T>& residual, Kept&& by, int states, T* x,
-                        Verdict* out) {
+                        Verdict* out, double error_of_factors) {
   const double u = unit_roundoff<S>(), enough = u / 4;
   const int nv = model.nv();
   double first[lanes], before[lanes],
@@ -120,7 +138,9 @@ void Refiner<T>::refine(const Model& model, TwiceResidual<T>& residual, Kept&& b
   std::fill_n(low_.begin(), nv, T(S(0)));
   for (int step = 0, count = states; count > 0 && step < most; ++step) {
     residual.of(model, x, step == 0 ? nullptr : low_.data(), r_.data());
-    Norm bound = by.solve(r_.data(), d_.data()), noise = by.noise();
+    for (T& r : r_) r = r * T(enlarged);
+    Norm bound = reduced(by.solve(r_.data(), d_.data())), noise = reduced(by.noise());
+    for (T& d : d_) d = d * T(1 / enlarged);
     Norm xx(0), dd(0);
     for (int k = 0; k < nv; ++k) {
       const T s = x[k] + d_[k], t = s - x[k];
@@ -131,22 +151,24 @@ void Refiner<T>::refine(const Model& model, TwiceResidual<T>& residual, Kept&& b
       x[k] = s;
     }
     const Norm ratio = dd / xx;
-    if (step == 0 && settles(xx, dd, ratio, bound, noise, states)) {
+    if (step == 0 && settles(xx, dd, ratio, bound, noise, error_of_factors, states)) {
       for (int i = 0; i < states; ++i) {
-        left[i] = first_contraction * lane(ratio, i);
+        left[i] = left_by_first(lane(ratio, i), error_of_factors);
         out[i] = {.settled = true, .steps = 1};
       }
       break;
     }
-    bound = by.closer(r_.data());
-    noise = by.noise();
+    bound = reduced(by.closer(r_.data()));
+    noise = reduced(by.noise());
     for (int i = 0; i < states; ++i) {
       if (!open[i]) continue;
       const double squares = lane(xx, i), change = lane(dd, i);
       const bool zero = change == 0;
       const bool comparable = (squares < range && squares > 1 / range) || (zero && squares == 0);
       const double e = zero ? 0 : lane(ratio, i);
-      const double rho = step == 0 ? square(first_contraction) * e : zero ? 0 : change / before[i];
+      const double rho = step > 0
+                             ? (zero ? 0 : change / before[i])
+                             : std::max(square(first_contraction) * e, square(error_of_factors));
       if (step == 0) first[i] = change;
       before[i] = change;
       left[i] = std::sqrt(e * rho);

@@ -7,6 +7,8 @@
 
 #include "algorithms/fast/certified/bounded_solve.hpp"
 #include "algorithms/fast/certified/wide_test.hpp"
+#include "algorithms/fast/claims/constants.hpp"
+#include "algorithms/fast/covariance/force_noise.hpp"
 #include "algorithms/fast/covariance/forward_dynamics.hpp"
 #include "algorithms/fast/rigid/inverse_dynamics.hpp"
 #include "algorithms/model/plain.hpp"
@@ -22,6 +24,7 @@ struct WideAcceleration::Sweeps {
         sweep(model),
         inverse_dynamics(model),
         solve(model),
+        forces(model),
         test(model),
         q(model.nq()),
         qd(model.nv()),
@@ -29,16 +32,28 @@ struct WideAcceleration::Sweeps {
         a(qd),
         r(qd),
         d(qd),
-        nothing(unit_roundoff<double>() *
-                std::hypot(robot.gravity[0], robot.gravity[1], robot.gravity[2])) {}
+        gravity(std::hypot(robot.gravity[0], robot.gravity[1], robot.gravity[2])) {}
+
+  // T (N + E) (b u)^2 of the last sweep.
+  double squares_of_rounding() {
+    const T trace = forces.trace(model, sweep);
+    const double unit(rounding_unit<T>());
+    double noise = 0;
+    forces.begin();
+    for (int k = model.nv() - 1; k >= 0; --k)
+      noise += static_cast<double>(forces.charge(model, sweep, k, sweep.z[k], T(0)));
+    const double b = rounding_constant_of_error * static_cast<double>(unit_roundoff<T>());
+    return static_cast<double>(trace) * (noise / unit + static_cast<double>(sweep.energy)) * b * b;
+  }
 
   LoweredModel<T> model;
   CovarianceWorkspace<T> sweep;
   InverseDynamicsWorkspace<T> inverse_dynamics;
   BoundedSolve<T> solve;
+  ForceNoise<T> forces;
   WideTest test;
   std::vector<T> q, qd, tau, a, r, d;
-  double nothing;
+  double gravity;
 };
 
 WideAcceleration::WideAcceleration(const RobotModel& robot)
@@ -61,7 +76,7 @@ Outcome WideAcceleration::acceleration(const double* q, const double* qd, const 
   for (int k = 0; k < nv; ++k) w.r[k] = w.tau[k] - w.r[k];
   w.solve.solve(w.model, w.sweep, w.r.data(), w.d.data());
   const double bound(w.solve.closer(w.model, w.sweep, w.r.data()));
-  double size = 0, change = 0, lost = 0, check = 0;
+  double size = 0, change = 0, lost = 0, check = 0, velocities = 0;
   for (int k = 0; k < nv; ++k) {
     const DoubleDouble x = w.a[k] + w.d[k];
     a[k] = x.hi;
@@ -69,10 +84,13 @@ Outcome WideAcceleration::acceleration(const double* q, const double* qd, const 
     size += x.hi * x.hi;
     lost += x.lo * x.lo;
     change += w.d[k].hi * w.d[k].hi;
+    velocities += qd[k] * qd[k];
   }
   if (check != 0) return {.status = Outcome::Status::not_finite};
-  double error = std::sqrt(change) + std::sqrt(bound) + std::sqrt(lost);
-  if (error > 0) error /= std::max(std::sqrt(size), w.nothing);
+  const double nothing = unit_roundoff<double>() * (w.gravity + velocities);
+  double error =
+      std::sqrt(change) + std::sqrt(bound) + std::sqrt(lost) + std::sqrt(w.squares_of_rounding());
+  if (error > 0) error /= std::max(std::sqrt(size), nothing);
   return w.test.of_error(error);
 }
 

@@ -65,6 +65,9 @@ inline constexpr double roundoff_of_pairs = 0x1p-104;
 // Errors of parts of M^-1 that are not refined, in units of u sqrt(nv); beyond, the next precision
 // answers. Families of the tests are below (test_certified.cpp).
 inline constexpr double enough_of_parts = 64;
+// The least that is told of them, in units of u: entries are sums of rounded products, and a search
+// found one 12 u wrong where eight probes had shown 2 u.
+inline constexpr double least_error_of_parts = 4;
 // Of factors by which solves are refined.
 inline constexpr double enough_of_factors = 1e-3;
 // Of what is worked out in DoubleDouble; beyond, it warns.

@@ -59,11 +59,14 @@
 // without: where torques hold a robot T E is far above |a|^2 although nothing is lost, and no search
 // has needed it.
 //
-// Column j of X = M^-1 is such an x, with |X_j|_M^2 = X(j,j) and a(k) = X(k,j). The rounding of a(k) itself,
-// |x(k)| <= c u |X(k,j)|, is bounded by one number for all columns, since X(k,j)^2 <= X(k,k) X(j,j):
-//   |dX_j|_M^2 / X(j,j) <= (c u)^2 S,  S = sum over k of D(k) X(k,k)                     (11)
-// and an entry's error |dX(i,j)| <= sqrt(X(i,i)) |dX_j|_M. X is believed where (c u)^2 S < e^2. Terms of
-// a(k) that cancel are not counted: with (11) a search still shows 1.1 % in float32.
+// Column j of X = M^-1 is such an x, with |X_j|_M^2 = X(j,j) and a(k) = X(k,j). What rounding of a(k) moves
+// is bounded by one number for all columns: with Omega+(k) = phi' Omega(parent) phi the covariance of l+,
+// X(k,j)^2 <= X(k,k) X(j,j) and l+(i)^2 <= Omega+(i,i) X(j,j), so that
+//   |dX_j|_M^2 / X(j,j) <= (c u)^2 S,  S = sum over k of D(k) (X(k,k) + sum over i of g(i)^2 Omega+(i,i))
+//                                                                                        (11)
+// and an entry's error |dX(i,j)| <= sqrt(X(i,i)) |dX_j|_M. X is believed where (c u)^2 S < e^2. The
+// second sum, of terms of g' l+ that may cancel, is below one number for all states
+// (terms_of_columns.hpp); where that is too much it is taken by (4), whose v(k) is X(k,k) here.
 //
 // The same sums say how wrong an answer is. In each joint's own scale |a|_s^2 = sum of mu(k) a(k)^2
 // is about |a|_M^2 and mostly below it, so that of |da|_M / |a|_M
@@ -170,6 +173,11 @@ class ForceNoise {
   // v(k) of (4), of the last trace.
   const T& variance(int k) const { return variances_[k]; }
 
+  // S of (11) for X = M^-1 by these factors; diagonal(k): X(k,k).
+  template <class Factors, class Diagonal>
+  T energy_of_columns(const LoweredModel<S>& model, const Factors& factors,
+                      const Diagonal& diagonal);
+
  private:
   struct Traces {
     T turning, moving;  // of moments and forces in (3), of motions in (4)
@@ -182,6 +190,33 @@ class ForceNoise {
     const T one = T(S(1)), own = link.slides ? g.w : g.z, h = link.has_noise ? T(own * own) : one;
     return {g.x * g.x + g.y * g.y + (link.slides ? T(g.z * g.z) : h),
             g.u * g.u + g.v * g.v + (link.slides ? h : T(g.w * g.w))};
+  }
+
+  // Of Omega+ in (4), once Omega of the parent is known.
+  template <class Factors>
+  Traces arrive(const LoweredModel<S>& model, const Factors& factors, int k) const {
+    const LoweredLink<S>& link = model.link(k);
+    if (link.parent < 0) return {T(S(0)), T(S(0))};
+    const Traces& there = responses_[link.parent];
+    return {there.turning, T(S(2)) * there.moving + reach(model, factors, k) * there.turning};
+  }
+
+  // Of Omega in (4).
+  void leave(const LoweredModel<S>& model, int k, const Traces& plus, const T& v) {
+    using std::min;
+    const RoundingWeights<S>& weights = model.body(k).weights;
+    const T two = T(S(2));
+    const S unit = rounding_unit<S>();
+    Traces Omega = {two * plus.turning, two * plus.moving};
+    (model.link(k).slides ? Omega.moving : Omega.turning) += two * v;
+    responses_[k] = {min(Omega.turning, T(weights.moment / unit)),
+                     min(Omega.moving, T(weights.force / unit))};
+  }
+
+  // At least the sum over i of g(i)^2 Omega+(i,i), and half of g' Omega+ g.
+  static T weighed(const LoweredLink<S>& link, const Sixfold<T>& g, const Traces& plus) {
+    const Traces size = sizes(link, g);
+    return size.turning * plus.turning + size.moving * plus.moving;
   }
 
   // 2 |p|^2 of phi.
@@ -236,31 +271,32 @@ template <class T>
 template <class Factors>
 T ForceNoise<T>::trace(const LoweredModel<S>& model, const Factors& factors) {
   using std::min;
-  const T two = T(S(2));
   T sum = T(S(0));
   for (int k = 0; k < model.nv(); ++k) {
-    const LoweredLink<S>& link = model.link(k);
-    const LoweredBody<S>& body = model.body(k);
     const auto& at = factors.links[k];
-    Traces Omega = {T(S(0)), T(S(0))};
-    if (link.parent >= 0) {
-      Omega = responses_[link.parent];
-      Omega.moving = two * Omega.moving + reach(model, factors, k) * Omega.turning;
-    }
-    const Traces g = sizes(link, at.g);
-    T v = T(at.inverse_D) + two * (g.turning * Omega.turning + g.moving * Omega.moving);
+    const Traces plus = arrive(model, factors, k);
+    T v = T(at.inverse_D) + T(S(2)) * weighed(model.link(k), at.g, plus);
     if (const S mu = model.least_inertias()[k]; mu > S(0)) v = min(v, T(S(1) / mu));
     variances_[k] = v;
     sum += v;
-    Omega.turning = two * Omega.turning;
-    Omega.moving = two * Omega.moving;
-    (link.slides ? Omega.moving : Omega.turning) += two * v;
-    const S unit = rounding_unit<S>();
-    Omega.turning = min(Omega.turning, T(body.weights.moment / unit));
-    Omega.moving = min(Omega.moving, T(body.weights.force / unit));
-    responses_[k] = Omega;
+    leave(model, k, plus, v);
   }
   return min(sum, T(constant_trace_));
+}
+
+template <class T>
+template <class Factors, class Diagonal>
+T ForceNoise<T>::energy_of_columns(const LoweredModel<S>& model, const Factors& factors,
+                                   const Diagonal& diagonal) {
+  T sum = T(S(0));
+  for (int k = 0; k < model.nv(); ++k) {
+    const auto& at = factors.links[k];
+    const Traces plus = arrive(model, factors, k);
+    const T v = diagonal(k);
+    sum += (v + weighed(model.link(k), at.g, plus)) / at.inverse_D;
+    leave(model, k, plus, v);
+  }
+  return sum;
 }
 
 }  // namespace kalmarm

@@ -156,7 +156,9 @@ class SpatialEngine final : public CommonEngine<S> {
   Outcome inverse(const S* q, S* X) override {
     set_factors(q);
     const S check = inverse_->fill(lowered(), *factors_, X);
-    const bool believed = guard_->believed_columns(energy_of_columns(*factors_, X));
+    const auto diagonal = [&](int k) { return X[k * (lowered().nv() + std::size_t(1))]; };
+    const bool believed = guard_->believed_columns(energy_of_columns(*factors_, X)) ||
+                          guard_->believed_columns(lowered(), *factors_, diagonal);
     return !believed || may_be_wrong(q, check) ? guard_->certified().inverse(q, X) : Outcome{};
   }
 

@@ -46,7 +46,7 @@ struct InverseOfChain {
 
 }  // namespace detail
 
-// S of (11) of force_noise.hpp for X = M^-1 by these factors.
+// The first sum of S in (11) of force_noise.hpp, for X = M^-1 by these factors.
 template <class S>
 S energy_of_columns(const FastFactors<S>& factors, const S* X) {
   const std::size_t nv = factors.links.size();

@@ -36,7 +36,8 @@ class InverseOfRows {
 
   // Of the last call.
   const FastFactors<P>& factors() const { return factors_; }
-  const P& energy() const { return energy_; }  // S of (11) of force_noise.hpp
+  // The first sum of S in (11) of force_noise.hpp.
+  const P& energy() const { return energy_; }
 
  private:
   template <class T>

@@ -40,6 +40,7 @@ class Guard {
         least_(S(least_beside_gravity * least_beside_gravity) * squares_of(robot.gravity)),
         least_size_(least_ * square(mean_root(lowered.least_inertias()))),
         weight_(weight(robot)),
+        terms_(lowered.terms_of_columns()),
         loses_(F::may_lose_D(lowered)),
         own_(lowered),
         a_(lowered.nv()),
@@ -109,8 +110,18 @@ class Guard {
     return !(second_.error_of_D(lowered, q, swept, lane) < error_of_D_let_pass<S>);
   }
 
-  // Whether columns of M^-1 pass (11); `energy`: its S.
-  bool believed_columns(const S& energy) const { return rounding_unit<S>() * energy < allowed_; }
+  // Whether columns of M^-1 pass (11), by the sum of D(k) X(k,k).
+  bool believed_columns(const S& energy) const { return passes(energy + terms_); }
+
+  // The same by all of S, of factors that have made X.
+  template <class Factors, class Diagonal>
+  bool believed_columns(const LoweredModel<S>& lowered, const Factors& factors,
+                        const Diagonal& diagonal) {
+    return passes(forces_.energy_of_columns(lowered, factors, diagonal));
+  }
+  bool passes(const S& energy_of_columns) const {
+    return rounding_unit<S>() * energy_of_columns < allowed_;
+  }
 
   // Factors at q are kept, by which columns are solved.
   void keep(const LoweredModel<S>& lowered, const S* q) {
@@ -253,6 +264,7 @@ class Guard {
 
   S allowed_, least_, least_size_;  // e^2 / (c u)^2, the least |a|^2 and |a|_s^2
   S weight_;                        // |gravity|^2 sum of m(k)
+  S terms_;                         // (2) of terms_of_columns.hpp
   bool loses_;                      // F::may_lose_D
   typename F::template Workspace<S> own_;
   std::vector<S> a_;

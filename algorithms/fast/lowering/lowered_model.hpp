@@ -28,6 +28,7 @@
 #include "algorithms/fast/lowering/link_frame.hpp"
 #include "algorithms/fast/lowering/lowered_link.hpp"
 #include "algorithms/fast/lowering/rounding_weights.hpp"
+#include "algorithms/fast/lowering/terms_of_columns.hpp"
 #include "algorithms/fast/lowering/zeros.hpp"
 #include "algorithms/model/model.hpp"
 #include "algorithms/spatial/sincos.hpp"
@@ -58,6 +59,8 @@ class LoweredModel {
   const std::vector<S>& weights() const { return weights_; }
   // mu(k) of least_inertia.hpp, nv of them [kg m^2, of a slide kg].
   const std::vector<S>& least_inertias() const { return least_inertias_; }
+  // (2) of terms_of_columns.hpp.
+  const S& terms_of_columns() const { return terms_of_columns_; }
   const FactoredBody<S>& factored(int k) const { return factored_[k]; }
   const CentralBody<S>& central(int k) const { return central_[k]; }
   const UncommonPlacement<S>& uncommon(const LoweredLink<S>& link) const {
@@ -150,6 +153,7 @@ class LoweredModel {
   std::vector<LoweredLink<S>> links_;
   std::vector<LoweredBody<S>> bodies_;
   std::vector<S> weights_, least_inertias_;
+  S terms_of_columns_ = S(0);
   std::vector<FactoredBody<S>> factored_;  // the same bodies, for the square-root form
   std::vector<CentralBody<S>> central_;    // and for inverse dynamics
   std::vector<UncommonPlacement<S>> uncommon_;
@@ -193,8 +197,10 @@ void LoweredModel<S>::lower(const Model<W>& model) {
   for (int k = 0; k < model.nv(); ++k) set_link(model, frames[k], k);
   set_runs();
   const auto covariances = detail::free_covariances(links_, bodies_);
-  detail::WeightsOfLinks<S>::set(links_, runs_, covariances, bodies_, factored_);
+  const auto largest =
+      detail::WeightsOfLinks<S>::set(links_, runs_, covariances, bodies_, factored_);
   least_inertias_ = detail::least_inertias(links_, bodies_, runs_, uncommon_, covariances);
+  terms_of_columns_ = S(detail::terms_of_columns(links_, bodies_, least_inertias_, largest));
   for (const LoweredBody<S>& body : bodies_) {
     const RoundingWeights<S>& w = body.weights;
     weights_.insert(weights_.end(), {w.Axx, w.Ayy, w.Azz, w.Cxx, w.Cyy, w.Czz});

@@ -54,18 +54,22 @@ BiasTerms bias_terms(const LoweredBody<S>& body) {
   return {{y + z, x + z, x + y}, square(body.h[0]) + square(body.h[1]) + square(body.h[2])};
 }
 
-// The largest that P's moments and forces of a link can be, wherever the joints stand.
+// The largest that P's moments and forces of a link can be, wherever the joints stand. Where slides let
+// its bodies go any distance, moment has no meaning.
 struct Largest {
   double moment = 0, force = 0;
+  bool unbounded = false;
 };
 
 template <class S>
 class WeightsOfLinks {
  public:
   // Bodies are written to; covariances: free_covariances. Of runs at once, only the last DoF is tested.
-  static void set(const std::vector<LoweredLink<S>>& links, const std::vector<LinkRun>& runs,
-                  const std::vector<Eigen::Matrix<double, 6, 6>>& covariances,
-                  std::vector<LoweredBody<S>>& bodies, std::vector<FactoredBody<S>>& factored) {
+  static std::vector<Largest> set(const std::vector<LoweredLink<S>>& links,
+                                  const std::vector<LinkRun>& runs,
+                                  const std::vector<Eigen::Matrix<double, 6, 6>>& covariances,
+                                  std::vector<LoweredBody<S>>& bodies,
+                                  std::vector<FactoredBody<S>>& factored) {
     const double root_unit = rounding_constant_of_roots * static_cast<double>(unit_roundoff<S>()) *
                              error_of_D_let_pass<S> / error_of_D_to_refine;
     const int n = static_cast<int>(links.size());
@@ -78,20 +82,21 @@ class WeightsOfLinks {
       if (between[k]) bodies[k].weights.leave_to_the_last();
     }
     std::vector<Largest> largest(n);
-    std::vector<char> unbounded(n, 0), pending(n, 0);
+    std::vector<char> pending(n, 0);
     for (int k = n - 1; k >= 0; --k) {
       RoundingWeights<S>& w = bodies[k].weights;
       all.add_body(bodies[k], largest[k]);
-      const bool bounded = !unbounded[k] && !links[k].slides && w.moment < S(no_body);
+      const bool bounded = !largest[k].unbounded && !links[k].slides && w.moment < S(no_body);
       const double most = bounded ? all.most(w, largest[k]) : no_body;
       w.tested = pending[k] || (!between[k] && !(most < 0.5));
       factored[k].tested = between[k] ? factored[k + 1].tested : !(most * root_unit < 0.5);
       const int parent = links[k].parent;
       if (parent < 0) continue;
       if (w.tested) pending[parent] = 1;
-      if (unbounded[k] || links[k].slides) unbounded[parent] = 1;
+      if (largest[k].unbounded || links[k].slides) largest[parent].unbounded = true;
       all.add_child(links[k], largest[k], largest[parent]);
     }
+    return largest;
   }
 
  private:

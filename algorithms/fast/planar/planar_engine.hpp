@@ -108,7 +108,8 @@ class PlanarEngine final : public CommonEngine<T> {
     planar_factor(model_, q, ws_);
     T* const in_plane = along_.dofs.empty() ? result : in_plane_.data();
     const T check = columns(in_plane);
-    const bool believed = guard_->believed_columns(energy_of_columns(in_plane));
+    const bool believed = guard_->believed_columns(energy_of_columns(in_plane)) ||
+                          guard_->passes(energy_with_terms(in_plane));
     if (!along_.dofs.empty()) {
       const int nv = this->lowered().nv();
       Eigen::Map<MatrixX<T>> X(result, nv, nv);
@@ -196,7 +197,10 @@ class PlanarEngine final : public CommonEngine<T> {
     assert(static_cast<int>(plane.home.size()) == this->lowered().nv());
     model_.set_weights(this->lowered());
     rows_.want = {Want::acceleration};
-    if (options.wants(Want::inverse)) in_plane_.resize(model_.nv(), model_.nv());
+    if (options.wants(Want::inverse)) {
+      in_plane_.resize(model_.nv(), model_.nv());
+      responses_.resize(model_.nv());
+    }
     if (options.wants(Want::acceleration) || options.wants_factors() ||
         options.wants(Want::derivatives))
       guard_.emplace(robot, this->lowered(), options);
@@ -205,6 +209,11 @@ class PlanarEngine final : public CommonEngine<T> {
   }
 
  private:
+  // Of blocks of turning and of moving.
+  struct Traces {
+    T turning = T(0), moving = T(0);
+  };
+
   // What the sweeps show of one column.
   struct Observer {
     const PlanarModel<T>& model;
@@ -274,11 +283,40 @@ class PlanarEngine final : public CommonEngine<T> {
     return may_be_wrong(check);
   }
 
-  // S of (11) of force_noise.hpp for X = M^-1 in the plane.
+  // The first sum of S in (11) of force_noise.hpp, for X = M^-1 in the plane.
   T energy_of_columns(const T* X) const {
     const std::ptrdiff_t nv = model_.nv();
     T sum = T(0);
     for (std::ptrdiff_t k = 0; k < nv; ++k) sum += ws_.links[k].D * X[k * nv + k];
+    return sum;
+  }
+
+  // S, with l+ and Omega+ in the axes of the plane, where a link turns about n alone.
+  T energy_with_terms(const T* X) {
+    const auto square = [](const T& x) { return x * x; };
+    const std::ptrdiff_t nv = model_.nv();
+    const T unit = rounding_unit<T>();
+    std::vector<Traces>& Omega = responses_;
+    T sum = T(0);
+    for (std::ptrdiff_t k = 0; k < nv; ++k) {
+      const PlanarLink<T>& link = model_.link(k);
+      const auto& at = ws_.links[k];
+      const T v = X[k * nv + k];
+      Traces plus;
+      if (link.parent >= 0) {
+        const Traces& there = Omega[link.parent];
+        const T reach = link.slides ? ws_.apart[link.apart].reach : link.reach;
+        plus = {there.turning, T(2) * there.moving + reach * there.turning};
+      }
+      const T own = link.has_noise ? square(link.slides ? at.g.x : at.g.n) : T(1);
+      const T turned = link.slides ? square(at.g.n) : own;
+      const T moved = square(at.g.y) + (link.slides ? own : square(at.g.x));
+      sum += at.D * (v + turned * plus.turning + moved * plus.moving);
+      Omega[k] = {T(2) * plus.turning, T(2) * plus.moving};
+      (link.slides ? Omega[k].moving : Omega[k].turning) += T(2) * v;
+      Omega[k].turning = std::min(Omega[k].turning, link.weights.pending_moment / unit);
+      Omega[k].moving = std::min(Omega[k].moving, link.weights.pending_force / unit);
+    }
     return sum;
   }
 
@@ -317,6 +355,7 @@ class PlanarEngine final : public CommonEngine<T> {
   std::vector<char> all_;  // links: a path for any tau
   std::vector<detail::PlanarCovariance<T>> covariances_;
   MatrixX<T> in_plane_;
+  std::vector<Traces> responses_;  // Omega of (4) of force_noise.hpp
   PlanarSelection<T> selection_;
   bool by_certified_ = false;  // the factors that are kept
   LinkKinematics<T> placed_;   // these two for the verdict

@@ -22,26 +22,27 @@ namespace kalmarm {
 
 namespace detail {
 
-// The test of covariance/rounding_test.hpp in the plane, of P- with J and the trace of C: what is
-// pending at link k becomes what is pending at its parent. reach: of t, as of LoweredBody.
+// The test of covariance/rounding_test.hpp in the plane, of P- with J and the trace of C, by
+// error_of_planar_D_let_pass: what is pending at link k becomes what is pending at its parent.
+// reach: of t, as of LoweredBody.
 template <bool slides, class T>
 KALMARM_INLINE void test_rounding(const PlanarWeights<T>& w, const T& J, const T& trace,
                                   const T& reach, const typename PlanarWorkspace<T>::Link& at,
                                   bool noise, Pending<T>& pending, T& margin) {
   using std::min;
-  const T one = T(1), two = T(2);
+  const T most = T(let_pass_in_plane<T>), two = T(2);
   const T moved = slides ? T(J + reach * trace) : J;
   const T e = (w.n * moved + w.force * trace) +
               (w.pending_moment * pending.moment + w.pending_force * pending.force);
   T h = slides ? T(pending.force + trace) : T(pending.moment + J + w.reach * trace);
-  h = zero_where_less(e, one, h);
-  margin = min(margin, T(at.D - rounding_unit<T>() * h));
+  h = zero_where_less(e, most, h);
+  margin = min(margin, T(at.D - rounding_unit<T>() / most * h));
   const T of_moments = slides || noise ? T(at.g.n * at.g.n) : T(0);
   const T of_forces = slides ? T(at.g.y * at.g.y) : T(at.g.x * at.g.x + at.g.y * at.g.y);
   const T moment = two * (pending.moment + J + h * of_moments);
   const T force = two * (pending.force + trace + h * of_forces);
-  pending = {zero_where_less(e, one, T(two * moment + reach * force)),
-             zero_where_less(e, one, force)};
+  pending = {zero_where_less(e, most, T(two * moment + reach * force)),
+             zero_where_less(e, most, force)};
 }
 
 // Across joint k and to the parent's origin, where the parent's own body is added. Where J+ = 0, J-

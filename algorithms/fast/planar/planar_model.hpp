@@ -38,6 +38,10 @@ struct PlanarWeights {
   bool tested = false;
 };
 
+// What is let pass of a D in a plane, in units of what is elsewhere.
+template <class T>
+inline constexpr double let_pass_in_plane = error_of_planar_D_let_pass<T> / error_of_D_let_pass<T>;
+
 template <class T>
 struct PlanarLink {
   int parent = -1;  // link in the plane on the inboard side; -1: the fixed base
@@ -65,11 +69,14 @@ class PlanarModel {
     lower(model.template cast<Lowering<Given>>(), plane);
   }
 
-  // Weights for tests of rounding, of the same robot's.
+  // Weights for tests of rounding, of the same robot's. Where less of a D is let pass than of its spatial
+  // kernels, every link is tested.
   void set_weights(const LoweredModel<T>& lowered) {
     for (PlanarLink<T>& link : links_) {
       const RoundingWeights<T>& w = lowered.body(link.dof).weights;
-      link.weights = {w.Azz, std::max(w.Cxx, w.Cyy), w.moment, w.force, w.reach, w.tested};
+      link.weights = {w.Azz,    std::max(w.Cxx, w.Cyy),
+                      w.moment, w.force,
+                      w.reach,  w.tested || let_pass_in_plane<T> < 1};
     }
   }
 

@@ -7,6 +7,8 @@
 #include <string>
 
 #include "algorithms/fast/engine/instances.hpp"
+#include "algorithms/fast/factors/diagonal.hpp"
+#include "algorithms/fast/factors/solve.hpp"
 #include "algorithms/fast/test/mechanisms_that_lose.hpp"
 #include "algorithms/fast/test/support.hpp"
 
@@ -61,6 +63,34 @@ class ForceNoiseOf : public testing::Test {
               largest_error_of_a<T> * std::max<double>(a.norm(), 0.01 * drawn.gravity().norm()));
   }
 
+  // S of (11) is at least what (7) says of any column of M^-1, which solving for it shows; of its second
+  // sum the number for all states is at least that of this one.
+  void expect_bound_of_columns(const Model<double>& drawn, int seed) {
+    const VectorX<T> q = random_state(drawn, seed).q.template cast<T>();
+    const LoweredModel<T> model(drawn.cast<T>());
+    FastFactors<T> factors(model);
+    covariance_factor(model, q.data(), factors);
+    if (!(factors.margin > T(0))) return;
+    const int nv = model.nv();
+    VectorX<T> diagonal(nv), x(nv);
+    InverseDiagonal<T>(model, InverseDiagonal<T>::Terms::positive)
+        .fill(model, factors, diagonal.data());
+    double first = 0;
+    for (int k = 0; k < nv; ++k) first += diagonal[k] / factors.links[k].inverse_D;
+    const double S =
+        ForceNoise<T>(model).energy_of_columns(model, factors, [&](int k) { return diagonal[k]; });
+    constexpr double more = 1.02;  // a D is let pass where it is right to 1 %
+    EXPECT_GE(S * more, first);
+    EXPECT_LE(S, more * (first + double(model.terms_of_columns())));
+    FactorSolver<T> solver(model);
+    for (int j = 0; j < nv; ++j) {
+      const VectorX<T> tau = VectorX<T>::Unit(nv, j);
+      const double E = solver.solve(model, factors, 1, nv, tau.data(), x.data()).energy[0];
+      EXPECT_LE(E, more * S * diagonal[j]) << j;
+    }
+    ++looked_at_;
+  }
+
   int looked_at_ = 0, told_ = 0, again_ = 0;
 };
 
@@ -82,6 +112,18 @@ TYPED_TEST(ForceNoiseOf, ErrorsOfWildMechanismsAreBelowIt) {
     this->expect_bound(wild(seed), seed);
   }
   EXPECT_GE(this->looked_at_, 50);
+}
+
+TYPED_TEST(ForceNoiseOf, ColumnsOfAllFamiliesAndOfWildMechanismsAreBelowTheirs) {
+  for (int seed = 0; seed < 100; ++seed) {
+    SCOPED_TRACE("wild " + std::to_string(seed));
+    this->expect_bound_of_columns(wild(seed), seed);
+  }
+  for (const Family& family : all_families()) {
+    SCOPED_TRACE(family.name);
+    this->expect_bound_of_columns(family.make(0), 0);
+  }
+  EXPECT_GE(this->looked_at_, 40);
 }
 
 TYPED_TEST(ForceNoiseOf, NothingIsAnsweredWrongInSilence) {
