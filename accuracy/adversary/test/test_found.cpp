@@ -35,6 +35,12 @@ Want task_of(const std::string& name) {
   throw std::runtime_error("no task is called " + name);
 }
 
+Kernel kernel_of(const std::string& name) {
+  for (const Kernel kernel : {Kernel::spatial, Kernel::planar, Kernel::translational})
+    if (to_string(kernel) == name) return kernel;
+  throw std::runtime_error("no kernel is called " + name);
+}
+
 // The rows that adversary --csv ends a search with; no field is quoted.
 std::vector<Found> all_found() {
   std::vector<Found> out;
@@ -48,8 +54,7 @@ std::vector<Found> all_found() {
     for (std::string field; std::getline(row, field, ',');) fields.push_back(field);
     const Goal goal = fields.at(3) == "claim" ? Goal::claim : Goal::error;
     EXPECT_EQ(fields.at(3) + ' ' + fields.at(5), to_string(goal) + std::string(" 0"));
-    const Kernel kernel = fields.at(4) == "planar" ? Kernel::planar : Kernel::spatial;
-    EXPECT_EQ(to_string(kernel), fields.at(4));
+    const Kernel kernel = kernel_of(fields.at(4));
     out.push_back({{fields.at(0), fields.at(1), task_of(fields.at(2)), goal, kernel},
                    fields.at(12),
                    std::stod(fields.at(9))});

@@ -34,11 +34,6 @@ inline constexpr double largest_error_of_a = std::is_same_v<S, float> ? 1e-2 : 1
 template <class S>
 inline constexpr double error_of_D_let_pass = std::is_same_v<S, float> ? 1e-2 : 1e-6;
 
-// The same of planar kernels: with 1e-2 a search found accelerations of 0.012 rad/s^2 wrong by 0.031, of
-// a robot whose light link is 840 m away, by a D that was wrong by 4e-3.
-template <class S>
-inline constexpr double error_of_planar_D_let_pass = std::is_same_v<S, float> ? 1e-3 : 1e-6;
-
 // Of D, where the factors refine or measure an answer: they have to be right to a digit.
 inline constexpr double error_of_D_to_refine = 1e-2;
 

@@ -47,7 +47,8 @@
 // error eps of D too, by rounding_bound.hpp:
 //   T ((c u)^2 (N + E) + eps^2 (E + |gravity|^2 sum of m(k))) < e^2 max(|a|, 0.01 |gravity|)^2
 //                                                                                         (9)
-// since E and the weight bound |a|_M^2 but for a factor of 2. What is suspected still, the certified
+// since E and the weight bound |a|_M^2 but for a factor of 2. Planar kernels, whose sweeps know a bound
+// of eps for all D, take (9) at once. What is suspected still, the certified
 // form answers.
 //
 // x = M^-1 tau by factors that are kept sweeps forces and motions in the same way (columns.hpp), at

@@ -54,6 +54,15 @@ class Guard {
   Believed<T> believed(const T& noise, const T& energy, const T& squares, const T& size) const {
     return believed(noise, energy, squares, size, T(allowed_ / forces_.constant_trace()));
   }
+  // With what rounding can have moved every D by, in units of what is let pass: (9).
+  template <class T>
+  Believed<T> believed_of_D(const T& noise, const T& energy, const T& squares, const T& size,
+                            const T& loss) const {
+    Believed<T> out = believed(noise, energy, squares, size);
+    const S most = S(in_units(error_of_D_let_pass<S>, rounding_constant_of_a)) * rounding_unit<S>();
+    out.margin -= T(most) * (loss * loss) * (energy + T(weight_));
+    return out;
+  }
   // With T of (6) of every lane.
   template <class T>
   Believed<T> believed_of_trace(const T& noise, const T& energy, const T& squares, const T& size,

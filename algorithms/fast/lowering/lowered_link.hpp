@@ -45,6 +45,7 @@ struct RoundingWeights {
   S moment = S(0), force = S(0);                                             // of what is pending
   S reach = S(0);       // sum over axes of the largest p^2 of a child
   S bias = S(0);        // of w^4, for what cancels within a link's own bias (force_noise.hpp)
+  S most = S(0);        // of (1), in any position, in units of what is let pass
   bool tested = false;  // else nothing is lost in any position, here and outboard
   bool counts = true;   // what is rounded here is not counted by another link
 

@@ -88,6 +88,7 @@ class WeightsOfLinks {
       all.add_body(bodies[k], largest[k]);
       const bool bounded = !largest[k].unbounded && !links[k].slides && w.moment < S(no_body);
       const double most = bounded ? all.most(w, largest[k]) : no_body;
+      w.most = S(most);
       w.tested = pending[k] || (!between[k] && !(most < 0.5));
       factored[k].tested = between[k] ? factored[k + 1].tested : !(most * root_unit < 0.5);
       const int parent = links[k].parent;

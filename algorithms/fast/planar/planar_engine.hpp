@@ -41,7 +41,7 @@ class PlanarEngine final : public CommonEngine<T> {
                          });
     const T along = along_factors_.energy([&](int i) { return tau[along_.dofs[i]]; }) +
                     along_factors_.energy_by_weight();
-    const auto by = guard_->believed(noise(), ws_.energy + along, squares, size(a));
+    const auto by = guard_->believed_of_D(noise(), ws_.energy + along, squares, size(a), ws_.loss);
     if (!along_factors_.suspect()) {
       const double error = guard_->error(this->lowered(), q, qd, tau, a, ws_, by);
       if (error >= 0) return {.error = error};
@@ -183,8 +183,7 @@ class PlanarEngine final : public CommonEngine<T> {
         plane_(plane),
         along_(this->model().template cast<W>(), plane),
         along_factors_(along_.slides,
-                       Vector3<W>(plane.axes * this->model().gravity().template cast<W>()),
-                       W(least_D_over_size<T>(1))),
+                       Vector3<W>(plane.axes * this->model().gravity().template cast<W>())),
         model_(this->model(), plane),
         ws_(model_),
         one_(model_),

@@ -22,27 +22,37 @@ namespace kalmarm {
 
 namespace detail {
 
-// The test of covariance/rounding_test.hpp in the plane, of P- with J and the trace of C, by
-// error_of_planar_D_let_pass: what is pending at link k becomes what is pending at its parent.
-// reach: of t, as of LoweredBody.
+template <class T>
+struct PlanarLoss {
+  T margin;
+  // Of all links the largest e of (1) of covariance/rounding_test.hpp, or c u h / D of (3) of those that
+  // do not absorb, in units of what is let pass.
+  T share;
+};
+
+// The test of covariance/rounding_test.hpp in the plane, of P- with J and the trace of C: what is
+// pending at link k becomes what is pending at its parent. reach: of t, as of LoweredBody.
 template <bool slides, class T>
 KALMARM_INLINE void test_rounding(const PlanarWeights<T>& w, const T& J, const T& trace,
                                   const T& reach, const typename PlanarWorkspace<T>::Link& at,
-                                  bool noise, Pending<T>& pending, T& margin) {
+                                  bool noise, Pending<T>& pending, PlanarLoss<T>& loss) {
   using std::min;
-  const T most = T(let_pass_in_plane<T>), two = T(2);
+  const T one = T(1), two = T(2);
   const T moved = slides ? T(J + reach * trace) : J;
   const T e = (w.n * moved + w.force * trace) +
               (w.pending_moment * pending.moment + w.pending_force * pending.force);
   T h = slides ? T(pending.force + trace) : T(pending.moment + J + w.reach * trace);
-  h = zero_where_less(e, most, h);
-  margin = min(margin, T(at.D - rounding_unit<T>() / most * h));
+  h = zero_where_less(e, one, h);
+  const T kept = min(e, one) - zero_where_less(e, one, one);  // e where it is less than 1, else 0
+  const T left = rounding_unit<T>() * h;
+  loss.margin = min(loss.margin, T(at.D - left));
+  loss.share = -min(T(-loss.share), T(-(kept + left * at.inverse_D)));
   const T of_moments = slides || noise ? T(at.g.n * at.g.n) : T(0);
   const T of_forces = slides ? T(at.g.y * at.g.y) : T(at.g.x * at.g.x + at.g.y * at.g.y);
   const T moment = two * (pending.moment + J + h * of_moments);
   const T force = two * (pending.force + trace + h * of_forces);
-  pending = {zero_where_less(e, most, T(two * moment + reach * force)),
-             zero_where_less(e, most, force)};
+  pending = {zero_where_less(e, one, T(two * moment + reach * force)),
+             zero_where_less(e, one, force)};
 }
 
 // Across joint k and to the parent's origin, where the parent's own body is added. Where J+ = 0, J-
@@ -50,7 +60,8 @@ KALMARM_INLINE void test_rounding(const PlanarWeights<T>& w, const T& J, const T
 template <bool forces, bool slides, bool noise, class T>
 KALMARM_INLINE void cross(const PlanarLink<T>& link, const PlanarStep<T>& step,
                           const PlanarBody<T>& there, const T& tau, PlanarWorkspace<T>& ws, int k,
-                          PlanarInertia<T>& P, Planar<T>& z, Pending<T>& pending, T& margin) {
+                          PlanarInertia<T>& P, Planar<T>& z, Pending<T>& pending,
+                          PlanarLoss<T>& loss) {
   constexpr bool full = slides || noise;  // J+ and b+ are not zero
   auto& at = ws.links[k];
   const T trace = P.xx + P.yy, J_minus = P.J;
@@ -68,7 +79,7 @@ KALMARM_INLINE void cross(const PlanarLink<T>& link, const PlanarStep<T>& step,
     measure_turn<noise>(link.r, P, at);
   }
   if (link.weights.tested)
-    test_rounding<slides>(link.weights, J_minus, trace, reach, at, noise, pending, margin);
+    test_rounding<slides>(link.weights, J_minus, trace, reach, at, noise, pending, loss);
   if constexpr (forces) {
     assign(ws.z[k], z);
     const T kept = link.r * at.inverse_D;
@@ -90,14 +101,14 @@ KALMARM_INLINE void cross(const PlanarLink<T>& link, const PlanarStep<T>& step,
   P.yy += there.m;
 }
 
-// D and g of every link and ws.margin; with forces e+ too.
+// D and g of every link, ws.margin and ws.loss; with forces e+ too.
 template <bool forces, class T>
 KALMARM_SWEEP void filter(const PlanarModel<T>& model, const T* tau, PlanarWorkspace<T>& ws) {
   const T zero = T(0);
   PlanarInertia<T> P;
   Planar<T> z;
   Pending<T> pending;
-  T margin = T(1);
+  PlanarLoss<T> loss{T(1), model.loss()};
   for (auto& branch : ws.branches) {
     branch.P = {zero, zero, zero, zero, zero, zero};
     branch.z = {zero, zero, zero};
@@ -132,7 +143,7 @@ KALMARM_SWEEP void filter(const PlanarModel<T>& model, const T* tau, PlanarWorks
     T force = zero;
     if constexpr (forces) force = tau[link.dof];
     const auto across = [&]<bool slides, bool noise>() KALMARM_INLINE_LAMBDA {
-      cross<forces, slides, noise>(link, step, there, force, ws, k, P, z, pending, margin);
+      cross<forces, slides, noise>(link, step, there, force, ws, k, P, z, pending, loss);
     };
     if (link.slides)
       link.has_noise ? across.template operator()<true, true>()
@@ -147,7 +158,8 @@ KALMARM_SWEEP void filter(const PlanarModel<T>& model, const T* tau, PlanarWorks
     branch.pending.moment += pending.moment;
     branch.pending.force += pending.force;
   }
-  ws.margin = margin;
+  ws.margin = loss.margin;
+  ws.loss = loss.share;
 }
 
 template <class T, class G>

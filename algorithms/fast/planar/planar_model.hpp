@@ -38,10 +38,6 @@ struct PlanarWeights {
   bool tested = false;
 };
 
-// What is let pass of a D in a plane, in units of what is elsewhere.
-template <class T>
-inline constexpr double let_pass_in_plane = error_of_planar_D_let_pass<T> / error_of_D_let_pass<T>;
-
 template <class T>
 struct PlanarLink {
   int parent = -1;  // link in the plane on the inboard side; -1: the fixed base
@@ -69,16 +65,24 @@ class PlanarModel {
     lower(model.template cast<Lowering<Given>>(), plane);
   }
 
-  // Weights for tests of rounding, of the same robot's. Where less of a D is let pass than of its spatial
-  // kernels, every link is tested.
+  // Weights for tests of rounding, of the same robot's.
   void set_weights(const LoweredModel<T>& lowered) {
-    for (PlanarLink<T>& link : links_) {
+    loss_ = T(0);
+    for (int k = nv() - 1; k >= 0; --k) {
+      PlanarLink<T>& link = links_[k];
       const RoundingWeights<T>& w = lowered.body(link.dof).weights;
+      const bool pending = link.weights.tested;  // what a child hands on
       link.weights = {w.Azz,    std::max(w.Cxx, w.Cyy),
                       w.moment, w.force,
-                      w.reach,  w.tested || let_pass_in_plane<T> < 1};
+                      w.reach,  pending || w.tested || w.most > T(least_loss_to_test)};
+      if (!link.weights.tested)
+        loss_ = std::max(loss_, w.most);
+      else if (link.parent >= 0)
+        links_[link.parent].weights.tested = true;
     }
   }
+  // Of links that are not tested, the most that rounding can do to a D in any position (planar_filter.hpp).
+  const T& loss() const { return loss_; }
 
   int nv() const { return static_cast<int>(links_.size()); }  // of the DoF in the plane
   int branch_count() const { return branch_count_; }
@@ -184,6 +188,7 @@ class PlanarModel {
   }
 
   int branch_count_ = 0;
+  T loss_ = T(0);
   bool is_chain_ = true;
   std::vector<int> apart_;
   std::vector<PlanarLink<T>> links_;

@@ -114,6 +114,7 @@ struct PlanarWorkspace {
   std::vector<Branch> branches;
   std::vector<Planar<T>> z;  // z-
   T margin;                  // of D (covariance/rounding_test.hpp)
+  T loss;                    // the most that rounding can move one, in units of what is let pass
   T energy;                  // E of covariance/force_noise.hpp
   T squares;                 // |a|^2; not finite where an acceleration is not
 

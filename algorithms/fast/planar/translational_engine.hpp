@@ -146,7 +146,7 @@ class TranslationalEngine final : public CommonEngine<T> {
         robot_(robot),
         axes_(axes_of(wide)),
         slides_(slides_of(wide, axes_)),
-        own_(TranslationalFactors<T>(slides_, wide.gravity(), W(least_D_over_size<T>(1)))) {
+        own_(TranslationalFactors<T>(slides_, wide.gravity())) {
     EngineOptions able = options;
     if (own_.factors.suspect()) able.want.insert(Want::solve);
     if (able.wants(Want::acceleration) || able.wants(Want::solve))
