@@ -32,7 +32,7 @@ TEST_P(WrittenUrdf, HasTheMassMatrixAndTorquesOfItsRobot) {
 
 INSTANTIATE_TEST_SUITE_P(Scenes, WrittenUrdf,
                          testing::Values("panda", "iiwa14", "ur10e", "puma560", "so101", "two_link",
-                                         "shadow_hand", "go2", "g1", "chain:31", "tree:15",
+                                         "shadow_hand", "go2", "g1", "hyq", "chain:31", "tree:15",
                                          "straight:7"),
                          [](const auto& test) {
                            std::string name = test.param;
