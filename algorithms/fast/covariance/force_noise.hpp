@@ -48,8 +48,7 @@
 //   T ((c u)^2 (N + E) + eps^2 (E + |gravity|^2 sum of m(k))) < e^2 max(|a|, 0.01 |gravity|)^2
 //                                                                                         (9)
 // since E and the weight bound |a|_M^2 but for a factor of 2. Planar kernels, whose sweeps know a bound
-// of eps for all D, take (9) at once. What is suspected still, the certified
-// form answers.
+// of eps for all D, take (9) at once. What is suspected still, the certified form answers.
 //
 // x = M^-1 tau by factors that are kept sweeps forces and motions in the same way (columns.hpp), at
 // rest and without gravity: it is believed where
@@ -57,8 +56,8 @@
 // and by (3), (4) and T eps^2 E beside it where not, or where the test of D suspects the factors. That
 // test alone lets D pass with an error of e, which moves x by more where T E is far above |x|^2: c_D u,
 // c_D = rounding_constant_of_believed_D, stands for an error of D that was not measured. (8) goes
-// without: where torques hold a robot T E is far above |a|^2 although nothing is lost, and no search
-// has needed it.
+// without: where torques hold a robot T E is far above |a|^2 although nothing is lost. In float32 a
+// search shows 1.5 times what is promised there (docs/errors.md).
 //
 // Column j of X = M^-1 is such an x, with |X_j|_M^2 = X(j,j) and a(k) = X(k,j). What rounding of a(k) moves
 // is bounded by one number for all columns: with Omega+(k) = phi' Omega(parent) phi the covariance of l+,
