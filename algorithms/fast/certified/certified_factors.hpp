@@ -2,7 +2,7 @@
 // probes (probe.hpp); where that is not enough, or some D may be lost in rounding, in DoubleDouble
 // (wide_factors.hpp), which warns or refuses where it cannot tell D from rounding.
 //   enough, of what is not refined:  64 u sqrt(nv);     of factors for solves, which are: 1e-3
-//   error, of what is not refined:   at least 4 u, since eight probes may miss an error of one entry
+//   error of them all:               at least 4 u, since eight probes may miss an error of one entry
 // Solves are refined with the residual in twice the precision (refine.hpp).
 #pragma once
 

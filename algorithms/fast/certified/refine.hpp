@@ -79,7 +79,7 @@ class Refiner {
 
   static double square(double x) { return x * x; }
 
-  static constexpr S enlarged = std::is_same_v<S, float> ? S(0x1p40) : S(1);
+  static constexpr S enlarged = enlarged_residual<S>;
 
   // Of squares of what was enlarged.
   static Norm reduced(const Norm& squares) {

@@ -37,9 +37,12 @@ inline constexpr double little_share = 0.01;
 inline constexpr double least_beside_gravity = 0.01;
 
 // What rounding may do to a D of a planar kernel in any position, as a share of what is let pass, so that
-// it need not be looked at in each: in float64 (9) of force_noise.hpp bears five times as much of
-// planar:100.
+// it need not be looked at in each. (9) of force_noise.hpp bears as much of ordinary chains
+// (test_planar.cpp, DOfOrdinaryChainsMovesAccelerationsByLittle).
 inline constexpr double least_loss_to_test = 1e-3;
+
+// What rounding of the wider precision may do to factors of slides, as a share of what is promised of a.
+inline constexpr double share_of_wider_rounding = 0.1;
 
 // A weight for what a link cannot absorb: beyond any that a body has, and its square in range.
 inline constexpr double no_body = 1e30;
@@ -64,6 +67,10 @@ inline constexpr double gravity_share = 0.1;
 inline constexpr double enough_of_residuals = 8;
 //   Beyond, the share of that bound that is claimed: the truth was at most a third of the bound.
 inline constexpr double claimed_share_of_residuals = 0.25;
+//   By what residuals are multiplied, so that their squares do not underflow in float: a search found
+//   forces of 1e-26. Squares of forces above 1e7 overflow then, and the next precision answers.
+template <class S>
+inline constexpr S enlarged_residual = std::is_same_v<S, float> ? S(0x1p40) : S(1);
 //   The unit roundoff of pairs: two more bits are lost than two doubles have.
 inline constexpr double roundoff_of_pairs = 0x1p-104;
 

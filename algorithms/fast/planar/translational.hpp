@@ -50,9 +50,9 @@ template <class T, class W>
 W sure_D_over_size() {
   using std::max;
   using std::sqrt;
-  const W promised = W(largest_error_of_a<T> / 10);
+  const W allowed = W(share_of_wider_rounding * largest_error_of_a<T>);
   return max(W(least_D_over_size<T>(1)),
-             W(sqrt(W(rounding_constant) * unit_roundoff<W>() / promised)));
+             W(sqrt(W(rounding_constant) * unit_roundoff<W>() / allowed)));
 }
 
 template <class T>
