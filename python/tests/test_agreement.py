@@ -217,4 +217,4 @@ def test_what_belongs_together_is_consistent(name):
 
 
 def test_the_folder_of_robots_was_found():
-    assert len(conftest.NAMES) == 10
+    assert len(conftest.NAMES) == 11

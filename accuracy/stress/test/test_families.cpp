@@ -586,7 +586,7 @@ TEST(StressedRobots, CanDoWithoutArmature) {
     }
     EXPECT_GT(total, 0) << one.name;
   }
-  EXPECT_EQ(with_armature, 7);  // of ten; the files of hyq, iiwa14 and two_link have none
+  EXPECT_EQ(with_armature, 8);  // of eleven; the files of hyq, iiwa14 and two_link have none
 }
 
 }  // namespace
