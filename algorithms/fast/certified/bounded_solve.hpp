@@ -50,7 +50,7 @@ class BoundedSolve {
     sweep(model, factors, r, Absorbing<Factors>{*this, model, factors});
     detail::sweep_outward(model, factors, model.nv() - 1, columns_,
                           [&](int k, const T& x) { d[k] = x; });
-    return bound(T(noise_.constant_trace()));
+    return bound(T(noise_.largest_variance()));
   }
 
   // (2) by (3) and (4) of force_noise.hpp, of the same r.

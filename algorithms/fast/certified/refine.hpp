@@ -6,8 +6,10 @@
 //   left(i) = e(i) rho(i)           of the error of x(i+1), relatively                         (2)
 // A step is taken until left(i) <= u / 4 and rho(i) <= 0.3; where rho(i) is larger, i > 0, the
 // factors do not help, and the caller takes better ones. In the end x is rounded to its high part:
-//   |a - x| / |x| = |low| / |x| + left                                                         (3)
-// of which the first term is known, not estimated.
+//   |a - x| / |x| = |low| / |x| + left + 2 u2 |gravity| / |x|                               (3)
+// of which the first term is known, not estimated. The last: constants of the equation are worked out in
+// twice the precision, of roundoff u2, too: along a slide that is all but level a search found gravity wrong
+// by 1.7 u2.
 //
 // The caller says how wrong d(i) can be, |error of d(i)|^2 <= bound(i) (bounded_solve.hpp), so that
 //   |a - x(i+1)| <= sqrt(bound(i))                                                        (4)
@@ -19,8 +21,8 @@
 // double has (pair.hpp): far = 1e-9.
 // Squares of a residual underflow in float where forces are below 1e-22, and then a bound is zero that
 // is not: what is solved for is r times a power of two.
-// In equilibrium a is zero: beside a gravity g, u g takes the place of a smaller |x| in (4), and
-// 0.1 g in (5).
+// In equilibrium a is zero: beside a gravity g, u g takes the place of a smaller |x| in (4) and in the last
+// term of (3), and 0.1 g in (5).
 //
 // eps is the error of M^ where that has been measured (probe.hpp), else 0.
 // M^ is wrong by about rho in the directions that count, x(0) by e(0): the same factors made both.
@@ -96,6 +98,11 @@ class Refiner {
   bool trusted(double xx, double bound, double first) const {
     return bound <= square(trusted_error<S>) * size(xx) &&
            first <= square(farthest_start<S>) * std::max(xx, square(gravity_share * gravity_));
+  }
+
+  // The last term of (3).
+  double error_of_constants(double xx) const {
+    return gravity_ > 0 ? 2 * roundoff_of_twice<S> * gravity_ / std::sqrt(size(xx)) : 0;
   }
 
   // Whether the noise of d(0) is below what is left.
@@ -191,7 +198,8 @@ void Refiner<T>::refine(const Model& model, TwiceResidual<T>& residual, Kept&& b
   }
   const Norm lost = ll / xx;
   for (int i = 0; i < states; ++i)
-    out[i].error = left[i] + (lane(ll, i) > 0 ? std::sqrt(lane(lost, i)) : 0);
+    out[i].error = left[i] + (lane(ll, i) > 0 ? std::sqrt(lane(lost, i)) : 0) +
+                   error_of_constants(lane(xx, i));
 }
 
 }  // namespace kalmarm

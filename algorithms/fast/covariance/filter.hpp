@@ -169,7 +169,14 @@ KALMARM_INLINE void cross(const LoweredModel<S>& model, int k, Workspace& ws, Ar
   }();
   at.g = g;
   const bool tested = body.weights.tested;
-  if (tested) test_rounding<slides>(body.weights, P, D, g, at.d, pending, ws.margin);
+  constexpr bool of_motion = requires { at.lost; };
+  if (tested || (of_motion && body.weights.charged)) {
+    const RoundingWeights<S>& w = body.weights;
+    const T e = absorbed<slides>(w, P, at.d);
+    if constexpr (of_motion)
+      charge<slides>(w, e, P, at.d, inverse_D, g, pending.of_motion, at.lost, ws.loss);
+    if (tested) test_D<slides>(w, e, P, D, g, pending.of_D, ws.margin);
+  }
   policy.template measured<slides, noise>(k, g, inverse_D, P_plus, z);
   if (link.parent < 0) return;
 
@@ -177,11 +184,11 @@ KALMARM_INLINE void cross(const LoweredModel<S>& model, int k, Workspace& ws, Ar
   if (link.kind == Kind::screws) {
     if constexpr (slides) {
       const T reach = body.reach + two * two * at.d * at.d;
-      if (tested) pending.moment = two * pending.moment + reach * pending.force;
+      if (tested) pending.move(reach);
       P = to_parent<zeros>(model, link, model.uncommon(link).turn, at.d, P_plus);
       policy.to_parent(link, model.uncommon(link).turn, at.d, z);
     } else {
-      if (tested) pending.moment = two * pending.moment + body.reach * pending.force;
+      if (tested) pending.move(body.reach);
       const Turn<T> joint(ws.cos[link.varying], ws.sin[link.varying]);
       P = to_parent<zeros>(model, link, joint, link.d, P_plus);
       policy.to_parent(link, joint, link.d, z);
@@ -195,7 +202,7 @@ KALMARM_INLINE void cross(const LoweredModel<S>& model, int k, Workspace& ws, Ar
     to_parent(phi, rotated);
     if (tested) {
       const T pp = phi.p[0] * phi.p[0] + phi.p[1] * phi.p[1] + phi.p[2] * phi.p[2];
-      pending.moment = two * (pending.moment + pp * pending.force);
+      pending.move(T(two * pp));
     }
     P = rotated;
     policy.to_parent(phi, z);
@@ -236,7 +243,7 @@ KALMARM_INLINE void gather(const LoweredModel<S>& model, int k, bool carried, co
   const LoweredBody<S>& body = model.body(k);
   if (!carried) {
     set_body(P, body);
-    pending = {T(S(0)), T(S(0))};
+    pending = Pending<T>::none();
     policy.begin(k, z);
   } else if (!link.massless) {
     add_body(P, body);
@@ -245,8 +252,7 @@ KALMARM_INLINE void gather(const LoweredModel<S>& model, int k, bool carried, co
   if (link.branch >= 0) {
     const auto& branch = ws.branches[link.branch];
     add(P, branch.P);
-    pending.moment += branch.pending.moment;
-    pending.force += branch.pending.force;
+    pending.add(branch.pending);
     policy.add_branch(link.branch, z);
   }
 }
@@ -261,8 +267,7 @@ KALMARM_INLINE void leave(const LoweredModel<S>& model, int k, Workspace& ws,
   policy.keep(index, branch.begun, z);
   if (branch.begun) {
     add(branch.P, P);
-    branch.pending.moment += pending.moment;
-    branch.pending.force += pending.force;
+    branch.pending.add(pending);
   } else {
     branch.P = P;
     branch.pending = pending;
@@ -322,6 +327,7 @@ KALMARM_NOINLINE KALMARM_SWEEP void filter_joint(const LoweredModel<S>& model, c
 template <class T, class S, class Workspace, class Policy>
 void filter(const LoweredModel<S>& model, Workspace& ws, const Policy& policy) {
   ws.margin = T(S(1));
+  if constexpr (requires { ws.loss; }) ws.loss = T(model.uncharged_loss());
   for (auto& branch : ws.branches) branch.begun = false;
   policy.begin_all();
   Carried<T, typename Policy::Load> carried;

@@ -17,8 +17,8 @@
 //   Omega(k) <= 2 (phi' Omega(parent) phi + H' H v(k)),  Omega(k) <= M(k)^-1,  v(k) <= 1/r(k)  (4)
 // of whose blocks of turning and of moving the traces are carried, outward. So
 //   |da|^2 <= T (c u)^2 N                                                                (5)
-// Most states are content with one T for all states of a robot, by least_inertia.hpp:
-//   T <= sum over k of 1 / mu(k),  v(k) <= 1 / mu(k)                                      (6)
+// Most states are content with one T for all states of a robot, (3) of least_inertia.hpp, and
+//   v(k) <= 1 / mu(k)                                                                     (6)
 // Weights, and so N, are in units of rounding_unit. (2) takes 18 flops a link.
 //
 // z- is a sum whose terms may cancel within one link: of a body that is turned about a point far
@@ -40,24 +40,34 @@
 //   E += sum over rows of P-(k) of w zeta^2                                               (7')
 //
 // A sweep of forward dynamics is believed where
-//   T (c u)^2 (N + E) < e^2 max(|a|, 0.01 |gravity|)^2                                    (8)
+//   T ((c u)^2 (N + E) + (12) + (13)) < e^2 max(|a|, 0.01 |gravity|)^2                    (8)
 // by (2), (6) and (7), with e = largest_error_of_a (claims.hpp) and c = rounding_constant_of_a
 // (constants.hpp): roundings do not conspire. Beside gravity a smaller a is nothing. What this
 // suspects gets a second look, by (3) and (4). What the test of D suspects (rounding_test.hpp) has the
 // error eps of D too, by rounding_bound.hpp:
 //   T ((c u)^2 (N + E) + eps^2 (E + |gravity|^2 sum of m(k))) < e^2 max(|a|, 0.01 |gravity|)^2
 //                                                                                         (9)
-// since E and the weight bound |a|_M^2 but for a factor of 2. Planar kernels, whose sweeps know a bound
-// of eps for all D, take (9) at once. What is suspected still, the certified form answers.
+// since E and the weight bound |a|_M^2 but for a factor of 2. What is suspected still, the certified form
+// answers.
+//
+// Errors of P-(k) move a although every D is right to e: |E(k)| <= c u N(k) of (1) of rounding_weights.hpp
+// is an error of the body's inertia, which acts as the force E(k) l-(k). With N(k) <= e(k) M(k) / (c u),
+//   x' E l <= sqrt(c u x' N x) sqrt(c u l' N l) <= sqrt(e(k)) |x|_M(k) sqrt(c u l' N l),
+// and since the |J(k) x|_M(k)^2 are at most |x|_M^2 together, Cauchy's inequality over all links says
+//   |da|_M^2 <= sum over k of e(k) c_l u l-(k)' N(k) l-(k),   c_l = rounding_constant_of_lost
+//   l' N l <= |alpha|^2 (tr A + |p|^2 tr C) + |acc|^2 tr C = (X |alpha|^2 + Y |acc|^2) / e      (12)
+// with the blocks A and C of P- and the levers p of N. Links of which e is small in all positions are not
+// asked: e0 is the largest of theirs. Of a body that cannot absorb its errors D is wrong by c u (h + N) of
+// (3) of rounding_test.hpp. Both move a by
+//   |da|_M^2 <= max(e0, c u (h + N) / D)^2 (E + |gravity|^2 sum of m(k))                  (13)
+// as in (9). (12) and (13) are added to N + E of (8).
 //
 // x = M^-1 tau by factors that are kept sweeps forces and motions in the same way (columns.hpp), at
 // rest and without gravity: it is believed where
 //   T ((c u)^2 (N + E) + (c_D u)^2 E) < e^2 |x|^2                                         (8')
 // and by (3), (4) and T eps^2 E beside it where not, or where the test of D suspects the factors. That
 // test alone lets D pass with an error of e, which moves x by more where T E is far above |x|^2: c_D u,
-// c_D = rounding_constant_of_believed_D, stands for an error of D that was not measured. (8) goes
-// without: where torques hold a robot T E is far above |a|^2 although nothing is lost. In float32 a
-// search shows 1.5 times what is promised there (docs/errors.md).
+// c_D = rounding_constant_of_believed_D, stands for an error of D that was not measured.
 //
 // Column j of X = M^-1 is such an x, with |X_j|_M^2 = X(j,j) and a(k) = X(k,j). What rounding of a(k) moves
 // is bounded by one number for all columns: with Omega+(k) = phi' Omega(parent) phi the covariance of l+,
@@ -71,7 +81,8 @@
 // The same sums say how wrong an answer is. In each joint's own scale |a|_s^2 = sum of mu(k) a(k)^2
 // is about |a|_M^2 and mostly below it, so that of |da|_M / |a|_M
 //   error^2 = (b u)^2 (N + E) / max(|a|_s, 0.01 |gravity| mean of sqrt(mu))^2             (10)
-// is an estimate, b = rounding_constant_of_error. Where that is coarse, N is by (3), mu by 1 / v of
+// is an estimate, b = rounding_constant_of_error. A share of (12) is added, share_of_lost_told as an
+// amplitude: it is a bound of what is lost where all roundings of a link agree. Where that is coarse, N is by (3), mu by 1 / v of
 // (4), and eps^2 (E + weight) is added as in (9).
 #pragma once
 
@@ -85,6 +96,14 @@
 #include "algorithms/fast/lowering/lowered_model.hpp"
 
 namespace kalmarm {
+
+// Of the accelerations of a sweep, of one state or one in every lane.
+template <class T>
+struct AccelerationSums {
+  T noise, energy;  // N and E
+  T squares, size;  // |a|^2 and |a|_s^2
+  T lost, loss;     // of (12) and (13)
+};
 
 // The share of a link in N by (2), from z-.
 template <class T, class S>
@@ -147,15 +166,13 @@ class ForceNoise {
   using S = typename Lanes<T>::Scalar;
 
   explicit ForceNoise(const LoweredModel<S>& model)
-      : pending_(model.nv()), responses_(model.nv()), variances_(model.nv()) {
-    double sum = 0;
-    for (const S& mu : model.least_inertias())
-      sum += mu > S(0) ? 1 / static_cast<double>(mu) : no_body;
-    constant_trace_ = S(sum);
-  }
+      : pending_(model.nv()),
+        responses_(model.nv()),
+        variances_(model.nv()),
+        largest_variance_(model.largest_variance()) {}
 
-  // T of (6).
-  S constant_trace() const { return constant_trace_; }
+  // T for all states.
+  S largest_variance() const { return largest_variance_; }
 
   // Before `charge` of all links, tips to base.
   void begin() { std::fill(pending_.begin(), pending_.end(), Traces{T(S(0)), T(S(0))}); }
@@ -166,7 +183,7 @@ class ForceNoise {
   T charge(const LoweredModel<S>& model, const Factors& factors, int k, const Sixfold<T>& z,
            const T& little);
 
-  // T of (4).
+  // T of (4), or for all states where that is less.
   template <class Factors>
   T trace(const LoweredModel<S>& model, const Factors& factors);
 
@@ -235,7 +252,7 @@ class ForceNoise {
   std::vector<Traces> pending_;    // S of (3)
   std::vector<Traces> responses_;  // Omega of (4)
   std::vector<T> variances_;       // v of (4)
-  S constant_trace_;
+  S largest_variance_;
 };
 
 template <class T>
@@ -281,7 +298,7 @@ T ForceNoise<T>::trace(const LoweredModel<S>& model, const Factors& factors) {
     sum += v;
     leave(model, k, plus, v);
   }
-  return min(sum, T(constant_trace_));
+  return min(sum, T(largest_variance_));
 }
 
 template <class T>

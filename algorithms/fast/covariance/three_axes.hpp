@@ -143,9 +143,16 @@ void cross_at_once(const LoweredModel<S>& model, const LinkRun& run, Workspace& 
   const T zero = T(S(0));
   const int ball = run.last - 2;
   const auto& weights = model.body(run.last).weights;
-  if (weights.tested)
-    ws.margin = min(ws.margin, T(T(S(1)) - absorbed<false>(weights, P, pending, zero)));
-  pending = {zero, zero};
+  constexpr bool of_motion = requires { ws.links[0].lost; };
+  if (weights.tested || (of_motion && weights.charged)) {
+    const T own = absorbed<false>(weights, P, zero);
+    ws.margin =
+        min(ws.margin, T(most_absorbed_of_D<T>() - (own + absorbed(weights, pending.of_D))));
+    if constexpr (of_motion)
+      charge<false>(weights, own, P, zero, zero, Sixfold<T>{zero, zero, zero, zero, zero, zero},
+                    pending.of_motion, ws.links[run.last].lost, ws.loss);
+  }
+  pending = Pending<T>::none();
   Translational<T> C = cross_turns<T, S>(run.last, ws, P, z, policy);
   if (run.first < ball) {
     const auto& phi = ws.matrices[model.link(ball).varying];

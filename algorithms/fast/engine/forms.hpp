@@ -40,6 +40,11 @@ struct CovarianceForm {
     covariance_acceleration(model, q, qd, tau, ws, a);
   }
 
+  template <class T>
+  static AccelerationSums<T> sums(const Workspace<T>& swept) {
+    return {swept.noise, swept.energy, swept.squares, swept.size, swept.lost, swept.loss};
+  }
+
   // z-(k) of a sweep of one state, whose squares hold those of what its own bias cancels from.
   template <class S>
   static Sixfold<S> forces(const LoweredModel<S>& model, const Workspace<S>& swept, int k) {
@@ -88,6 +93,13 @@ struct SquareRootForm {
   static void acceleration(const LoweredModel<S>& model, const T* q, const T* qd, const T* tau,
                            Workspace<T>& ws, T* a) {
     square_root_acceleration(model, q, qd, tau, ws, a);
+  }
+
+  // Rows lose no D that their margin does not tell.
+  template <class T>
+  static AccelerationSums<T> sums(const Workspace<T>& swept) {
+    const T none = swept.squares * T(typename Lanes<T>::Scalar(0));
+    return {swept.noise, swept.energy, swept.squares, swept.size, none, none};
   }
 
   template <class S>

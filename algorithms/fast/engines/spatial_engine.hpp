@@ -35,7 +35,7 @@ class SpatialEngine final : public CommonEngine<S> {
 
   Outcome forward_dynamics(const S* q, const S* qd, const S* tau, S* a) override {
     F::acceleration(lowered(), q, qd, tau, *one_, a);
-    const auto by = guard_->believed(one_->noise, one_->energy, one_->squares, one_->size);
+    const auto by = guard_->believed(F::sums(*one_));
     const double error = guard_->error(lowered(), q, qd, tau, a, *one_, by);
     if (error >= 0) return {.error = error};
     return guard_->certified().acceleration(q, qd, tau, a);
@@ -134,8 +134,7 @@ class SpatialEngine final : public CommonEngine<S> {
                                                 w.rows.tau_or_qdd.data(), w.noisy->r.data(), swept,
                                                 w.rows.out.data());
                         store();
-                        const auto by = w.guard.believed_of_trace(
-                            swept.noise, swept.energy, swept.squares, swept.size, swept.trace);
+                        const auto by = w.guard.believed(F::sums(swept), swept.trace);
                         for (int lane = 0; lane < states; ++lane) {
                           const std::ptrdiff_t i = first + lane;
                           double error = by.error[lane];
@@ -350,8 +349,7 @@ class SpatialEngine final : public CommonEngine<S> {
       F::acceleration(lowered(), w.rows.q.data(), w.rows.qd.data(), w.rows.tau_or_qdd.data(),
                       w.workspace, w.rows.out.data());
       store();
-      const auto& swept = w.workspace;
-      f(first, states, w.guard.believed(swept.noise, swept.energy, swept.squares, swept.size));
+      f(first, states, w.guard.believed(F::sums(w.workspace)));
     });
   }
 

@@ -174,7 +174,7 @@ class LimbsInLanes {
     const Lane zero = Lane(S(0));
     Articulated<Lane> P = {zero, zero, zero, zero, zero, zero, zero, zero, zero, zero, zero,
                            zero, zero, zero, zero, zero, zero, zero, zero, zero, zero};
-    Pending<Lane> pending = {zero, zero};
+    HandedOn<Lane> pending = {zero, zero};
     Lane margin = Lane(factors.margin);
     for (const Level& level : group.levels) {
       if (level.has_noise)
@@ -192,7 +192,7 @@ class LimbsInLanes {
   // Across the joints of a level, as in filter.hpp.
   template <bool noise, class Factors>
   KALMARM_INLINE static void cross(const LoweredModel<S>& model, const Level& level, int limbs,
-                                   Articulated<Lane>& P, Pending<Lane>& pending, Lane& margin,
+                                   Articulated<Lane>& P, HandedOn<Lane>& pending, Lane& margin,
                                    Factors& factors) {
     const LoweredBody<Lane>& body = level.body;
     add_body(P, body);
@@ -202,8 +202,9 @@ class LimbsInLanes {
     Sixfold<Lane> g;
     auto P_plus = measure_turn<noise>(P, body.r, D, rows[1], g);
     if (body.weights.tested) {
-      detail::test_rounding<false>(body.weights, P, D, g, level.d, pending, margin);
-      pending.moment = Lane(S(2)) * pending.moment + body.reach * pending.force;
+      const Lane e = detail::absorbed<false>(body.weights, P, level.d);
+      detail::test_D<false>(body.weights, e, P, D, g, pending, margin);
+      pending.move(body.reach);
     }
 
     translate_z(level.d, P_plus);
@@ -234,19 +235,20 @@ class LimbsInLanes {
 
   // Adds one lane's P and what is pending to the sum over a link's children.
   template <class Branch>
-  static void leave(const Articulated<Lane>& P, const Pending<Lane>& pending, int lane,
+  static void leave(const Articulated<Lane>& P, const HandedOn<Lane>& pending, int lane,
                     Branch& branch) {
     const Articulated<S> own = {
         P.Axx[lane], P.Axy[lane], P.Ayy[lane], P.Axz[lane], P.Ayz[lane], P.Azz[lane], P.Bxx[lane],
         P.Bxy[lane], P.Byx[lane], P.Byy[lane], P.Bxz[lane], P.Byz[lane], P.Bzx[lane], P.Bzy[lane],
         P.Bzz[lane], P.Cxx[lane], P.Cxy[lane], P.Cyy[lane], P.Cxz[lane], P.Cyz[lane], P.Czz[lane]};
+    Pending<S> handed = Pending<S>::none();
+    handed.of_D = {pending.moment[lane], pending.force[lane]};
     if (branch.begun) {
       kalmarm::add(branch.P, own);
-      branch.pending.moment += pending.moment[lane];
-      branch.pending.force += pending.force[lane];
+      branch.pending.add(handed);
     } else {
       branch.P = own;
-      branch.pending = {pending.moment[lane], pending.force[lane]};
+      branch.pending = handed;
       branch.begun = true;
     }
   }

@@ -1,11 +1,9 @@
 // Whether the answer of a kernel can be used, and what answers in its place where not.
 //
 // A sweep leaves for every lane: margin, positive where rounding cannot have moved a D far; for
-// accelerations the noise N of its forces, the energy E of its motions, |a|^2 and |a|_s^2
-// (force_noise.hpp), for solves N, E and |x|^2, for the rest check, which is zero where every result
-// is finite. Only a state
-// that fails a test, or whose estimated error is coarse, pays for more: a second look, then the
-// certified form.
+// accelerations AccelerationSums, for solves N, E and |x|^2 of force_noise.hpp, for the rest check,
+// which is zero where every result is finite. Only a state that fails a test, or whose estimated error
+// is coarse, pays for more: a second look, then the certified form.
 #pragma once
 
 #include <algorithm>
@@ -22,10 +20,10 @@
 
 namespace kalmarm {
 
-// What the sums of a sweep say of its accelerations, of one state or one in every lane.
+// What AccelerationSums say, of one state or one in every lane.
 template <class T>
 struct Believed {
-  T margin;  // (8) of force_noise.hpp: positive where rounding cannot have moved a far
+  T margin;  // (8): positive where rounding cannot have moved a far
   T error;   // (10)
 };
 
@@ -49,25 +47,16 @@ class Guard {
 
   CertifiedAnswer<S>& certified() { return certified_; }
 
-  // From what a sweep has left: N, E, |a|^2 and |a|_s^2. NaN where a is not finite.
+  // NaN where a is not finite.
   template <class T>
-  Believed<T> believed(const T& noise, const T& energy, const T& squares, const T& size) const {
-    return believed(noise, energy, squares, size, T(allowed_ / forces_.constant_trace()));
+  Believed<T> believed(const AccelerationSums<T>& of_a) const {
+    return believed_beside(of_a, T(allowed_ / forces_.largest_variance()));
   }
-  // With what rounding can have moved every D by, in units of what is let pass: (9).
+  // With a trace of M^-1 of every lane.
   template <class T>
-  Believed<T> believed_of_D(const T& noise, const T& energy, const T& squares, const T& size,
-                            const T& loss) const {
-    Believed<T> out = believed(noise, energy, squares, size);
-    const S most = S(in_units(error_of_D_let_pass<S>, rounding_constant_of_a)) * rounding_unit<S>();
-    out.margin -= T(most) * (loss * loss) * (energy + T(weight_));
-    return out;
-  }
-  // With T of (6) of every lane.
-  template <class T>
-  Believed<T> believed_of_trace(const T& noise, const T& energy, const T& squares, const T& size,
-                                const T& trace) const {
-    return believed(noise, energy, squares, size, T(allowed_) / trace);
+  Believed<T> believed(const AccelerationSums<T>& of_a, const T& trace) const {
+    using std::min;
+    return believed_beside(of_a, T(allowed_) / min(trace, T(forces_.largest_variance())));
   }
 
   // Whether the sums of x = M^-1 tau pass (8'), by factors whose D pass their own test. false where x
@@ -116,7 +105,7 @@ class Guard {
                     int lane = 0) {
     if (detail::number(check, lane) != S(0)) return true;
     if (detail::number(swept.margin, lane) > S(0)) return false;
-    return !(second_.error_of_D(lowered, q, swept, lane) < error_of_D_let_pass<S>);
+    return !(second_.error_of_D(lowered, q, swept, lane) < share_of_one_D * error_of_D_let_pass<S>);
   }
 
   // Whether columns of M^-1 pass (11), by the sum of D(k) X(k,k).
@@ -191,12 +180,14 @@ class Guard {
         lowered, swept, [&](int k) { return F::forces(lowered, swept, k); }, most);
     const double N = static_cast<double>(rounding_unit<S>() * swept.energy + noise);
     const double E = static_cast<double>(rounding_unit<S>() * (swept.energy + weight_));
-    if (!(N + in_units(error_of_D, rounding_constant_of_a) * E < static_cast<double>(most)))
-      return answer_anew;
+    double of_D = in_units(error_of_D, rounding_constant_of_a) * E;
+    if (swept.margin > S(0))
+      of_D = std::min(of_D, static_cast<double>(energy_lost(F::sums(swept))));
+    if (!(N + of_D < static_cast<double>(most))) return answer_anew;
     S size = S(0);
     for (int k = 0; k < lowered.nv(); ++k) size += a[k] * a[k] / forces_.variance(k);
     return std::sqrt(static_cast<double>(unit_of_error()) *
-                     (N + in_units(error_of_D, rounding_constant_of_error) * E) /
+                     (N + square(rounding_constant_of_a / rounding_constant_of_error) * of_D) /
                      static_cast<double>(std::max(size, least_size_)));
   }
 
@@ -220,18 +211,37 @@ class Guard {
   // (8): what may be added to the sum of N and E, in units of the weights.
   template <class T>
   T margin(const T& sum, const T& squares) const {
-    return T(allowed_ / forces_.constant_trace()) * squares - sum;
+    return T(allowed_ / forces_.largest_variance()) * squares - sum;
   }
 
   // allowed: beside |a|^2.
   template <class T>
-  Believed<T> believed(const T& noise, const T& energy, const T& squares, const T& size,
-                       const T& allowed) const {
+  Believed<T> believed_beside(const AccelerationSums<T>& of_a, const T& allowed) const {
     using std::sqrt;
-    const T nothing = squares * T(S(0));
-    const T sum = noise + T(rounding_unit<S>()) * energy;
-    return {(allowed * larger(squares, T(least_)) - sum) + nothing,
-            sqrt(T(unit_of_error()) * sum / larger(size, T(least_size_))) + nothing};
+    const T nothing = of_a.squares * T(S(0));
+    const T sum = of_a.noise + T(rounding_unit<S>()) * of_a.energy;
+    const T told =
+        sum +
+        T(square(S(share_of_lost_told * rounding_constant_of_a / rounding_constant_of_error)) *
+          weight_of_lost()) *
+            of_a.lost;
+    return {(allowed * larger(of_a.squares, T(least_)) - (sum + energy_lost(of_a))) + nothing,
+            sqrt(T(unit_of_error()) * told / larger(of_a.size, T(least_size_))) + nothing};
+  }
+
+  // Of (12), in units of the weights.
+  static S weight_of_lost() {
+    return S(rounding_constant_of_traces * rounding_constant_of_lost /
+             square(rounding_constant_of_a));
+  }
+
+  // (12) and (13), likewise.
+  template <class T>
+  T energy_lost(const AccelerationSums<T>& of_a) const {
+    const S by_most =
+        S(in_units(error_of_D_let_pass<S>, rounding_constant_of_a)) * rounding_unit<S>();
+    return T(weight_of_lost()) * of_a.lost +
+           T(by_most) * (of_a.loss * of_a.loss) * (of_a.energy + T(weight_));
   }
 
   // (eps / (c u))^2

@@ -8,7 +8,11 @@
 // with h, n the joint's axis in the frames of its two bodies: (z; 0) of a hinge, (0; z) of a slide
 // and (p x z; z) on its parent. So the trace of M^-1 is at most the sum of 1 / mu, and
 //   |a|_s^2 = sum over k of mu(k) a(k)^2                                                   (2)
-// is |a|^2 in each joint's own scale. mu is 0 where (1) knows no bound: at a body that resists no
+// is |a|^2 in each joint's own scale. Energies of the two bodies add up likewise, by Cauchy's inequality,
+//   a(k)^2 <= (|v|_M^2 + |v(parent)|_M(parent)^2) / mu(k),   or a(k)^2 = r(k) a(k)^2 / mu(k) of a rotor
+// so that, with every body's energy counted once, Euclid's norm is the larger by at most
+//   |a|^2 <= T |a|_M^2,   T = max over bodies of the sum of 1 / mu over the joints at it     (3)
+// which is a few joints' 1 / mu however many there are. mu is 0 where (1) knows no bound: at a body that resists no
 // motion about some axis, and where a free joint lets it go any distance from its parent.
 #pragma once
 
@@ -17,6 +21,7 @@
 #include <limits>
 #include <vector>
 
+#include "algorithms/fast/claims/constants.hpp"
 #include "algorithms/fast/lowering/lowered_link.hpp"
 
 namespace kalmarm::detail {
@@ -122,6 +127,27 @@ std::vector<S> least_inertias(const std::vector<LoweredLink<S>>& links,
       out[k] = S(std::max(known, static_cast<double>(bodies[k].r)));
     }
   return out;
+}
+
+// T of (3), or the sum of all 1 / mu where that is less.
+template <class S>
+double largest_variance(const std::vector<LoweredLink<S>>& links,
+                        const std::vector<LoweredBody<S>>& bodies, const std::vector<LinkRun>& runs,
+                        const std::vector<S>& least_inertias) {
+  std::vector<double> at(links.size(), 0);
+  double sum = 0, most = 0;
+  for (const LinkRun& run : runs)
+    for (int k = run.first; k <= run.last; ++k) {
+      const double mu(least_inertias[k]), variance = mu > 0 ? 1 / mu : no_body;
+      sum += variance;
+      most = std::max(most, variance);
+      if (least_inertias[k] == bodies[k].r) continue;  // a rotor's
+      at[run.at_once ? run.last : k] += variance;
+      const int parent = links[run.at_once ? run.first : k].parent;
+      if (parent >= 0) at[parent] += variance;
+    }
+  for (const double variance : at) most = std::max(most, variance);
+  return std::min(sum, most);
 }
 
 }  // namespace kalmarm::detail

@@ -48,17 +48,22 @@ class LoweredModel {
   int branch_count() const { return branch_count_; }
   const HingeAngles<S>& hinges() const { return hinges_; }
   const std::vector<LinkRun>& runs() const { return runs_; }
-  // Whether rounding can matter to a D in some position (rounding_weights.hpp).
+  // Whether rounding of some P- can matter to accelerations in some position (rounding_weights.hpp).
   bool may_lose_D() const {
-    return std::any_of(bodies_.begin(), bodies_.end(),
-                       [](const LoweredBody<S>& body) { return body.weights.tested; });
+    return std::any_of(links_.begin(), links_.end(),
+                       [](const LoweredLink<S>& link) { return link.charged; });
   }
+  // Of links that are not charged for it, e of (1) of rounding_weights.hpp in any position, at most, in
+  // units of what is let pass.
+  const S& uncharged_loss() const { return uncharged_loss_; }
   const LoweredLink<S>& link(int k) const { return links_[k]; }
   const LoweredBody<S>& body(int k) const { return bodies_[k]; }
   // Axx to Czz of the links' weights, link after link.
   const std::vector<S>& weights() const { return weights_; }
   // mu(k) of least_inertia.hpp, nv of them [kg m^2, of a slide kg].
   const std::vector<S>& least_inertias() const { return least_inertias_; }
+  // T of (3) of least_inertia.hpp [1 / (kg m^2), of slides 1 / kg].
+  const S& largest_variance() const { return largest_variance_; }
   // (2) of terms_of_columns.hpp.
   const S& terms_of_columns() const { return terms_of_columns_; }
   const FactoredBody<S>& factored(int k) const { return factored_[k]; }
@@ -153,7 +158,7 @@ class LoweredModel {
   std::vector<LoweredLink<S>> links_;
   std::vector<LoweredBody<S>> bodies_;
   std::vector<S> weights_, least_inertias_;
-  S terms_of_columns_ = S(0);
+  S terms_of_columns_ = S(0), uncharged_loss_ = S(0), largest_variance_ = S(0);
   std::vector<FactoredBody<S>> factored_;  // the same bodies, for the square-root form
   std::vector<CentralBody<S>> central_;    // and for inverse dynamics
   std::vector<UncommonPlacement<S>> uncommon_;
@@ -200,9 +205,12 @@ void LoweredModel<S>::lower(const Model<W>& model) {
   const auto largest =
       detail::WeightsOfLinks<S>::set(links_, runs_, covariances, bodies_, factored_);
   least_inertias_ = detail::least_inertias(links_, bodies_, runs_, uncommon_, covariances);
+  largest_variance_ = S(detail::largest_variance(links_, bodies_, runs_, least_inertias_));
   terms_of_columns_ = S(detail::terms_of_columns(links_, bodies_, least_inertias_, largest));
-  for (const LoweredBody<S>& body : bodies_) {
-    const RoundingWeights<S>& w = body.weights;
+  for (int k = 0; k < nv(); ++k) {
+    const RoundingWeights<S>& w = bodies_[k].weights;
+    links_[k].charged = w.charged;
+    if (w.counts && !w.charged) uncharged_loss_ = std::max(uncharged_loss_, w.most);
     weights_.insert(weights_.end(), {w.Axx, w.Ayy, w.Azz, w.Cxx, w.Cyy, w.Czz});
   }
   for (int k = model.nv() - 1; k >= 0; --k) {

@@ -41,7 +41,8 @@ class PlanarEngine final : public CommonEngine<T> {
                          });
     const T along = along_factors_.energy([&](int i) { return tau[along_.dofs[i]]; }) +
                     along_factors_.energy_by_weight();
-    const auto by = guard_->believed_of_D(noise(), ws_.energy + along, squares, size(a), ws_.loss);
+    const auto by = guard_->believed(
+        AccelerationSums<T>{noise(), ws_.energy + along, squares, size(a), ws_.lost, ws_.loss});
     if (!along_factors_.suspect()) {
       const double error = guard_->error(this->lowered(), q, qd, tau, a, ws_, by);
       if (error >= 0) return {.error = error};

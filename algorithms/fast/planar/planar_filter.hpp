@@ -10,7 +10,8 @@
 //   l+ = l-(parent) + c, the linear part + t alpha                             (4.10)
 //   a = e / D - g'l+,  l- = l+ + H'a                                           (4.9), (4.11)
 // At a hinge with r = 0, alpha = e / D - g'l+ of the linear part alone, and a is what it differs by
-// from the parent's. About 122 flops a hinge, and its sine and cosine.
+// from the parent's. About 122 flops a hinge, and its sine and cosine; 18 more where it is charged for
+// what P- loses (covariance/rounding_test.hpp).
 #pragma once
 
 #include <vector>
@@ -22,37 +23,60 @@ namespace kalmarm {
 
 namespace detail {
 
+// What a sweep leaves of P: ws.margin and ws.loss.
 template <class T>
 struct PlanarLoss {
-  T margin;
-  // Of all links the largest e of (1) of covariance/rounding_test.hpp, or c u h / D of (3) of those that
-  // do not absorb, in units of what is let pass.
-  T share;
+  T margin, loss;
 };
 
-// The test of covariance/rounding_test.hpp in the plane, of P- with J and the trace of C: what is
-// pending at link k becomes what is pending at its parent. reach: of t, as of LoweredBody.
+// (2) of covariance/rounding_test.hpp in the plane, of P- with J and the trace of C: what is pending at
+// link k becomes what is pending at its parent. reach: of t, as of LoweredBody.
 template <bool slides, class T>
-KALMARM_INLINE void test_rounding(const PlanarWeights<T>& w, const T& J, const T& trace,
-                                  const T& reach, const typename PlanarWorkspace<T>::Link& at,
-                                  bool noise, Pending<T>& pending, PlanarLoss<T>& loss) {
-  using std::min;
-  const T one = T(1), two = T(2);
-  const T moved = slides ? T(J + reach * trace) : J;
-  const T e = (w.n * moved + w.force * trace) +
-              (w.pending_moment * pending.moment + w.pending_force * pending.force);
+KALMARM_INLINE T hand_on(const PlanarWeights<T>& w, const T& most, const T& e, const T& J,
+                         const T& trace, const T& reach, bool noise,
+                         const typename PlanarWorkspace<T>::Link& at, HandedOn<T>& pending) {
+  const T two = T(2);
   T h = slides ? T(pending.force + trace) : T(pending.moment + J + w.reach * trace);
-  h = zero_where_less(e, one, h);
-  const T kept = min(e, one) - zero_where_less(e, one, one);  // e where it is less than 1, else 0
-  const T left = rounding_unit<T>() * h;
-  loss.margin = min(loss.margin, T(at.D - left));
-  loss.share = -min(T(-loss.share), T(-(kept + left * at.inverse_D)));
+  h = zero_where_less(e, most, h);
   const T of_moments = slides || noise ? T(at.g.n * at.g.n) : T(0);
   const T of_forces = slides ? T(at.g.y * at.g.y) : T(at.g.x * at.g.x + at.g.y * at.g.y);
   const T moment = two * (pending.moment + J + h * of_moments);
   const T force = two * (pending.force + trace + h * of_forces);
-  pending = {zero_where_less(e, one, T(two * moment + reach * force)),
-             zero_where_less(e, one, force)};
+  pending = {zero_where_less(e, most, T(two * moment + reach * force)),
+             zero_where_less(e, most, force)};
+  return rounding_unit<T>() * h;
+}
+
+// (1) to (3) there, and (12) and (13) of covariance/force_noise.hpp.
+template <bool slides, class T>
+KALMARM_INLINE void test_rounding(const PlanarWeights<T>& w, const T& J, const T& trace,
+                                  const T& reach, bool noise, typename PlanarWorkspace<T>::Link& at,
+                                  Pending<T>& pending, PlanarLoss<T>& of) {
+  using std::max;
+  using std::min;
+  const T moved = slides ? T(J + reach * trace) : J;
+  const T own = w.n * moved + w.force * trace;
+  const auto with = [&](const HandedOn<T>& handed) KALMARM_INLINE_LAMBDA {
+    return own + (w.pending_moment * handed.moment + w.pending_force * handed.force);
+  };
+  T e = own, moment = moved + w.reach * trace, force = trace;
+  if (w.hands_on) {
+    HandedOn<T>& handed = pending.of_motion;
+    moment += handed.moment + w.reach * handed.force;
+    force += handed.force;
+    e = with(handed);
+    const T left =
+        hand_on<slides>(w, most_absorbed_of_motion<T>(), e, J, trace, reach, noise, at, handed);
+    of.loss = max(of.loss, T(left * at.inverse_D));
+    e = absorbed_of_motion(e);
+  }
+  at.lost = {e * moment, e * force};
+  if (!w.tested) return;
+  HandedOn<T>& handed = pending.of_D;
+  const T of_D = with(handed);
+  const T left =
+      hand_on<slides>(w, most_absorbed_of_D<T>(), of_D, J, trace, reach, noise, at, handed);
+  of.margin = min(of.margin, T(at.D - left));
 }
 
 // Across joint k and to the parent's origin, where the parent's own body is added. Where J+ = 0, J-
@@ -78,8 +102,8 @@ KALMARM_INLINE void cross(const PlanarLink<T>& link, const PlanarStep<T>& step,
     }
     measure_turn<noise>(link.r, P, at);
   }
-  if (link.weights.tested)
-    test_rounding<slides>(link.weights, J_minus, trace, reach, at, noise, pending, loss);
+  if (link.weights.charged)
+    test_rounding<slides>(link.weights, J_minus, trace, reach, noise, at, pending, loss);
   if constexpr (forces) {
     assign(ws.z[k], z);
     const T kept = link.r * at.inverse_D;
@@ -108,11 +132,11 @@ KALMARM_SWEEP void filter(const PlanarModel<T>& model, const T* tau, PlanarWorks
   PlanarInertia<T> P;
   Planar<T> z;
   Pending<T> pending;
-  PlanarLoss<T> loss{T(1), model.loss()};
+  PlanarLoss<T> loss{T(1), model.uncharged_loss()};
   for (auto& branch : ws.branches) {
     branch.P = {zero, zero, zero, zero, zero, zero};
     branch.z = {zero, zero, zero};
-    branch.pending = {zero, zero};
+    branch.pending = Pending<T>::none();
   }
   bool carried = false;  // P and z come from link k + 1, and link k is added
   for (int k = model.nv() - 1; k >= 0; --k) {
@@ -126,14 +150,13 @@ KALMARM_SWEEP void filter(const PlanarModel<T>& model, const T* tau, PlanarWorks
       P.xy = z.n = zero;
       z.x = body.fx;
       z.y = body.fy;
-      pending = {zero, zero};
+      pending = Pending<T>::none();
     }
     if (link.branch >= 0) {
       const auto& branch = ws.branches[link.branch];
       add(P, branch.P);
       if constexpr (forces) add(z, branch.z);
-      pending.moment += branch.pending.moment;
-      pending.force += branch.pending.force;
+      pending.add(branch.pending);
     }
     carried = link.hangs_on_previous;
     PlanarBody<T> there{zero, zero, zero, zero, zero, zero};
@@ -155,11 +178,10 @@ KALMARM_SWEEP void filter(const PlanarModel<T>& model, const T* tau, PlanarWorks
     auto& branch = ws.branches[model.link(link.parent).branch];
     add(branch.P, P);
     if constexpr (forces) add(branch.z, z);
-    branch.pending.moment += pending.moment;
-    branch.pending.force += pending.force;
+    branch.pending.add(pending);
   }
   ws.margin = loss.margin;
-  ws.loss = loss.share;
+  ws.loss = loss.loss;
 }
 
 template <class T, class G>
@@ -186,11 +208,11 @@ KALMARM_INLINE T squares_of_terms(const PlanarWorkspace<G>& ws, const PlanarLink
          (square(link.has_noise ? T(g.x * along) : along) + square(g.y * aside));
 }
 
-// l and a of every link, |a|^2 and E.
+// l and a of every link, |a|^2, E, and (12) of covariance/force_noise.hpp.
 template <class T>
 void smooth(const PlanarModel<T>& model, PlanarWorkspace<T>& ws, T* a) {
   Planar<T> l;
-  T squares = T(0), energy = T(0);
+  T squares = T(0), energy = T(0), lost = T(0);
   for (int k = 0; k < model.nv(); ++k) {
     const PlanarLink<T>& link = model.link(k);
     const auto& at = ws.links[k];
@@ -209,10 +231,13 @@ void smooth(const PlanarModel<T>& model, PlanarWorkspace<T>& ws, T* a) {
     const T acceleration = smooth(ws, link, step, at.g, at.e, l);
     a[link.dof] = acceleration;
     squares += acceleration * acceleration;
+    if (link.weights.charged)
+      lost += at.lost.turning * (l.n * l.n) + at.lost.moving * (l.x * l.x + l.y * l.y);
     if (link.branch >= 0) assign(ws.branches[link.branch].l, l);
   }
   ws.squares = squares;
   ws.energy = energy;
+  ws.lost = lost;
 }
 
 }  // namespace detail

@@ -35,7 +35,7 @@ inline constexpr int four = Lanes<Four<T>>::count;
 template <class T>
 struct PlanarWeights {
   T n = T(0), force = T(0), pending_moment = T(0), pending_force = T(0), reach = T(0);
-  bool tested = false;
+  bool tested = false, charged = false, hands_on = false;  // as of RoundingWeights
 };
 
 template <class T>
@@ -67,22 +67,22 @@ class PlanarModel {
 
   // Weights for tests of rounding, of the same robot's.
   void set_weights(const LoweredModel<T>& lowered) {
-    loss_ = T(0);
+    uncharged_loss_ = T(0);
     for (int k = nv() - 1; k >= 0; --k) {
       PlanarLink<T>& link = links_[k];
       const RoundingWeights<T>& w = lowered.body(link.dof).weights;
-      const bool pending = link.weights.tested;  // what a child hands on
-      link.weights = {w.Azz,    std::max(w.Cxx, w.Cyy),
-                      w.moment, w.force,
-                      w.reach,  pending || w.tested || w.most > T(least_loss_to_test)};
-      if (!link.weights.tested)
-        loss_ = std::max(loss_, w.most);
-      else if (link.parent >= 0)
-        links_[link.parent].weights.tested = true;
+      const bool tested = link.weights.tested || w.tested;  // by what a child hands on
+      const bool charged = tested || w.most > T(least_loss_to_charge<T>);
+      const bool hands_on = link.weights.hands_on || w.hands_on;
+      link.weights = {w.Azz,   std::max(w.Cxx, w.Cyy), w.moment, w.force, w.reach, tested, charged,
+                      hands_on};
+      if (hands_on && link.parent >= 0) links_[link.parent].weights.hands_on = true;
+      if (!charged) uncharged_loss_ = std::max(uncharged_loss_, w.most);
+      if (tested && link.parent >= 0) links_[link.parent].weights.tested = true;
     }
   }
-  // Of links that are not tested, the most that rounding can do to a D in any position (planar_filter.hpp).
-  const T& loss() const { return loss_; }
+  // As of LoweredModel.
+  const T& uncharged_loss() const { return uncharged_loss_; }
 
   int nv() const { return static_cast<int>(links_.size()); }  // of the DoF in the plane
   int branch_count() const { return branch_count_; }
@@ -188,7 +188,7 @@ class PlanarModel {
   }
 
   int branch_count_ = 0;
-  T loss_ = T(0);
+  T uncharged_loss_ = T(0);
   bool is_chain_ = true;
   std::vector<int> apart_;
   std::vector<PlanarLink<T>> links_;

@@ -94,6 +94,7 @@ struct PlanarWorkspace {
   struct Link {
     T e;  // e+
     T D, inverse_D;
+    Lost<T> lost;
     Planar<T> g;  // of a slide along n, u and v; of 1 where r = 0 nothing
   };
   // Of a slide, or of a link that does not hang on the one before.
@@ -114,7 +115,7 @@ struct PlanarWorkspace {
   std::vector<Branch> branches;
   std::vector<Planar<T>> z;  // z-
   T margin;                  // of D (covariance/rounding_test.hpp)
-  T loss;                    // the most that rounding can move one, in units of what is let pass
+  T lost, loss;              // of (12) and (13) of covariance/force_noise.hpp
   T energy;                  // E of covariance/force_noise.hpp
   T squares;                 // |a|^2; not finite where an acceleration is not
 

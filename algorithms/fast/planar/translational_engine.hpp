@@ -136,7 +136,7 @@ class TranslationalEngine final : public CommonEngine<T> {
       size += this->lowered().least_inertias()[k] * (a[k] * a[k]);
     });
     const T energy = worker.factors.energy(force) + worker.factors.energy_by_weight();
-    const auto by = guard.believed(T(0), energy, squares, size);
+    const auto by = guard.believed(AccelerationSums<T>{T(0), energy, squares, size, T(0), T(0)});
     if (by.margin > T(0)) return {.error = by.error};
     return guard.certified().acceleration(q, qd, tau, a);
   }

@@ -226,7 +226,7 @@ void square_root_acceleration(const LoweredModel<S>& model, const T* q, const T*
   detail::set_placements(model, q, ws);
   detail::set_velocity(model, qd, ws);
   detail::filter(model, tau, ws);
-  detail::smooth(model, ws, a);
+  detail::smooth<false, false>(model, ws, a);
 }
 
 // The factors at q (nq). ws has never seen a velocity: the bias is zero, and so is tau.

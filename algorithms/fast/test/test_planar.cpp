@@ -338,30 +338,5 @@ TYPED_TEST(Planes, ComponentsThatCannotMoveAreZero) {
     }
 }
 
-// What rounding can have done to any D, by a sweep's own bound, is little beside what is promised of a.
-TYPED_TEST(Planes, DOfOrdinaryChainsMovesAccelerationsByLittle) {
-  using T = TypeParam;
-  for (const int n : {1, 3, 10, 40})
-    for (int seed = 0; seed < 20; ++seed) {
-      SCOPED_TRACE(std::to_string(n) + " seed " + std::to_string(seed));
-      const Model<double> drawn = planar_chain(seed, n);
-      const Model<T> model = drawn.template cast<T>();
-      const LoweredModel<T> lowered(model);
-      PlanarModel<T> planar(model, *find_plane(model));
-      planar.set_weights(lowered);
-      PlanarWorkspace<T> ws(planar);
-      EngineOptions options;
-      options.want = {Want::acceleration};
-      const Guard<T, CovarianceForm> guard(plain(drawn), lowered, options);
-      const State<T> state = random_state(drawn, seed).template cast<T>();
-      VectorX<T> a = poisoned<T>(n);
-      planar_acceleration(planar, state.q.data(), state.qd.data(), state.tau.data(), ws, a.data());
-      EXPECT_GT(ws.loss, T(0));
-      const T size = T(1);  // of the error that is told, not of what is believed
-      EXPECT_GT(guard.believed_of_D(T(0), ws.energy, ws.squares, size, ws.loss).margin, T(0));
-      EXPECT_FALSE(guard.believed_of_D(T(0), ws.energy, ws.squares, size, T(1)).margin > T(0));
-    }
-}
-
 }  // namespace
 }  // namespace kalmarm::test
