@@ -15,7 +15,6 @@ namespace kalmarm {
 namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
-constexpr double margin = 3;
 constexpr double alike = 1.15;  // times that differ by less are one
 constexpr int timed_states = 32, rounds = 7;
 constexpr double patience =
@@ -24,6 +23,12 @@ constexpr std::size_t kept_numbers = 8 << 20;  // of reference answers; more are
 
 double roundoff(Precision precision) {
   return precision == Precision::float32 ? unit_roundoff<float>() : unit_roundoff<double>();
+}
+
+// (6); n: numbers of an answer.
+double margin(const std::set<Want>& want, int n) {
+  if (!want.contains(Want::acceleration) && !want.contains(Want::solve)) return 3;
+  return std::clamp(std::pow(500.0, 1.0 / n), 5.0, 25.0);
 }
 
 // error / size, where no error is no error of nothing too.
@@ -159,7 +164,8 @@ struct Advisor::Parts {
     std::ranges::nth_element(errors, errors.begin() + states.count / 2);
     out.median = errors[states.count / 2];
     const double u = roundoff(candidates[candidate].precision);
-    out.predicted = margin * std::max({u, out.worst, beside_told * told}) + reference_error;
+    out.predicted = margin(question.want, asked) * std::max({u, out.worst, beside_told * told}) +
+                    reference_error;
     return out;
   }
 

@@ -67,9 +67,9 @@ std::vector<Scene> scenes() {
           generated_scene("heavy hand", with_heavy_hand(arm, 1e9))};
 }
 
-// By (5) of advisor.hpp: at least the true error, and at most 3 of the largest of it, u and what is
-// told, but for the reference's own error: it stands in every difference, tripled, beside what is
-// told too, and is added.
+// By (5) and (6) of advisor.hpp: at least the true error, and at most `margin` of the largest of it, u and
+// what is told, but for the reference's own error: it stands in every difference, times the margin, beside
+// what is told too, and is added.
 TEST(Advice, PredictionIsNoLessThanTheTrueErrorAndNoMoreThanItsRuleSays) {
   for (const Want want : {Want::acceleration, Want::inverse})
     for (Scene& scene : scenes()) {
@@ -88,19 +88,20 @@ TEST(Advice, PredictionIsNoLessThanTheTrueErrorAndNoMoreThanItsRuleSays) {
         const double u = is_single ? unit_roundoff<float>() : unit_roundoff<double>();
         EXPECT_GE(seen.predicted, errors.worst);
         const double beside = errors.worst > 0 ? errors.by_told / errors.worst : 0;
+        const double margin = want == Want::acceleration ? 5 : 3;  // of seven joints and more
         EXPECT_LE(seen.predicted,
-                  3 * std::max({u, errors.worst, errors.by_told}) +
-                      (1 + 3 * std::max(1.0, beside)) * s.advisor->reference_error());
+                  margin * std::max({u, errors.worst, errors.by_told}) +
+                      (1 + margin * std::max(1.0, beside)) * s.advisor->reference_error());
       }
     }
 }
 
-// Of 200 states, for a hundred times as many.
+// Of 200 states, for 500 times as many.
 TEST(Advice, PredictionHoldsForOtherStatesOfEveryRobot) {
   for (const std::string& name : shipped_robots()) {
     SCOPED_TRACE(name);
     Setting s(load_scene(name), Want::acceleration, 200);
-    const std::vector<State> others = random_states(s.scene, 20'000, 4);
+    const std::vector<State> others = random_states(s.scene, 100'000, 4);
     const auto expect_within = [&]<class T>(T, double predicted) {
       const RobotModel robot = plain(s.scene.model);
       Dynamics<T> plainly(robot, {.question = s.question});
@@ -132,13 +133,13 @@ TEST(Advice, PredictionHoldsForOtherStatesOfEveryRobot) {
 }
 
 // Float32 by the fast path is enough for an ordinary robot in ordinary states.
-TEST(Advice, FastPathInFloat32IsWithin2em5OnEveryShippedRobot) {
+TEST(Advice, FastPathInFloat32IsWithin5em5OnEveryShippedRobot) {
   for (const std::string& robot : shipped_robots()) {
     Setting s(load_scene(robot), Want::acceleration, 200);
     const Candidate& first = s.advisor->candidates().front();
     EXPECT_EQ(first.variant, "Fast<Conventional>");
     EXPECT_EQ(first.precision, Precision::float32);
-    EXPECT_LE(s.advisor->observe(0).predicted, 2e-5) << robot;
+    EXPECT_LE(s.advisor->observe(0).predicted, 5e-5) << robot;
     EXPECT_GT(s.advisor->observe(0).predicted, unit_roundoff<float>()) << robot;
   }
 }
