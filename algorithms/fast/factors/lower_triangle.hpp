@@ -22,16 +22,21 @@ void for_each_chunk(int columns, int n, const F& f) {
   for (int first = rest; first < columns; first += n) f(first, n);
 }
 
+// X[to + i] = x[i], but nothing from X[end] on.
+template <class T, class S>
+KALMARM_INLINE void store_before(std::ptrdiff_t end, const T& x, std::ptrdiff_t to, S* X) {
+  if (to + Lanes<T>::count <= end)
+    x.store(X + to);
+  else
+    for (int i = 0; to + i < end; ++i) X[to + i] = x[i];
+}
+
 // X(first + i, k) = x[i]. Lanes that are more than there are rows go to the next column, which is
 // written after this one, and nowhere from the last.
 template <class T, class S>
 KALMARM_INLINE void store_rows(const T& x, int first, int k, int n, S* X) {
-  constexpr int lanes = Lanes<T>::count;
-  S* const to = X + static_cast<std::ptrdiff_t>(k) * n + first;
-  if (static_cast<std::ptrdiff_t>(k) * n + first + lanes <= static_cast<std::ptrdiff_t>(n) * n)
-    x.store(to);
-  else
-    for (int i = 0; first + i < n; ++i) to[i] = x[i];
+  const std::ptrdiff_t column = n;
+  store_before(column * n, x, k * column + first, X);
 }
 
 namespace detail {

@@ -1,11 +1,16 @@
 // The mass matrix by the fast path.
 //
 //   M(k,k) = H F(k) + r(k),  M(m,k) = H(m) phi(m,k) F(k) for m inboard of k      (3.4), (5.1)
-// with F of composite.hpp; zero for joints on different branches. Lanes are columns: about 32 flops
-// for an entry below the diagonal.
+// with F of composite.hpp; zero for joints on different branches. Lanes are columns, and which of them
+// share a register column_schedule.hpp says: about 32 flops for each lane of a step.
 #pragma once
 
+#include <cstddef>
+#include <type_traits>
+#include <vector>
+
 #include "algorithms/fast/factors/blocks.hpp"
+#include "algorithms/fast/rigid/column_schedule.hpp"
 #include "algorithms/fast/rigid/composite.hpp"
 #include "algorithms/spatial/inlining.hpp"
 
@@ -51,8 +56,10 @@ void sweep_composite_forces(const LoweredModel<S>& model, const CompositeForces<
     if (link.branch >= 0) add(z, ws.branches[link.branch].z);
     if (k >= first)
       ws.e[k] = add_force(model, composite, k, T(own(k - first)), z);
+    else if (link.slides)  // the address of either would keep z in memory
+      ws.e[k] = z.w;
     else
-      ws.e[k] = link.slides ? z.w : z.z;
+      ws.e[k] = z.z;
     carried = link.hangs_on_previous;
     if (link.parent < 0) continue;
     force_to_parent(model, link, composite, at.d, z);
@@ -94,31 +101,28 @@ class FastMass {
       : composite_(model),
         triangles_(triangles),
         blocks_(model.nv(), triangles),
-        by_blocks_(is_chain(model, 4 * lanes)),
-        few_(model),
-        many_(model),
-        paths_(model, by_blocks_ ? 0 : model.nv(), lanes) {}
+        by_blocks_(is_chain(model, 4 * Lanes<TwoPacks<S>>::count)),
+        schedule_(model, by_blocks_ ? 0 : model.nv(), Lanes<Lane>::count),
+        branches_(model.branch_count()),
+        x_(schedule_.steps().size() + 1, Lane(S(0))) {}
 
-  // M (nv x nv) at q (nq), symmetric to the last bit. About 80 nv + 16 nv^2 flops,
-  // of long chains 1500 nv + 8 nv^2.
+  // M (nv x nv) at q (nq), symmetric to the last bit. About 80 nv + 16 nv^2 flops, of branched
+  // robots less (32 for a link and each that it hangs on), of long chains 1500 nv + 8 nv^2.
   void fill(const LoweredModel<S>& model, const S* q, S* M);
 
  private:
-  using Few = WidePack<S>;
-  using Many = TwoPacks<S>;
-  static constexpr int lanes = Lanes<Many>::count;
+  // With AVX2 alone, one register takes chain:31 12 % longer than two (float64).
+  using Lane = std::conditional_t<register_bytes == 64, WidePack<S>, TwoPacks<S>>;
 
-  template <class T>
-  void columns(const LoweredModel<S>& model, int first, int count, const char* path,
-               ColumnsWorkspace<T>& ws, S* M);
+  KALMARM_NOINLINE void sweep(const LoweredModel<S>& model);
 
   CompositeForces<S> composite_;
   Triangles triangles_;
   Blocks<S> blocks_;
   bool by_blocks_;  // where they are faster than columns
-  ColumnsWorkspace<Few> few_;
-  ColumnsWorkspace<Many> many_;
-  ColumnPaths paths_;
+  ColumnSchedule schedule_;
+  std::vector<Sixfold<Lane>> branches_;
+  std::vector<Lane> x_;  // of every step, and zero
 };
 
 template <class S>
@@ -128,25 +132,38 @@ void FastMass<S>::fill(const LoweredModel<S>& model, const S* q, S* M) {
     blocks_.fill(detail::MassOfChain<S>{model, composite_}, model.nv(), M);
     return;
   }
-  int i = 0;
-  for_each_chunk(model.nv(), lanes, [&](int first, int count) {
-    const char* const path = paths_[i++];
-    if (count <= Lanes<Few>::count)
-      columns(model, first, count, path, few_, M);
-    else
-      columns(model, first, count, path, many_, M);
-  });
+  sweep(model);
+  const std::ptrdiff_t size = static_cast<std::ptrdiff_t>(model.nv()) * model.nv();
+  for (const ColumnWrite& write : schedule_.writes())
+    store_before(size, x_[write.step], write.to, M);
   if (triangles_ == Triangles::both) mirror(model.nv(), M);
 }
 
+// M(k, columns) of every step.
 template <class S>
-template <class T>
-void FastMass<S>::columns(const LoweredModel<S>& model, int first, int count, const char* path,
-                          ColumnsWorkspace<T>& ws, S* M) {
-  const int last = first + count - 1;
-  detail::sweep_composite_forces(
-      model, composite_, first, last, path, [](int i) { return detail::Unit<T>::lane(i); }, ws);
-  for (int k = 0; k <= last; ++k) store_rows(ws.e[k], first, k, model.nv(), M);
+void FastMass<S>::sweep(const LoweredModel<S>& model) {
+  Sixfold<Lane> z;
+  detail::set_zero(z);
+  Lane* x = x_.data();
+  for (const ColumnStep& at : schedule_.steps()) {
+    const LoweredLink<S>& link = model.link(at.link);
+    if (at.begins) detail::set_zero(z);
+    if (at.from >= 0) add(z, branches_[at.from]);
+    if (at.lane >= 0)
+      *x = detail::add_force(model, composite_, at.link, detail::Unit<Lane>::lane(at.lane), z);
+    else if (link.slides)
+      *x = z.w;
+    else
+      *x = z.z;
+    ++x;
+    if (link.parent < 0) continue;
+    detail::force_to_parent(model, link, composite_, composite_.links[at.link].d, z);
+    if (at.into < 0) continue;
+    if (at.opens)
+      detail::assign(branches_[at.into], z);
+    else
+      add(branches_[at.into], z);
+  }
 }
 
 }  // namespace kalmarm
