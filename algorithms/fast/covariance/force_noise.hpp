@@ -82,8 +82,9 @@
 // is about |a|_M^2 and mostly below it, so that of |da|_M / |a|_M
 //   error^2 = (b u)^2 (N + E) / max(|a|_s, 0.01 |gravity| mean of sqrt(mu))^2             (10)
 // is an estimate, b = rounding_constant_of_error. A share of (12) is added, share_of_lost_told as an
-// amplitude: it is a bound of what is lost where all roundings of a link agree. Where that is coarse, N is by (3), mu by 1 / v of
-// (4), and eps^2 (E + weight) is added as in (9).
+// amplitude: (12) is a bound of what is lost where all roundings of a link agree. Where the estimate is
+// coarse, N is by (3), mu by 1 / v of (4), and in the place of (12) is the lesser of (12) and (13), and of
+// eps^2 (E + weight) of (9).
 #pragma once
 
 #include <Eigen/Dense>

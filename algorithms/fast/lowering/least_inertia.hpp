@@ -12,8 +12,8 @@
 //   a(k)^2 <= (|v|_M^2 + |v(parent)|_M(parent)^2) / mu(k),   or a(k)^2 = r(k) a(k)^2 / mu(k) of a rotor
 // so that, with every body's energy counted once, Euclid's norm is the larger by at most
 //   |a|^2 <= T |a|_M^2,   T = max over bodies of the sum of 1 / mu over the joints at it     (3)
-// which is a few joints' 1 / mu however many there are. mu is 0 where (1) knows no bound: at a body that resists no
-// motion about some axis, and where a free joint lets it go any distance from its parent.
+// which is a few joints' 1 / mu however many there are. mu is 0 where (1) knows no bound: at a body that
+// resists no motion about some axis, and where a free joint lets it go any distance from its parent.
 #pragma once
 
 #include <Eigen/Dense>

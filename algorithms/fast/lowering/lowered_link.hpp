@@ -43,16 +43,15 @@ template <class S>
 struct RoundingWeights {
   S Axx = S(0), Ayy = S(0), Azz = S(0), Cxx = S(0), Cyy = S(0), Czz = S(0);  // of P's diagonal
   S moment = S(0), force = S(0);                                             // of what is pending
-  S reach = S(0);        // sum over axes of the largest p^2 of a child
-  S lever = S(0);        // the same and, at a hinge, d^2 of its own
-  S aside = S(1);        // 0 where moments about x and y and forces along z count for nothing
-  S bias = S(0);         // of w^4, for what cancels within a link's own bias (force_noise.hpp)
-  S most = S(0);         // of (1), in any position, in units of what is let pass
-  bool tested = false;   // else nothing is lost in any position, here and outboard
-  bool charged = false;  // tested, or what P- loses may count for accelerations
-  bool hands_on =
-      false;           // the body may absorb nothing of that (rounding_test.hpp), here or outboard
-  bool counts = true;  // what is rounded here is not counted by another link
+  S reach = S(0);         // sum over axes of the largest p^2 of a child
+  S lever = S(0);         // the same and, at a hinge, d^2 of its own
+  S aside = S(1);         // 0 where moments about x and y and forces along z count for nothing
+  S bias = S(0);          // of w^4, for what cancels within a link's own bias (force_noise.hpp)
+  S most = S(0);          // of (1), in any position, in units of what is let pass
+  bool tested = false;    // else nothing is lost in any position, here and outboard
+  bool charged = false;   // tested, or what P- loses may count for accelerations
+  bool hands_on = false;  // some body from here on may absorb nothing of it (rounding_test.hpp)
+  bool counts = true;     // what is rounded here is not counted by another link
 
   // Between the DoF of a joint in one block step nothing is rounded that its last does not count.
   void leave_to_the_last() {
