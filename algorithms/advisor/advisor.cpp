@@ -15,7 +15,9 @@ namespace kalmarm {
 namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
-constexpr double alike = 1.15;  // times that differ by less are one
+constexpr double as_many_states = 500, least_margin = 5, most_margin = 25,
+                 margin_of_other_wants = 3;  // (6)
+constexpr double alike = 1.15;               // times that differ by less are one
 constexpr int timed_states = 32, rounds = 7;
 constexpr double patience =
     5e6;  // [ns] a candidate that takes so long for its states is timed once
@@ -27,8 +29,9 @@ double roundoff(Precision precision) {
 
 // (6); n: numbers of an answer.
 double margin(const std::set<Want>& want, int n) {
-  if (!want.contains(Want::acceleration) && !want.contains(Want::solve)) return 3;
-  return std::clamp(std::pow(500.0, 1.0 / n), 5.0, 25.0);
+  if (!want.contains(Want::acceleration) && !want.contains(Want::solve))
+    return margin_of_other_wants;
+  return std::clamp(std::pow(as_many_states, 1.0 / n), least_margin, most_margin);
 }
 
 // error / size, where no error is no error of nothing too.

@@ -10,7 +10,7 @@
 //   l+ = l-(parent) + c, the linear part + t alpha                             (4.10)
 //   a = e / D - g'l+,  l- = l+ + H'a                                           (4.9), (4.11)
 // At a hinge with r = 0, alpha = e / D - g'l+ of the linear part alone, and a is what it differs by
-// from the parent's. About 122 flops a hinge, and its sine and cosine; 18 more where it is charged for
+// from the parent's. About 122 flops a hinge, and its sine and cosine; 15 more where it is charged for
 // what P- loses (covariance/rounding_test.hpp).
 #pragma once
 

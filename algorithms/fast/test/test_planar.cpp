@@ -12,8 +12,6 @@
 #include <vector>
 
 #include "algorithms/fast/engine/engine.hpp"
-#include "algorithms/fast/guard/guard.hpp"
-#include "algorithms/fast/planar/planar_filter.hpp"
 #include "algorithms/fast/planar/plane.hpp"
 #include "algorithms/fast/planar/translational.hpp"
 #include "algorithms/fast/test/planar_support.hpp"

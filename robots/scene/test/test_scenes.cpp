@@ -90,24 +90,36 @@ TEST_P(ShippedScene, HasMujocosSiteJacobians) {
   EXPECT_GE(compared, m->nsite);
 }
 
+// How many answers of random states were refused, warned or worked out anew.
+template <class T>
+int suspects(const Scene& scene, int states) {
+  Dynamics<T> robot(plain(scene.model), {.question = {.want = {Want::acceleration, Want::solve}}});
+  VectorX<T> a(robot.nv());
+  int sum = 0;
+  const auto count = [&](const Outcome& out) { sum += !out || out.recomputed || out.warns(); };
+  for (const State& given : random_states(scene, states, 1)) {
+    const VectorX<T> q = given.q.cast<T>(), qd = given.qd.cast<T>(), tau = given.tau.cast<T>();
+    count(robot.forward_dynamics(q, qd, tau, a));
+    count(robot.factor(q));
+    count(robot.solve(tau, a));
+  }
+  return sum;
+}
+
 TEST_P(ShippedScene, IsNotSuspectedInRandomStates) {
   const Scene scene = load_scene(GetParam());
-  const auto suspects = [&]<class T>(T) {
-    Dynamics<T> robot(plain(scene.model),
-                      {.question = {.want = {Want::acceleration, Want::solve}}});
-    VectorX<T> a(robot.nv());
-    int sum = 0;
-    const auto count = [&](const Outcome& out) { sum += !out || out.recomputed || out.warns(); };
-    for (const State& given : random_states(scene, 20, 1)) {
-      const VectorX<T> q = given.q.cast<T>(), qd = given.qd.cast<T>(), tau = given.tau.cast<T>();
-      count(robot.forward_dynamics(q, qd, tau, a));
-      count(robot.factor(q));
-      count(robot.solve(tau, a));
+  EXPECT_EQ(suspects<float>(scene, 20), 0);
+  EXPECT_EQ(suspects<double>(scene, 20), 0);
+}
+
+TEST(FamiliesOfScenes, OfUpTo1000LinksAreNotSuspectedInRandomStates) {
+  for (const std::string family : {"straight", "chain", "tree"})
+    for (const std::string links : {"30", "300", "1000"}) {
+      SCOPED_TRACE(family + ':' + links);
+      const Scene scene = load_scene(family + ':' + links);
+      EXPECT_EQ(suspects<float>(scene, 10), 0);
+      EXPECT_EQ(suspects<double>(scene, 10), 0);
     }
-    return sum;
-  };
-  EXPECT_EQ(suspects(float()), 0);
-  EXPECT_EQ(suspects(double()), 0);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, ShippedScene, testing::ValuesIn(shipped_scenes()),
