@@ -113,8 +113,12 @@ class WeightsOfLinks {
     for (const LoweredLink<S>& link : links) {
       if (link.parent < 0) continue;
       Children& at = children_[link.parent];
-      for (int i = 0; i < 3; ++i)
-        at.squares[i] = std::max(at.squares[i], square(static_cast<double>(link.p[i])));
+      const double d = link.slides ? 0 : static_cast<double>(link.d);
+      const double aside = square(d * static_cast<double>(link.alpha.s));
+      const Eigen::Array3d along(link.turned ? aside : 0, aside,
+                                 square(d * static_cast<double>(link.alpha.c)));
+      const Eigen::Array3d p = link.p.template cast<double>().array();
+      at.squares = at.squares.max(p * p + along);
       at.tilted |= link.alpha.s != S(0);
       at.turned |= link.turned;
     }
