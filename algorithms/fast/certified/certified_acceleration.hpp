@@ -17,6 +17,12 @@
 //   |da|_M / |a|_M <= b u2 sqrt((N + E) / |a|_s^2)                                        (1)
 // of which claimed_share_of_residuals counts in the error where (1) is above enough_of_residuals u
 // (test_certified.cpp, EquilibriumIsRefinedNotRefused).
+//
+// Constants of the robot are right to u2 beside the largest of their kind, and sweep and residual share
+// them: gravity along a slide that is all but level is right to a few u. A force of u2 m g on every body is
+//   |da|^2 <= T (c u2)^2 G,  G = |gravity|^2 sum of m(k),  T: (3) of least_inertia.hpp        (2)
+// which counts in every error, c = roundings_of_constants. Where a search found an error of 8 u, 0.4 u was told
+// for want of it. Where (2) is above little_share u, T is (4) of force_noise.hpp.
 #pragma once
 
 #include <algorithm>
@@ -39,12 +45,16 @@ struct CertifiedModels {
 
   const LoweredModel<S>& lowered;
   LoweredModel<Wide> twice;
-  RobotModel robot;  // with parameters as S holds them
+  RobotModel robot;          // with parameters as S holds them
+  double gravity;            // its length [m/s^2]
+  double energy_of_gravity;  // G of (2) [N^2 / kg]
 
   CertifiedModels(const LoweredModel<S>& in_S, const Model<S>& model)
       : lowered(in_S),
         twice(model.template cast<Wide>()),
-        robot(plain(model.template cast<double>())) {}
+        robot(plain(model.template cast<double>())),
+        gravity(std::hypot(robot.gravity[0], robot.gravity[1], robot.gravity[2])),
+        energy_of_gravity(static_cast<double>(in_S.mass()) * gravity * gravity) {}
 };
 
 // A sweep of the conventional form and its refinement, for one state or one in every lane.
@@ -57,8 +67,7 @@ class CertifiedSweep {
       : sweep_(models.lowered),
         solve_(models.lowered),
         residual_(models.twice),
-        refiner_(models.lowered.nv(), std::hypot(models.robot.gravity[0], models.robot.gravity[1],
-                                                 models.robot.gravity[2])),
+        refiner_(models.lowered.nv(), models.gravity),
         second_(models.lowered),
         forces_(models.lowered) {}
 
@@ -69,13 +78,15 @@ class CertifiedSweep {
     covariance_acceleration(models.lowered, q, qd, tau, sweep_, a);
     residual_.set_motion(models.twice, q, qd, tau);
     refiner_.refine(models.twice, residual_, solve_.on(models.lowered, sweep_), states, a, out);
-    for (int i = 0; i < states; ++i)
+    for (int i = 0; i < states; ++i) {
       if (out[i].settled && out[i].steps > 1) {
         if constexpr (std::is_same_v<S, float>)
           out[i].settled = false;
         else
           add_rounding_of_residual(models, a, i, out[i]);
       }
+      if (out[i].settled) add_rounding_of_constants(models, i, out[i]);
+    }
   }
 
   // Whether no D of the last call is lost in rounding, in a lane whose position is q (nq).
@@ -116,6 +127,19 @@ class CertifiedSweep {
     }
     out.settled = Lanes<T>::count == 1 && std::isfinite(error);
     out.error += claimed_share_of_residuals * error;
+  }
+
+  // (2)
+  void add_rounding_of_constants(const CertifiedModels<S>& models, int lane, Verdict& out) {
+    if (!(models.energy_of_gravity > 0)) return;
+    const auto of = [&](double trace) {
+      return roundings_of_constants * roundoff_of_twice<S> *
+             std::sqrt(trace * models.energy_of_gravity) / out.size;
+    };
+    double error = of(models.lowered.largest_variance());
+    if (!(error <= little_share * unit_roundoff<S>()))
+      error = of(detail::number(forces_.trace(models.lowered, sweep_), lane));
+    out.error += error;
   }
 
   static double square(double x) { return x * x; }

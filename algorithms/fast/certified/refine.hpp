@@ -6,10 +6,9 @@
 //   left(i) = e(i) rho(i)           of the error of x(i+1), relatively                         (2)
 // A step is taken until left(i) <= u / 4 and rho(i) <= 0.3; where rho(i) is larger, i > 0, the
 // factors do not help, and the caller takes better ones. In the end x is rounded to its high part:
-//   |a - x| / |x| = |low| / |x| + left + 2 u2 |gravity| / |x|                               (3)
-// of which the first term is known, not estimated. The last: constants of the equation are worked out in
-// twice the precision, of roundoff u2, too: along a slide that is all but level a search found gravity wrong
-// by 1.7 u2.
+//   |a - x| / |x| = |low| / |x| + left                                                    (3)
+// of which the first term is known, not estimated. What the equation itself is wrong by, in twice the
+// precision, is the caller's to add.
 //
 // The caller says how wrong d(i) can be, |error of d(i)|^2 <= bound(i) (bounded_solve.hpp), so that
 //   |a - x(i+1)| <= sqrt(bound(i))                                                        (4)
@@ -21,8 +20,8 @@
 // double has (pair.hpp): far = 1e-9.
 // Squares of a residual underflow in float where forces are below 1e-22, and then a bound is zero that
 // is not: what is solved for is r times a power of two.
-// In equilibrium a is zero: beside a gravity g, u g takes the place of a smaller |x| in (4) and in the last
-// term of (3), and 0.1 g in (5).
+// In equilibrium a is zero: beside a gravity g, u g takes the place of a smaller |x| in (4), and 0.1 g
+// in (5).
 //
 // eps is the error of M^ where that has been measured (probe.hpp), else 0.
 // M^ is wrong by about rho in the directions that count, x(0) by e(0): the same factors made both.
@@ -47,6 +46,7 @@ struct Verdict {
   bool settled = false;
   double error = std::numeric_limits<double>::quiet_NaN();  // (3)
   int steps = 0;
+  double size = 0;  // |x| of (4), beside which what is added to `error` counts
 };
 
 template <class T>
@@ -98,11 +98,6 @@ class Refiner {
   bool trusted(double xx, double bound, double first) const {
     return bound <= square(trusted_error<S>) * size(xx) &&
            first <= square(farthest_start<S>) * std::max(xx, square(gravity_share * gravity_));
-  }
-
-  // The last term of (3).
-  double error_of_constants(double xx) const {
-    return gravity_ > 0 ? 2 * roundoff_of_twice<S> * gravity_ / std::sqrt(size(xx)) : 0;
   }
 
   // Whether the noise of d(0) is below what is left.
@@ -197,9 +192,10 @@ void Refiner<T>::refine(const Model& model, TwiceResidual<T>& residual, Kept&& b
     ll += rest * rest;
   }
   const Norm lost = ll / xx;
-  for (int i = 0; i < states; ++i)
-    out[i].error = left[i] + (lane(ll, i) > 0 ? std::sqrt(lane(lost, i)) : 0) +
-                   error_of_constants(lane(xx, i));
+  for (int i = 0; i < states; ++i) {
+    out[i].error = left[i] + (lane(ll, i) > 0 ? std::sqrt(lane(lost, i)) : 0);
+    out[i].size = std::sqrt(size(lane(xx, i)));
+  }
 }
 
 }  // namespace kalmarm

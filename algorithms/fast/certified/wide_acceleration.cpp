@@ -32,9 +32,10 @@ struct WideAcceleration::Sweeps {
         a(qd),
         r(qd),
         d(qd),
-        gravity(std::hypot(robot.gravity[0], robot.gravity[1], robot.gravity[2])) {}
+        gravity(std::hypot(robot.gravity[0], robot.gravity[1], robot.gravity[2])),
+        energy_of_gravity(static_cast<double>(model.mass()) * gravity * gravity) {}
 
-  // T (N + E) (b u)^2 of the last sweep.
+  // T (N + E + G) (b u)^2 of the last sweep.
   double squares_of_rounding() {
     const T trace = forces.trace(model, sweep);
     const double unit(rounding_unit<T>());
@@ -43,7 +44,8 @@ struct WideAcceleration::Sweeps {
     for (int k = model.nv() - 1; k >= 0; --k)
       noise += static_cast<double>(forces.charge(model, sweep, k, sweep.z[k], T(0)));
     const double b = rounding_constant_of_error * static_cast<double>(unit_roundoff<T>());
-    return static_cast<double>(trace) * (noise / unit + static_cast<double>(sweep.energy)) * b * b;
+    const double energies = noise / unit + static_cast<double>(sweep.energy) + energy_of_gravity;
+    return static_cast<double>(trace) * energies * b * b;
   }
 
   LoweredModel<T> model;
@@ -53,7 +55,7 @@ struct WideAcceleration::Sweeps {
   ForceNoise<T> forces;
   WideTest test;
   std::vector<T> q, qd, tau, a, r, d;
-  double gravity;
+  double gravity, energy_of_gravity;
 };
 
 WideAcceleration::WideAcceleration(const RobotModel& robot)

@@ -89,6 +89,10 @@ inline constexpr double claimed_share_of_residuals = 0.25;
 //   forces of 1e-26. Squares of forces above 1e7 overflow then, and the next precision answers.
 template <class S>
 inline constexpr S enlarged_residual = std::is_same_v<S, float> ? S(0x1p40) : S(1);
+//   How far constants move a through gravity, in units of u2, by (2) of certified_acceleration.hpp: a search
+//   found 6 along a slide that is level to a bit, of which a third is told. Twice as much would tell more
+//   than 400 u where torques hold a robot (test_certified.cpp).
+inline constexpr double roundings_of_constants = 2;
 //   The unit roundoff of pairs: two more bits are lost than two doubles have.
 inline constexpr double roundoff_of_pairs = 0x1p-104;
 //   Of what residuals of S are worked out in.

@@ -62,7 +62,7 @@ class CommonEngine : public Engine<S> {
     if (options.wants(Want::inverse_dynamics)) inverse_dynamics_.emplace(lowered_);
     if (!options.wants(Want::derivatives)) return;
     derivatives_.emplace(lowered_);
-    if (lowered_.may_lose_D()) bound_.emplace(lowered_);
+    if (lowered_.may_lose_D()) loss_.emplace(lowered_);
   }
 
   bool answers_in_part() const final { return true; }
@@ -136,9 +136,12 @@ class CommonEngine : public Engine<S> {
   }
   const DerivativeTerms<S>& terms() const { return derivatives_->terms; }
 
-  // How wrong a D that derivatives at q stand on can be: their sweep has no test of its own.
+  // How wrong a D that derivatives at q stand on can be, where that may count: their sweep has no test of
+  // its own, so that the margin of another is asked first.
   RoundingLoss loss_of_derivatives(const S* q) {
-    return bound_ ? bound_->look(lowered_, q) : RoundingLoss{};
+    if (!loss_) return {};
+    covariance_factor(lowered_, q, loss_->factors);
+    return loss_->factors.margin > S(0) ? RoundingLoss{} : loss_->bound.look(lowered_, q);
   }
 
   const Model<S>& model() const { return model_; }
@@ -152,12 +155,19 @@ class CommonEngine : public Engine<S> {
     explicit Torques(const LoweredModel<S>& model) : workspace(model), rows(model) {}
   };
 
+  struct LossOfD {
+    FastFactors<S> factors;
+    RoundingBound<S> bound;
+
+    explicit LossOfD(const LoweredModel<S>& model) : factors(model), bound(model) {}
+  };
+
   Model<S> model_;
   LoweredModel<S> lowered_;
   std::optional<FastMass<S>> mass_;
   std::optional<InverseDynamicsWorkspace<S>> inverse_dynamics_;
   std::optional<DerivativeWorkspace<S>> derivatives_;
-  std::optional<RoundingBound<S>> bound_;  // for derivatives, of robots that can lose a D
+  std::optional<LossOfD> loss_;  // for derivatives, of robots that can lose a D
   // Of rows, for every worker:
   std::vector<Torques> torques_;
   std::vector<MassOfRows<StateLanes<S>>> masses_;

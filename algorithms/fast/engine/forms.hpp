@@ -54,8 +54,8 @@ struct CovarianceForm {
 
   // Whether a D whose margin is positive may yet count in the error of an acceleration.
   template <class S>
-  static bool may_lose_D(const LoweredModel<S>& model) {
-    return model.may_lose_D();
+  static bool may_lose_motion(const LoweredModel<S>& model) {
+    return model.may_lose_motion();
   }
 
   // D and g at q alone.
@@ -109,7 +109,7 @@ struct SquareRootForm {
 
   // Rows lose about u^2 where P loses u.
   template <class S>
-  static bool may_lose_D(const LoweredModel<S>&) {
+  static bool may_lose_motion(const LoweredModel<S>&) {
     return false;
   }
 

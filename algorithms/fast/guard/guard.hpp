@@ -37,9 +37,9 @@ class Guard {
                  square(S(rounding_constant_of_a) * unit_roundoff<S>())),
         least_(S(least_beside_gravity * least_beside_gravity) * squares_of(robot.gravity)),
         least_size_(least_ * square(mean_root(lowered.least_inertias()))),
-        weight_(weight(robot)),
+        weight_(lowered.mass() * squares_of(robot.gravity)),
         terms_(lowered.terms_of_columns()),
-        loses_(F::may_lose_D(lowered)),
+        loses_(F::may_lose_motion(lowered)),
         own_(lowered),
         a_(lowered.nv()),
         certified_(robot, lowered, options, F::at_rest),
@@ -270,13 +270,6 @@ class Guard {
     return x.empty() ? S(0) : sum / S(x.size());
   }
 
-  // |gravity|^2 sum of m(k)
-  static S weight(const RobotModel& robot) {
-    double mass = 0;
-    for (const LinkParameters& link : robot.links) mass += link.mass;
-    return S(mass) * squares_of(robot.gravity);
-  }
-
   typename F::template SecondLook<S> second_;
   ForceNoise<S> forces_;
   static constexpr double answer_anew = std::numeric_limits<double>::quiet_NaN();
@@ -284,7 +277,7 @@ class Guard {
   S allowed_, least_, least_size_;  // e^2 / (c u)^2, the least |a|^2 and |a|_s^2
   S weight_;                        // |gravity|^2 sum of m(k)
   S terms_;                         // (2) of terms_of_columns.hpp
-  bool loses_;                      // F::may_lose_D
+  bool loses_;                      // F::may_lose_motion
   typename F::template Workspace<S> own_;
   std::vector<S> a_;
   CertifiedAnswer<S> certified_;

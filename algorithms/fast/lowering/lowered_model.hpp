@@ -21,6 +21,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <type_traits>
 #include <vector>
 
@@ -48,8 +49,13 @@ class LoweredModel {
   int branch_count() const { return branch_count_; }
   const HingeAngles<S>& hinges() const { return hinges_; }
   const std::vector<LinkRun>& runs() const { return runs_; }
-  // Whether rounding of some P- can matter to accelerations in some position (rounding_weights.hpp).
+  // Whether rounding of some P- can matter in some position (rounding_weights.hpp): to a D, and to
+  // accelerations, which is of more robots.
   bool may_lose_D() const {
+    return std::any_of(bodies_.begin(), bodies_.end(),
+                       [](const LoweredBody<S>& body) { return body.weights.tested; });
+  }
+  bool may_lose_motion() const {
     return std::any_of(links_.begin(), links_.end(),
                        [](const LoweredLink<S>& link) { return link.charged; });
   }
@@ -64,6 +70,11 @@ class LoweredModel {
   const std::vector<S>& least_inertias() const { return least_inertias_; }
   // T of (3) of least_inertia.hpp [1 / (kg m^2), of slides 1 / kg].
   const S& largest_variance() const { return largest_variance_; }
+  // Of all that moves [kg].
+  S mass() const {
+    return std::accumulate(bodies_.begin(), bodies_.end(), S(0),
+                           [](const S& sum, const LoweredBody<S>& body) { return sum + body.m; });
+  }
   // (2) of terms_of_columns.hpp.
   const S& terms_of_columns() const { return terms_of_columns_; }
   const FactoredBody<S>& factored(int k) const { return factored_[k]; }
