@@ -85,6 +85,13 @@
 // amplitude: (12) is a bound of what is lost where all roundings of a link agree. Where the estimate is
 // coarse, N is by (3), mu by 1 / v of (4), and in the place of (12) is the lesser of (12) and (13), and of
 // eps^2 (E + weight) of (9).
+//
+// Last, a(k) = H l- - H l+ is rounded, and no other joint takes that back, since without joint noise H l- is a
+// sum of its own. Entries that are rounded apart move a by
+//   |da|_M^2 = u^2 sum of M(k,k) a(k)^2 <= u^2 R,   R = sum over k of I(k) a(k)^2         (14)
+// with I(k) the largest that M(k,k) can be (lowered_model.hpp). u^2 R / |a|_s^2 is added to (10): it is most of
+// the error where large entries of a cancel and move heavy links little, as in a long chain that is
+// stretched out.
 #pragma once
 
 #include <Eigen/Dense>
@@ -104,6 +111,7 @@ struct AccelerationSums {
   T noise, energy;  // N and E
   T squares, size;  // |a|^2 and |a|_s^2
   T lost, loss;     // of (12) and (13)
+  T rounding;       // R of (14)
 };
 
 // The share of a link in N by (2), from z-.

@@ -13,7 +13,7 @@
 //   z-(parent) += phi z+                                                   (4.4)
 // base to tips:
 //   l+ = phi' l-(parent) + c,  a = e+ - g' l+,  l- = l+ + H' a             (4.10), (4.9), (4.11)
-// Where r = 0, H l- = e+ - sum over j != h of g_j l+_j. About 468 flops an aligned hinge
+// Where r = 0, H l- = e+ - sum over j != h of g_j l+_j. About 469 flops an aligned hinge
 // (lowered_model.hpp) without zero terms, and its sine and cosine: with |a|^2, N and E of
 // force_noise.hpp, which say how far rounding can have moved a. Links that are charged for (12) there, most
 // in float32 and the inboard ones of long chains in float64, take about 36 more.
@@ -57,14 +57,15 @@ struct CovarianceWorkspace : Placements<T> {
   std::vector<Branch> branches;
   std::vector<Sixfold<T>> z;  // z-, of one state; in lanes N is summed at once
   // Of the last call:
-  T margin;   // of D (rounding_test.hpp)
-  T noise;    // N of force_noise.hpp
-  T energy;   // E of force_noise.hpp
-  T squares;  // |a|^2; not finite where an acceleration is not
-  T size;     // |a|_s^2, in each joint's own scale (least_inertia.hpp)
-  T lost;     // of (12) of force_noise.hpp
-  T loss;     // of (13)
-  T trace;    // T of force_noise.hpp, of states with joint noise of their own
+  T margin;    // of D (rounding_test.hpp)
+  T noise;     // N of force_noise.hpp
+  T energy;    // E of force_noise.hpp
+  T squares;   // |a|^2; not finite where an acceleration is not
+  T size;      // |a|_s^2, in each joint's own scale (least_inertia.hpp)
+  T rounding;  // R of (14) of force_noise.hpp
+  T lost;      // of (12) of force_noise.hpp
+  T loss;      // of (13)
+  T trace;     // T of force_noise.hpp, of states with joint noise of their own
 
   template <class S>
   explicit CovarianceWorkspace(const LoweredModel<S>& model)
@@ -333,6 +334,7 @@ KALMARM_NOINLINE void smooth_joint(const LoweredModel<S>& model, const LinkRun& 
                                    CovarianceWorkspace<T>& ws, Sixfold<T>& from, T* a) {
   Sixfold<T> l = from;
   T squares = ws.squares, size = ws.size, energy = ws.energy, lost = ws.lost;
+  T rounding = ws.rounding;
   begin_motion(model, model.link(run.first), ws, l);
   for (int first = run.first; first <= run.last; first += 3) {
     const LoweredLink<S>& link = model.link(first);
@@ -346,14 +348,17 @@ KALMARM_NOINLINE void smooth_joint(const LoweredModel<S>& model, const LinkRun& 
       const auto& at = ws.links[k];
       energy += motion_noise(link, at.g, at.inverse_D, at.e, l);
       a[k] = smooth(link, at.g, at.e, l);
-      squares += a[k] * a[k];
-      size += model.least_inertias()[k] * (a[k] * a[k]);
+      const T square = a[k] * a[k];
+      squares += square;
+      size += model.least_inertias()[k] * square;
+      rounding += model.largest_inertias()[k] * square;
       if (charges && model.link(k).charged) lost += lost_by(at.lost, l);
     }
   }
   if (const int index = model.link(run.last).branch; index >= 0) ws.branches[index].l = l;
   ws.squares = squares;
   ws.size = size;
+  ws.rounding = rounding;
   ws.energy = energy;
   ws.lost = lost;
   from = l;
@@ -365,6 +370,7 @@ KALMARM_NOINLINE void smooth_links(const LoweredModel<S>& model, const LinkRun& 
                                    CovarianceWorkspace<T>& ws, Sixfold<T>& from, T* a) {
   Sixfold<T> l = from;
   T squares = ws.squares, size = ws.size, energy = ws.energy, lost = ws.lost;
+  T rounding = ws.rounding;
   for (int k = run.first; k <= run.last; ++k) {
     const LoweredLink<S>& link = model.link(k);
     const auto& at = ws.links[k];
@@ -382,23 +388,26 @@ KALMARM_NOINLINE void smooth_links(const LoweredModel<S>& model, const LinkRun& 
     }
     energy += motion_noise(link, at.g, at.inverse_D, at.e, l);
     a[k] = smooth(link, at.g, at.e, l);
-    squares += a[k] * a[k];
-    size += model.least_inertias()[k] * (a[k] * a[k]);
+    const T square = a[k] * a[k];
+    squares += square;
+    size += model.least_inertias()[k] * square;
+    rounding += model.largest_inertias()[k] * square;
     if (charges && link.charged) lost += lost_by(at.lost, l);
     if (link.branch >= 0) ws.branches[link.branch].l = l;
   }
   ws.squares = squares;
   ws.size = size;
+  ws.rounding = rounding;
   ws.energy = energy;
   ws.lost = lost;
   from = l;
 }
 
-// l and a of every link, |a|^2, |a|_s^2, what motions add to E, and (12) where links are charged for it.
+// l and a of every link, |a|^2, |a|_s^2, R, what motions add to E, and (12) where links are charged for it.
 template <bool at_rest = false, bool charges = true, class T, class S>
 void smooth(const LoweredModel<S>& model, CovarianceWorkspace<T>& ws, T* a) {
   Sixfold<T> l;
-  ws.squares = ws.size = ws.lost = T(S(0));
+  ws.squares = ws.size = ws.rounding = ws.lost = T(S(0));
   for (const LinkRun& run : model.runs()) {
     if (run.at_once)
       smooth_joint<at_rest, charges>(model, run, ws, l, a);
@@ -435,6 +444,7 @@ void covariance_acceleration(const LoweredModel<S>& model, const T* q, const T* 
   for (int k = 0; k < model.nv(); ++k) {
     const T mu = max(max(T(model.least_inertias()[k]), least), r[k]);
     ws.size += mu * (a[k] * a[k]);
+    ws.rounding += (r[k] - T(model.body(k).r)) * (a[k] * a[k]);
     ws.trace += T(S(1)) / mu;
   }
 }

@@ -42,7 +42,8 @@ struct CovarianceForm {
 
   template <class T>
   static AccelerationSums<T> sums(const Workspace<T>& swept) {
-    return {swept.noise, swept.energy, swept.squares, swept.size, swept.lost, swept.loss};
+    return {swept.noise, swept.energy, swept.squares, swept.size,
+            swept.lost,  swept.loss,   swept.rounding};
   }
 
   // z-(k) of a sweep of one state, whose squares hold those of what its own bias cancels from.
@@ -99,7 +100,7 @@ struct SquareRootForm {
   template <class T>
   static AccelerationSums<T> sums(const Workspace<T>& swept) {
     const T none = swept.squares * T(typename Lanes<T>::Scalar(0));
-    return {swept.noise, swept.energy, swept.squares, swept.size, none, none};
+    return {swept.noise, swept.energy, swept.squares, swept.size, none, none, swept.rounding};
   }
 
   template <class S>

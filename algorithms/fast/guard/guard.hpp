@@ -23,8 +23,9 @@ namespace kalmarm {
 // What AccelerationSums say, of one state or one in every lane.
 template <class T>
 struct Believed {
-  T margin;  // (8): positive where rounding cannot have moved a far
-  T error;   // (10)
+  T margin;     // (8): positive where rounding cannot have moved a far
+  T error;      // (10) and (14)
+  T of_sweeps;  // the square of (10): what a second look can know better
 };
 
 template <class S, class F>
@@ -69,8 +70,8 @@ class Guard {
   template <class T>
   static bool vouched(const T& margin_of_D, const Believed<T>& by, int lane) {
     const S D = detail::number(margin_of_D, lane), of_a = detail::number(by.margin, lane);
-    const S error = detail::number(by.error, lane);
-    return D > S(0) && of_a > S(0) && error <= S(coarse_error) * unit_roundoff<S>();
+    const S error = detail::number(by.of_sweeps, lane);
+    return D > S(0) && of_a > S(0) && error <= square(S(coarse_error) * unit_roundoff<S>());
   }
 
   // The estimated error of a lane of `swept`, accelerations a that `by` is said of; NaN where they are
@@ -186,8 +187,9 @@ class Guard {
     if (!(N + of_D < static_cast<double>(most))) return answer_anew;
     S size = S(0);
     for (int k = 0; k < lowered.nv(); ++k) size += a[k] * a[k] / forces_.variance(k);
-    return std::sqrt(static_cast<double>(unit_of_error()) *
-                     (N + square(rounding_constant_of_a / rounding_constant_of_error) * of_D) /
+    const double told = N + square(rounding_constant_of_a / rounding_constant_of_error) * of_D;
+    const double of_answer = square(unit_roundoff<S>()) * F::sums(swept).rounding;
+    return std::sqrt((static_cast<double>(unit_of_error()) * told + of_answer) /
                      static_cast<double>(std::max(size, least_size_)));
   }
 
@@ -225,8 +227,11 @@ class Guard {
         T(square(S(share_of_lost_told * rounding_constant_of_a / rounding_constant_of_error)) *
           weight_of_lost()) *
             of_a.lost;
+    const T size = larger(of_a.size, T(least_size_));
+    const T of_sweeps = T(unit_of_error()) * told / size;
+    const T of_answer = T(square(unit_roundoff<S>())) * of_a.rounding / size;
     return {(allowed * larger(of_a.squares, T(least_)) - (sum + energy_lost(of_a))) + nothing,
-            sqrt(T(unit_of_error()) * told / larger(of_a.size, T(least_size_))) + nothing};
+            sqrt(of_sweeps + of_answer) + nothing, of_sweeps};
   }
 
   // Of (12), in units of the weights.

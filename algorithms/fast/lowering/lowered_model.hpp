@@ -68,6 +68,9 @@ class LoweredModel {
   const std::vector<S>& weights() const { return weights_; }
   // mu(k) of least_inertia.hpp, nv of them [kg m^2, of a slide kg].
   const std::vector<S>& least_inertias() const { return least_inertias_; }
+  // The largest that M(k,k) can be wherever the joints stand (rounding_weights.hpp), nv of them, likewise;
+  // 0 where slides let what hangs on joint k go any distance.
+  const std::vector<S>& largest_inertias() const { return largest_inertias_; }
   // T of (3) of least_inertia.hpp [1 / (kg m^2), of slides 1 / kg].
   const S& largest_variance() const { return largest_variance_; }
   // Of all that moves [kg].
@@ -90,6 +93,7 @@ class LoweredModel {
       if (!links_[k].has_noise) continue;
       bodies_[k].r = r[k];
       least_inertias_[k] = std::max(as_built.least_inertias_[k], r[k]);
+      largest_inertias_[k] = as_built.largest_inertias_[k] + (r[k] - as_built.bodies_[k].r);
     }
   }
 
@@ -168,7 +172,7 @@ class LoweredModel {
   HingeAngles<S> hinges_;
   std::vector<LoweredLink<S>> links_;
   std::vector<LoweredBody<S>> bodies_;
-  std::vector<S> weights_, least_inertias_;
+  std::vector<S> weights_, least_inertias_, largest_inertias_;
   S terms_of_columns_ = S(0), uncharged_loss_ = S(0), largest_variance_ = S(0);
   std::vector<FactoredBody<S>> factored_;  // the same bodies, for the square-root form
   std::vector<CentralBody<S>> central_;    // and for inverse dynamics
@@ -222,6 +226,9 @@ void LoweredModel<S>::lower(const Model<W>& model) {
     const RoundingWeights<S>& w = bodies_[k].weights;
     links_[k].charged = w.charged;
     if (w.counts && !w.charged) uncharged_loss_ = std::max(uncharged_loss_, w.most);
+    const double inertia =
+        links_[k].slides ? largest[k].force : (largest[k].unbounded ? 0 : largest[k].moment);
+    largest_inertias_.push_back(S(std::min(inertia, no_body)) + bodies_[k].r);
     weights_.insert(weights_.end(), {w.Axx, w.Ayy, w.Azz, w.Cxx, w.Cyy, w.Czz});
   }
   for (int k = model.nv() - 1; k >= 0; --k) {

@@ -41,8 +41,9 @@ class PlanarEngine final : public CommonEngine<T> {
                          });
     const T along = along_factors_.energy([&](int i) { return tau[along_.dofs[i]]; }) +
                     along_factors_.energy_by_weight();
-    const auto by = guard_->believed(
-        AccelerationSums<T>{noise(), ws_.energy + along, squares, size(a), ws_.lost, ws_.loss});
+    const auto by = guard_->believed(AccelerationSums<T>{
+        noise(), ws_.energy + along, squares, sum_of(this->lowered().least_inertias(), a), ws_.lost,
+        ws_.loss, sum_of(this->lowered().largest_inertias(), a)});
     if (!along_factors_.suspect()) {
       const double error = guard_->error(this->lowered(), q, qd, tau, a, ws_, by);
       if (error >= 0) return {.error = error};
@@ -239,11 +240,10 @@ class PlanarEngine final : public CommonEngine<T> {
     return sum;
   }
 
-  // |a|_s^2 of lowering/least_inertia.hpp.
-  T size(const T* a) const {
+  // Of inertias times squares of a: |a|_s^2 of lowering/least_inertia.hpp, R of covariance/force_noise.hpp.
+  static T sum_of(const std::vector<T>& inertias, const T* a) {
     T sum = T(0);
-    for (int k = 0; k < this->lowered().nv(); ++k)
-      sum += this->lowered().least_inertias()[k] * (a[k] * a[k]);
+    for (std::size_t k = 0; k < inertias.size(); ++k) sum += inertias[k] * (a[k] * a[k]);
     return sum;
   }
 

@@ -128,15 +128,17 @@ class TranslationalEngine final : public CommonEngine<T> {
     if (!refusal_) return refusal_;
     auto& guard = *worker.guard;
     if (answered()) return guard.certified().acceleration(q, qd, tau, a);
-    T squares = T(0), size = T(0);
+    T squares = T(0), size = T(0), rounding = T(0);
     const auto force = [&](int k) { return tau[k]; };
     worker.factors.solve(force, [&](int k, const T& x) {
       a[k] = x + worker.factors.by_weight()[k];
       squares += a[k] * a[k];
       size += this->lowered().least_inertias()[k] * (a[k] * a[k]);
+      rounding += this->lowered().largest_inertias()[k] * (a[k] * a[k]);
     });
     const T energy = worker.factors.energy(force) + worker.factors.energy_by_weight();
-    const auto by = guard.believed(AccelerationSums<T>{T(0), energy, squares, size, T(0), T(0)});
+    const auto by =
+        guard.believed(AccelerationSums<T>{T(0), energy, squares, size, T(0), T(0), rounding});
     if (by.margin > T(0)) return {.error = by.error};
     return guard.certified().acceleration(q, qd, tau, a);
   }

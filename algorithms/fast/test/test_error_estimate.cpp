@@ -62,6 +62,25 @@ TYPED_TEST(ErrorEstimateOf, IsAtLeastHalfTheErrorOnAllFamilies) {
   }
 }
 
+// Of a chain that is stretched out the rounding of a itself is nearly all, and grows with its length.
+TYPED_TEST(ErrorEstimateOf, IsAtLeastHalfTheErrorOfLongStraightChains) {
+  for (const int n : {7, 31, 63}) {
+    SCOPED_TRACE(n);
+    this->ratios_.clear();
+    const Model<double> model = straight_chain(n);
+    for (int seed = 0; seed < 10; ++seed)
+      for (const bool stretched : {true, false}) {
+        State<double> state = random_state(model, seed);
+        if (stretched) state.q.setZero();
+        this->look(model, state);
+        this->look(model, state,
+                   {Form::conventional, {.want = {Want::acceleration}}, {Rule::planes}});
+      }
+    EXPECT_GE(this->least(), 0.5);
+    EXPECT_LE(this->median(), 150);
+  }
+}
+
 TYPED_TEST(ErrorEstimateOf, IsAtLeastAQuarterOfTheErrorWhereMassesGrow) {
   for (const double heaviest : {1e3, 1e6, 1e9})
     for (int seed = 0; seed < 30; ++seed) {
