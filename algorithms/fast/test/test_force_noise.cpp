@@ -145,6 +145,42 @@ TEST(LargestVariance, IsThatOfAFewJointsHoweverManyThereAre) {
   EXPECT_LE(long_chain.largest_variance(), sum / 20);
 }
 
+// M(k,k) over what it can be at most, of joints from which no slide lets anything go far: the largest.
+double most_of_largest_inertias(const Model<double>& drawn, const State<double>& state) {
+  const LoweredModel<double> model(drawn);
+  const int nv = model.nv();
+  Dynamics<double> robot = dynamics_of<double>(drawn, spatial({Want::mass}));
+  MatrixX<double> M(nv, nv);
+  robot.mass(state.q, M);
+  double most = 0;
+  for (int k = 0; k < nv; ++k) {
+    const double largest = model.largest_inertias()[k];
+    if (largest > model.body(k).r) most = std::max(most, M(k, k) / largest);
+  }
+  return most;
+}
+
+TEST(LargestInertias, AreAboveTheDiagonalOfM) {
+  for (const Family& family : all_families()) {
+    SCOPED_TRACE(family.name);
+    for (int seed = 0; seed < 5; ++seed) {
+      const Model<double> model = family.make(seed);
+      EXPECT_LE(most_of_largest_inertias(model, random_state(model, seed)), 1 + 1e-9);
+    }
+  }
+  for (int seed = 0; seed < 60; ++seed) {
+    SCOPED_TRACE(seed);
+    EXPECT_LE(most_of_largest_inertias(wild(seed), random_state(wild(seed), seed)), 1 + 1e-9);
+  }
+}
+
+TEST(LargestInertias, AreReachedByAChainThatIsStretchedOut) {
+  const Model<double> model = straight_chain(31);
+  State<double> state = random_state(model, 1);
+  state.q.setZero();
+  EXPECT_GE(most_of_largest_inertias(model, state), 0.9);
+}
+
 using Precisions = testing::Types<float, double>;
 TYPED_TEST_SUITE(ForceNoiseOf, Precisions, PrecisionName);
 
