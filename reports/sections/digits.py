@@ -36,6 +36,7 @@ WORDS = {
     "warned": "warned",
 }
 STEPS = (1, 3, 5, 8, 11, 14)  # digits at which the colour changes
+USUAL = (6, 3)  # how many of these a number in float64 and in float32 mostly has: its look in tables.css
 
 
 def section(data: Data) -> Section | None:
@@ -63,7 +64,7 @@ def section(data: Data) -> Section | None:
     return Section(
         "The accuracy laboratory",
         [
-            "Families of mechanisms made to be difficult, each swept over one parameter. The "
+            "Families of mechanisms made to be difficult, each swept over one parameter (below). The "
             "truth is multi-precision for the parameters rounded to the working precision. The "
             "task named “dynamics, else random” is the full dynamics with gravity and velocities, "
             "or random torques at rest for a family without these, or white innovations.",
@@ -73,7 +74,7 @@ def section(data: Data) -> Section | None:
             "“refused”: called singular. * : the median is right, but a seed failed or is wrong.",
         ],
         choices=[choice for choice in (task, group) if choice.options],
-        tables=[*tables, *singular, *_health(data)],
+        tables=[*tables, *_swept(data), *singular, *_health(data)],
     )
 
 
@@ -99,7 +100,6 @@ def _group(variant: Variant | None) -> str:
 def _digits(data: Data, task: str, group: str, variants: list[str], first) -> Table | None:
     lab = data.laboratory
     rows, present = [], set()
-    names = {family.name: family for family in data.stress_families}
     for family in lab.families:
         own = own_task(lab, family, task)
         series = {
@@ -109,11 +109,7 @@ def _digits(data: Data, task: str, group: str, variants: list[str], first) -> Ta
         if not any(points for pair in series.values() for points in pair.values()):
             continue
         present |= {variant for variant, pair in series.items() if any(pair.values())}
-        described = names.get(family)
-        name = escape(family.replace("_", " "))
-        if described and described.parameter:
-            name = Markup("{}<br><small>{}</small>").format(name, described.parameter)
-        rows.append((name, series))
+        rows.append((escape(family.replace("_", " ")), series))
     if not rows:
         return None
     columns = [variant for variant in variants if variant in present]
@@ -123,7 +119,7 @@ def _digits(data: Data, task: str, group: str, variants: list[str], first) -> Ta
         f"{precisions[0]}, below in {precisions[1]}",
         ["Family", *(variant.replace("<", "<\u200b") for variant in columns)],
         [
-            [name, *(Markup("").join(_cell(series[v][p]) for p in precisions) for v in columns)]
+            [name, *(_pair([series[v][p] for p in precisions]) for v in columns)]
             for name, series in rows
         ],
         "l" * (len(columns) + 1),
@@ -150,9 +146,16 @@ def digits(point: Point) -> float:
     return -math.log10(max(point.error, point.u))
 
 
-def _cell(points: list[Point]) -> Markup:
+def _pair(series: list[list[Point]]) -> Markup:
+    """A cell's numbers, one a precision; nothing where there are none."""
+    if not any(series):
+        return Markup("")
+    return Markup("").join(map(_cell, series, USUAL))
+
+
+def _cell(points: list[Point], usual: int) -> Markup:
     """In the shortest tags that HTML has, since half of a page's size is these cells: a paragraph
-    needs no end."""
+    needs no end, and its usual look no class."""
     if not points:
         return Markup("<p class=none>–")
     worst = worst_point(points)
@@ -162,8 +165,19 @@ def _cell(points: list[Point]) -> Markup:
     number = digits(worst)
     look = sum(number >= step for step in STEPS)
     some = "*" if any(point.failures or point.wrong for point in points) else ""
-    look = "" if look == len(STEPS) else f" class=d{max(look, 1)}"
+    look = "" if look == usual else f" class=d{max(look, 1)}"
     return Markup("<p{}>{:.1f}{}").format(Markup(look), number, some)
+
+
+def _swept(data: Data) -> list[Table]:
+    rows = [
+        [escape(family.name.replace("_", " ")), escape(family.parameter)]
+        for family in data.stress_families
+        if family.parameter
+    ]
+    if not rows:
+        return []
+    return [Table("What each family is swept over", ["Family", "Swept over"], rows, "ll")]
 
 
 def _health(data: Data) -> list[Table]:

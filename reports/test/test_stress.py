@@ -195,7 +195,14 @@ def test_digits_are_of_the_worst_value(read):
     series = points(read, line(), line(value=1e6, relative=1e-4), line(value=1e8, relative=1e-9))
     assert digits.worst_point(series).value == 1e6
     assert digits.digits(digits.worst_point(series)) == pytest.approx(4)
-    assert ">4.0" in digits._cell(series) and "d2" in digits._cell(series)
+    assert digits._cell(series, usual=6) == "<p class=d2>4.0"
+    assert digits._cell(series, usual=2) == "<p>4.0"
+
+
+def test_a_cell_of_no_precision_is_empty(read):
+    series = points(read, line())
+    assert digits._pair([[], []]) == ""
+    assert digits._pair([series, []]).endswith("<p class=none>–")
 
 
 def test_an_exact_result_has_the_digits_of_its_precision(read):
@@ -205,7 +212,7 @@ def test_an_exact_result_has_the_digits_of_its_precision(read):
 
 def test_some_bad_seed_is_marked(read):
     series = points(read, line(), line(seed=2, relative=2e-15), line(seed=3, relative=0.5))
-    assert "14.7*" in digits._cell(series)
+    assert "14.7*" in digits._cell(series, usual=6)
 
 
 def test_stress_without_its_families_is_refused(tmp_path):
