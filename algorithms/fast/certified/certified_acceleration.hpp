@@ -21,8 +21,8 @@
 // Constants of the robot are right to u2 beside the largest of their kind, and sweep and residual share
 // them: gravity along a slide that is all but level is right to a few u. A force of u2 m g on every body is
 //   |da|^2 <= T (c u2)^2 G,  G = |gravity|^2 sum of m(k),  T: (3) of least_inertia.hpp        (2)
-// which counts in every error, c = roundings_of_constants. Where a search found an error of 8 u, 0.4 u was told
-// for want of it. Where (2) is above little_share u, T is (4) of force_noise.hpp.
+// which counts in every error, c = roundings_of_constants: for want of it a search found an error of 8 u where
+// less than 1 u was told. Where (2) is above little_share u, T is (4) of force_noise.hpp.
 #pragma once
 
 #include <algorithm>
@@ -45,16 +45,12 @@ struct CertifiedModels {
 
   const LoweredModel<S>& lowered;
   LoweredModel<Wide> twice;
-  RobotModel robot;          // with parameters as S holds them
-  double gravity;            // its length [m/s^2]
-  double energy_of_gravity;  // G of (2) [N^2 / kg]
+  RobotModel robot;  // with parameters as S holds them
 
   CertifiedModels(const LoweredModel<S>& in_S, const Model<S>& model)
       : lowered(in_S),
         twice(model.template cast<Wide>()),
-        robot(plain(model.template cast<double>())),
-        gravity(std::hypot(robot.gravity[0], robot.gravity[1], robot.gravity[2])),
-        energy_of_gravity(static_cast<double>(in_S.mass()) * gravity * gravity) {}
+        robot(plain(model.template cast<double>())) {}
 };
 
 // A sweep of the conventional form and its refinement, for one state or one in every lane.
@@ -67,7 +63,8 @@ class CertifiedSweep {
       : sweep_(models.lowered),
         solve_(models.lowered),
         residual_(models.twice),
-        refiner_(models.lowered.nv(), models.gravity),
+        refiner_(models.lowered.nv(), std::hypot(models.robot.gravity[0], models.robot.gravity[1],
+                                                 models.robot.gravity[2])),
         second_(models.lowered),
         forces_(models.lowered) {}
 
@@ -131,10 +128,10 @@ class CertifiedSweep {
 
   // (2)
   void add_rounding_of_constants(const CertifiedModels<S>& models, int lane, Verdict& out) {
-    if (!(models.energy_of_gravity > 0)) return;
+    const double energy = models.lowered.energy_of_gravity();
+    if (!(energy > 0)) return;
     const auto of = [&](double trace) {
-      return roundings_of_constants * roundoff_of_twice<S> *
-             std::sqrt(trace * models.energy_of_gravity) / out.size;
+      return roundings_of_constants * roundoff_of_twice<S> * std::sqrt(trace * energy) / out.size;
     };
     double error = of(models.lowered.largest_variance());
     if (!(error <= little_share * unit_roundoff<S>()))

@@ -32,8 +32,7 @@ struct WideAcceleration::Sweeps {
         a(qd),
         r(qd),
         d(qd),
-        gravity(std::hypot(robot.gravity[0], robot.gravity[1], robot.gravity[2])),
-        energy_of_gravity(static_cast<double>(model.mass()) * gravity * gravity) {}
+        gravity(std::hypot(robot.gravity[0], robot.gravity[1], robot.gravity[2])) {}
 
   // T (N + E + G) (b u)^2 of the last sweep.
   double squares_of_rounding() {
@@ -44,7 +43,8 @@ struct WideAcceleration::Sweeps {
     for (int k = model.nv() - 1; k >= 0; --k)
       noise += static_cast<double>(forces.charge(model, sweep, k, sweep.z[k], T(0)));
     const double b = rounding_constant_of_error * static_cast<double>(unit_roundoff<T>());
-    const double energies = noise / unit + static_cast<double>(sweep.energy) + energy_of_gravity;
+    const double energies =
+        noise / unit + static_cast<double>(sweep.energy + model.energy_of_gravity());
     return static_cast<double>(trace) * energies * b * b;
   }
 
@@ -55,7 +55,7 @@ struct WideAcceleration::Sweeps {
   ForceNoise<T> forces;
   WideTest test;
   std::vector<T> q, qd, tau, a, r, d;
-  double gravity, energy_of_gravity;
+  double gravity;
 };
 
 WideAcceleration::WideAcceleration(const RobotModel& robot)

@@ -38,7 +38,7 @@ class Guard {
                  square(S(rounding_constant_of_a) * unit_roundoff<S>())),
         least_(S(least_beside_gravity * least_beside_gravity) * squares_of(robot.gravity)),
         least_size_(least_ * square(mean_root(lowered.least_inertias()))),
-        weight_(lowered.mass() * squares_of(robot.gravity)),
+        weight_(lowered.energy_of_gravity()),
         terms_(lowered.terms_of_columns()),
         loses_(F::may_lose_motion(lowered)),
         own_(lowered),
@@ -280,7 +280,7 @@ class Guard {
   static constexpr double answer_anew = std::numeric_limits<double>::quiet_NaN();
 
   S allowed_, least_, least_size_;  // e^2 / (c u)^2, the least |a|^2 and |a|_s^2
-  S weight_;                        // |gravity|^2 sum of m(k)
+  S weight_;                        // |gravity|^2 sum of m(k), of (9)
   S terms_;                         // (2) of terms_of_columns.hpp
   bool loses_;                      // F::may_lose_motion
   typename F::template Workspace<S> own_;

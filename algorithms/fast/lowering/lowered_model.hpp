@@ -21,7 +21,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <type_traits>
 #include <vector>
 
@@ -73,11 +72,8 @@ class LoweredModel {
   const std::vector<S>& largest_inertias() const { return largest_inertias_; }
   // T of (3) of least_inertia.hpp [1 / (kg m^2), of slides 1 / kg].
   const S& largest_variance() const { return largest_variance_; }
-  // Of all that moves [kg].
-  S mass() const {
-    return std::accumulate(bodies_.begin(), bodies_.end(), S(0),
-                           [](const S& sum, const LoweredBody<S>& body) { return sum + body.m; });
-  }
+  // |gravity|^2 times the mass of all that moves [N^2 / kg].
+  const S& energy_of_gravity() const { return energy_of_gravity_; }
   // (2) of terms_of_columns.hpp.
   const S& terms_of_columns() const { return terms_of_columns_; }
   const FactoredBody<S>& factored(int k) const { return factored_[k]; }
@@ -173,7 +169,8 @@ class LoweredModel {
   std::vector<LoweredLink<S>> links_;
   std::vector<LoweredBody<S>> bodies_;
   std::vector<S> weights_, least_inertias_, largest_inertias_;
-  S terms_of_columns_ = S(0), uncharged_loss_ = S(0), largest_variance_ = S(0);
+  S terms_of_columns_ = S(0), uncharged_loss_ = S(0), largest_variance_ = S(0),
+    energy_of_gravity_ = S(0);
   std::vector<FactoredBody<S>> factored_;  // the same bodies, for the square-root form
   std::vector<CentralBody<S>> central_;    // and for inverse dynamics
   std::vector<UncommonPlacement<S>> uncommon_;
@@ -219,6 +216,8 @@ void LoweredModel<S>::lower(const Model<W>& model) {
   const auto covariances = detail::free_covariances(links_, bodies_);
   const auto largest =
       detail::WeightsOfLinks<S>::set(links_, runs_, covariances, bodies_, factored_);
+  for (const LoweredBody<S>& body : bodies_) energy_of_gravity_ += body.m;
+  energy_of_gravity_ *= S(model.gravity().squaredNorm());
   least_inertias_ = detail::least_inertias(links_, bodies_, runs_, uncommon_, covariances);
   largest_variance_ = S(detail::largest_variance(links_, bodies_, runs_, least_inertias_));
   terms_of_columns_ = S(detail::terms_of_columns(links_, bodies_, least_inertias_, largest));

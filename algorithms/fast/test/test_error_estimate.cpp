@@ -76,6 +76,7 @@ TYPED_TEST(ErrorEstimateOf, IsAtLeastHalfTheErrorOfLongStraightChains) {
         this->look(model, state,
                    {Form::conventional, {.want = {Want::acceleration}}, {Rule::planes}});
       }
+    ASSERT_EQ(this->ratios_.size(), 40);
     EXPECT_GE(this->least(), 0.5);
   }
 }

@@ -63,9 +63,9 @@ class VectorView {
  public:
   VectorView(T* data, std::ptrdiff_t size) : data_(data), size_(size) {}
 
-  template <class V>
-  requires detail::Holds<V, T> VectorView(
-      V&& v)  // NOLINT(google-explicit-constructor): a view is what it is made from
+  template <class V>  // a copy by it holds the same
+  // NOLINTNEXTLINE(bugprone-forwarding-reference-overload)
+  requires detail::Holds<V, T> VectorView(V&& v)
       : data_(v.data()), size_(static_cast<std::ptrdiff_t>(v.size())) {
     if (!detail::has_no_gaps(v))
       throw std::invalid_argument("a vector with gaps between its numbers");
@@ -95,13 +95,12 @@ class RowsView {
 
   // Of rows that may be written those that may only be read.
   template <std::same_as<std::remove_const_t<T>> U>
-  requires std::is_const_v<T> RowsView(
-      const RowsView<U>& rows)  // NOLINT(google-explicit-constructor)
+  requires std::is_const_v<T> RowsView(const RowsView<U>& rows)
       : data_(rows.data_), rows_(rows.rows_), width_(rows.width_), size_(rows.size_) {}
 
   template <class V>
   requires(detail::Holds<V, T> && !detail::ColumnMajor<V> && !is_rows<V>)
-      RowsView(V&& v)  // NOLINT(google-explicit-constructor)
+      RowsView(V&& v)  // NOLINT(bugprone-forwarding-reference-overload): of no view, by !is_rows
       : data_(v.data()), size_(static_cast<std::ptrdiff_t>(v.size())) {
     if constexpr (detail::is_row_major<V>) {
       rows_ = v.rows();
@@ -113,6 +112,7 @@ class RowsView {
 
   // One state a row: take a row-major matrix.
   template <class V>
+  // NOLINTNEXTLINE(bugprone-forwarding-reference-overload)
   requires(detail::Holds<V, T>&& detail::ColumnMajor<V>) RowsView(V&& v)
   = delete;
 
@@ -139,8 +139,9 @@ class MatrixView {
   MatrixView(T* data, std::ptrdiff_t rows, std::ptrdiff_t cols)
       : data_(data), rows_(rows), cols_(cols), size_(rows * cols) {}
 
-  template <class V>
-  requires detail::Holds<V, T> MatrixView(V&& v)  // NOLINT(google-explicit-constructor)
+  template <class V>  // of no MatrixView, which has no size()
+  // NOLINTNEXTLINE(bugprone-forwarding-reference-overload)
+  requires detail::Holds<V, T> MatrixView(V&& v)
       : data_(v.data()),
         size_(static_cast<std::ptrdiff_t>(v.size())),
         row_major_(detail::is_row_major<V>) {
