@@ -292,7 +292,7 @@ def test_recursions_have_their_exponents_and_refusals(html):
     (gradient,) = rows_of(cost, "log det gradient")
     exponent = float(re.search(r"(\d\.\d\d) ± 0\.0\d", gradient)[1])
     assert exponent == pytest.approx(1, abs=0.03)
-    tasks = re.findall(r'\n<tr><th[^>]*>([^<]*)', cost)
+    tasks = re.findall(r'<tr><th[^>]*>([^<]*)', cost.split("<tbody>")[1])
     assert tasks == sorted(tasks) and len(tasks) == 6  # the benchmark's own order is random
     assert ">N<" in gradient and rows_of(cost, "inverse")[0].count(">–<") == 2
     (literal,) = rows_of(cost, "operators")
