@@ -36,7 +36,8 @@ WORDS = {
     "warned": "warned",
 }
 STEPS = (1, 3, 5, 8, 11, 14)  # digits at which the colour changes
-USUAL = (6, 3)  # how many of these a number in float64 and in float32 mostly has: its look in tables.css
+# How many of these a number in float64 and in float32 mostly has: its look in tables.css.
+USUAL = (6, 3)
 
 
 def section(data: Data) -> Section | None:
@@ -64,8 +65,8 @@ def section(data: Data) -> Section | None:
     return Section(
         "The accuracy laboratory",
         [
-            "Families of mechanisms made to be difficult, each swept over one parameter (below). The "
-            "truth is multi-precision for the parameters rounded to the working precision. The "
+            "Families of mechanisms made to be difficult, each swept over one parameter (below). "
+            "The truth is multi-precision for the parameters rounded to the working precision. The "
             "task named “dynamics, else random” is the full dynamics with gravity and velocities, "
             "or random torques at rest for a family without these, or white innovations.",
             "Digits left: −log₁₀ of the median relative error over the seeds, at the swept value "
