@@ -86,7 +86,7 @@ std::vector<Batch<T>> batches(std::shared_ptr<const Case> c, Form form) {
   // Of other forms' factors the flops are not known.
   const auto flops = [&](Want want) {
     const bool known = want == Want::acceleration || form == Form::conventional;
-    const CallKind call = {.is_float32 = std::is_same_v<T, float>, .rows = true};
+    const CallKind call = {.rows = true};
     return known ? flops_of(model, want, form, call) : 0.0;
   };
   using Rows = std::vector<T>;

@@ -39,9 +39,6 @@ template <class T>
 class JudgeOf final : public Judge {
  public:
   explicit JudgeOf(const Case& asked) : asked_(asked) {
-    if (asked.rows && asked.task != Want::acceleration)
-      throw InputError(std::string("rows of states are asked for accelerations, not for ") +
-                       to_string(asked.task));
     const Mechanism simple =
         decode({1, std::vector<double>(static_cast<std::size_t>(length_of(1)), 0.5)});
     try {
@@ -91,6 +88,7 @@ class JudgeOf final : public Judge {
     Dynamics<T> robot = this->robot(scene);
     const VectorX<T> q = m.state.q.cast<T>(), qd = m.state.qd.cast<T>(),
                      tau = m.state.tau.cast<T>();
+    if (asked_.rows) return answer_in_rows(robot, scene, q, qd, tau);
     const Eigen::Index nv = qd.size();
     const T poison = std::numeric_limits<T>::quiet_NaN();
     MatrixX<T> column = MatrixX<T>::Constant(nv, 1, poison),
@@ -122,7 +120,6 @@ class JudgeOf final : public Judge {
         return {outcome, {dq, dqd, dtau}};
       }
       default: {
-        if (asked_.rows) return answer_in_rows(robot, scene, q, qd, tau);
         const Outcome outcome =
             robot.forward_dynamics(q, qd, tau, VectorView<T>(column.data(), nv));
         return {outcome, {column}};
@@ -130,13 +127,16 @@ class JudgeOf final : public Judge {
     }
   }
 
-  // The state among random ones, the same for every mechanism with as many DoF.
-  static Given answer_in_rows(Dynamics<T>& robot, const Scene& scene, const VectorX<T>& q,
-                              const VectorX<T>& qd, const VectorX<T>& tau) {
+  // The state among random ones, the same for every mechanism with as many DoF; the row that counts
+  // says its own outcome.
+  Given answer_in_rows(Dynamics<T>& robot, const Scene& scene, const VectorX<T>& q,
+                       const VectorX<T>& qd, const VectorX<T>& tau) const {
     using Rows = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
     const Eigen::Index nv = qd.size();
-    Rows qs(rows, q.size()), qds(rows, nv), taus(rows, nv),
-        a = Rows::Constant(rows, nv, std::numeric_limits<T>::quiet_NaN());
+    const auto poisoned = [](Eigen::Index width) -> Rows {
+      return Rows::Constant(rows, width, std::numeric_limits<T>::quiet_NaN());
+    };
+    Rows qs(rows, q.size()), qds(rows, nv), taus(rows, nv);
     const std::vector<State> others = random_states(scene, rows, 1);
     for (int i = 0; i < rows; ++i) {
       qs.row(i) = others[i].q.cast<T>();
@@ -147,8 +147,46 @@ class JudgeOf final : public Judge {
     qds.row(row_of_the_state) = qd;
     taus.row(row_of_the_state) = tau;
     std::vector<Outcome> outcomes(rows);
-    (void)robot.forward_dynamics(qs, qds, taus, a, outcomes);  // the row that counts says its own
-    return {outcomes[row_of_the_state], {a.row(row_of_the_state).transpose()}};
+    const auto column = [](const Rows& all) -> MatrixX<T> {
+      return all.row(row_of_the_state).transpose();
+    };
+    const auto square = [&](const Rows& all) -> MatrixX<T> { return column(all).reshaped(nv, nv); };
+    switch (asked_.task) {
+      case Want::inverse: {
+        Rows X = poisoned(nv * nv);
+        (void)robot.inverse_mass(qs, X, outcomes);
+        return {outcomes[row_of_the_state], {square(X)}};
+      }
+      case Want::solve: {
+        Rows x = poisoned(nv);
+        (void)robot.solve(qs, taus, x, outcomes);
+        return {outcomes[row_of_the_state], {column(x)}};
+      }
+      case Want::diagonal: {
+        Rows x = poisoned(nv);
+        (void)robot.diagonal(qs, x, outcomes);
+        return {outcomes[row_of_the_state], {column(x)}};
+      }
+      case Want::log_det: {
+        Rows x = poisoned(1);
+        (void)robot.log_det(qs, x, outcomes);
+        return {outcomes[row_of_the_state], {column(x)}};
+      }
+      case Want::derivatives: {
+        Rows dq = poisoned(nv * nv), dqd = dq, dtau = dq, a = poisoned(nv);
+        DerivativeRows<T> out;
+        out.dq.emplace(dq);
+        out.dqd.emplace(dqd);
+        out.dtau.emplace(dtau);
+        (void)robot.derivatives(qs, qds, taus, out, a, outcomes);
+        return {outcomes[row_of_the_state], {square(dq), square(dqd), square(dtau)}};
+      }
+      default: {
+        Rows a = poisoned(nv);
+        (void)robot.forward_dynamics(qs, qds, taus, a, outcomes);
+        return {outcomes[row_of_the_state], {column(a)}};
+      }
+    }
   }
 
   Case asked_;

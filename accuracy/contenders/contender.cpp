@@ -53,10 +53,10 @@ std::unique_ptr<Solver<T>> make_contender(const Contender& by, const Scene& scen
 
 template <class T>
 Dynamics<T> make_robot(const Contender& by, const Scene& scene, const DynamicsOptions& asked) {
-  const RobotModel model = plain(scene.model);
   if constexpr (std::is_floating_point_v<T>)
-    if (is_fast(by.variant)) return Dynamics<T>(model, asked);
-  return Dynamics<T>(model, asked, engines_by<T>([&](const Model<T>& part) {
+    if (is_fast(by.variant))  // truth is of the robot whose parameters are rounded to T
+      return Dynamics<T>(plain(scene.model.template cast<T>().template cast<double>()), asked);
+  return Dynamics<T>(plain(scene.model), asked, engines_by<T>([&](const Model<T>& part) {
                        return make_contender<T>(by, scene, part);
                      }));
 }

@@ -237,8 +237,7 @@ int main(int argc, char** argv) {
       ->delimiter(',')
       ->check(CLI::IsMember(adversary::names(adversary::kernels)))
       ->capture_default_str();
-  app.add_flag("--rows", options.rows,
-               "the state is one of 32 rows, which are answered together: accelerations alone");
+  app.add_flag("--rows", options.rows, "the state is one of 32 rows, which are answered together");
   app.add_option("--method", options.methods, "search, random (drawn alone) or both")
       ->delimiter(',')
       ->check(CLI::IsMember({"search", "random"}))

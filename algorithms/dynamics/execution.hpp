@@ -282,17 +282,29 @@ class Execution {
   // Rows of a matrix, by what call(engine, rows) fills of every part.
   template <class Call>
   void matrices_of_parts(Want what, int worker, std::ptrdiff_t first, int states, const T* q, T* X,
-                         const Call& call);
+                         Outcome* outcomes, const Call& call);
 
   // Rows of a vector, by what call(part, rows) fills of every part.
   template <class Call>
   void vectors_of_parts(int worker, std::ptrdiff_t first, int states, const T* q, T* x,
-                        const Call& call);
+                        Outcome* outcomes, const Call& call);
 
   // All pointers at the first of the rows, which are at most PartState::rows_at_once.
-  void operational_of_parts(int worker, int states, const T* q, T* X, char* left_over);
+  void operational_of_parts(int worker, int states, const T* q, T* X, Outcome* outcomes,
+                            char* left_over);
   void derivatives_of_parts(int worker, int states, const T* q, const T* qd, const T* tau,
-                            T* const X[3], T* a, char* left_over);
+                            T* const X[3], T* a, Outcome* outcomes, char* left_over);
+
+  // Of rows that parts answer: the outcome of all is the worst of them.
+  static void begin_rows(int states, Outcome* outcomes, char* left_over) {
+    std::fill_n(outcomes, states, Outcome{});
+    std::fill_n(left_over, states, char(0));
+  }
+  static void merge(const PartState<T>& p, const typename PartState<T>::Rows& rows,
+                    std::ptrdiff_t row, Outcome& outcome, char& left_over) {
+    left_over |= rows.left_over[row];
+    if (!left_over && outcome) outcome = worse(outcome, p.of_whole(rows.outcomes[row]));
+  }
 
   bool answers_in_part() const {
     return std::all_of(parts_.begin(), parts_.end(),

@@ -139,12 +139,13 @@ int Execution<T>::mass(int count, const T* q, T* M, Outcome* outcomes, int threa
       Want::mass, count, outcomes, threads,
       [&](int worker, std::ptrdiff_t i, int states) {
         if (whole_)
-          whole_->mass(worker, states, q + i * nq_, M + i * size, left_over_.data() + i);
+          whole_->mass(worker, states, q + i * nq_, M + i * size, outcomes + i,
+                       left_over_.data() + i);
         else
-          matrices_of_parts(Want::mass, worker, i, states, q, M,
+          matrices_of_parts(Want::mass, worker, i, states, q, M, outcomes,
                             [&](Engine<T>& engine, auto& rows) {
                               engine.mass(worker, states, rows.q.data(), rows.matrices.data(),
-                                          rows.left_over.data());
+                                          rows.outcomes.data(), rows.left_over.data());
                             });
       },
       [&](Execution& one, std::ptrdiff_t i) {
@@ -162,12 +163,13 @@ int Execution<T>::inverse(int count, const T* q, T* X, Outcome* outcomes, int th
       Want::inverse, count, outcomes, threads,
       [&](int worker, std::ptrdiff_t i, int states) {
         if (whole_)
-          whole_->inverse(worker, states, q + i * nq_, X + i * size, left_over_.data() + i);
+          whole_->inverse(worker, states, q + i * nq_, X + i * size, outcomes + i,
+                          left_over_.data() + i);
         else
-          matrices_of_parts(Want::inverse, worker, i, states, q, X,
+          matrices_of_parts(Want::inverse, worker, i, states, q, X, outcomes,
                             [&](Engine<T>& engine, auto& rows) {
                               engine.inverse(worker, states, rows.q.data(), rows.matrices.data(),
-                                             rows.left_over.data());
+                                             rows.outcomes.data(), rows.left_over.data());
                             });
       },
       [&](Execution& one, std::ptrdiff_t i) { return one.inverse(q + i * nq_, X + i * size); });
@@ -179,13 +181,13 @@ int Execution<T>::solve(int count, const T* q, const T* tau, T* x, Outcome* outc
       Want::solve, count, outcomes, threads,
       [&](int worker, std::ptrdiff_t i, int states) {
         if (whole_)
-          whole_->solve(worker, states, q + i * nq_, tau + i * asked_, x + i * asked_,
+          whole_->solve(worker, states, q + i * nq_, tau + i * asked_, x + i * asked_, outcomes + i,
                         left_over_.data() + i);
         else
-          vectors_of_parts(worker, i, states, q, x, [&](PartState<T>& p, auto& rows) {
+          vectors_of_parts(worker, i, states, q, x, outcomes, [&](PartState<T>& p, auto& rows) {
             p.gather_asked(rows, states, tau + i * asked_, asked_);
             p.engine->solve(worker, states, rows.q.data(), rows.tau_or_qdd.data(), rows.out.data(),
-                            rows.left_over.data());
+                            rows.outcomes.data(), rows.left_over.data());
           });
       },
       [&](Execution& one, std::ptrdiff_t i) {
@@ -200,10 +202,11 @@ int Execution<T>::diagonal(int count, const T* q, T* x, Outcome* outcomes, int t
       [&](int worker, std::ptrdiff_t i, int states) {
         if (!answers_in_part()) return;
         if (whole_)
-          whole_->diagonal(worker, states, q + i * nq_, x + i * asked_, left_over_.data() + i);
+          whole_->diagonal(worker, states, q + i * nq_, x + i * asked_, outcomes + i,
+                           left_over_.data() + i);
         else
-          vectors_of_parts(worker, i, states, q, x, [&](PartState<T>& p, auto& rows) {
-            p.engine->diagonal(worker, states, rows.q.data(), rows.out.data(),
+          vectors_of_parts(worker, i, states, q, x, outcomes, [&](PartState<T>& p, auto& rows) {
+            p.engine->diagonal(worker, states, rows.q.data(), rows.out.data(), rows.outcomes.data(),
                                rows.left_over.data());
           });
       },
@@ -219,16 +222,17 @@ int Execution<T>::log_det(int count, const T* q, T* x, Outcome* outcomes, int th
       [&](int worker, std::ptrdiff_t i, int states) {
         if (!sums_D) return;
         if (whole_)
-          return whole_->log_det(worker, states, q + i * nq_, x + i, left_over_.data() + i);
-        std::fill_n(left_over_.data() + i, states, char(0));
+          return whole_->log_det(worker, states, q + i * nq_, x + i, outcomes + i,
+                                 left_over_.data() + i);
+        begin_rows(states, outcomes + i, left_over_.data() + i);
         std::fill_n(x + i, states, T(0));
         for (PartState<T>& p : parts_) {
           typename PartState<T>::Rows& rows = p.rows[worker];
           p.gather_q(rows, states, q + i * nq_, nq_);
           p.engine->log_det(worker, states, rows.q.data(), rows.log_det.data(),
-                            rows.left_over.data());
+                            rows.outcomes.data(), rows.left_over.data());
           for (int state = 0; state < states; ++state) {
-            left_over_[i + state] |= rows.left_over[state];
+            merge(p, rows, state, outcomes[i + state], left_over_[i + state]);
             x[i + state] += rows.log_det[state];
           }
         }
@@ -246,7 +250,8 @@ int Execution<T>::operational(int count, const T* q, T* X, Outcome* outcomes, in
         if (!answers_in_part()) return;
         for (int first = 0; first < states; first += at_once)
           operational_of_parts(worker, std::min(at_once, states - first), q + (i + first) * nq_,
-                               X + (i + first) * size, left_over_.data() + i + first);
+                               X + (i + first) * size, outcomes + i + first,
+                               left_over_.data() + i + first);
       },
       [&](Execution& one, std::ptrdiff_t i) { return one.operational(q + i * nq_, X + i * size); });
 }
@@ -263,9 +268,9 @@ int Execution<T>::derivatives(int count, const T* q, const T* qd, const T* tau, 
         T* const X[] = {of_row(dq, i), of_row(dqd, i), of_row(dtau, i)};
         if (whole_ && !at_rest_)
           whole_->derivatives(worker, states, q_i, qd_i, tau_i, X[0], X[1], X[2], a + i * nv,
-                              left_over_.data() + i);
+                              outcomes + i, left_over_.data() + i);
         else
-          derivatives_of_parts(worker, states, q_i, qd_i, tau_i, X, a + i * asked_,
+          derivatives_of_parts(worker, states, q_i, qd_i, tau_i, X, a + i * asked_, outcomes + i,
                                left_over_.data() + i);
       },
       [&](Execution& one, std::ptrdiff_t i) {
@@ -277,18 +282,18 @@ int Execution<T>::derivatives(int count, const T* q, const T* qd, const T* tau, 
 template <class T>
 template <class Call>
 void Execution<T>::matrices_of_parts(Want what, int worker, std::ptrdiff_t first, int states,
-                                     const T* q, T* X, const Call& call) {
+                                     const T* q, T* X, Outcome* outcomes, const Call& call) {
   const std::ptrdiff_t size = std::ptrdiff_t(asked_) * asked_;
   for (const PartState<T>& p : parts_)
     if (p.numbers_of_matrices(what) == 0) return;  // all are left over
-  std::fill_n(left_over_.data() + first, states, char(0));
+  begin_rows(states, outcomes + first, left_over_.data() + first);
   std::fill_n(X + first * size, states * size, T(0));
   for (PartState<T>& p : parts_) {
     typename PartState<T>::Rows& rows = p.rows[worker];
     p.gather_q(rows, states, q + first * nq_, nq_);
     call(*p.engine, rows);
     for (std::ptrdiff_t i = 0; i < states; ++i) {
-      left_over_[first + i] |= rows.left_over[i];
+      merge(p, rows, i, outcomes[first + i], left_over_[first + i]);
       p.asked.block(rows.matrices.data() + i * p.nv * p.nv, p.nv, X + (first + i) * size, asked_);
     }
   }
@@ -297,31 +302,33 @@ void Execution<T>::matrices_of_parts(Want what, int worker, std::ptrdiff_t first
 template <class T>
 template <class Call>
 void Execution<T>::vectors_of_parts(int worker, std::ptrdiff_t first, int states, const T* q, T* x,
-                                    const Call& call) {
-  std::fill_n(left_over_.data() + first, states, char(0));
+                                    Outcome* outcomes, const Call& call) {
+  begin_rows(states, outcomes + first, left_over_.data() + first);
   for (PartState<T>& p : parts_) {
     typename PartState<T>::Rows& rows = p.rows[worker];
     p.gather_q(rows, states, q + first * nq_, nq_);
     call(p, rows);
     for (std::ptrdiff_t i = 0; i < states; ++i) {
-      left_over_[first + i] |= rows.left_over[i];
+      merge(p, rows, i, outcomes[first + i], left_over_[first + i]);
       p.asked(rows.out.data() + i * p.nv, x + (first + i) * asked_);
     }
   }
 }
 
 template <class T>
-void Execution<T>::operational_of_parts(int worker, int states, const T* q, T* X, char* left_over) {
+void Execution<T>::operational_of_parts(int worker, int states, const T* q, T* X, Outcome* outcomes,
+                                        char* left_over) {
   const std::ptrdiff_t size = std::ptrdiff_t(rows_) * rows_;
-  std::fill_n(left_over, states, char(0));
+  begin_rows(states, outcomes, left_over);
   std::fill_n(X, states * size, T(0));
   for (PartState<T>& p : parts_) {
     if (p.sites.empty()) continue;
     typename PartState<T>::Rows& rows = p.rows[worker];
     p.gather_q(rows, states, q, nq_);
-    p.engine->selected(worker, states, rows.q.data(), rows.matrices.data(), rows.left_over.data());
+    p.engine->selected(worker, states, rows.q.data(), rows.matrices.data(), rows.outcomes.data(),
+                       rows.left_over.data());
     for (int state = 0; state < states; ++state) {
-      left_over[state] |= rows.left_over[state];
+      merge(p, rows, state, outcomes[state], left_over[state]);
       p.frames_out.block(rows.matrices.data() + state * p.selected * p.selected, p.selected,
                          X + state * size, rows_);
     }
@@ -330,11 +337,12 @@ void Execution<T>::operational_of_parts(int worker, int states, const T* q, T* X
 
 template <class T>
 void Execution<T>::derivatives_of_parts(int worker, int states, const T* q, const T* qd,
-                                        const T* tau, T* const X[3], T* a, char* left_over) {
+                                        const T* tau, T* const X[3], T* a, Outcome* outcomes,
+                                        char* left_over) {
   for (const PartState<T>& p : parts_)
     if (p.numbers_of_matrices(Want::derivatives) == 0) return;  // all are left over
   const std::ptrdiff_t size = std::ptrdiff_t(asked_) * asked_;
-  std::fill_n(left_over, states, char(0));
+  begin_rows(states, outcomes, left_over);
   for (int i = 0; i < 3; ++i)
     if (X[i]) std::fill_n(X[i], states * size, T(0));
   for (PartState<T>& p : parts_) {
@@ -345,10 +353,10 @@ void Execution<T>::derivatives_of_parts(int worker, int states, const T* q, cons
       of_part[i] =
           X[i] ? rows.matrices.data() + i * PartState<T>::rows_at_once * p.nv * p.nv : nullptr;
     p.engine->derivatives(worker, states, rows.q.data(), rows.qd.data(), rows.tau_or_qdd.data(),
-                          of_part[0], of_part[1], of_part[2], rows.out.data(),
+                          of_part[0], of_part[1], of_part[2], rows.out.data(), rows.outcomes.data(),
                           rows.left_over.data());
     for (int state = 0; state < states; ++state) {
-      left_over[state] |= rows.left_over[state];
+      merge(p, rows, state, outcomes[state], left_over[state]);
       p.asked(rows.out.data() + state * p.nv, a + state * asked_);
       for (int i = 0; i < 3; ++i)
         if (X[i])
@@ -369,7 +377,7 @@ int Execution<T>::answer_rows(Want what, int count, Outcome* outcomes, int threa
     in_lanes(worker, first, states);
     Execution& own = worker == 0 ? *this : *others(what)[worker - 1];
     for (int i = first; i < first + states; ++i) {
-      outcomes[i] = left_over_[i] ? one(own, i) : Outcome{};
+      if (left_over_[i]) outcomes[i] = one(own, i);
       failed_[worker] += !outcomes[i];
     }
   });

@@ -43,9 +43,8 @@ double selected_flops(const Model<double>& model, const std::vector<int>& dofs,
 
 // Whether M or M^-1 of a chain goes by blocks: from so many pairs of registers on.
 bool by_blocks(const LoweredModel<double>& model, int pairs, CallKind call) {
-  const int lanes =
-      call.is_float32 ? Lanes<TwoPacks<float>>::count : Lanes<TwoPacks<double>>::count;
-  return is_chain(model, pairs * lanes) && !(call.rows && model.nv() <= most_rows_in_lanes);
+  return is_chain(model, pairs * Lanes<TwoPacks<double>>::count) &&
+         !(call.rows && model.nv() <= most_rows_in_lanes);
 }
 
 // Of M: composite inertias, and then columns or blocks (mass.hpp).
@@ -86,8 +85,7 @@ double inverse_flops(const LoweredModel<double>& model, const VectorX<double>& q
 double derivative_flops(const LoweredModel<double>& model, const VectorX<double>& q,
                         CallKind call) {
   const int nv = model.nv();
-  const bool tiles = call.is_float32 ? !ChainBlocks<float>(model).blocks.empty()
-                                     : !ChainBlocks<double>(model).blocks.empty();
+  const bool tiles = !ChainBlocks<double>(model).blocks.empty();
   const bool by_state = !(call.rows && nv <= most_derivatives_in_lanes);
   if (tiles && by_state) return 1300.0 * nv + 3 * 20.0 * nv * nv;
   DerivativeWorkspace<Count> ws(model);

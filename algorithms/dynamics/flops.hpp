@@ -8,12 +8,11 @@ namespace kalmarm {
 // What else decides the flops of M, M^-1 and derivatives: long chains go by blocks whose size is that of
 // registers, but not the states of many rows, up to most_rows_in_lanes or most_derivatives_in_lanes DoF.
 struct CallKind {
-  bool is_float32 = false;
   bool rows = false;  // one call for many states
 };
 
-// Additions, multiplications and divisions of one call for one kind of answer, a state; sines and
-// cosines are not counted. Each is counted by running it on one state, as many times as there are
+// Additions, multiplications and divisions of one call for one kind of answer, a state, in either
+// precision: one state in float is answered in double. Sines and cosines are not counted. Each is counted by running it on one state, as many times as there are
 // columns. Only what goes by blocks, chosen blocks of M^-1 and what is planar are as their headers
 // say, and so is M^-1 tau, one tau.
 double flops(const Plan& plan, Want want, Form form = Form::conventional, CallKind call = {});

@@ -48,8 +48,7 @@ class Fast final : public Peer {
   bool has_batch(Task task) const override { return !is_triangle(task); }
   double flops(Task task, bool batch) const override {
     if (task != Task::acceleration && form_ != Form::conventional) return 0;
-    return kalmarm::flops(robot_.plan(), want(task), form_,
-                          {.is_float32 = is_float32(), .rows = batch});
+    return kalmarm::flops(robot_.plan(), want(task), form_, {.rows = batch});
   }
 
   void add_state(const double* q, const double* qd, const double* tau) override {

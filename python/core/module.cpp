@@ -346,7 +346,7 @@ NB_MODULE(_core, m) {
   m.doc() = "The compiled part of kalmarm.";
   m.attr("__version__") = KALMARM_VERSION;
   m.def("instruction_set", &instruction_set,
-        "What the kernels in use were compiled for: x86-64-v2, -v3 or -v4, the best that the "
+        "What the kernels in use were compiled for: x86-64-v3 or -v4, the best that the "
         "processor has unless the environment variable KALMARM_INSTRUCTION_SET names a lower one; "
         "'native' where they were compiled for this machine alone.");
   bind_outcomes(m);

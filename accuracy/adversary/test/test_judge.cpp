@@ -60,7 +60,8 @@ Mechanism wrist() {
 TEST(AdversaryJudge, RoundsParametersFirst) {
   const Mechanism m = held_mass(1 + 0x1p-25, 30);  // float32 holds 1
   const Verdict verdict = make_judge({"Fast<Conventional>", "float32"})->look(m);
-  ASSERT_TRUE(verdict.silent() && verdict.known);
+  ASSERT_TRUE(verdict.silent() && verdict.known)
+      << to_string(verdict.outcome.status) << ' ' << verdict.outcome.error;
   EXPECT_EQ(verdict.error, 0);
   EXPECT_EQ(verdict.value(Goal::error, usual_condition), told);
 }
@@ -197,9 +198,6 @@ TEST(AdversaryJudge, AsksTheKernelThatIsMeant) {
 
 TEST(AdversaryJudge, RefusesWhatAVariantDoesNotAnswer) {
   EXPECT_THROW(make_judge({"Sequential<UD>", "float64", Want::derivatives}), InputError);
-  EXPECT_THROW(
-      make_judge({"Fast<Certified>", "float64", Want::inverse, Goal::error, Kernel::spatial, true}),
-      InputError);
 }
 
 TEST(AdversaryJudge, KnowsTheVariantsOfTheRegistry) {

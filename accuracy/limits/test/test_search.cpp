@@ -18,8 +18,7 @@ constexpr Effort little = {
 //   M = [I + 2 m (1 + c)  m (1 + c); m (1 + c)  m],   D(1) = I + 2 m (1 + c) - m (1 + c)^2
 //                                                          = I + m sin^2 q2
 // Cholesky subtracts: where the links are in line I alone is left of terms of 4 m, with an error of
-// u m; no other pose is as bad. The fast path has m sin^2 q2 as a product: what the rounding of the
-// sine is worth, u sqrt(m / I), is lost where m sin^2 q2 = I.
+// u m; no other pose is as bad.
 Scene point_on_two_links() {
   Joint<double> first;
   first.body = {0, {0, 0, 0}, {1, 0, 0, 0}, {0, 0, 1}};
@@ -43,15 +42,11 @@ TEST(LimitsSearch, FindsThePoseThatTheClosedFormSaysIsWorst) {
     SCOPED_TRACE(mass);
     const Found found = search_worst(scene, loaded(scene, mass - 1), Want::inverse, little, 1, {});
     const double u = 0x1p-24;
-    const auto D = [&](int variant) {
-      return 1 + mass * std::pow(std::sin(found.states[variant].q[1]), 2);
-    };
+    const double D = 1 + mass * std::pow(std::sin(found.states[1].q[1]), 2);
     EXPECT_GT(found.tallies[1].worst, u * mass);
     EXPECT_LT(found.tallies[1].worst, 20 * u * mass);
-    EXPECT_LT(D(1), 2);
-    EXPECT_GT(found.tallies[0].worst, 0.2 * u * std::sqrt(mass));
-    EXPECT_LT(found.tallies[0].worst, 2 * u * std::sqrt(mass));
-    EXPECT_LT(D(0), 6);
+    EXPECT_LT(D, 2);
+    EXPECT_LE(found.tallies[0].worst, u);  // one state in float32 is float64's, rounded
   }
 }
 

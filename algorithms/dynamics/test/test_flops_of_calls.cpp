@@ -12,7 +12,7 @@
 namespace kalmarm::test {
 namespace {
 
-constexpr CallKind single = {}, in_float = {.is_float32 = true}, rows = {.rows = true};
+constexpr CallKind single = {}, rows = {.rows = true};
 
 double flops_of_form(const Model<double>& model, Want want, CallKind call = single) {
   return flops_of(model, want, Form::conventional, call);
@@ -62,14 +62,13 @@ TEST(FlopsOfACall, OfMatricesOfTwoTreesAddUp) {
         << to_string(want);
 }
 
-// Blocks depend on registers, whose lanes are twice as many in float32; rows have lanes of states.
+// Blocks depend on registers; in rows a lane is a state.
 TEST(FlopsOfACall, LongChainsGoByBlocksWhereTheirKernelsDo) {
   constexpr int lanes = Lanes<TwoPacks<double>>::count;
   const int n = 4 * lanes;
   const double nv = n, blocks = 1500 * nv + 8 * nv * nv;
   EXPECT_EQ(flops_of_form(chain(3, n), Want::mass), blocks);
   EXPECT_LT(flops_of_form(chain(3, n - 1), Want::mass), 0.9 * blocks);
-  EXPECT_LT(flops_of_form(chain(3, n), Want::mass, in_float), 0.9 * blocks);
   ASSERT_LE(n, most_rows_in_lanes);
   EXPECT_LT(flops_of_form(chain(3, n), Want::mass, rows), 0.9 * blocks);
 }

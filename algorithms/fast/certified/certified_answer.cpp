@@ -3,36 +3,33 @@
 #include <optional>
 #include <vector>
 
-#include "algorithms/fast/certified/certified_narrow.hpp"
+#include "algorithms/fast/certified/certified_factors.hpp"
 
 namespace kalmarm {
 
-template <class S>
-struct CertifiedAnswer<S>::Parts {
-  CertifiedModels<S> models;
-  std::optional<CertifiedAcceleration<S>> acceleration;
-  std::optional<CertifiedFactorsOf<S>> factors;
-  std::vector<S> no_velocity;  // (nv) of robots at rest, else empty
+struct CertifiedAnswer::Parts {
+  CertifiedModels models;
+  std::optional<CertifiedAcceleration> acceleration;
+  std::optional<CertifiedFactors> factors;
+  std::vector<double> kept_q;       // of columns
+  std::optional<Outcome> kept;      // of factors there
+  std::vector<double> no_velocity;  // (nv) of robots at rest, else empty
 
-  Parts(const RobotModel& robot, const LoweredModel<S>& lowered, const EngineOptions& options,
+  Parts(const RobotModel& robot, const LoweredModel<double>& lowered, const EngineOptions& options,
         bool at_rest)
-      : models(lowered, model_of(robot).template cast<S>()),
-        no_velocity(at_rest ? lowered.nv() : 0, S(0)) {
+      : models(lowered, robot), kept_q(lowered.nq()), no_velocity(at_rest ? lowered.nv() : 0, 0.0) {
     if (options.wants(Want::acceleration)) acceleration.emplace(models);
     if (options.wants_factors() || options.wants(Want::derivatives))
       factors.emplace(models, options);
   }
 };
 
-template <class S>
-CertifiedAnswer<S>::CertifiedAnswer(const RobotModel& robot, const LoweredModel<S>& lowered,
-                                    const EngineOptions& options, bool at_rest)
+CertifiedAnswer::CertifiedAnswer(const RobotModel& robot, const LoweredModel<double>& lowered,
+                                 const EngineOptions& options, bool at_rest)
     : parts_(std::make_unique<Parts>(robot, lowered, options, at_rest)) {}
 
-template <class S>
-CertifiedAnswer<S>::CertifiedAnswer(CertifiedAnswer&&) noexcept = default;
-template <class S>
-CertifiedAnswer<S>::~CertifiedAnswer() = default;
+CertifiedAnswer::CertifiedAnswer(CertifiedAnswer&&) noexcept = default;
+CertifiedAnswer::~CertifiedAnswer() = default;
 
 namespace {
 
@@ -43,44 +40,46 @@ Outcome recomputed(Outcome out) {
 
 }  // namespace
 
-template <class S>
-Outcome CertifiedAnswer<S>::acceleration(const S* q, const S* qd, const S* tau, S* a) {
+Outcome CertifiedAnswer::acceleration(const double* q, const double* qd, const double* tau,
+                                      double* a) {
   Parts& parts = *parts_;
-  const S* const moving = parts.no_velocity.empty() ? qd : parts.no_velocity.data();
+  const double* const moving = parts.no_velocity.empty() ? qd : parts.no_velocity.data();
   return recomputed(parts.acceleration->acceleration(parts.models, q, moving, tau, a));
 }
 
-template <class S>
-Outcome CertifiedAnswer<S>::inverse(const S* q, S* X) {
+Outcome CertifiedAnswer::inverse(const double* q, double* X) {
   return recomputed(parts_->factors->inverse(q, X));
 }
 
-template <class S>
-Outcome CertifiedAnswer<S>::factor(const S* q) {
-  return recomputed(parts_->factors->factor(q));
-}
+Outcome CertifiedAnswer::factor(const double* q) { return recomputed(parts_->factors->factor(q)); }
 
-template <class S>
-Outcome CertifiedAnswer<S>::solve(int columns, const S* taus, S* X) {
+Outcome CertifiedAnswer::solve(int columns, const double* taus, double* X) {
   return recomputed(parts_->factors->solve(columns, taus, X));
 }
 
-template <class S>
-Outcome CertifiedAnswer<S>::diagonal(const S* q, S* x) {
+Outcome CertifiedAnswer::diagonal(const double* q, double* x) {
   return recomputed(parts_->factors->diagonal(q, x));
 }
 
-template <class S>
-Outcome CertifiedAnswer<S>::log_det(const S* q, S& x) {
+Outcome CertifiedAnswer::log_det(const double* q, double& x) {
   return recomputed(parts_->factors->log_det(q, x));
 }
 
-template <class S>
-Outcome CertifiedAnswer<S>::selected(const S* q, S* X) {
+Outcome CertifiedAnswer::selected(const double* q, double* X) {
   return recomputed(parts_->factors->selected(q, X));
 }
 
-template class CertifiedAnswer<float>;
-template class CertifiedAnswer<double>;
+void CertifiedAnswer::keep(const double* q) {
+  Parts& parts = *parts_;
+  std::copy_n(q, parts.kept_q.size(), parts.kept_q.data());
+  parts.kept.reset();
+}
+
+Outcome CertifiedAnswer::column(const double* tau, double* x) {
+  Parts& parts = *parts_;
+  if (!all_finite(parts.models.lowered.nv(), tau)) return {.status = Outcome::Status::not_finite};
+  if (!parts.kept) parts.kept = factor(parts.kept_q.data());
+  return *parts.kept ? solve(1, tau, x) : *parts.kept;
+}
 
 }  // namespace kalmarm

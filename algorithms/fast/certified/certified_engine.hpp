@@ -2,52 +2,49 @@
 // residual in twice the precision (certified_acceleration.hpp, certified_factors.hpp).
 // Outcome::error says how wrong it is, relatively; Outcome::recomputed, that the conventional form's own
 // factors did not do.
-//
-// In float, forward dynamics is the sweep in float with its residual in double, M^-1 has its factors
-// in double; all else is worked out in double and rounded.
 #pragma once
 
 #include <algorithm>
 #include <optional>
 #include <vector>
 
-#include "algorithms/fast/certified/certified_narrow.hpp"
+#include "algorithms/fast/certified/certified_factors.hpp"
 #include "algorithms/fast/engine/common_engine.hpp"
 
 namespace kalmarm {
 
-template <class S>
-class CertifiedEngine final : public CommonEngine<S> {
+class CertifiedEngine final : public CommonEngine {
  public:
-  using CommonEngine<S>::derivatives;  // of rows
+  using CommonEngine::derivatives;  // of rows
 
   CertifiedEngine(const RobotModel& robot, const EngineOptions& options)
-      : CommonEngine<S>(robot, options), models_(this->lowered(), this->model()) {
+      : CommonEngine(robot, options), models_(lowered(), robot) {
     const auto wants = [&](Want want) { return options.wants(want); };
     if (wants(Want::acceleration) || wants(Want::derivatives)) one_.emplace(models_);
     if (options.wants_factors()) factors_.emplace(models_, options);
   }
 
-  Outcome forward_dynamics(const S* q, const S* qd, const S* tau, S* a) override {
+  Outcome forward_dynamics(const double* q, const double* qd, const double* tau,
+                           double* a) override {
     return one_->acceleration(models_, q, qd, tau, a);
   }
 
   // Derivatives are asked for state by state, since the a among them is certified.
   void reserve_workers(Want what, int count) override {
     if (what == Want::derivatives) return;
-    CommonEngine<S>::reserve_workers(what, count);
+    CommonEngine::reserve_workers(what, count);
     while (what == Want::acceleration && static_cast<int>(workers_.size()) < count)
       workers_.emplace_back(models_);
   }
 
-  int forward_dynamics(int worker, int count, const S* q, const S* qd, const S* tau, S* a,
-                       Outcome* outcomes) override {
+  int forward_dynamics(int worker, int count, const double* q, const double* qd, const double* tau,
+                       double* a, Outcome* outcomes) override {
     Worker& w = workers_[worker];
     const std::ptrdiff_t nq = models_.lowered.nq(), nv = models_.lowered.nv();
     int failed = 0;
     w.rows.for_each(
         models_.lowered, count, q, qd, tau, a, [&](int first, int states, const auto& store) {
-          Verdict refined[RowBlock<S>::lanes];
+          Verdict refined[RowBlock<double>::lanes];
           w.sweep.acceleration(models_, w.rows.q.data(), w.rows.qd.data(), w.rows.tau_or_qdd.data(),
                                states, w.rows.out.data(), refined);
           store();
@@ -63,38 +60,38 @@ class CertifiedEngine final : public CommonEngine<S> {
     return failed;
   }
 
-  Outcome inverse(const S* q, S* X) override { return factors_->inverse(q, X); }
-  Outcome factor(const S* q) override { return factors_->factor(q); }
-  Outcome solve(int columns, const S* taus, S* X) override {
+  Outcome inverse(const double* q, double* X) override { return factors_->inverse(q, X); }
+  Outcome factor(const double* q) override { return factors_->factor(q); }
+  Outcome solve(int columns, const double* taus, double* X) override {
     return factors_->solve(columns, taus, X);
   }
-  Outcome diagonal(const S* q, S* x) override { return factors_->diagonal(q, x); }
-  Outcome log_det(const S* q, S& x) override { return factors_->log_det(q, x); }
-  Outcome selected(const S* q, S* X) override { return factors_->selected(q, X); }
+  Outcome diagonal(const double* q, double* x) override { return factors_->diagonal(q, x); }
+  Outcome log_det(const double* q, double& x) override { return factors_->log_det(q, x); }
+  Outcome selected(const double* q, double* X) override { return factors_->selected(q, X); }
 
   // a is certified. The derivatives are the covariance form's, and the outcome is theirs.
-  Outcome derivatives(const S* q, const S* qd, const S* tau, S* da_dq, S* da_dqd, S* da_dtau,
-                      S* a) override {
-    this->set_derivatives(q, qd, tau, da_dq, da_dqd, da_dtau, a);
-    const bool finite = this->terms().check == S(0);
+  Outcome derivatives(const double* q, const double* qd, const double* tau, double* da_dq,
+                      double* da_dqd, double* da_dtau, double* a) override {
+    set_derivatives(q, qd, tau, da_dq, da_dqd, da_dtau, a);
+    const bool finite = terms().check == 0;
     const Outcome out = one_->acceleration(models_, q, qd, tau, a);
     if (out && !finite) return {.status = Outcome::Status::not_finite};
-    return out ? of_derivatives(out, this->loss_of_derivatives(q)) : out;
+    return out ? of_derivatives(out, loss_of_derivatives(q)) : out;
   }
 
  private:
   struct Worker {
-    CertifiedSweep<StateLanes<S>> sweep;
-    CertifiedAcceleration<S> one;  // of what its own factors do not settle
-    RowBlock<S> rows;
+    CertifiedSweep<StateLanes<double>> sweep;
+    CertifiedAcceleration one;  // of what its own factors do not settle
+    RowBlock<double> rows;
 
-    explicit Worker(const CertifiedModels<S>& models)
+    explicit Worker(const CertifiedModels& models)
         : sweep(models), one(models), rows(models.lowered) {}
   };
 
-  CertifiedModels<S> models_;
-  std::optional<CertifiedAcceleration<S>> one_;
-  std::optional<CertifiedFactorsOf<S>> factors_;
+  CertifiedModels models_;
+  std::optional<CertifiedAcceleration> one_;
+  std::optional<CertifiedFactors> factors_;
   std::vector<Worker> workers_;
 };
 

@@ -20,10 +20,9 @@
 
 namespace kalmarm {
 
-// Of numbers in double.
 class CertifiedFactors {
  public:
-  CertifiedFactors(const CertifiedModels<double>& models, const EngineOptions& options)
+  CertifiedFactors(const CertifiedModels& models, const EngineOptions& options)
       : models_(models),
         factors_(models.lowered),
         probes_(models.lowered, models.twice),
@@ -125,8 +124,8 @@ class CertifiedFactors {
   Outcome by_best(const double* q, double enough, const Error& error, const Last& last) {
     if (!all_finite(models_.lowered.nq(), q)) return {.status = Outcome::Status::not_finite};
     covariance_factor(models_.lowered, q, factors_);
-    const double of_D = factors_.margin > 0 ? error_of_D_let_pass<double>
-                                            : second_.error_of_D(models_.lowered, q, factors_, 0);
+    const double of_D =
+        factors_.margin > 0 ? error_of_D_let_pass<double> : second_.look(models_.lowered, q).bound;
     if (of_D < error_of_D_to_refine) {
       probes_.set_position(models_.twice, q);
       Outcome out;
@@ -156,11 +155,11 @@ class CertifiedFactors {
     return out;
   }
 
-  const CertifiedModels<double>& models_;
+  const CertifiedModels& models_;
   FastFactors<double> factors_;
-  Probes<detail::Carrier> probes_;
+  Probes probes_;
   TwiceResidual<double> residual_;  // of the factors that are kept
-  CovarianceForm::SecondLook<double> second_;
+  RoundingBound<double> second_;
   Refiner<double> refiner_;
   BoundedSolve<double> bounded_;
   WideFactors wide_;

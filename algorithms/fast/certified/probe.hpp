@@ -28,12 +28,10 @@
 
 namespace kalmarm {
 
-// C: in what the residual is carried.
-template <template <class> class C>
 class Probes {
  public:
   using Lane = StateLanes<double>;
-  using Residual = TwiceResidual<Lane, C<Lane>>;
+  using Residual = TwiceResidual<Lane>;
   using Model = typename Residual::Model;
 
   Probes(const LoweredModel<double>& model, const Model& wide)
@@ -80,17 +78,16 @@ class Probes {
 
   // The largest error by (4) of X (nv x nv), where error_of_D is eps. NaN where anything is not
   // finite.
-  template <class S>
   double of_matrix(const LoweredModel<double>& model, const Model& wide,
-                   const FastFactors<double>& factors, const S* X, double error_of_D) {
+                   const FastFactors<double>& factors, const double* X, double error_of_D) {
     const std::ptrdiff_t nv = model.nv();
     for (int k = 0; k < nv; ++k) {
-      scale_[k] = 1 / std::sqrt(static_cast<double>(X[k * nv + k]));
+      scale_[k] = 1 / std::sqrt(X[k * nv + k]);
       s_[k] = z_[k] * Lane(scale_[k]);
       y_[k] = Lane(0.0);
     }
     for (int j = 0; j < nv; ++j)
-      for (int i = 0; i < nv; ++i) y_[i] += Lane(static_cast<double>(X[i + j * nv])) * s_[j];
+      for (int i = 0; i < nv; ++i) y_[i] += Lane(X[i + j * nv]) * s_[j];
     const Lane of_D = energy(model, wide, factors);
     Lane worst = Lane(0.0), nothing = worst;
     outward(model, factors, [&](int k, const Lane& d) {

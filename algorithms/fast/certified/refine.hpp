@@ -13,13 +13,10 @@
 // The caller says how wrong d(i) can be, |error of d(i)|^2 <= bound(i) (bounded_solve.hpp), so that
 //   |a - x(i+1)| <= sqrt(bound(i))                                                        (4)
 // but for what rounding does to r in twice the precision. That has to be below trust |x(i+1)|,
-// trust = 3e-3 in float and 1e-7 in double, else another step is taken, whose d is smaller.
+// trust = 1e-7, else another step is taken, whose d is smaller.
 //   |d(0)| <= far |x(i+1)|                                                                (5)
-// since d(0) is what rounding did to x(0), and does to the high parts of the residual. In double
-// that leaves 2^-29 of it, far = 1. In pairs, what cancels within a link keeps no more digits than
-// double has (pair.hpp): far = 1e-9.
-// Squares of a residual underflow in float where forces are below 1e-22, and then a bound is zero that
-// is not: what is solved for is r times a power of two.
+// since d(0) is what rounding did to x(0), and does to the high parts of the residual. In pairs, what
+// cancels within a link keeps no more digits than double has (pair.hpp): far = 1e-9.
 // In equilibrium a is zero: beside a gravity g, u g takes the place of a smaller |x| in (4), and 0.1 g
 // in (5).
 //
@@ -52,7 +49,6 @@ struct Verdict {
 template <class T>
 class Refiner {
  public:
-  using S = typename Lanes<T>::Scalar;
   using Model = typename TwiceResidual<T>::Model;
   static constexpr int lanes = Lanes<T>::count, most = 4;
 
@@ -66,11 +62,9 @@ class Refiner {
               Verdict* out, double error_of_factors = 0);
 
  private:
-  // Norms are sums of squares in T, one state's in double. Out of this range they may have lost what
-  // is compared.
-  using Norm = std::conditional_t<lanes == 1, double, T>;
-  static constexpr double range =
-      std::is_same_v<typename Lanes<Norm>::Scalar, float> ? 0x1p80 : 0x1p800;
+  // Norms are sums of squares. Out of this range they may have lost what is compared.
+  using Norm = T;
+  static constexpr double range = 0x1p800;
 
   static double lane(const Norm& x, int i) {
     if constexpr (lanes == 1)
@@ -81,28 +75,18 @@ class Refiner {
 
   static double square(double x) { return x * x; }
 
-  static constexpr S enlarged = enlarged_residual<S>;
-
-  // Of squares of what was enlarged.
-  static Norm reduced(const Norm& squares) {
-    if constexpr (enlarged == S(1))
-      return squares;
-    else
-      return squares * Norm(1 / (enlarged * enlarged));
-  }
-
   // |x|^2, or what takes its place beside gravity.
-  double size(double xx) const { return std::max(xx, square(unit_roundoff<S>() * gravity_)); }
+  double size(double xx) const { return std::max(xx, square(unit_roundoff<double>() * gravity_)); }
 
   // (4) and (5), of squares.
   bool trusted(double xx, double bound, double first) const {
-    return bound <= square(trusted_error<S>) * size(xx) &&
-           first <= square(farthest_start<S>) * std::max(xx, square(gravity_share * gravity_));
+    return bound <= square(trusted_error) * size(xx) &&
+           first <= square(farthest_start) * std::max(xx, square(gravity_share * gravity_));
   }
 
   // Whether the noise of d(0) is below what is left.
   bool is_little(double noise, double xx) const {
-    return noise <= square(unit_roundoff<S>() / 4) * size(xx);
+    return noise <= square(unit_roundoff<double>() / 4) * size(xx);
   }
 
   // left(0), of e(0)^2.
@@ -115,7 +99,7 @@ class Refiner {
                const Norm& noise, double eps, int states) const {
     bool out = true;
     for (int i = 0; i < states; ++i)
-      out = out && left_by_first(lane(ratio, i), eps) <= unit_roundoff<S>() / 4 &&
+      out = out && left_by_first(lane(ratio, i), eps) <= unit_roundoff<double>() / 4 &&
             lane(xx, i) < range && lane(xx, i) > 1 / range &&
             trusted(lane(xx, i), lane(bound, i), lane(dd, i)) &&
             is_little(lane(noise, i), lane(xx, i));
@@ -130,19 +114,17 @@ template <class T>
 template <class Kept>
 void Refiner<T>::refine(const Model& model, TwiceResidual<T>& residual, Kept&& by, int states, T* x,
                         Verdict* out, double error_of_factors) {
-  const double u = unit_roundoff<S>(), enough = u / 4;
+  const double u = unit_roundoff<double>(), enough = u / 4;
   const int nv = model.nv();
   double first[lanes], before[lanes],
       left[lanes];  // squares, but for left: few of them need a root
   bool open[lanes];
   std::fill_n(open, states, true);
   std::fill_n(out, states, Verdict{});
-  std::fill_n(low_.begin(), nv, T(S(0)));
+  std::fill_n(low_.begin(), nv, T(0.0));
   for (int step = 0, count = states; count > 0 && step < most; ++step) {
     residual.of(model, x, step == 0 ? nullptr : low_.data(), r_.data());
-    for (T& r : r_) r = r * T(enlarged);
-    Norm bound = reduced(by.solve(r_.data(), d_.data())), noise = reduced(by.noise());
-    for (T& d : d_) d = d * T(1 / enlarged);
+    Norm bound = by.solve(r_.data(), d_.data()), noise = by.noise();
     Norm xx(0), dd(0);
     for (int k = 0; k < nv; ++k) {
       const T s = x[k] + d_[k], t = s - x[k];
@@ -160,8 +142,8 @@ void Refiner<T>::refine(const Model& model, TwiceResidual<T>& residual, Kept&& b
       }
       break;
     }
-    bound = reduced(by.closer(r_.data()));
-    noise = reduced(by.noise());
+    bound = by.closer(r_.data());
+    noise = by.noise();
     for (int i = 0; i < states; ++i) {
       if (!open[i]) continue;
       const double squares = lane(xx, i), change = lane(dd, i);

@@ -18,7 +18,7 @@ inline constexpr double rounding_constant_of_traces = rounding_constant / 3;
 inline constexpr double rounding_constant_of_a = 4;
 
 // The error of D, in units of u, that a solve counts before it is measured: in float32 what makes
-// sqrt(T E) / |x| of (8') 328 or more is looked at again. 60 random torques at chain:1000 reach 250,
+// sqrt(T E) / |x| of (8') 33 or more climbs. 60 random torques at chain:1000 reach 250,
 // the nine robots 25.
 inline constexpr double rounding_constant_of_believed_D = 512;
 
@@ -26,41 +26,14 @@ inline constexpr double rounding_constant_of_believed_D = 512;
 // families (test_error_estimate.cpp).
 inline constexpr double rounding_constant_of_error = 3;
 
-// The share of (12) of force_noise.hpp that is told, as an amplitude. A search found an error of 1 % where
-// (12) is 3.4 %; on the shipped robots (12) is 2 to 16 times the rest of the error in the median.
-inline constexpr double share_of_lost_told = 0.1;
-
-// Outcome::error in units of u beyond which it is worked out more closely: robots of ordinary
-// proportions are below (test_scenes.cpp, IsNotSuspectedInRandomStates).
-inline constexpr double coarse_error = 2048;
-
 // Of what a closer sum may add to the promise, the share that is not looked at more closely.
 inline constexpr double little_share = 0.01;
 
 // Beside gravity a smaller |a| is nothing.
 inline constexpr double least_beside_gravity = 0.01;
 
-// What rounding may do to P- of a link in any position, as a share of what is let pass of D, so that it is
-// not charged to accelerations link by link: (13) of force_noise.hpp bears as much of all robots and
-// families (test_force_noise.cpp, UnchargedLinksOfFamiliesMatterLittle). With 1e-3 a chain of six hinges
-// that torques hold was suspected for it in float32, where a second look finds much the same.
-template <class S>
-inline constexpr double least_loss_to_charge = std::is_same_v<S, float> ? 1e-4 : 1e-3;
-
-// How far roundings of P- add up in the acceleration that they move, beside e, which has a constant already,
-// in units of u: l' N l of (12) of force_noise.hpp. Where a search found an error of all that is promised,
-// (12) was eleven times what is allowed.
-inline constexpr double rounding_constant_of_lost = 1;
-
-// What a body absorbs of its own inertia, at most, where errors are of first order.
-inline constexpr double most_absorbed = 0.5;
-
 // What rounding of the wider precision may do to factors of slides, as a share of what is promised of a.
 inline constexpr double share_of_wider_rounding = 0.1;
-
-// Of what is let pass of M, the share of one D where a second look knows of each D alone: searches found two
-// and three D wrong by half of it, and M^-1 by 1.1 and 1.5 times.
-inline constexpr double share_of_one_D = 0.5;
 
 // A weight for what a link cannot absorb: beyond any that a body has, and its square in range.
 inline constexpr double no_body = 1e30;
@@ -73,31 +46,22 @@ inline constexpr double rounding_constant_of_roots = 32;
 inline constexpr double first_contraction = 100;
 //   What a later step may leave of the one before.
 inline constexpr double worst_contraction = 0.3;
-//   A bound of the last correction's error over |x|, a third or a tenth of what is promised of a.
-template <class S>
-inline constexpr double trusted_error = std::is_same_v<S, float> ? 3e-3 : 1e-7;
+//   A bound of the last correction's error over |x|, a tenth of what is promised of a.
+inline constexpr double trusted_error = 1e-7;
 //   The first correction over |x|, or over gravity_share of gravity: pairs keep no more digits of what
 //   cancels within a link than double has, which a search found at 1e-8.
-template <class S>
-inline constexpr double farthest_start = std::is_same_v<S, float> ? 1.0 : 1e-9;
+inline constexpr double farthest_start = 1e-9;
 inline constexpr double gravity_share = 0.1;
 //   What rounding of the residual may do to answers in float64, by a bound, in units of u.
 inline constexpr double enough_of_residuals = 8;
 //   Beyond, the share of that bound that is claimed: the truth was at most a third of the bound.
 inline constexpr double claimed_share_of_residuals = 0.25;
-//   By what residuals are multiplied, so that their squares do not underflow in float: a search found
-//   forces of 1e-26. Squares of forces above 1e7 overflow then, and the next precision answers.
-template <class S>
-inline constexpr S enlarged_residual = std::is_same_v<S, float> ? S(0x1p40) : S(1);
 //   How far constants move a through gravity, in units of u2, by (2) of certified_acceleration.hpp: a search
 //   found 6 along a slide that is level to a bit, of which a third is told. Twice as much would tell more
 //   than 400 u where torques hold a robot (test_certified.cpp).
 inline constexpr double roundings_of_constants = 2;
 //   The unit roundoff of pairs: two more bits are lost than two doubles have.
 inline constexpr double roundoff_of_pairs = 0x1p-104;
-//   Of what residuals of S are worked out in.
-template <class S>
-inline constexpr double roundoff_of_twice = std::is_same_v<S, float> ? 0x1p-53 : roundoff_of_pairs;
 
 // Errors of parts of M^-1 that are not refined, in units of u sqrt(nv); beyond, the next precision
 // answers. Families of the tests are below (test_certified.cpp).

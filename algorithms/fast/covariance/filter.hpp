@@ -1,7 +1,7 @@
 // The filter of the fast path, tips to base: P of articulated.hpp, (3.6) and (3.10). It stores g(k)
 // of every link and
 //   margin = min over joints of what rounding_test.hpp says
-// D may be lost in rounding where it is not positive, and then rounding_bound.hpp decides. A policy
+// D may be lost in rounding where it is not positive. A policy
 // says what is propagated along with P, and what is done with D and g: forces with bias
 // (forward_dynamics.hpp), forces without (at_rest.hpp), nothing (factors.hpp). It has a type Load
 // of z and
@@ -154,7 +154,7 @@ KALMARM_INLINE decltype(auto) joint_noise(const LoweredBody<S>& body, const Poli
 // Across the joint of link k: g is kept, P- becomes P+ in the parent's frame.
 template <bool slides, bool noise, bool zeros, class T, class S, class Workspace, class Policy>
 KALMARM_INLINE void cross(const LoweredModel<S>& model, int k, Workspace& ws, Articulated<T>& P,
-                          Pending<T>& pending, typename Policy::Load& z, const Policy& policy) {
+                          HandedOn<T>& pending, typename Policy::Load& z, const Policy& policy) {
   using Kind = typename LoweredLink<S>::Kind;
   const LoweredLink<S>& link = model.link(k);
   const LoweredBody<S>& body = model.body(k);
@@ -169,14 +169,9 @@ KALMARM_INLINE void cross(const LoweredModel<S>& model, int k, Workspace& ws, Ar
   }();
   at.g = g;
   const bool tested = body.weights.tested;
-  constexpr bool of_motion = requires { at.lost; };
-  if (tested || (of_motion && body.weights.charged)) {
-    const RoundingWeights<S>& w = body.weights;
-    const T e = absorbed<slides>(w, P, at.d);
-    if constexpr (of_motion)
-      charge<slides>(w, e, P, at.d, inverse_D, g, pending.of_motion, at.lost, ws.loss);
-    if (tested) test_D<slides>(w, e, P, D, g, pending.of_D, ws.margin);
-  }
+  if (tested)
+    test_D<slides>(body.weights, absorbed<slides>(body.weights, P, at.d), P, D, g, pending,
+                   ws.margin);
   policy.template measured<slides, noise>(k, g, inverse_D, P_plus, z);
   if (link.parent < 0) return;
 
@@ -213,7 +208,7 @@ KALMARM_INLINE void cross(const LoweredModel<S>& model, int k, Workspace& ws, Ar
 // zero terms cost 6 %. SIMD lanes share one version: there twice the code costs more than they do.
 template <bool noise, class T, class S, class Workspace, class Policy>
 KALMARM_INLINE void cross_hinge(const LoweredModel<S>& model, int k, Workspace& ws,
-                                Articulated<T>& P, Pending<T>& pending, typename Policy::Load& z,
+                                Articulated<T>& P, HandedOn<T>& pending, typename Policy::Load& z,
                                 const Policy& policy) {
   using Tilt = typename LoweredLink<S>::Tilt;
   if constexpr (Lanes<T>::count == 1) {
@@ -230,20 +225,20 @@ template <class T, class Load>
 struct Carried {
   bool on = false;  // P and z come from link k + 1
   Articulated<T> P;
-  Pending<T> pending;
+  HandedOn<T> pending;
   Load z;
 };
 
 // P-, z- of link k: its own body, plus child k + 1, plus the sum over other children.
 template <class T, class S, class Workspace, class Policy>
 KALMARM_INLINE void gather(const LoweredModel<S>& model, int k, bool carried, const Workspace& ws,
-                           Articulated<T>& P, Pending<T>& pending, typename Policy::Load& z,
+                           Articulated<T>& P, HandedOn<T>& pending, typename Policy::Load& z,
                            const Policy& policy) {
   const LoweredLink<S>& link = model.link(k);
   const LoweredBody<S>& body = model.body(k);
   if (!carried) {
     set_body(P, body);
-    pending = Pending<T>::none();
+    pending = HandedOn<T>::none();
     policy.begin(k, z);
   } else if (!link.massless) {
     add_body(P, body);
@@ -260,7 +255,7 @@ KALMARM_INLINE void gather(const LoweredModel<S>& model, int k, bool carried, co
 // phi P+ phi' and phi z+ of a link whose parent is not k - 1, added to its parent's sum.
 template <class T, class S, class Workspace, class Policy>
 KALMARM_INLINE void leave(const LoweredModel<S>& model, int k, Workspace& ws,
-                          const Articulated<T>& P, const Pending<T>& pending,
+                          const Articulated<T>& P, const HandedOn<T>& pending,
                           const typename Policy::Load& z, const Policy& policy) {
   const int index = model.link(model.link(k).parent).branch;
   auto& branch = ws.branches[index];
@@ -282,7 +277,7 @@ KALMARM_NOINLINE KALMARM_SWEEP void filter_links(const LoweredModel<S>& model, c
                                                  Carried<T, typename Policy::Load>& from,
                                                  const Policy& policy) {
   Articulated<T> P = from.P;
-  Pending<T> pending = from.pending;
+  HandedOn<T> pending = from.pending;
   typename Policy::Load z = from.z;
   bool carried = from.on;
   for (int k = run.last; k >= run.first; --k) {
@@ -327,7 +322,6 @@ KALMARM_NOINLINE KALMARM_SWEEP void filter_joint(const LoweredModel<S>& model, c
 template <class T, class S, class Workspace, class Policy>
 void filter(const LoweredModel<S>& model, Workspace& ws, const Policy& policy) {
   ws.margin = T(S(1));
-  if constexpr (requires { ws.loss; }) ws.loss = T(model.uncharged_loss());
   for (auto& branch : ws.branches) branch.begun = false;
   policy.begin_all();
   Carried<T, typename Policy::Load> carried;

@@ -17,8 +17,9 @@
 //   Omega(k) <= 2 (phi' Omega(parent) phi + H' H v(k)),  Omega(k) <= M(k)^-1,  v(k) <= 1/r(k)  (4)
 // of whose blocks of turning and of moving the traces are carried, outward. So
 //   |da|^2 <= T (c u)^2 N                                                                (5)
-// Most states are content with one T for all states of a robot, (3) of least_inertia.hpp, and
+// Sweeps take one T for all states of a robot, (3) of least_inertia.hpp, and
 //   v(k) <= 1 / mu(k)                                                                     (6)
+// (3) and (4) are for refined answers (certified/), whose bounds have to be near.
 // Weights, and so N, are in units of rounding_unit. (2) takes 18 flops a link.
 //
 // z- is a sum whose terms may cancel within one link: of a body that is turned about a point far
@@ -39,56 +40,39 @@
 // has its entries. E has its bias zeta too,
 //   E += sum over rows of P-(k) of w zeta^2                                               (7')
 //
-// A sweep of forward dynamics is believed where
-//   T ((c u)^2 (N + E) + (12) + (13)) < e^2 max(|a|, 0.01 |gravity|)^2                    (8)
-// by (2), (6) and (7), with e = largest_error_of_a (claims.hpp) and c = rounding_constant_of_a
-// (constants.hpp): roundings do not conspire. Beside gravity a smaller a is nothing. What this
-// suspects gets a second look, by (3) and (4). What the test of D suspects (rounding_test.hpp) has the
-// error eps of D too, by rounding_bound.hpp:
-//   T ((c u)^2 (N + E) + eps^2 (E + |gravity|^2 sum of m(k))) < e^2 max(|a|, 0.01 |gravity|)^2
-//                                                                                         (9)
-// since E and the weight bound |a|_M^2 but for a factor of 2. What is suspected still, the certified form
-// answers.
-//
-// Errors of P-(k) move a although every D is right to e: |E(k)| <= c u N(k) of (1) of rounding_weights.hpp
-// is an error of the body's inertia, which acts as the force E(k) l-(k). With N(k) <= e(k) M(k) / (c u),
-//   x' E l <= sqrt(c u x' N x) sqrt(c u l' N l) <= sqrt(e(k)) |x|_M(k) sqrt(c u l' N l),
-// and since the |J(k) x|_M(k)^2 are at most |x|_M^2 together, Cauchy's inequality over all links says
-//   |da|_M^2 <= sum over k of e(k) c_l u l-(k)' N(k) l-(k),   c_l = rounding_constant_of_lost
-//   l' N l <= |alpha|^2 (tr A + |p|^2 tr C) + |acc|^2 tr C = (X |alpha|^2 + Y |acc|^2) / e      (12)
-// with the blocks A and C of P- and the levers p of N. Links of which e is small in all positions are not
-// asked: e0 is the largest of theirs. Of a body that cannot absorb its errors D is wrong by c u (h + N) of
-// (3) of rounding_test.hpp. Both move a by
-//   |da|_M^2 <= max(e0, c u (h + N) / D)^2 (E + |gravity|^2 sum of m(k))                  (13)
-// as in (9). (12) and (13) are added to N + E of (8).
+// An answer of forward dynamics is accepted where
+//   T (c u)^2 (N + E) < e^2 max(|a|, 0.01 |gravity|)^2                    (8)
+// by (2), (6) and (7), with e = accepted_error_of_a (claims.hpp) and c = rounding_constant_of_a
+// (constants.hpp), an empirical constant. Beside gravity a smaller a is nothing. Any other answer, and
+// one of a sweep that fails the test of D (rounding_test.hpp), is left to the next rung. e is far below
+// what is promised, so that what no sum counts has room: an error eps of D alone moves a by
+//   |da|_M^2 <= eps^2 (E + |gravity|^2 sum of m(k))                                       (9)
+// since E and the weight bound |a|_M^2 but for a factor of 2.
 //
 // x = M^-1 tau by factors that are kept sweeps forces and motions in the same way (columns.hpp), at
-// rest and without gravity: it is believed where
+// rest and without gravity: it is accepted where
 //   T ((c u)^2 (N + E) + (c_D u)^2 E) < e^2 |x|^2                                         (8')
-// and by (3), (4) and T eps^2 E beside it where not, or where the test of D suspects the factors. That
-// test alone lets D pass with an error of e, which moves x by more where T E is far above |x|^2: c_D u,
-// c_D = rounding_constant_of_believed_D, stands for an error of D that was not measured.
+// c_D u, c_D = rounding_constant_of_believed_D, stands for an error of D that was not measured: what the
+// test of D lets pass moves x by more than e where T E is far above |x|^2.
 //
 // Column j of X = M^-1 is such an x, with |X_j|_M^2 = X(j,j) and a(k) = X(k,j). What rounding of a(k) moves
 // is bounded by one number for all columns: with Omega+(k) = phi' Omega(parent) phi the covariance of l+,
 // X(k,j)^2 <= X(k,k) X(j,j) and l+(i)^2 <= Omega+(i,i) X(j,j), so that
 //   |dX_j|_M^2 / X(j,j) <= (c u)^2 S,  S = sum over k of D(k) (X(k,k) + sum over i of g(i)^2 Omega+(i,i))
 //                                                                                        (11)
-// and an entry's error |dX(i,j)| <= sqrt(X(i,i)) |dX_j|_M. X is believed where (c u)^2 S < e^2. The
+// and an entry's error |dX(i,j)| <= sqrt(X(i,i)) |dX_j|_M. X is accepted where (c u)^2 S < e^2. The
 // second sum, of terms of g' l+ that may cancel, is below one number for all states
 // (terms_of_columns.hpp); where that is too much it is taken by (4), whose v(k) is X(k,k) here.
 //
 // The same sums say how wrong an answer is. In each joint's own scale |a|_s^2 = sum of mu(k) a(k)^2
 // is about |a|_M^2 and mostly below it, so that of |da|_M / |a|_M
 //   error^2 = (b u)^2 (N + E) / max(|a|_s, 0.01 |gravity| mean of sqrt(mu))^2             (10)
-// is an estimate, b = rounding_constant_of_error. A share of (12) is added, share_of_lost_told as an
-// amplitude: (12) is a bound of what is lost where all roundings of a link agree. Where the estimate is
-// coarse, N is by (3), mu by 1 / v of (4), and in the place of (12) is the lesser of (12) and (13), and of
-// eps^2 (E + weight) of (9).
+// is an estimate, b = rounding_constant_of_error. An answer whose estimate is above e is left to
+// the next rung too.
 //
 // Last, a(k) = H l- - H l+ is rounded, and no other joint takes that back, since without joint noise H l- is a
 // sum of its own. Entries that are rounded apart move a by
-//   |da|_M^2 = u^2 sum of M(k,k) a(k)^2 <= u^2 R,   R = sum over k of I(k) a(k)^2         (14)
+//   |da|_M^2 = u^2 sum of M(k,k) a(k)^2 <= u^2 R,   R = sum over k of I(k) a(k)^2         (12)
 // with I(k) the largest that M(k,k) can be (lowered_model.hpp). u^2 R / |a|_s^2 is added to (10): it is most of
 // the error where large entries of a cancel and move heavy links little, as in a long chain that is
 // stretched out.
@@ -110,8 +94,7 @@ template <class T>
 struct AccelerationSums {
   T noise, energy;  // N and E
   T squares, size;  // |a|^2 and |a|_s^2
-  T lost, loss;     // of (12) and (13)
-  T rounding;       // R of (14)
+  T rounding;       // R of (12)
 };
 
 // The share of a link in N by (2), from z-.
@@ -137,17 +120,6 @@ template <class T, class S>
 KALMARM_INLINE T motion_noise(const LoweredLink<S>& link, const Sixfold<T>& g, const T& inverse_D,
                               const T& e_plus, const Sixfold<T>& l) {
   return motion_terms(link, g, e_plus, l) / inverse_D;
-}
-
-// z whose squares hold the terms of (2').
-template <class S>
-Sixfold<S> with_bias(const LoweredBody<S>& body, const S& wx, const S& wy, const S& wz,
-                     const Sixfold<S>& z) {
-  const detail::BiasTerms terms = detail::bias_terms(body);
-  const S ww = wx * wx + wy * wy + wz * wz;
-  const auto sum = [&](S x, double square) { return std::sqrt(x * x + S(square) * (ww * ww)); };
-  return {sum(z.x, terms.moments[0]), sum(z.y, terms.moments[1]), sum(z.z, terms.moments[2]),
-          sum(z.u, terms.force),      sum(z.v, terms.force),      sum(z.w, terms.force)};
 }
 
 // N by (2), from z- of all links.

@@ -15,8 +15,7 @@
 //   l+ = phi' l-(parent) + c,  a = e+ - g' l+,  l- = l+ + H' a             (4.10), (4.9), (4.11)
 // Where r = 0, H l- = e+ - sum over j != h of g_j l+_j. About 469 flops an aligned hinge
 // (lowered_model.hpp) without zero terms, and its sine and cosine: with |a|^2, N and E of
-// force_noise.hpp, which say how far rounding can have moved a. Links that are charged for (12) there, most
-// in float32 and the inboard ones of long chains in float64, take about 36 more.
+// force_noise.hpp, which say how far rounding can have moved a.
 //
 // States with joint noise of their own have r(k) in every lane, in place of the model's: it enters
 // D and P+ alone (measurement.hpp), r / D above, and the scales of the answer,
@@ -42,7 +41,6 @@ struct CovarianceWorkspace : Placements<T> {
     T d;  // of a slide
     T e;  // e+
     T inverse_D;
-    Lost<T> lost;
     Sixfold<T> c, g;
   };
   // Of a link with several children: the sum over them, and l-.
@@ -50,7 +48,7 @@ struct CovarianceWorkspace : Placements<T> {
     bool begun;
     Articulated<T> P;
     Sixfold<T> z, l;
-    Pending<T> pending;
+    HandedOn<T> pending;
   };
 
   std::vector<Link> links;
@@ -62,9 +60,7 @@ struct CovarianceWorkspace : Placements<T> {
   T energy;    // E of force_noise.hpp
   T squares;   // |a|^2; not finite where an acceleration is not
   T size;      // |a|_s^2, in each joint's own scale (least_inertia.hpp)
-  T rounding;  // R of (14) of force_noise.hpp
-  T lost;      // of (12) of force_noise.hpp
-  T loss;      // of (13)
+  T rounding;  // R of (12) of force_noise.hpp
   T trace;     // T of force_noise.hpp, of states with joint noise of their own
 
   template <class S>
@@ -321,19 +317,12 @@ KALMARM_INLINE void begin_motion(const LoweredModel<S>& model, const LoweredLink
     l = ws.branches[model.link(link.parent).branch].l;
 }
 
-// The share of a link in (12), from l-.
-template <class T>
-KALMARM_INLINE T lost_by(const Lost<T>& at, const Sixfold<T>& l) {
-  return at.turning * (l.x * l.x + l.y * l.y + l.z * l.z) +
-         at.moving * (l.u * l.u + l.v * l.v + l.w * l.w);
-}
-
 // l and a of a joint in one block step; at rest c is zero, and is not read.
-template <bool at_rest, bool charges, class T, class S>
+template <bool at_rest, class T, class S>
 KALMARM_NOINLINE void smooth_joint(const LoweredModel<S>& model, const LinkRun& run,
                                    CovarianceWorkspace<T>& ws, Sixfold<T>& from, T* a) {
   Sixfold<T> l = from;
-  T squares = ws.squares, size = ws.size, energy = ws.energy, lost = ws.lost;
+  T squares = ws.squares, size = ws.size, energy = ws.energy;
   T rounding = ws.rounding;
   begin_motion(model, model.link(run.first), ws, l);
   for (int first = run.first; first <= run.last; first += 3) {
@@ -352,7 +341,6 @@ KALMARM_NOINLINE void smooth_joint(const LoweredModel<S>& model, const LinkRun& 
       squares += square;
       size += model.least_inertias()[k] * square;
       rounding += model.largest_inertias()[k] * square;
-      if (charges && model.link(k).charged) lost += lost_by(at.lost, l);
     }
   }
   if (const int index = model.link(run.last).branch; index >= 0) ws.branches[index].l = l;
@@ -360,16 +348,15 @@ KALMARM_NOINLINE void smooth_joint(const LoweredModel<S>& model, const LinkRun& 
   ws.size = size;
   ws.rounding = rounding;
   ws.energy = energy;
-  ws.lost = lost;
   from = l;
 }
 
 // l and a of links one by one, likewise.
-template <bool at_rest, bool charges, class T, class S>
+template <bool at_rest, class T, class S>
 KALMARM_NOINLINE void smooth_links(const LoweredModel<S>& model, const LinkRun& run,
                                    CovarianceWorkspace<T>& ws, Sixfold<T>& from, T* a) {
   Sixfold<T> l = from;
-  T squares = ws.squares, size = ws.size, energy = ws.energy, lost = ws.lost;
+  T squares = ws.squares, size = ws.size, energy = ws.energy;
   T rounding = ws.rounding;
   for (int k = run.first; k <= run.last; ++k) {
     const LoweredLink<S>& link = model.link(k);
@@ -392,34 +379,32 @@ KALMARM_NOINLINE void smooth_links(const LoweredModel<S>& model, const LinkRun& 
     squares += square;
     size += model.least_inertias()[k] * square;
     rounding += model.largest_inertias()[k] * square;
-    if (charges && link.charged) lost += lost_by(at.lost, l);
     if (link.branch >= 0) ws.branches[link.branch].l = l;
   }
   ws.squares = squares;
   ws.size = size;
   ws.rounding = rounding;
   ws.energy = energy;
-  ws.lost = lost;
   from = l;
 }
 
-// l and a of every link, |a|^2, |a|_s^2, R, what motions add to E, and (12) where links are charged for it.
-template <bool at_rest = false, bool charges = true, class T, class S>
+// l and a of every link, |a|^2, |a|_s^2, R, and what motions add to E.
+template <bool at_rest = false, class T, class S>
 void smooth(const LoweredModel<S>& model, CovarianceWorkspace<T>& ws, T* a) {
   Sixfold<T> l;
-  ws.squares = ws.size = ws.rounding = ws.lost = T(S(0));
+  ws.squares = ws.size = ws.rounding = T(S(0));
   for (const LinkRun& run : model.runs()) {
     if (run.at_once)
-      smooth_joint<at_rest, charges>(model, run, ws, l, a);
+      smooth_joint<at_rest>(model, run, ws, l, a);
     else
-      smooth_links<at_rest, charges>(model, run, ws, l, a);
+      smooth_links<at_rest>(model, run, ws, l, a);
   }
 }
 
 }  // namespace detail
 
 // a (nv) from q (nq), qd (nv) and tau (nv), all numbers in T; ws.margin, ws.noise, ws.energy,
-// ws.squares and ws.size say how far it can be believed (guard.hpp).
+// ws.squares and ws.size say how far it can be believed (engine/acceptance.hpp).
 template <class T, class S>
 void covariance_acceleration(const LoweredModel<S>& model, const T* q, const T* qd, const T* tau,
                              CovarianceWorkspace<T>& ws, T* a) {

@@ -1,5 +1,6 @@
-// How far rounding can have moved D(k) of the conventional form: a second look at one state, for
-// what the margin of a sweep (filter.hpp) suspects.
+// How far rounding can have moved D(k) of the conventional form, at one state: a bound for those whose
+// margin (filter.hpp) is not positive, which says whether their factors are good enough to refine an
+// answer by, and which joint is at fault.
 //
 // The sweep's P-(k) is the exact one of its link's body, of its children's P+, and of an error E(k)
 // that rounding makes there. To first order an error e of P- passes a joint and a link as

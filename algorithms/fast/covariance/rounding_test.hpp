@@ -1,5 +1,5 @@
-// The test of every sweep: can rounding have moved a D(k) by more than is let pass, 1 per cent in
-// float and 1e-6 in double (error_of_D_let_pass)?
+// The test of every sweep: can rounding have moved a D(k) by more than is let pass, 0.2 per cent in
+// float and 1e-8 in double (error_of_D_let_pass)?
 //
 // An error E of P-(k) is the exact P- of a mechanism whose body k is M(k) + E. So if every link
 // absorbs its errors, |E(k)| <= e M(k) with e < 1 in the order of positive semidefinite matrices,
@@ -13,13 +13,8 @@
 //   S(parent) += 2 (moment + |p|^2 force), force      phi S+ phi'
 // and D has to stand above them by itself,
 //   c u (h + N) < error_of_D_let_pass D                                                  (3)
-// A state that fails both (1) and (3) at some joint is a suspect: margin <= 0, and it gets the
-// second look of rounding_bound.hpp. Where (1) holds in all positions, w.tested is false, and
+// A state that fails both (1) and (3) at some joint is left to the next rung: margin <= 0. Where (1) holds in all positions, w.tested is false, and
 // nothing is computed (rounding_weights.hpp): in float64 of most robots and of chains of 1000 links.
-//
-// Accelerations may lose more than D does: (12) and (13) of force_noise.hpp take e of every link that is
-// charged, tested or not. There a body absorbs its errors up to most_absorbed of itself; (2) goes on, with
-// an S of its own, from those that absorb less. 36 flops a link that is charged.
 #pragma once
 
 #include "algorithms/fast/covariance/articulated.hpp"
@@ -34,6 +29,11 @@ template <class T>
 struct HandedOn {
   T moment, force;
 
+  static HandedOn none() {
+    const T zero = T(typename Lanes<T>::Scalar(0));
+    return {zero, zero};
+  }
+
   KALMARM_INLINE void add(const HandedOn& other) {
     moment += other.moment;
     force += other.force;
@@ -45,58 +45,11 @@ struct HandedOn {
   }
 };
 
-// What links hand on that absorb less than a D is let pass with, and of these what counts for
-// accelerations: of bodies that absorb nothing.
-template <class T>
-struct Pending {
-  HandedOn<T> of_D, of_motion;
-
-  static Pending none() {
-    const T zero = T(typename Lanes<T>::Scalar(0));
-    return {{zero, zero}, {zero, zero}};
-  }
-  KALMARM_INLINE void add(const Pending& other) {
-    of_D.add(other.of_D);
-    of_motion.add(other.of_motion);
-  }
-  template <class R>
-  KALMARM_INLINE void move(const R& reach) {
-    of_D.move(reach);
-    of_motion.move(reach);
-  }
-};
-
-// X and Y of (12) of force_noise.hpp: what errors of P- of a link do to accelerations, beside |alpha|^2 and
-// |acc|^2 of the link.
-template <class T>
-struct Lost {
-  T turning, moving;
-};
-
 namespace detail {
 
 template <class T>
 T zero_where_less(const T& a, const T& b, const T& x) {
   return a < b ? T(0) : x;
-}
-
-// What is absorbed at most where D counts, and where accelerations do; in units of what is let pass.
-template <class T>
-T most_absorbed_of_D() {
-  return T(typename Lanes<T>::Scalar(1));
-}
-template <class T>
-T most_absorbed_of_motion() {
-  using S = typename Lanes<T>::Scalar;
-  return T(S(most_absorbed / error_of_D_let_pass<S>));
-}
-
-// e, or 0 where accelerations count it as handed on.
-template <class T>
-KALMARM_INLINE T absorbed_of_motion(const T& e) {
-  using std::min;
-  const T most = most_absorbed_of_motion<T>();
-  return min(e, most) - zero_where_less(e, most, most);
 }
 
 // (1): e of P- alone, in units of what is let pass. slides: of a joint that does, d.
@@ -112,12 +65,12 @@ KALMARM_INLINE T absorbed(const RoundingWeights<S>& w, const HandedOn<T>& pendin
   return w.moment * pending.moment + w.force * pending.force;
 }
 
-// (2), before P- of a joint on a screw becomes P+: of what is pending and of P-, where e is `most` or more;
-// else nothing is left. Returned: c u (h + N) of (3), likewise.
+// (2), before P- of a joint on a screw becomes P+: of what is pending and of P-, where e is 1 or more, in
+// units of what is let pass; else nothing is left. Returned: c u (h + N) of (3), likewise.
 template <bool slides, class T, class S>
-KALMARM_INLINE T hand_on(const RoundingWeights<S>& w, const T& most, const T& e,
-                         const Articulated<T>& P, const Sixfold<T>& g, HandedOn<T>& pending) {
-  const T two = T(S(2));
+KALMARM_INLINE T hand_on(const RoundingWeights<S>& w, const T& e, const Articulated<T>& P,
+                         const Sixfold<T>& g, HandedOn<T>& pending) {
+  const T two = T(S(2)), most = T(S(1));
   const T moment = P.Axx + P.Ayy + P.Azz, force = P.Cxx + P.Cyy + P.Czz;
   T h = slides ? T(pending.force + P.Czz) : T(pending.moment + P.Azz + w.reach * force);
   h = zero_where_less(e, most, h);
@@ -132,42 +85,13 @@ KALMARM_INLINE T hand_on(const RoundingWeights<S>& w, const T& most, const T& e,
   return T(rounding_unit<typename Lanes<S>::Scalar>()) * h;
 }
 
-// Traces of N in (12) of force_noise.hpp, of P- alone.
-template <bool slides, class T, class S>
-KALMARM_INLINE HandedOn<T> sizes(const RoundingWeights<S>& w, const Articulated<T>& P, const T& d) {
-  const T across = P.Cxx + P.Cyy;
-  const T force = across + w.aside * P.Czz;
-  T moment = (P.Azz + w.aside * (P.Axx + P.Ayy)) + w.lever * force;
-  if constexpr (slides) moment += d * d * across;
-  return {moment, force};
-}
-
 // (1) to (3), of a D.
 template <bool slides, class T, class S>
 KALMARM_INLINE void test_D(const RoundingWeights<S>& w, const T& own_e, const Articulated<T>& P,
                            const T& D, const Sixfold<T>& g, HandedOn<T>& pending, T& margin) {
   using std::min;
   const T e = own_e + absorbed(w, pending);
-  margin = min(margin, T(D - hand_on<slides>(w, most_absorbed_of_D<T>(), e, P, g, pending)));
-}
-
-// (12) and (13) of force_noise.hpp, of accelerations.
-template <bool slides, class T, class S>
-KALMARM_INLINE void charge(const RoundingWeights<S>& w, const T& own_e, const Articulated<T>& P,
-                           const T& d, const T& inverse_D, const Sixfold<T>& g,
-                           HandedOn<T>& pending, Lost<T>& lost, T& loss) {
-  using std::max;
-  HandedOn<T> of_N = sizes<slides>(w, P, d);
-  T e = own_e;
-  if (w.hands_on) {
-    of_N.moment += pending.moment + w.lever * pending.force;
-    of_N.force += pending.force;
-    e += absorbed(w, pending);
-    const T left = hand_on<slides>(w, most_absorbed_of_motion<T>(), e, P, g, pending);
-    loss = max(loss, T(left * inverse_D));
-    e = absorbed_of_motion(e);
-  }
-  lost = {e * of_N.moment, e * of_N.force};
+  margin = min(margin, T(D - hand_on<slides>(w, e, P, g, pending)));
 }
 
 }  // namespace detail

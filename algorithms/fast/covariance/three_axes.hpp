@@ -138,21 +138,15 @@ KALMARM_INLINE Translational<T> cross_turns(int k, Workspace& ws, const Articula
 // all steps or none (rounding_test.hpp).
 template <class T, class S, class Workspace, class Load, class Policy>
 void cross_at_once(const LoweredModel<S>& model, const LinkRun& run, Workspace& ws,
-                   Articulated<T>& P, Pending<T>& pending, Load& z, const Policy& policy) {
+                   Articulated<T>& P, HandedOn<T>& pending, Load& z, const Policy& policy) {
   using std::min;
   const T zero = T(S(0));
   const int ball = run.last - 2;
   const auto& weights = model.body(run.last).weights;
-  constexpr bool of_motion = requires { ws.links[0].lost; };
-  if (weights.tested || (of_motion && weights.charged)) {
-    const T own = absorbed<false>(weights, P, zero);
-    ws.margin =
-        min(ws.margin, T(most_absorbed_of_D<T>() - (own + absorbed(weights, pending.of_D))));
-    if constexpr (of_motion)
-      charge<false>(weights, own, P, zero, zero, Sixfold<T>{zero, zero, zero, zero, zero, zero},
-                    pending.of_motion, ws.links[run.last].lost, ws.loss);
-  }
-  pending = Pending<T>::none();
+  if (weights.tested)
+    ws.margin = min(ws.margin,
+                    T(T(S(1)) - (absorbed<false>(weights, P, zero) + absorbed(weights, pending))));
+  pending = HandedOn<T>::none();
   Translational<T> C = cross_turns<T, S>(run.last, ws, P, z, policy);
   if (run.first < ball) {
     const auto& phi = ws.matrices[model.link(ball).varying];

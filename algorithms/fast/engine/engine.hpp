@@ -59,38 +59,42 @@ class Engine {
   virtual void forward_dynamics(int /*worker*/, int count, const T* /*q*/, const T* /*qd*/,
                                 const T* /*tau*/, T* /*a*/, Outcome* /*outcomes*/, int /*m*/,
                                 const T* /*B*/, T* /*X*/, char* left_over) {
-    std::fill_n(left_over, count, char(1));
+    leave(count, left_over);
   }
   virtual void inverse_dynamics(int worker, int count, const T* q, const T* qd, const T* qdd,
                                 T* tau) = 0;
 
-  // Rows of M, M^-1 and M^-1 tau; left_over[i]: of row i one state is to be asked. The others are as
-  // right as what one state gets without a second look. tau and x do not overlap.
-  virtual void mass(int /*worker*/, int count, const T* /*q*/, T* /*M*/, char* left_over) {
-    std::fill_n(left_over, count, char(1));
+  // Rows of M, M^-1, M^-1 tau (tau and x do not overlap), parts of M^-1, and derivatives, of which those
+  // that are null are left out. left_over[i]: of row i one state is to be asked; else outcomes[i] is
+  // that of the row.
+  virtual void mass(int /*worker*/, int count, const T* /*q*/, T* /*M*/, Outcome* /*outcomes*/,
+                    char* left_over) {
+    leave(count, left_over);
   }
-  virtual void inverse(int /*worker*/, int count, const T* /*q*/, T* /*X*/, char* left_over) {
-    std::fill_n(left_over, count, char(1));
+  virtual void inverse(int /*worker*/, int count, const T* /*q*/, T* /*X*/, Outcome* /*outcomes*/,
+                       char* left_over) {
+    leave(count, left_over);
   }
   virtual void solve(int /*worker*/, int count, const T* /*q*/, const T* /*tau*/, T* /*x*/,
-                     char* left_over) {
-    std::fill_n(left_over, count, char(1));
+                     Outcome* /*outcomes*/, char* left_over) {
+    leave(count, left_over);
   }
-
-  // Rows of parts of M^-1, and of derivatives, of which those that are null are left out.
-  virtual void diagonal(int /*worker*/, int count, const T* /*q*/, T* /*x*/, char* left_over) {
-    std::fill_n(left_over, count, char(1));
+  virtual void diagonal(int /*worker*/, int count, const T* /*q*/, T* /*x*/, Outcome* /*outcomes*/,
+                        char* left_over) {
+    leave(count, left_over);
   }
-  virtual void log_det(int /*worker*/, int count, const T* /*q*/, T* /*x*/, char* left_over) {
-    std::fill_n(left_over, count, char(1));
+  virtual void log_det(int /*worker*/, int count, const T* /*q*/, T* /*x*/, Outcome* /*outcomes*/,
+                       char* left_over) {
+    leave(count, left_over);
   }
-  virtual void selected(int /*worker*/, int count, const T* /*q*/, T* /*X*/, char* left_over) {
-    std::fill_n(left_over, count, char(1));
+  virtual void selected(int /*worker*/, int count, const T* /*q*/, T* /*X*/, Outcome* /*outcomes*/,
+                        char* left_over) {
+    leave(count, left_over);
   }
   virtual void derivatives(int /*worker*/, int count, const T* /*q*/, const T* /*qd*/,
                            const T* /*tau*/, T* /*da_dq*/, T* /*da_dqd*/, T* /*da_dtau*/, T* /*a*/,
-                           char* left_over) {
-    std::fill_n(left_over, count, char(1));
+                           Outcome* /*outcomes*/, char* left_over) {
+    leave(count, left_over);
   }
 
   virtual void inverse_dynamics(const T* q, const T* qd, const T* qdd, T* tau) = 0;
@@ -112,8 +116,11 @@ class Engine {
   virtual void forward_dynamics(int /*worker*/, int count, const T* /*q*/, const T* /*qd*/,
                                 const T* /*tau*/, const T* /*r*/, T* /*a*/, Outcome* /*outcomes*/,
                                 char* left_over) {
-    std::fill_n(left_over, count, char(1));
+    leave(count, left_over);
   }
+
+ private:
+  static void leave(int count, char* left_over) { std::fill_n(left_over, count, char(1)); }
 };
 
 // By which kernels: those of 6-D vectors, the same without velocity terms, of mechanisms that stay

@@ -1,5 +1,4 @@
-// The forms of the fast path as types: which sweeps give accelerations and factors, and what takes a
-// second look at a suspect (guard.hpp). What calls a kernel that is
+// The forms of the fast path as types: which sweeps give accelerations and factors. What calls a kernel that is
 // compiled once includes instances.hpp too; what counts flops (flops.hpp) must not: it is no part of
 // the kernels, which a program for every instruction set keeps to themselves.
 #pragma once
@@ -9,7 +8,6 @@
 
 #include "algorithms/fast/covariance/at_rest.hpp"
 #include "algorithms/fast/covariance/forward_dynamics.hpp"
-#include "algorithms/fast/covariance/rounding_bound.hpp"
 #include "algorithms/fast/square_root/square_root.hpp"
 #include "kalmarm/dynamics.hpp"
 
@@ -42,21 +40,7 @@ struct CovarianceForm {
 
   template <class T>
   static AccelerationSums<T> sums(const Workspace<T>& swept) {
-    return {swept.noise, swept.energy, swept.squares, swept.size,
-            swept.lost,  swept.loss,   swept.rounding};
-  }
-
-  // z-(k) of a sweep of one state, whose squares hold those of what its own bias cancels from.
-  template <class S>
-  static Sixfold<S> forces(const LoweredModel<S>& model, const Workspace<S>& swept, int k) {
-    return with_bias(model.body(k), swept.links[k].wx, swept.links[k].wy, swept.links[k].wz,
-                     swept.z[k]);
-  }
-
-  // Whether a D whose margin is positive may yet count in the error of an acceleration.
-  template <class S>
-  static bool may_lose_motion(const LoweredModel<S>& model) {
-    return model.may_lose_motion();
+    return {swept.noise, swept.energy, swept.squares, swept.size, swept.rounding};
   }
 
   // D and g at q alone.
@@ -66,20 +50,6 @@ struct CovarianceForm {
 
     void factor(const LoweredModel<S>& model, const S* q, FastFactors<S>& factors) const {
       covariance_factor(model, q, factors);
-    }
-  };
-
-  // A second look at a suspect.
-  template <class S>
-  struct SecondLook {
-    RoundingBound<S> bound;
-
-    explicit SecondLook(const LoweredModel<S>& model) : bound(model) {}
-
-    // How wrong a D can be, relatively.
-    template <class Swept>
-    double error_of_D(const LoweredModel<S>& model, const S* q, const Swept&, int) {
-      return bound.look(model, q).bound;
     }
   };
 };
@@ -96,22 +66,9 @@ struct SquareRootForm {
     square_root_acceleration(model, q, qd, tau, ws, a);
   }
 
-  // Rows lose no D that their margin does not tell.
   template <class T>
   static AccelerationSums<T> sums(const Workspace<T>& swept) {
-    const T none = swept.squares * T(typename Lanes<T>::Scalar(0));
-    return {swept.noise, swept.energy, swept.squares, swept.size, none, none, swept.rounding};
-  }
-
-  template <class S>
-  static const Sixfold<S>& forces(const LoweredModel<S>&, const Workspace<S>& swept, int k) {
-    return swept.z[k];
-  }
-
-  // Rows lose about u^2 where P loses u.
-  template <class S>
-  static bool may_lose_motion(const LoweredModel<S>&) {
-    return false;
+    return {swept.noise, swept.energy, swept.squares, swept.size, swept.rounding};
   }
 
   template <class S>
@@ -125,31 +82,6 @@ struct SquareRootForm {
       square_root_factor(model, q, zeros, ws, factors);
     }
   };
-
-  // The threshold is made of composite inertias, which grow with the cube of a chain's length: in
-  // float32 it catches long chains. P of the other form tells them from singular ones, for less than
-  // the certified form takes. The two have to agree on every D: rows of least weight would show there.
-  template <class S>
-  struct SecondLook {
-    FastFactors<S> factors;
-    RoundingBound<S> bound;
-
-    explicit SecondLook(const LoweredModel<S>& model) : factors(model), bound(model) {}
-
-    // How wrong a D can be, relatively. swept: where the rows have left 1 / D.
-    template <class Swept>
-    double error_of_D(const LoweredModel<S>& model, const S* q, const Swept& swept, int lane) {
-      covariance_factor(model, q, factors);
-      double error = factors.margin > S(0) ? 0 : bound.look(model, q).bound;
-      for (int k = 0; k < model.nv(); ++k) {
-        const S by_rows = detail::number(swept.links[k].inverse_D, lane);
-        const double apart =
-            std::abs(static_cast<double>(by_rows / factors.links[k].inverse_D) - 1);
-        if (!(apart <= error)) error = apart;
-      }
-      return error;
-    }
-  };
 };
 
 // The covariance form where all velocities are zero: qd is not looked at.
@@ -160,11 +92,6 @@ struct AtRest : CovarianceForm {
   static void acceleration(const LoweredModel<S>& model, const T* q, const T*, const T* tau,
                            Workspace<T>& ws, T* a) {
     resting_acceleration(model, q, tau, ws, a);
-  }
-
-  template <class S>
-  static const Sixfold<S>& forces(const LoweredModel<S>&, const Workspace<S>& swept, int k) {
-    return swept.z[k];
   }
 };
 

@@ -2,7 +2,8 @@
 
 #include <cstdlib>
 #include <cstring>
-#include <iterator>
+#include <stdexcept>
+#include <string>
 
 #include "algorithms/fast/engines/engines.hpp"
 
@@ -15,32 +16,40 @@ struct InstructionSet {
   bool available;
 };
 
-// The best that the processor has and KALMARM_INSTRUCTION_SET does not rule out; chosen once.
-const InstructionSet& chosen() {
-  static const InstructionSet set = [] {
+// The best that the processor has and KALMARM_INSTRUCTION_SET does not rule out.
+InstructionSet best() {
 #ifdef KALMARM_DISPATCH
-    const InstructionSet sets[] = {
-        {"x86-64-v4", &kalmarm_engines_v4,
-         __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
-             __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
-             __builtin_cpu_supports("avx512vl")},
-        {"x86-64-v3", &kalmarm_engines_v3,
-         __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
-             __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2")},
-        {"x86-64-v2", &kalmarm_engines_v2, true}};
-    const char* const highest = std::getenv("KALMARM_INSTRUCTION_SET");
-    bool allowed = !highest;
-    for (const InstructionSet& one : sets) allowed = allowed || std::strcmp(one.name, highest) == 0;
-    bool reached = !highest || !allowed;  // a name that is none of these rules nothing out
-    for (const InstructionSet& one : sets) {
-      reached = reached || std::strcmp(one.name, highest) == 0;
-      if (reached && one.available) return one;
-    }
-    return sets[std::size(sets) - 1];
-#else
-    return InstructionSet{"native", &kalmarm_engines_native, true};
+  const InstructionSet sets[] = {
+      {"x86-64-v4", &kalmarm_engines_v4,
+       __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+           __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
+           __builtin_cpu_supports("avx512vl")},
+      {"x86-64-v3", &kalmarm_engines_v3,
+       __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
+           __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2")},
+#ifdef KALMARM_X86_64_V2
+      {"x86-64-v2", &kalmarm_engines_v2, true},
 #endif
-  }();
+  };
+  const char* const highest = std::getenv("KALMARM_INSTRUCTION_SET");
+  bool reached = !highest;
+  for (const InstructionSet& one : sets) {
+    reached = reached || std::strcmp(one.name, highest) == 0;
+    if (reached && one.available) return one;
+  }
+  if (!reached)
+    throw std::runtime_error(std::string("kalmarm: KALMARM_INSTRUCTION_SET is '") + highest +
+                             "', of which this library has no kernels");
+  throw std::runtime_error(
+      "kalmarm: this processor has no AVX2; the library has to be built with KALMARM_X86_64_V2=ON");
+#else
+  return {"native", &kalmarm_engines_native, true};
+#endif
+}
+
+// Chosen once.
+const InstructionSet& chosen() {
+  static const InstructionSet set = best();
   return set;
 }
 

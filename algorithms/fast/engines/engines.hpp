@@ -6,26 +6,15 @@
 
 namespace kalmarm {
 
-template <class T>
-std::unique_ptr<Engine<T>> make_planar_engine(const RobotModel& robot,
-                                              const EngineOptions& options);
-template <class T>
-std::unique_ptr<Engine<T>> make_translational_engine(const RobotModel& robot,
-                                                     const EngineOptions& options);
-
-#define KALMARM_PLANAR_INSTANCES(KIND, T)                                               \
-  KIND template std::unique_ptr<Engine<T>> make_planar_engine(const RobotModel&,        \
-                                                              const EngineOptions&);    \
-  KIND template std::unique_ptr<Engine<T>> make_translational_engine(const RobotModel&, \
-                                                                     const EngineOptions&);
-
-template <class T>
-std::unique_ptr<Engine<T>> make_certified_engine(const RobotModel& robot,
-                                                 const EngineOptions& options);
-
-#define KALMARM_CERTIFIED_INSTANCES(KIND, T)                                        \
-  KIND template std::unique_ptr<Engine<T>> make_certified_engine(const RobotModel&, \
-                                                                 const EngineOptions&);
+// In double, by options.kernel and options.form, each in a file of its own.
+std::unique_ptr<Engine<double>> make_spatial_engine(const RobotModel& robot,
+                                                    const EngineOptions& options);
+std::unique_ptr<Engine<double>> make_planar_engine(const RobotModel& robot,
+                                                   const EngineOptions& options);
+std::unique_ptr<Engine<double>> make_translational_engine(const RobotModel& robot,
+                                                          const EngineOptions& options);
+std::unique_ptr<Engine<double>> make_certified_engine(const RobotModel& robot,
+                                                      const EngineOptions& options);
 
 struct Engines {
   std::unique_ptr<Engine<float>> (*make_float)(const RobotModel&, const EngineOptions&);

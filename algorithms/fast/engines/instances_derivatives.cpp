@@ -2,7 +2,8 @@
 
 namespace kalmarm {
 
-KALMARM_DERIVATIVE_INSTANCES(, float)
 KALMARM_DERIVATIVE_INSTANCES(, double)
+KALMARM_DERIVATIVE_ROW_INSTANCES(, StateLanes<float>)
+KALMARM_DERIVATIVE_ROW_INSTANCES(, StateLanes<double>)
 
 }  // namespace kalmarm

@@ -2,7 +2,6 @@
 
 namespace kalmarm {
 
-KALMARM_FACTOR_INSTANCES(, float)
 KALMARM_FACTOR_INSTANCES(, double)
 
 }  // namespace kalmarm

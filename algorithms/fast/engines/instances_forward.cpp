@@ -2,11 +2,10 @@
 
 namespace kalmarm {
 
-KALMARM_FORWARD_INSTANCES(, float, float)
 KALMARM_FORWARD_INSTANCES(, float, StateLanes<float>)
 KALMARM_FORWARD_INSTANCES(, double, double)
 KALMARM_FORWARD_INSTANCES(, double, StateLanes<double>)
-KALMARM_NOISY_INSTANCES(, float)
-KALMARM_NOISY_INSTANCES(, double)
+KALMARM_NOISY_INSTANCES(, float, StateLanes<float>)
+KALMARM_NOISY_INSTANCES(, double, StateLanes<double>)
 
 }  // namespace kalmarm

@@ -21,7 +21,7 @@ struct FastFactors : Placements<T> {
   struct Branch {
     bool begun;
     Articulated<T> P;
-    Pending<T> pending;
+    HandedOn<T> pending;
   };
 
   std::vector<Link> links;

@@ -241,8 +241,7 @@ class LimbsInLanes {
         P.Axx[lane], P.Axy[lane], P.Ayy[lane], P.Axz[lane], P.Ayz[lane], P.Azz[lane], P.Bxx[lane],
         P.Bxy[lane], P.Byx[lane], P.Byy[lane], P.Bxz[lane], P.Byz[lane], P.Bzx[lane], P.Bzy[lane],
         P.Bzz[lane], P.Cxx[lane], P.Cxy[lane], P.Cyy[lane], P.Cxz[lane], P.Cyz[lane], P.Czz[lane]};
-    Pending<S> handed = Pending<S>::none();
-    handed.of_D = {pending.moment[lane], pending.force[lane]};
+    const HandedOn<S> handed = {pending.moment[lane], pending.force[lane]};
     if (branch.begun) {
       kalmarm::add(branch.P, own);
       branch.pending.add(handed);

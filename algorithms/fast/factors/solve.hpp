@@ -65,7 +65,7 @@ class FactorSolver {
   static constexpr int lanes = Lanes<Few>::count;
 
   explicit FactorSolver(const LoweredModel<S>& model)
-      : one_(model), few_(model), all_(model.nv(), 1), block_(model.nv()), z_(model.nv()) {}
+      : one_(model), few_(model), all_(model.nv(), 1), block_(model.nv()) {}
 
   // X (nv x m) = M^-1 T (nv x m) of m columns, at most `lanes`; column j is in lane j of what is
   // returned. left >= m: so many columns of T can be read. About 127 nv m flops. Factors: as in
@@ -88,28 +88,11 @@ class FactorSolver {
     return sums;
   }
 
-  // z- of every link, of one tau.
-  const std::vector<Sixfold<S>>& forces(const LoweredModel<S>& model, const FastFactors<S>& factors,
-                                        const S* tau) {
-    detail::sweep_inward(
-        model, factors, model.nv() - 1, all_.data(), [&](int k) { return tau[k]; }, one_,
-        Keeping{z_});
-    return z_;
-  }
-
  private:
-  struct Keeping {
-    std::vector<Sixfold<S>>& z_of;
-
-    void gathered(int k, const Sixfold<S>& z) const { z_of[k] = z; }
-    void measured(int, const S&) const {}
-  };
-
   ColumnsWorkspace<S> one_;
   ColumnsWorkspace<Few> few_;
   std::vector<char> all_;   // links: a path for any tau
   std::vector<Few> block_;  // of columns
-  std::vector<Sixfold<S>> z_;
 };
 
 // M^-1 tau of one state in every lane of P, by its factors or by what a sweep of forward dynamics has

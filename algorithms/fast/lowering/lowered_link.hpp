@@ -43,15 +43,10 @@ template <class S>
 struct RoundingWeights {
   S Axx = S(0), Ayy = S(0), Azz = S(0), Cxx = S(0), Cyy = S(0), Czz = S(0);  // of P's diagonal
   S moment = S(0), force = S(0);                                             // of what is pending
-  S reach = S(0);         // sum over axes of the largest p^2 of a child
-  S lever = S(0);         // the same and, at a hinge, d^2 of its own
-  S aside = S(1);         // 0 where moments about x and y and forces along z count for nothing
-  S bias = S(0);          // of w^4, for what cancels within a link's own bias (force_noise.hpp)
-  S most = S(0);          // of (1), in any position, in units of what is let pass
-  bool tested = false;    // else nothing is lost in any position, here and outboard
-  bool charged = false;   // tested, or what P- loses may count for accelerations
-  bool hands_on = false;  // some body from here on may absorb nothing of it (rounding_test.hpp)
-  bool counts = true;     // what is rounded here is not counted by another link
+  S reach = S(0);       // sum over axes of the largest p^2 of a child
+  S bias = S(0);        // of w^4, for what cancels within a link's own bias (force_noise.hpp)
+  bool tested = false;  // else nothing is lost in any position, here and outboard
+  bool counts = true;   // what is rounded here is not counted by another link
 
   // Between the DoF of a joint in one block step nothing is rounded that its last does not count.
   void leave_to_the_last() {
@@ -88,7 +83,6 @@ struct LoweredLink {
   bool slides = false, has_noise = false, massless = false, hangs_on_previous = false,
        turned = false;
   bool aligned = false;       // at a hinge: theta = 0, p = (a, b, 0)
-  bool charged = false;       // of RoundingWeights
   bool light_parent = false;  // beside what it carries here: square_root_parent.hpp
   int branch = -1;  // index of its sum over children other than k + 1 in a workspace; else -1
   int q_index = 0;  // of the joint's first coordinate

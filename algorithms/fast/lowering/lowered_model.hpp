@@ -48,19 +48,11 @@ class LoweredModel {
   int branch_count() const { return branch_count_; }
   const HingeAngles<S>& hinges() const { return hinges_; }
   const std::vector<LinkRun>& runs() const { return runs_; }
-  // Whether rounding of some P- can matter in some position (rounding_weights.hpp): to a D, and to
-  // accelerations, which is of more robots.
+  // Whether rounding of some P- can matter to a D in some position (rounding_weights.hpp).
   bool may_lose_D() const {
     return std::any_of(bodies_.begin(), bodies_.end(),
                        [](const LoweredBody<S>& body) { return body.weights.tested; });
   }
-  bool may_lose_motion() const {
-    return std::any_of(links_.begin(), links_.end(),
-                       [](const LoweredLink<S>& link) { return link.charged; });
-  }
-  // Of links that are not charged for it, e of (1) of rounding_weights.hpp in any position, at most, in
-  // units of what is let pass.
-  const S& uncharged_loss() const { return uncharged_loss_; }
   const LoweredLink<S>& link(int k) const { return links_[k]; }
   const LoweredBody<S>& body(int k) const { return bodies_[k]; }
   // Axx to Czz of the links' weights, link after link.
@@ -80,17 +72,6 @@ class LoweredModel {
   const CentralBody<S>& central(int k) const { return central_[k]; }
   const UncommonPlacement<S>& uncommon(const LoweredLink<S>& link) const {
     return uncommon_[link.uncommon];
-  }
-
-  // With joint noise r (nv) in the place of what `as_built`, of the same model, has: of joints that
-  // have some, and not less. Of no other number of the filter is r a part.
-  void set_noise(const LoweredModel& as_built, const S* r) {
-    for (int k = 0; k < nv(); ++k) {
-      if (!links_[k].has_noise) continue;
-      bodies_[k].r = r[k];
-      least_inertias_[k] = std::max(as_built.least_inertias_[k], r[k]);
-      largest_inertias_[k] = as_built.largest_inertias_[k] + (r[k] - as_built.bodies_[k].r);
-    }
   }
 
   // phi from a frame on link k to the link: from the link frame of Model to the one used here.
@@ -169,8 +150,7 @@ class LoweredModel {
   std::vector<LoweredLink<S>> links_;
   std::vector<LoweredBody<S>> bodies_;
   std::vector<S> weights_, least_inertias_, largest_inertias_;
-  S terms_of_columns_ = S(0), uncharged_loss_ = S(0), largest_variance_ = S(0),
-    energy_of_gravity_ = S(0);
+  S terms_of_columns_ = S(0), largest_variance_ = S(0), energy_of_gravity_ = S(0);
   std::vector<FactoredBody<S>> factored_;  // the same bodies, for the square-root form
   std::vector<CentralBody<S>> central_;    // and for inverse dynamics
   std::vector<UncommonPlacement<S>> uncommon_;
@@ -223,8 +203,6 @@ void LoweredModel<S>::lower(const Model<W>& model) {
   terms_of_columns_ = S(detail::terms_of_columns(links_, bodies_, least_inertias_, largest));
   for (int k = 0; k < nv(); ++k) {
     const RoundingWeights<S>& w = bodies_[k].weights;
-    links_[k].charged = w.charged;
-    if (w.counts && !w.charged) uncharged_loss_ = std::max(uncharged_loss_, w.most);
     const double inertia =
         links_[k].slides ? largest[k].force : (largest[k].unbounded ? 0 : largest[k].moment);
     largest_inertias_.push_back(S(std::min(inertia, no_body)) + bodies_[k].r);

@@ -88,15 +88,11 @@ class WeightsOfLinks {
       all.add_body(bodies[k], largest[k]);
       const bool bounded = !largest[k].unbounded && !links[k].slides && w.moment < S(no_body);
       const double most = bounded ? all.most(w, largest[k]) : no_body;
-      w.most = S(most);
       w.tested = pending[k] || (!between[k] && !(most < 0.5));
-      w.charged = w.tested || (!between[k] && most > least_loss_to_charge<S>);
-      w.hands_on |= !between[k] && !(most < most_absorbed / error_of_D_let_pass<S>);
       factored[k].tested = between[k] ? factored[k + 1].tested : !(most * root_unit < 0.5);
       const int parent = links[k].parent;
       if (parent < 0) continue;
       if (w.tested) pending[parent] = 1;
-      if (w.hands_on) bodies[parent].weights.hands_on = true;
       if (largest[k].unbounded || links[k].slides) largest[parent].unbounded = true;
       all.add_child(links[k], largest[k], largest[parent]);
     }
@@ -165,11 +161,7 @@ class WeightsOfLinks {
     out.Czz = weight(w[5]);
     out.moment = weight(own.head<3>().sum());
     out.force = weight(own.tail<3>().sum());
-    const double d = static_cast<double>(link.d);
     out.reach = S(children.squares.sum());
-    out.lever = S(children.squares.sum() + (on_a_screw && !link.slides ? square(d) : 0));
-    const bool in_plane = absorbs && own[0] == 0 && own[1] == 0 && own[5] == 0;
-    out.aside = in_plane ? S(0) : S(1);
     const BiasTerms terms = bias_terms(body);
     out.bias = weight((w.head<3>() * terms.moments).sum() + w.tail<3>().sum() * terms.force);
   }

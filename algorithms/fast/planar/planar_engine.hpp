@@ -1,10 +1,9 @@
 // Planar mechanisms (plane.hpp) behind the interface of every solver: what moves in the plane by
 // planar_filter.hpp, what slides along its normal by translational.hpp.
 //
-// What the guard suspects is answered by the certified form (guard.hpp), but where a D is no more than
-// rounding in T: the axes are parallel, or lie in the plane, but for their last bits, and what these
-// make of D does not make M regular. Where some D can be lost, P of the spatial form is looked at:
-// its roundings are those of more sums than there are in the plane.
+// What is not accepted (engine/acceptance.hpp) is answered by the certified form, but where a D is no more
+// than rounding: the axes are parallel, or lie in the plane, but for their last bits, and what these
+// make of D does not make M regular.
 #pragma once
 
 #include <algorithm>
@@ -13,8 +12,8 @@
 #include <optional>
 #include <vector>
 
+#include "algorithms/fast/certified/certified_answer.hpp"
 #include "algorithms/fast/engine/common_engine.hpp"
-#include "algorithms/fast/guard/guard.hpp"
 #include "algorithms/fast/planar/planar_columns.hpp"
 #include "algorithms/fast/planar/planar_selection.hpp"
 #include "algorithms/model/rounding_scale.hpp"
@@ -22,14 +21,17 @@
 
 namespace kalmarm {
 
-template <class T>
-class PlanarEngine final : public CommonEngine<T> {
+class PlanarEngine final : public CommonEngine {
+  using T = double;
+  using W = Lowering<T>;
+  using Many = WidePack<T>;
+
  public:
-  using CommonEngine<T>::derivatives;  // of rows
+  using CommonEngine::derivatives;  // of rows
 
   // Of a robot that find_plane finds a plane of.
   PlanarEngine(const RobotModel& robot, const EngineOptions& options)
-      : PlanarEngine(robot, options, *find_plane(model_of(robot).template cast<T>())) {}
+      : PlanarEngine(robot, options, *find_plane(model_of(robot))) {}
 
   Outcome forward_dynamics(const T* q, const T* qd, const T* tau, T* a) override {
     planar_acceleration(model_, q, qd, tau, ws_, a);
@@ -41,19 +43,17 @@ class PlanarEngine final : public CommonEngine<T> {
                          });
     const T along = along_factors_.energy([&](int i) { return tau[along_.dofs[i]]; }) +
                     along_factors_.energy_by_weight();
-    const auto by = guard_->believed(AccelerationSums<T>{
-        noise(), ws_.energy + along, squares, sum_of(this->lowered().least_inertias(), a), ws_.lost,
-        ws_.loss, sum_of(this->lowered().largest_inertias(), a)});
-    if (!along_factors_.suspect()) {
-      const double error = guard_->error(this->lowered(), q, qd, tau, a, ws_, by);
-      if (error >= 0) return {.error = error};
-    }
+    const auto by = acceptance().believed(AccelerationSums<T>{
+        noise(), ws_.energy + along, squares, sum_of(lowered().least_inertias(), a),
+        sum_of(lowered().largest_inertias(), a)});
+    if (!along_factors_.suspect() && acceptance().vouched(ws_.margin, by, 0))
+      return {.error = by.error};
     const Outcome out = verdict(q);
-    return out ? guard_->certified().acceleration(q, qd, tau, a) : out;
+    return out ? certified_->acceleration(q, qd, tau, a) : out;
   }
 
   void reserve_workers(Want what, int count) override {
-    CommonEngine<T>::reserve_workers(what, count);
+    CommonEngine::reserve_workers(what, count);
     while (what == Want::acceleration && static_cast<int>(workers_.size()) < count - 1)
       workers_.push_back(std::make_unique<PlanarEngine>(robot_, rows_, plane_));
   }
@@ -63,7 +63,7 @@ class PlanarEngine final : public CommonEngine<T> {
                        Outcome* outcomes) override {
     if (worker > 0)
       return workers_[worker - 1]->forward_dynamics(0, count, q, qd, tau, a, outcomes);
-    const int nq = this->lowered().nq(), nv = this->lowered().nv();
+    const int nq = lowered().nq(), nv = lowered().nv();
     int failed = 0;
     for (int i = 0; i < count; ++i, q += nq, qd += nv, tau += nv, a += nv) {
       outcomes[i] = forward_dynamics(q, qd, tau, a);
@@ -75,17 +75,17 @@ class PlanarEngine final : public CommonEngine<T> {
   Outcome factor(const T* q) override {
     by_certified_ = factors_may_be_wrong(q);
     if (!by_certified_) {
-      guard_->keep(this->lowered(), q);
+      certified_->keep(q);
       return {};
     }
     const Outcome out = verdict(q);
-    return out ? guard_->certified().factor(q) : out;
+    return out ? certified_->factor(q) : out;
   }
 
   // About 51 flops a hinge and column, 25 of them for N, E and |x|^2.
   Outcome solve(int columns, const T* taus, T* X) override {
-    if (by_certified_) return guard_->certified().solve(columns, taus, X);
-    const int nv = this->lowered().nv(), last = model_.nv() - 1;
+    if (by_certified_) return certified_->solve(columns, taus, X);
+    const int nv = lowered().nv(), last = model_.nv() - 1;
     Outcome out;
     for (int j = 0; j < columns; ++j, taus += nv, X += nv) {
       const auto force = [&](int k) { return taus[model_.link(k).dof]; };
@@ -101,7 +101,7 @@ class PlanarEngine final : public CommonEngine<T> {
           model_, ws_, last, one_, [&](int k, const T& x) { put(model_.link(k).dof, x); },
           observer);
       along_factors_.solve(along, [&](int i, const T& x) { put(along_.dofs[i], x); });
-      if (!guard_->believed(sums)) out = worse(out, guard_->certified_column(nv, taus, X));
+      if (!acceptance().believed(sums)) out = worse(out, certified_->column(taus, X));
     }
     return out;
   }
@@ -110,10 +110,10 @@ class PlanarEngine final : public CommonEngine<T> {
     planar_factor(model_, q, ws_);
     T* const in_plane = along_.dofs.empty() ? result : in_plane_.data();
     const T check = columns(in_plane);
-    const bool believed = guard_->believed_columns(energy_of_columns(in_plane)) ||
-                          guard_->passes(energy_with_terms(in_plane));
+    const bool believed = acceptance().believed_columns(energy_of_columns(in_plane)) ||
+                          acceptance().passes(energy_with_terms(in_plane));
     if (!along_.dofs.empty()) {
-      const int nv = this->lowered().nv();
+      const int nv = lowered().nv();
       Eigen::Map<MatrixX<T>> X(result, nv, nv);
       X.setZero();
       for (int j = 0; j < model_.nv(); ++j)
@@ -125,13 +125,13 @@ class PlanarEngine final : public CommonEngine<T> {
     }
     if (believed && !may_be_wrong(check)) return {};
     const Outcome out = verdict(q);
-    return out ? guard_->certified().inverse(q, result) : out;
+    return out ? certified_->inverse(q, result) : out;
   }
 
   Outcome diagonal(const T* q, T* x) override {
     if (factors_may_be_wrong(q)) {
       const Outcome out = verdict(q);
-      return out ? guard_->certified().diagonal(q, x) : out;
+      return out ? certified_->diagonal(q, x) : out;
     }
     planar_diagonal(model_, ws_, covariances_,
                     [&](int k, const T& alpha) { x[model_.link(k).dof] = alpha; });
@@ -144,7 +144,7 @@ class PlanarEngine final : public CommonEngine<T> {
     using std::log;
     if (factors_may_be_wrong(q)) {
       const Outcome out = verdict(q);
-      return out ? guard_->certified().log_det(q, x) : out;
+      return out ? certified_->log_det(q, x) : out;
     }
     x = along_factors_.log_det();
     for (const auto& at : ws_.links) x += log(at.D);
@@ -154,7 +154,7 @@ class PlanarEngine final : public CommonEngine<T> {
   Outcome selected(const T* q, T* X) override {
     if (factors_may_be_wrong(q)) {
       const Outcome out = verdict(q);
-      return out ? guard_->certified().selected(q, X) : out;
+      return out ? certified_->selected(q, X) : out;
     }
     selection_.fill(model_, ws_, X);
     return {};
@@ -163,40 +163,37 @@ class PlanarEngine final : public CommonEngine<T> {
   // By the spatial kernels, which are looked at by their own numbers.
   Outcome derivatives(const T* q, const T* qd, const T* tau, T* da_dq, T* da_dqd, T* da_dtau,
                       T* a) override {
-    this->set_derivatives(q, qd, tau, da_dq, da_dqd, da_dtau, a);
-    const T check = this->terms().check;
-    const RoundingLoss loss = this->loss_of_derivatives(q);
+    set_derivatives(q, qd, tau, da_dq, da_dqd, da_dtau, a);
+    const T check = terms().check;
+    const RoundingLoss loss = loss_of_derivatives(q);
     if (check == T(0) && loss.bound < error_of_D_let_pass<T>) return {};
     if (const Outcome out = verdict(q); !out) return out;
-    const Outcome out = guard_->certified().factor(q);
+    const Outcome out = certified_->factor(q);
     if (out && check != T(0)) return {.status = Outcome::Status::not_finite};
     return out ? of_derivatives(out, loss) : out;
   }
 
  private:
-  using W = Lowering<T>;
-  using Many = WidePack<T>;
   static constexpr int lanes = Lanes<Many>::count;
 
  public:
   PlanarEngine(const RobotModel& robot, const EngineOptions& options, const Plane<W>& plane)
-      : CommonEngine<T>(robot, options),
+      : CommonEngine(robot, options),
         robot_(robot),
         plane_(plane),
-        along_(this->model().template cast<W>(), plane),
-        along_factors_(along_.slides,
-                       Vector3<W>(plane.axes * this->model().gravity().template cast<W>())),
-        model_(this->model(), plane),
+        along_(model().cast<W>(), plane),
+        along_factors_(along_.slides, Vector3<W>(plane.axes * model().gravity().cast<W>())),
+        model_(model(), plane),
         ws_(model_),
         one_(model_),
         many_(model_),
         paths_(model_, options.wants(Want::inverse) ? model_.nv() : 0, lanes),
         all_(model_.nv(), 1),
         covariances_(model_.branch_count()),
-        placed_(this->model()),
-        scale_(this->model()) {
-    assert(static_cast<int>(plane.home.size()) == this->lowered().nv());
-    model_.set_weights(this->lowered());
+        placed_(model()),
+        scale_(model()) {
+    assert(static_cast<int>(plane.home.size()) == lowered().nv());
+    model_.set_weights(lowered());
     rows_.want = {Want::acceleration};
     if (options.wants(Want::inverse)) {
       in_plane_.resize(model_.nv(), model_.nv());
@@ -204,7 +201,7 @@ class PlanarEngine final : public CommonEngine<T> {
     }
     if (options.wants(Want::acceleration) || options.wants_factors() ||
         options.wants(Want::derivatives))
-      guard_.emplace(robot, this->lowered(), options);
+      certified_.emplace(robot, lowered(), options, false);
     if (options.selection.size() > 0)
       selection_ = PlanarSelection<T>(model_, along_, along_factors_, plane_, options.selection);
   }
@@ -269,8 +266,6 @@ class PlanarEngine final : public CommonEngine<T> {
     return {};
   }
 
-  // No second look: that is at the roundings of frames on the axes, where much is zero exactly that is
-  // rounded here.
   bool may_be_wrong(const T& check) const {
     return along_factors_.suspect() || check != T(0) || !(ws_.margin > T(0));
   }
@@ -360,7 +355,7 @@ class PlanarEngine final : public CommonEngine<T> {
   bool by_certified_ = false;  // the factors that are kept
   LinkKinematics<T> placed_;   // these two for the verdict
   RoundingScale<T> scale_;
-  std::optional<Guard<T, CovarianceForm>> guard_;
+  std::optional<CertifiedAnswer> certified_;
   EngineOptions rows_;  // of further workers, who answer rows alone
   std::vector<std::unique_ptr<PlanarEngine>> workers_;
 };

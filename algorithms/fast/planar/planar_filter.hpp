@@ -10,8 +10,7 @@
 //   l+ = l-(parent) + c, the linear part + t alpha                             (4.10)
 //   a = e / D - g'l+,  l- = l+ + H'a                                           (4.9), (4.11)
 // At a hinge with r = 0, alpha = e / D - g'l+ of the linear part alone, and a is what it differs by
-// from the parent's. About 122 flops a hinge, and its sine and cosine; 15 more where it is charged for
-// what P- loses (covariance/rounding_test.hpp).
+// from the parent's. About 122 flops a hinge, and its sine and cosine.
 #pragma once
 
 #include <vector>
@@ -23,19 +22,13 @@ namespace kalmarm {
 
 namespace detail {
 
-// What a sweep leaves of P: ws.margin and ws.loss.
-template <class T>
-struct PlanarLoss {
-  T margin, loss;
-};
-
 // (2) of covariance/rounding_test.hpp in the plane, of P- with J and the trace of C: what is pending at
 // link k becomes what is pending at its parent. reach: of t, as of LoweredBody.
 template <bool slides, class T>
-KALMARM_INLINE T hand_on(const PlanarWeights<T>& w, const T& most, const T& e, const T& J,
-                         const T& trace, const T& reach, bool noise,
-                         const typename PlanarWorkspace<T>::Link& at, HandedOn<T>& pending) {
-  const T two = T(2);
+KALMARM_INLINE T hand_on(const PlanarWeights<T>& w, const T& e, const T& J, const T& trace,
+                         const T& reach, bool noise, const typename PlanarWorkspace<T>::Link& at,
+                         HandedOn<T>& pending) {
+  const T two = T(2), most = T(1);
   T h = slides ? T(pending.force + trace) : T(pending.moment + J + w.reach * trace);
   h = zero_where_less(e, most, h);
   const T of_moments = slides || noise ? T(at.g.n * at.g.n) : T(0);
@@ -47,36 +40,16 @@ KALMARM_INLINE T hand_on(const PlanarWeights<T>& w, const T& most, const T& e, c
   return rounding_unit<T>() * h;
 }
 
-// (1) to (3) there, and (12) and (13) of covariance/force_noise.hpp.
+// (1) to (3) there.
 template <bool slides, class T>
-KALMARM_INLINE void test_rounding(const PlanarWeights<T>& w, const T& J, const T& trace,
-                                  const T& reach, bool noise, typename PlanarWorkspace<T>::Link& at,
-                                  Pending<T>& pending, PlanarLoss<T>& of) {
-  using std::max;
+KALMARM_INLINE void test_D(const PlanarWeights<T>& w, const T& J, const T& trace, const T& reach,
+                           bool noise, const typename PlanarWorkspace<T>::Link& at,
+                           HandedOn<T>& pending, T& margin) {
   using std::min;
   const T moved = slides ? T(J + reach * trace) : J;
-  const T own = w.n * moved + w.force * trace;
-  const auto with = [&](const HandedOn<T>& handed) KALMARM_INLINE_LAMBDA {
-    return own + (w.pending_moment * handed.moment + w.pending_force * handed.force);
-  };
-  T e = own, moment = moved + w.reach * trace, force = trace;
-  if (w.hands_on) {
-    HandedOn<T>& handed = pending.of_motion;
-    moment += handed.moment + w.reach * handed.force;
-    force += handed.force;
-    e = with(handed);
-    const T left =
-        hand_on<slides>(w, most_absorbed_of_motion<T>(), e, J, trace, reach, noise, at, handed);
-    of.loss = max(of.loss, T(left * at.inverse_D));
-    e = absorbed_of_motion(e);
-  }
-  at.lost = {e * moment, e * force};
-  if (!w.tested) return;
-  HandedOn<T>& handed = pending.of_D;
-  const T of_D = with(handed);
-  const T left =
-      hand_on<slides>(w, most_absorbed_of_D<T>(), of_D, J, trace, reach, noise, at, handed);
-  of.margin = min(of.margin, T(at.D - left));
+  const T e = (w.n * moved + w.force * trace) +
+              (w.pending_moment * pending.moment + w.pending_force * pending.force);
+  margin = min(margin, T(at.D - hand_on<slides>(w, e, J, trace, reach, noise, at, pending)));
 }
 
 // Across joint k and to the parent's origin, where the parent's own body is added. Where J+ = 0, J-
@@ -84,8 +57,7 @@ KALMARM_INLINE void test_rounding(const PlanarWeights<T>& w, const T& J, const T
 template <bool forces, bool slides, bool noise, class T>
 KALMARM_INLINE void cross(const PlanarLink<T>& link, const PlanarStep<T>& step,
                           const PlanarBody<T>& there, const T& tau, PlanarWorkspace<T>& ws, int k,
-                          PlanarInertia<T>& P, Planar<T>& z, Pending<T>& pending,
-                          PlanarLoss<T>& loss) {
+                          PlanarInertia<T>& P, Planar<T>& z, HandedOn<T>& pending, T& margin) {
   constexpr bool full = slides || noise;  // J+ and b+ are not zero
   auto& at = ws.links[k];
   const T trace = P.xx + P.yy, J_minus = P.J;
@@ -102,8 +74,8 @@ KALMARM_INLINE void cross(const PlanarLink<T>& link, const PlanarStep<T>& step,
     }
     measure_turn<noise>(link.r, P, at);
   }
-  if (link.weights.charged)
-    test_rounding<slides>(link.weights, J_minus, trace, reach, noise, at, pending, loss);
+  if (link.weights.tested)
+    test_D<slides>(link.weights, J_minus, trace, reach, noise, at, pending, margin);
   if constexpr (forces) {
     assign(ws.z[k], z);
     const T kept = link.r * at.inverse_D;
@@ -125,18 +97,18 @@ KALMARM_INLINE void cross(const PlanarLink<T>& link, const PlanarStep<T>& step,
   P.yy += there.m;
 }
 
-// D and g of every link, ws.margin and ws.loss; with forces e+ too.
+// D and g of every link, and ws.margin; with forces e+ too.
 template <bool forces, class T>
 KALMARM_SWEEP void filter(const PlanarModel<T>& model, const T* tau, PlanarWorkspace<T>& ws) {
   const T zero = T(0);
   PlanarInertia<T> P;
   Planar<T> z;
-  Pending<T> pending;
-  PlanarLoss<T> loss{T(1), model.uncharged_loss()};
+  HandedOn<T> pending;
+  T margin = T(1);
   for (auto& branch : ws.branches) {
     branch.P = {zero, zero, zero, zero, zero, zero};
     branch.z = {zero, zero, zero};
-    branch.pending = Pending<T>::none();
+    branch.pending = HandedOn<T>::none();
   }
   bool carried = false;  // P and z come from link k + 1, and link k is added
   for (int k = model.nv() - 1; k >= 0; --k) {
@@ -150,7 +122,7 @@ KALMARM_SWEEP void filter(const PlanarModel<T>& model, const T* tau, PlanarWorks
       P.xy = z.n = zero;
       z.x = body.fx;
       z.y = body.fy;
-      pending = Pending<T>::none();
+      pending = HandedOn<T>::none();
     }
     if (link.branch >= 0) {
       const auto& branch = ws.branches[link.branch];
@@ -166,7 +138,7 @@ KALMARM_SWEEP void filter(const PlanarModel<T>& model, const T* tau, PlanarWorks
     T force = zero;
     if constexpr (forces) force = tau[link.dof];
     const auto across = [&]<bool slides, bool noise>() KALMARM_INLINE_LAMBDA {
-      cross<forces, slides, noise>(link, step, there, force, ws, k, P, z, pending, loss);
+      cross<forces, slides, noise>(link, step, there, force, ws, k, P, z, pending, margin);
     };
     if (link.slides)
       link.has_noise ? across.template operator()<true, true>()
@@ -180,8 +152,7 @@ KALMARM_SWEEP void filter(const PlanarModel<T>& model, const T* tau, PlanarWorks
     if constexpr (forces) add(branch.z, z);
     branch.pending.add(pending);
   }
-  ws.margin = loss.margin;
-  ws.loss = loss.loss;
+  ws.margin = margin;
 }
 
 template <class T, class G>
@@ -208,11 +179,11 @@ KALMARM_INLINE T squares_of_terms(const PlanarWorkspace<G>& ws, const PlanarLink
          (square(link.has_noise ? T(g.x * along) : along) + square(g.y * aside));
 }
 
-// l and a of every link, |a|^2, E, and (12) of covariance/force_noise.hpp.
+// l and a of every link, |a|^2 and E.
 template <class T>
 void smooth(const PlanarModel<T>& model, PlanarWorkspace<T>& ws, T* a) {
   Planar<T> l;
-  T squares = T(0), energy = T(0), lost = T(0);
+  T squares = T(0), energy = T(0);
   for (int k = 0; k < model.nv(); ++k) {
     const PlanarLink<T>& link = model.link(k);
     const auto& at = ws.links[k];
@@ -231,13 +202,10 @@ void smooth(const PlanarModel<T>& model, PlanarWorkspace<T>& ws, T* a) {
     const T acceleration = smooth(ws, link, step, at.g, at.e, l);
     a[link.dof] = acceleration;
     squares += acceleration * acceleration;
-    if (link.weights.charged)
-      lost += at.lost.turning * (l.n * l.n) + at.lost.moving * (l.x * l.x + l.y * l.y);
     if (link.branch >= 0) assign(ws.branches[link.branch].l, l);
   }
   ws.squares = squares;
   ws.energy = energy;
-  ws.lost = lost;
 }
 
 }  // namespace detail

@@ -35,7 +35,7 @@ inline constexpr int four = Lanes<Four<T>>::count;
 template <class T>
 struct PlanarWeights {
   T n = T(0), force = T(0), pending_moment = T(0), pending_force = T(0), reach = T(0);
-  bool tested = false, charged = false, hands_on = false;  // as of RoundingWeights
+  bool tested = false;  // as of RoundingWeights
 };
 
 template <class T>
@@ -67,22 +67,14 @@ class PlanarModel {
 
   // Weights for tests of rounding, of the same robot's.
   void set_weights(const LoweredModel<T>& lowered) {
-    uncharged_loss_ = T(0);
     for (int k = nv() - 1; k >= 0; --k) {
       PlanarLink<T>& link = links_[k];
       const RoundingWeights<T>& w = lowered.body(link.dof).weights;
       const bool tested = link.weights.tested || w.tested;  // by what a child hands on
-      const bool charged = tested || w.most > T(least_loss_to_charge<T>);
-      const bool hands_on = link.weights.hands_on || w.hands_on;
-      link.weights = {w.Azz,   std::max(w.Cxx, w.Cyy), w.moment, w.force, w.reach, tested, charged,
-                      hands_on};
-      if (hands_on && link.parent >= 0) links_[link.parent].weights.hands_on = true;
-      if (!charged) uncharged_loss_ = std::max(uncharged_loss_, w.most);
+      link.weights = {w.Azz, std::max(w.Cxx, w.Cyy), w.moment, w.force, w.reach, tested};
       if (tested && link.parent >= 0) links_[link.parent].weights.tested = true;
     }
   }
-  // As of LoweredModel.
-  const T& uncharged_loss() const { return uncharged_loss_; }
 
   int nv() const { return static_cast<int>(links_.size()); }  // of the DoF in the plane
   int branch_count() const { return branch_count_; }
@@ -188,7 +180,6 @@ class PlanarModel {
   }
 
   int branch_count_ = 0;
-  T uncharged_loss_ = T(0);
   bool is_chain_ = true;
   std::vector<int> apart_;
   std::vector<PlanarLink<T>> links_;

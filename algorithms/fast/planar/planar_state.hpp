@@ -94,7 +94,6 @@ struct PlanarWorkspace {
   struct Link {
     T e;  // e+
     T D, inverse_D;
-    Lost<T> lost;
     Planar<T> g;  // of a slide along n, u and v; of 1 where r = 0 nothing
   };
   // Of a slide, or of a link that does not hang on the one before.
@@ -105,7 +104,7 @@ struct PlanarWorkspace {
   // Of a link with children that are not the next link: the sum over them, and l-.
   struct Branch {
     PlanarInertia<T> P;
-    Pending<T> pending;
+    HandedOn<T> pending;
     Planar<T> z, l;
   };
 
@@ -115,7 +114,6 @@ struct PlanarWorkspace {
   std::vector<Branch> branches;
   std::vector<Planar<T>> z;  // z-
   T margin;                  // of D (covariance/rounding_test.hpp)
-  T lost, loss;              // of (12) and (13) of covariance/force_noise.hpp
   T energy;                  // E of covariance/force_noise.hpp
   T squares;                 // |a|^2; not finite where an acceleration is not
 

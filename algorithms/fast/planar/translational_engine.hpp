@@ -9,21 +9,22 @@
 #include <optional>
 #include <vector>
 
+#include "algorithms/fast/certified/certified_answer.hpp"
 #include "algorithms/fast/engine/common_engine.hpp"
-#include "algorithms/fast/guard/guard.hpp"
 #include "algorithms/fast/planar/translational.hpp"
 
 namespace kalmarm {
 
-template <class T>
-class TranslationalEngine final : public CommonEngine<T> {
+class TranslationalEngine final : public CommonEngine {
+  using T = double;
+  using W = Lowering<T>;
+
  public:
-  using CommonEngine<T>::derivatives;  // of rows
+  using CommonEngine::derivatives;  // of rows
 
   // Of a robot that is translational.
   TranslationalEngine(const RobotModel& robot, const EngineOptions& options)
-      : TranslationalEngine(robot, options, model_of(robot).template cast<T>().template cast<W>()) {
-  }
+      : TranslationalEngine(robot, options, model_of(robot).cast<W>()) {}
 
   Outcome forward_dynamics(const T* q, const T* qd, const T* tau, T* a) override {
     return acceleration(own_, q, qd, tau, a);
@@ -32,18 +33,18 @@ class TranslationalEngine final : public CommonEngine<T> {
   // What is refused or suspect is so in every state, and asked for state by state.
   void reserve_workers(Want what, int count) override {
     if (what == Want::derivatives && (!refusal_ || own_.factors.suspect())) return;
-    CommonEngine<T>::reserve_workers(what, count);
+    CommonEngine::reserve_workers(what, count);
     EngineOptions rows;
     rows.want = {Want::acceleration};
     while (what == Want::acceleration && static_cast<int>(workers_.size()) < count) {
       Worker& worker = workers_.emplace_back(own_.factors);
-      worker.guard.emplace(robot_, this->lowered(), rows);
+      worker.certified.emplace(robot_, lowered(), rows, true);
     }
   }
 
   int forward_dynamics(int worker, int count, const T* q, const T* qd, const T* tau, T* a,
                        Outcome* outcomes) override {
-    const int nv = this->lowered().nv();
+    const int nv = lowered().nv();
     int failed = 0;
     for (int i = 0; i < count; ++i, q += nv, qd += nv, tau += nv, a += nv) {
       outcomes[i] = acceleration(workers_[worker], q, qd, tau, a);
@@ -53,15 +54,15 @@ class TranslationalEngine final : public CommonEngine<T> {
   }
 
   Outcome factor(const T* q) override {
-    if (answered()) return own_.guard->certified().factor(q);
-    own_.guard->keep(this->lowered(), q);
+    if (answered()) return own_.certified->factor(q);
+    own_.certified->keep(q);
     return refusal_;
   }
 
   Outcome solve(int columns, const T* taus, T* X) override {
-    if (answered()) return own_.guard->certified().solve(columns, taus, X);
+    if (answered()) return own_.certified->solve(columns, taus, X);
     if (!refusal_) return refusal_;
-    const int nv = this->lowered().nv();
+    const int nv = lowered().nv();
     Outcome out;
     for (int j = 0; j < columns; ++j, taus += nv, X += nv) {
       const auto force = [&](int k) { return taus[k]; };
@@ -70,41 +71,41 @@ class TranslationalEngine final : public CommonEngine<T> {
         X[k] = x;
         squares += x * x;
       });
-      if (!own_.guard->believed({T(0), own_.factors.energy(force), squares}))
-        out = worse(out, own_.guard->certified_column(nv, taus, X));
+      if (!acceptance().believed({T(0), own_.factors.energy(force), squares}))
+        out = worse(out, own_.certified->column(taus, X));
     }
     return out;
   }
 
   Outcome inverse(const T* q, T* X) override {
-    if (answered()) return own_.guard->certified().inverse(q, X);
+    if (answered()) return own_.certified->inverse(q, X);
     std::copy_n(own_.factors.inverse().data(), own_.factors.inverse().size(), X);
     return refusal_;
   }
 
   Outcome diagonal(const T* q, T* x) override {
-    if (answered()) return own_.guard->certified().diagonal(q, x);
+    if (answered()) return own_.certified->diagonal(q, x);
     for (int k = 0; k < own_.factors.nv(); ++k) x[k] = own_.factors.inverse()(k, k);
     return refusal_;
   }
 
   Outcome log_det(const T* q, T& x) override {
-    if (answered()) return own_.guard->certified().log_det(q, x);
+    if (answered()) return own_.certified->log_det(q, x);
     x = own_.factors.log_det();
     return refusal_;
   }
 
   Outcome selected(const T* q, T* X) override {
-    if (answered()) return own_.guard->certified().selected(q, X);
+    if (answered()) return own_.certified->selected(q, X);
     std::copy_n(selected_.data(), selected_.size(), X);
     return refusal_;
   }
 
   Outcome derivatives(const T* q, const T* qd, const T* tau, T* da_dq, T* da_dqd, T* da_dtau,
                       T* a) override {
-    this->set_derivatives(q, qd, tau, da_dq, da_dqd, da_dtau, a);
+    set_derivatives(q, qd, tau, da_dq, da_dqd, da_dtau, a);
     if (!refusal_) return refusal_;
-    if (this->terms().check != T(0)) return {.status = Outcome::Status::not_finite};
+    if (terms().check != T(0)) return {.status = Outcome::Status::not_finite};
     if (!own_.factors.suspect()) return {};
     Outcome out;
     out.recomputed = true;
@@ -112,11 +113,9 @@ class TranslationalEngine final : public CommonEngine<T> {
   }
 
  private:
-  using W = Lowering<T>;
-
   struct Worker {
-    TranslationalFactors<T> factors;        // a solve keeps its sums in them
-    std::optional<Guard<T, AtRest>> guard;  // velocities do not count
+    TranslationalFactors<T> factors;           // a solve keeps its sums in them
+    std::optional<CertifiedAnswer> certified;  // at rest: velocities do not count
 
     explicit Worker(const TranslationalFactors<T>& of_robot) : factors(of_robot) {}
   };
@@ -126,25 +125,25 @@ class TranslationalEngine final : public CommonEngine<T> {
 
   Outcome acceleration(Worker& worker, const T* q, const T* qd, const T* tau, T* a) const {
     if (!refusal_) return refusal_;
-    auto& guard = *worker.guard;
-    if (answered()) return guard.certified().acceleration(q, qd, tau, a);
+    CertifiedAnswer& certified = *worker.certified;
+    if (answered()) return certified.acceleration(q, qd, tau, a);
     T squares = T(0), size = T(0), rounding = T(0);
     const auto force = [&](int k) { return tau[k]; };
     worker.factors.solve(force, [&](int k, const T& x) {
       a[k] = x + worker.factors.by_weight()[k];
       squares += a[k] * a[k];
-      size += this->lowered().least_inertias()[k] * (a[k] * a[k]);
-      rounding += this->lowered().largest_inertias()[k] * (a[k] * a[k]);
+      size += lowered().least_inertias()[k] * (a[k] * a[k]);
+      rounding += lowered().largest_inertias()[k] * (a[k] * a[k]);
     });
     const T energy = worker.factors.energy(force) + worker.factors.energy_by_weight();
     const auto by =
-        guard.believed(AccelerationSums<T>{T(0), energy, squares, size, T(0), T(0), rounding});
+        acceptance().believed(AccelerationSums<T>{T(0), energy, squares, size, rounding});
     if (by.margin > T(0)) return {.error = by.error};
-    return guard.certified().acceleration(q, qd, tau, a);
+    return certified.acceleration(q, qd, tau, a);
   }
 
   TranslationalEngine(const RobotModel& robot, const EngineOptions& options, const Model<W>& wide)
-      : CommonEngine<T>(robot, options),
+      : CommonEngine(robot, options),
         robot_(robot),
         axes_(axes_of(wide)),
         slides_(slides_of(wide, axes_)),
@@ -152,12 +151,11 @@ class TranslationalEngine final : public CommonEngine<T> {
     EngineOptions able = options;
     if (own_.factors.suspect()) able.want.insert(Want::solve);
     if (able.wants(Want::acceleration) || able.wants(Want::solve))
-      own_.guard.emplace(robot, this->lowered(), able);
+      own_.certified.emplace(robot, lowered(), able, true);
     if (own_.factors.suspect()) {
       const VectorX<T> q = VectorX<T>::Zero(wide.nq());
-      if (const Outcome verdict = own_.guard->certified().factor(q.data()); !verdict)
-        refusal_ = verdict;
-      loss_ = RoundingBound<T>(this->lowered()).look(this->lowered(), q.data());
+      if (const Outcome verdict = own_.certified->factor(q.data()); !verdict) refusal_ = verdict;
+      loss_ = RoundingBound<T>(lowered()).look(lowered(), q.data());
     }
     select(options.selection);
   }
@@ -168,7 +166,7 @@ class TranslationalEngine final : public CommonEngine<T> {
     int column = 0;
     for (const int dof : selection.dofs) B(dof, column++) = T(1);
     for (const Frame& frame : selection.frames) {
-      set_site(site_of(frame).template cast<W>(), column, B);
+      set_site(site_of(frame).cast<W>(), column, B);
       column += 6;
     }
     selected_ = B.transpose() * own_.factors.inverse() * B;

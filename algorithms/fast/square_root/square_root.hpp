@@ -219,14 +219,14 @@ KALMARM_SWEEP void filter(const LoweredModel<S>& model, const T* tau, SquareRoot
 }  // namespace detail
 
 // a (nv) from q (nq), qd (nv) and tau (nv), all numbers in T; ws.margin, ws.noise, ws.energy,
-// ws.squares and ws.size say how far it can be believed (guard.hpp).
+// ws.squares and ws.size say how far it can be believed (engine/acceptance.hpp).
 template <class T, class S>
 void square_root_acceleration(const LoweredModel<S>& model, const T* q, const T* qd, const T* tau,
                               SquareRootWorkspace<T>& ws, T* a) {
   detail::set_placements(model, q, ws);
   detail::set_velocity(model, qd, ws);
   detail::filter(model, tau, ws);
-  detail::smooth<false, false>(model, ws, a);
+  detail::smooth(model, ws, a);
 }
 
 // The factors at q (nq). ws has never seen a velocity: the bias is zero, and so is tau.

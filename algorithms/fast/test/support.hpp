@@ -121,9 +121,10 @@ inline DynamicsOptions spatial(std::set<Want> want, Form form = Form::convention
   return {form, {.want = std::move(want)}, rules_of_sweeps()};
 }
 
+// Of the robot whose parameters are rounded to T: on every rung the one that truth is of.
 template <class T>
 Dynamics<T> dynamics_of(const Model<double>& model, const DynamicsOptions& options) {
-  return Dynamics<T>(plain(model), options);
+  return Dynamics<T>(plain(rounded<T>(model)), options);
 }
 
 // DoF of all branches, one of them twice, and frames on leaves, on a branch, two on one link, one on

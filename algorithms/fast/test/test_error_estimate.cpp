@@ -95,7 +95,10 @@ TYPED_TEST(ErrorEstimateOf, IsSeldomBelowAQuarterOfTheErrorOnWildMechanisms) {
   for (int seed = 0; seed < 300; ++seed) this->look(wild(seed), random_state(wild(seed), seed));
   EXPECT_GE(this->ratios_.size(), 50);
   EXPECT_LE(std::ranges::count_if(this->ratios_, [](double x) { return x < 0.25; }), 3);
-  EXPECT_GE(this->least(), 0.03);
+  // Of a joint that bears slides M(k,k) has no bound, and (12) no share of it: in float32, whose answers
+  // are double's, rounding them may be all there is.
+  const bool is_float = std::is_same_v<TypeParam, float>;
+  EXPECT_GE(this->least(), is_float ? 0.0005 : 0.03);
 }
 
 TYPED_TEST(ErrorEstimateOf, OfSquareRootsIsAtLeastHalfTheErrorOnAllFamilies) {
@@ -121,37 +124,45 @@ TYPED_TEST(ErrorEstimateOf, OfSlidesAloneIsAtLeastHalfTheError) {
 }
 
 // Where torques cancel gravity all but a twentieth, a loses as many digits, and says so.
-TYPED_TEST(ErrorEstimateOf, GrowsWhereTorquesCancelGravity) {
+TEST(ErrorEstimate, GrowsWhereTorquesCancelGravity) {
   const Model<double> model = chain(3, 6);
-  const State<TypeParam> rest = [&] {
-    State<TypeParam> state = random_state(model, 3).template cast<TypeParam>();
-    state.qd.setZero();
-    return state;
-  }();
-  Dynamics<TypeParam> robot =
-      dynamics_of<TypeParam>(model, spatial({Want::acceleration, Want::inverse_dynamics}));
-  const auto error_at = [&](TypeParam fraction) {
-    VectorX<TypeParam> tau(6), a(6);
+  State<double> rest = random_state(model, 3);
+  rest.qd.setZero();
+  Dynamics<double> robot =
+      dynamics_of<double>(model, spatial({Want::acceleration, Want::inverse_dynamics}));
+  const auto error_at = [&](double fraction) {
+    VectorX<double> tau(6), a(6);
     robot.gravity(rest.q, tau);
     tau *= fraction;
     return robot.forward_dynamics(rest.q, rest.qd, tau, a).error;
   };
-  const double falling = error_at(TypeParam(0)), nearly_held = error_at(TypeParam(0.95));
+  const double falling = error_at(0), nearly_held = error_at(0.95);
   EXPECT_GT(nearly_held, 10 * falling);
-  EXPECT_LT(nearly_held, 0.01);
+  EXPECT_LT(nearly_held, 1e-8);
 }
 
-TYPED_TEST(ErrorEstimateOf, IsThatOfOneStateInRowsToo) {
-  const Model<double> model = creature(1);
+// Rows are answered in lanes of T, one state in double: each says its own error.
+TYPED_TEST(ErrorEstimateOf, OfRowsIsAtLeastHalfTheError) {
+  using T = TypeParam;
   constexpr int count = 19;
-  Rows<TypeParam> rows(model, count);
-  Dynamics<TypeParam> robot = dynamics_of<TypeParam>(model, spatial({Want::acceleration}));
-  EXPECT_EQ(rows.forward_dynamics(robot), 0);
-  for (int i = 0; i < count; ++i) {
-    const State<TypeParam> state = random_state(model, i).template cast<TypeParam>();
-    VectorX<TypeParam> a(model.nv());
-    const Outcome one = robot.forward_dynamics(state.q, state.qd, state.tau, a);
-    EXPECT_NEAR(rows.outcomes[i].error, one.error, 1e-3 * one.error) << i;
+  for (const Family& family : all_families()) {
+    SCOPED_TRACE(family.name);
+    const Model<double> model = rounded<T>(family.make(1));
+    Rows<T> rows(model, count);
+    Dynamics<T> robot = dynamics_of<T>(model, spatial({Want::acceleration}));
+    EXPECT_EQ(rows.forward_dynamics(robot), 0);
+    for (int i = 0; i < count; ++i) {
+      if (rows.outcomes[i].recomputed) continue;
+      const State<T> state = random_state(model, i).template cast<T>();
+      const Eigen::Map<const VectorX<T>> a(rows.a.data() + i * model.nv(), model.nv());
+      const double error = Truth(model, state.template cast<double>()).energy(a);
+      EXPECT_GE(2 * rows.outcomes[i].error, error) << i;
+      if constexpr (std::is_same_v<T, double>) {
+        VectorX<T> one(model.nv());
+        const Outcome out = robot.forward_dynamics(state.q, state.qd, state.tau, one);
+        EXPECT_NEAR(rows.outcomes[i].error, out.error, 1e-3 * out.error) << i;
+      }
+    }
   }
 }
 

@@ -15,7 +15,7 @@ struct [[nodiscard]] Outcome {
 
   Status status = Status::ok;
   bool near_singular = false;  // ok, but D(joint) may be wrong by 1 per cent or more
-  bool recomputed = false;     // ok, after a second look at some small D(joint)
+  bool recomputed = false;     // ok, by a wider precision than the first that was tried
   int joint = -1;    // DoF at which the factorisation stopped, or nearly did; -1 where it did not
   double D = 0;      // its innovation covariance, or Cholesky pivot [kg m^2 or kg]
   double scale = 0;  // what D was compared with, same unit: its size, or the error that it may have

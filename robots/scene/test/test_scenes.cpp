@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <set>
 #include <string>
 
 #include "algorithms/model/mass_matrix.hpp"
@@ -90,36 +91,77 @@ TEST_P(ShippedScene, HasMujocosSiteJacobians) {
   EXPECT_GE(compared, m->nsite);
 }
 
-// How many answers of random states were refused, warned or worked out anew.
-template <class T>
-int suspects(const Scene& scene, int states) {
-  Dynamics<T> robot(plain(scene.model), {.question = {.want = {Want::acceleration, Want::solve}}});
-  VectorX<T> a(robot.nv());
-  int sum = 0;
-  const auto count = [&](const Outcome& out) { sum += !out || out.recomputed || out.warns(); };
-  for (const State& given : random_states(scene, states, 1)) {
-    const VectorX<T> q = given.q.cast<T>(), qd = given.qd.cast<T>(), tau = given.tau.cast<T>();
-    count(robot.forward_dynamics(q, qd, tau, a));
-    count(robot.factor(q));
-    count(robot.solve(tau, a));
+// Of random states, the calls that double does not answer by its own kernels.
+std::set<std::string> climbs_from_double(const Scene& scene, int states) {
+  Dynamics<double> robot(
+      plain(scene.model),
+      {.question = {.want = {Want::acceleration, Want::solve, Want::inverse, Want::diagonal}}});
+  VectorX<double> a(robot.nv());
+  MatrixX<double> X(robot.nv(), robot.nv());
+  std::set<std::string> climbs;
+  const auto look = [&](const char* call, const Outcome& out) {
+    if (!out || out.recomputed || out.warns()) climbs.insert(call);
+  };
+  for (const State& at : random_states(scene, states, 1)) {
+    look("forward_dynamics", robot.forward_dynamics(at.q, at.qd, at.tau, a));
+    look("factor", robot.factor(at.q));
+    look("solve", robot.solve(at.tau, a));
+    look("diagonal", robot.diagonal(at.q, a));
+    if (robot.nv() <= 300) look("inverse_mass", robot.inverse_mass(at.q, X));
   }
-  return sum;
+  return climbs;
 }
 
-TEST_P(ShippedScene, IsNotSuspectedInRandomStates) {
+// Of rows of random states, the calls of which float's lanes leave some to double.
+std::set<std::string> climbs_from_lanes(const Scene& scene, int states) {
+  using Rows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  Dynamics<float> robot(plain(scene.model),
+                        {.question = {.want = {Want::acceleration, Want::solve, Want::inverse,
+                                               Want::diagonal, Want::log_det}}});
+  const int nv = robot.nv();
+  Rows q(states, robot.nq()), qd(states, nv), tau(states, nv), x(states, nv), one(states, 1),
+      X(states, nv * nv);
+  const std::vector<State> all = random_states(scene, states, 1);
+  for (int i = 0; i < states; ++i) {
+    q.row(i) = all[i].q.cast<float>();
+    qd.row(i) = all[i].qd.cast<float>();
+    tau.row(i) = all[i].tau.cast<float>();
+  }
+  std::vector<Outcome> outcomes(states);
+  std::set<std::string> climbs;
+  const auto look = [&](const char* call, int failed) {
+    for (const Outcome& out : outcomes)
+      if (failed > 0 || out.recomputed || out.warns()) climbs.insert(call);
+  };
+  look("forward_dynamics", robot.forward_dynamics(q, qd, tau, x, outcomes));
+  look("solve", robot.solve(q, tau, x, outcomes));
+  look("diagonal", robot.diagonal(q, x, outcomes));
+  look("log_det", robot.log_det(q, one, outcomes));
+  if (nv <= 96) look("inverse_mass", robot.inverse_mass(q, X, outcomes));
+  return climbs;
+}
+
+// A cart's two slides and turn are links without mass between them: what these are charged for in N is a
+// coarse bound, and a wider precision answers.
+TEST_P(ShippedScene, IsAnsweredByTheFirstRungInRandomStates) {
   const Scene scene = load_scene(GetParam());
-  EXPECT_EQ(suspects<float>(scene, 20), 0);
-  EXPECT_EQ(suspects<double>(scene, 20), 0);
+  std::set<std::string> known;
+  if (GetParam() == "moving_base") known = {"forward_dynamics", "solve"};
+  EXPECT_EQ(climbs_from_double(scene, 20), known);
+  EXPECT_EQ(climbs_from_lanes(scene, 32), known);
 }
 
-TEST(FamiliesOfScenes, OfUpTo1000LinksAreNotSuspectedInRandomStates) {
-  for (const std::string family : {"straight", "chain", "tree"})
+TEST(FamiliesOfScenes, AreAnsweredByTheFirstRungInRandomStates) {
+  for (const std::string family : {"straight", "chain", "tree"}) {
     for (const std::string links : {"30", "300", "1000"}) {
       SCOPED_TRACE(family + ':' + links);
-      const Scene scene = load_scene(family + ':' + links);
-      EXPECT_EQ(suspects<float>(scene, 10), 0);
-      EXPECT_EQ(suspects<double>(scene, 10), 0);
+      EXPECT_EQ(climbs_from_double(load_scene(family + ':' + links), 10), std::set<std::string>{});
     }
+    for (const std::string links : {"7", "31", "127"}) {
+      SCOPED_TRACE(family + ':' + links);
+      EXPECT_EQ(climbs_from_lanes(load_scene(family + ':' + links), 32), std::set<std::string>{});
+    }
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(All, ShippedScene, testing::ValuesIn(shipped_scenes()),

@@ -4,6 +4,5 @@ namespace kalmarm {
 
 KALMARM_SQUARE_ROOT_INSTANCES(, double, double)
 KALMARM_SQUARE_ROOT_INSTANCES(, double, StateLanes<double>)
-KALMARM_SQUARE_ROOT_FACTOR_INSTANCES(, double)
 
 }  // namespace kalmarm

@@ -1,0 +1,142 @@
+// What the sums that a sweep leaves say of its answer: the estimated error, and whether it is small
+// enough to be used. Of one state or one in every lane; a lane that is not accepted climbs to the next
+// rung (ladder/narrow_engine.hpp, engines/spatial_engine.hpp).
+//
+// A sweep leaves for every lane: margin, positive where rounding cannot have moved a D far; for
+// accelerations AccelerationSums, for solves N, E and |x|^2 of force_noise.hpp, for the rest check,
+// which is zero where every result is finite. Equations are those of force_noise.hpp.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "algorithms/fast/covariance/force_noise.hpp"
+#include "algorithms/fast/engine/forms.hpp"
+#include "algorithms/fast/factors/solve.hpp"
+#include "kalmarm/robot_model.hpp"
+
+namespace kalmarm {
+
+// What AccelerationSums say, of one state or one in every lane.
+template <class T>
+struct Believed {
+  T margin;     // (8): positive where rounding cannot have moved a far
+  T error;      // (10) and (12)
+  T of_sweeps;  // the square of (10)
+};
+
+template <class S>
+class Acceptance {
+ public:
+  Acceptance(const RobotModel& robot, const LoweredModel<S>& lowered)
+      : allowed_(S(accepted_error_of_a<S> * accepted_error_of_a<S>) * rounding_unit<S>() /
+                 square(S(rounding_constant_of_a) * unit_roundoff<S>())),
+        largest_variance_(lowered.largest_variance()),
+        least_(S(least_beside_gravity * least_beside_gravity) * squares_of(robot.gravity)),
+        least_size_(least_ * square(mean_root(lowered.least_inertias()))),
+        terms_(lowered.terms_of_columns()) {}
+
+  // NaN where a is not finite.
+  template <class T>
+  Believed<T> believed(const AccelerationSums<T>& of_a) const {
+    return believed_beside(of_a, T(allowed_ / largest_variance_));
+  }
+  // With a trace of M^-1 of every lane.
+  template <class T>
+  Believed<T> believed(const AccelerationSums<T>& of_a, const T& trace) const {
+    using std::min;
+    return believed_beside(of_a, T(allowed_) / min(trace, T(largest_variance_)));
+  }
+
+  // Whether the sums of x = M^-1 tau pass (8'), by factors whose D pass their own test. false where x
+  // is not finite.
+  bool believed(const SolveSums<S>& of_x) const {
+    return margin(S(of_x.noise + of_believed_D() * of_x.energy), of_x.squares) > S(0);
+  }
+  template <class P>
+  bool believed(const SolveSums<P>& of_x, int lane) const {
+    return believed(SolveSums<S>{of_x.noise[lane], of_x.energy[lane], of_x.squares[lane]});
+  }
+
+  // Whether what a sweep has left of a lane vouches for its accelerations: its margin of D, and `by`.
+  template <class T>
+  static bool vouched(const T& margin_of_D, const Believed<T>& by, int lane) {
+    const S D = detail::number(margin_of_D, lane), of_a = detail::number(by.margin, lane);
+    const S error = detail::number(by.of_sweeps, lane);
+    return D > S(0) && of_a > S(0) && error <= square(S(accepted_error_of_a<S>));
+  }
+
+  // Whether columns of M^-1 pass (11), by the sum of D(k) X(k,k).
+  bool believed_columns(const S& energy) const { return passes(energy + terms_); }
+  bool passes(const S& energy_of_columns) const {
+    return rounding_unit<S>() * energy_of_columns < allowed_;
+  }
+
+  // (12), of accelerations that are rounded to S: R and |a|_s^2 of a. Where no joint has a least inertia,
+  // that of Euclid's norm.
+  double error_of_rounding(const S& rounding, const S& size) const {
+    const double u = unit_roundoff<S>(), scale = static_cast<double>(std::max(size, least_size_));
+    return scale > 0 ? u * std::sqrt(static_cast<double>(rounding) / scale) : u;
+  }
+
+ protected:
+  template <class T>
+  static T square(const T& x) {
+    return x * x;
+  }
+
+  // (8): what may be added to the sum of N and E, in units of the weights.
+  template <class T>
+  T margin(const T& sum, const T& squares) const {
+    return T(allowed_ / largest_variance_) * squares - sum;
+  }
+
+  // (b u)^2, of N in units of its weights.
+  static S unit_of_error() {
+    return square(S(rounding_constant_of_error) * unit_roundoff<S>()) / rounding_unit<S>();
+  }
+
+  S allowed_, largest_variance_;
+  S least_, least_size_;  // the least |a|^2 and |a|_s^2
+  S terms_;               // (2) of terms_of_columns.hpp
+
+ private:
+  // allowed: beside |a|^2.
+  template <class T>
+  Believed<T> believed_beside(const AccelerationSums<T>& of_a, const T& allowed) const {
+    using std::sqrt;
+    const T nothing = of_a.squares * T(S(0));
+    const T sum = of_a.noise + T(rounding_unit<S>()) * of_a.energy;
+    const T size = larger(of_a.size, T(least_size_));
+    const T of_sweeps = T(unit_of_error()) * sum / size;
+    const T of_answer = T(square(unit_roundoff<S>())) * of_a.rounding / size;
+    return {(allowed * larger(of_a.squares, T(least_)) - sum) + nothing,
+            sqrt(of_sweeps + of_answer) + nothing, of_sweeps};
+  }
+
+  // The factor of E in (8'), in units of the weights.
+  static S of_believed_D() {
+    return S((1 + square(rounding_constant_of_believed_D / rounding_constant_of_a))) *
+           rounding_unit<S>();
+  }
+
+  static S squares_of(const std::array<double, 3>& x) {
+    return S(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
+  }
+
+  template <class T>
+  static T larger(const T& a, const T& b) {
+    using std::min;
+    return -min(T(-a), T(-b));
+  }
+
+  static S mean_root(const std::vector<S>& x) {
+    S sum = S(0);
+    for (const S& one : x) sum += std::sqrt(one);
+    return x.empty() ? S(0) : sum / S(x.size());
+  }
+};
+
+}  // namespace kalmarm
