@@ -66,14 +66,14 @@ class Partial : public testing::Test {
   using T = typename K::T;
 
   static Dynamics<T> robot_of(const Model<double>& model) {
-    return Dynamics<T>(plain(model), spatial({Want::diagonal, Want::log_det}, K::form));
+    return dynamics_of<T>(model, spatial({Want::diagonal, Want::log_det}, K::form));
   }
   static std::unique_ptr<Engine<T>> selecting(const Model<double>& model,
                                               const Selection& selection) {
     EngineOptions options;
     options.form = K::form;
     options.selection = selection;
-    return make_engine<T>(plain(model), options);
+    return make_engine<T>(plain(rounded<T>(model)), options);
   }
 };
 using Kinds = testing::Types<Kind<float, Form::conventional>, Kind<double, Form::conventional>,
