@@ -13,14 +13,14 @@ inline constexpr double rounding_constant = 8;
 // The same of sums of traces, which are up to six times the largest eigenvalue that counts.
 inline constexpr double rounding_constant_of_traces = rounding_constant / 3;
 
-// The same of forces and motions in what is believed of accelerations: a number is rounded about ten
+// The same of forces and motions in what is accepted of accelerations: a number is rounded about ten
 // times. With 1 a search found errors four times the bound.
 inline constexpr double rounding_constant_of_a = 4;
 
 // The error of D, in units of u, that a solve counts before it is measured: in float32 what makes
 // sqrt(T E) / |x| of (8') 33 or more climbs. 60 random torques at chain:1000 reach 250,
 // the nine robots 25.
-inline constexpr double rounding_constant_of_believed_D = 512;
+inline constexpr double rounding_constant_of_unmeasured_D = 512;
 
 // The same in Outcome::error: the least whole number with which it is at least half the error on all
 // families (test_error_estimate.cpp).

@@ -35,7 +35,7 @@ struct RestingForces : BiasedForces<T, S> {
 }  // namespace detail
 
 // a (nv) from q (nq) and tau (nv), all numbers in T; ws.margin, ws.noise, ws.energy, ws.squares
-// and ws.size say how far it can be believed (engine/acceptance.hpp).
+// and ws.size say how wrong it may be (engine/acceptance.hpp).
 template <class T, class S>
 void resting_acceleration(const LoweredModel<S>& model, const T* q, const T* tau,
                           CovarianceWorkspace<T>& ws, T* a) {

@@ -41,7 +41,7 @@
 //   E += sum over rows of P-(k) of w zeta^2                                               (7')
 //
 // An answer of forward dynamics is accepted where
-//   T (c u)^2 (N + E) < e^2 max(|a|, 0.01 |gravity|)^2                    (8)
+//   T (c u)^2 (N + E) < e^2 max(|a|, 0.01 |gravity|)^2                                   (8)
 // by (2), (6) and (7), with e = accepted_error_of_a (claims.hpp) and c = rounding_constant_of_a
 // (constants.hpp), an empirical constant. Beside gravity a smaller a is nothing. Any other answer, and
 // one of a sweep that fails the test of D (rounding_test.hpp), is left to the next rung. e is far below
@@ -52,7 +52,7 @@
 // x = M^-1 tau by factors that are kept sweeps forces and motions in the same way (columns.hpp), at
 // rest and without gravity: it is accepted where
 //   T ((c u)^2 (N + E) + (c_D u)^2 E) < e^2 |x|^2                                         (8')
-// c_D u, c_D = rounding_constant_of_believed_D, stands for an error of D that was not measured: what the
+// c_D u, c_D = rounding_constant_of_unmeasured_D, stands for an error of D that was not measured: what the
 // test of D lets pass moves x by more than e where T E is far above |x|^2.
 //
 // Column j of X = M^-1 is such an x, with |X_j|_M^2 = X(j,j) and a(k) = X(k,j). What rounding of a(k) moves

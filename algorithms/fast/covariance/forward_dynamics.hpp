@@ -404,7 +404,7 @@ void smooth(const LoweredModel<S>& model, CovarianceWorkspace<T>& ws, T* a) {
 }  // namespace detail
 
 // a (nv) from q (nq), qd (nv) and tau (nv), all numbers in T; ws.margin, ws.noise, ws.energy,
-// ws.squares and ws.size say how far it can be believed (engine/acceptance.hpp).
+// ws.squares and ws.size say how wrong it may be (engine/acceptance.hpp).
 template <class T, class S>
 void covariance_acceleration(const LoweredModel<S>& model, const T* q, const T* qd, const T* tau,
                              CovarianceWorkspace<T>& ws, T* a) {

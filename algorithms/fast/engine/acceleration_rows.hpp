@@ -40,7 +40,7 @@ class AccelerationRows {
               for (int lane = 0; lane < states; ++lane) {
                 S* const x = X + (first + lane) * size + j * nv;
                 for (int k = 0; k < nv; ++k) x[k] = w.columns->x()[k][lane];
-                left_over[first + lane] |= !acceptance_.believed(sums, lane);
+                left_over[first + lane] |= !acceptance_.accepts(sums, lane);
               }
             }
           });
@@ -57,7 +57,7 @@ class AccelerationRows {
       covariance_acceleration(lowered_, w.rows.q.data(), w.rows.qd.data(), w.rows.tau_or_qdd.data(),
                               w.r.data(), w.swept, w.rows.out.data());
       store();
-      judge(w, acceptance_.believed(F::sums(w.swept), w.swept.trace), first, states, outcomes,
+      judge(w, acceptance_.judge(F::sums(w.swept), w.swept.trace), first, states, outcomes,
             left_over);
     });
   }
@@ -86,16 +86,16 @@ class AccelerationRows {
       F::acceleration(lowered_, w.rows.q.data(), w.rows.qd.data(), w.rows.tau_or_qdd.data(),
                       w.swept, w.rows.out.data());
       store();
-      judge(w, acceptance_.believed(F::sums(w.swept)), first, states, outcomes, left_over);
+      judge(w, acceptance_.judge(F::sums(w.swept)), first, states, outcomes, left_over);
       use(first, states, w.swept);
     });
   }
 
-  void judge(const Worker& w, const Believed<P>& by, int first, int states, Outcome* outcomes,
+  void judge(const Worker& w, const Judged<P>& by, int first, int states, Outcome* outcomes,
              char* left_over) const {
     for (int lane = 0; lane < states; ++lane) {
       outcomes[first + lane] = {.error = by.error[lane]};
-      left_over[first + lane] = !acceptance_.vouched(w.swept.margin, by, lane);
+      left_over[first + lane] = !acceptance_.accepts(w.swept.margin, by, lane);
     }
   }
 

@@ -21,7 +21,7 @@ namespace kalmarm {
 
 // What AccelerationSums say, of one state or one in every lane.
 template <class T>
-struct Believed {
+struct Judged {
   T margin;     // (8): positive where rounding cannot have moved a far
   T error;      // (10) and (12)
   T of_sweeps;  // the square of (10)
@@ -40,48 +40,42 @@ class Acceptance {
 
   // NaN where a is not finite.
   template <class T>
-  Believed<T> believed(const AccelerationSums<T>& of_a) const {
-    return believed_beside(of_a, T(allowed_ / largest_variance_));
+  Judged<T> judge(const AccelerationSums<T>& of_a) const {
+    return judged_beside(of_a, T(allowed_ / largest_variance_));
   }
   // With a trace of M^-1 of every lane.
   template <class T>
-  Believed<T> believed(const AccelerationSums<T>& of_a, const T& trace) const {
+  Judged<T> judge(const AccelerationSums<T>& of_a, const T& trace) const {
     using std::min;
-    return believed_beside(of_a, T(allowed_) / min(trace, T(largest_variance_)));
+    return judged_beside(of_a, T(allowed_) / min(trace, T(largest_variance_)));
   }
 
   // Whether the sums of x = M^-1 tau pass (8'), by factors whose D pass their own test. false where x
   // is not finite.
-  bool believed(const SolveSums<S>& of_x) const {
-    return margin(S(of_x.noise + of_believed_D() * of_x.energy), of_x.squares) > S(0);
+  bool accepts(const SolveSums<S>& of_x) const {
+    return margin(S(of_x.noise + of_unmeasured_D() * of_x.energy), of_x.squares) > S(0);
   }
   template <class P>
-  bool believed(const SolveSums<P>& of_x, int lane) const {
-    return believed(SolveSums<S>{of_x.noise[lane], of_x.energy[lane], of_x.squares[lane]});
+  bool accepts(const SolveSums<P>& of_x, int lane) const {
+    return accepts(SolveSums<S>{of_x.noise[lane], of_x.energy[lane], of_x.squares[lane]});
   }
 
-  // Whether what a sweep has left of a lane vouches for its accelerations: its margin of D, and `by`.
+  // Whether a lane's accelerations are accepted, by the margin of D that its sweep has left, and `by`.
   template <class T>
-  static bool vouched(const T& margin_of_D, const Believed<T>& by, int lane) {
+  static bool accepts(const T& margin_of_D, const Judged<T>& by, int lane) {
     const S D = detail::number(margin_of_D, lane), of_a = detail::number(by.margin, lane);
     const S error = detail::number(by.of_sweeps, lane);
     return D > S(0) && of_a > S(0) && error <= square(S(accepted_error_of_a<S>));
   }
 
   // Whether columns of M^-1 pass (11), by the sum of D(k) X(k,k).
-  bool believed_columns(const S& energy) const { return passes(energy + terms_); }
-  bool passes(const S& energy_of_columns) const {
+  bool accepts_columns(const S& energy) const { return accepts_all_of(energy + terms_); }
+  // The same by all of S.
+  bool accepts_all_of(const S& energy_of_columns) const {
     return rounding_unit<S>() * energy_of_columns < allowed_;
   }
 
-  // (12), of accelerations that are rounded to S: R and |a|_s^2 of a. Where no joint has a least inertia,
-  // that of Euclid's norm.
-  double error_of_rounding(const S& rounding, const S& size) const {
-    const double u = unit_roundoff<S>(), scale = static_cast<double>(std::max(size, least_size_));
-    return scale > 0 ? u * std::sqrt(static_cast<double>(rounding) / scale) : u;
-  }
-
- protected:
+ private:
   template <class T>
   static T square(const T& x) {
     return x * x;
@@ -98,14 +92,9 @@ class Acceptance {
     return square(S(rounding_constant_of_error) * unit_roundoff<S>()) / rounding_unit<S>();
   }
 
-  S allowed_, largest_variance_;
-  S least_, least_size_;  // the least |a|^2 and |a|_s^2
-  S terms_;               // (2) of terms_of_columns.hpp
-
- private:
   // allowed: beside |a|^2.
   template <class T>
-  Believed<T> believed_beside(const AccelerationSums<T>& of_a, const T& allowed) const {
+  Judged<T> judged_beside(const AccelerationSums<T>& of_a, const T& allowed) const {
     using std::sqrt;
     const T nothing = of_a.squares * T(S(0));
     const T sum = of_a.noise + T(rounding_unit<S>()) * of_a.energy;
@@ -117,8 +106,8 @@ class Acceptance {
   }
 
   // The factor of E in (8'), in units of the weights.
-  static S of_believed_D() {
-    return S((1 + square(rounding_constant_of_believed_D / rounding_constant_of_a))) *
+  static S of_unmeasured_D() {
+    return S((1 + square(rounding_constant_of_unmeasured_D / rounding_constant_of_a))) *
            rounding_unit<S>();
   }
 
@@ -137,6 +126,10 @@ class Acceptance {
     for (const S& one : x) sum += std::sqrt(one);
     return x.empty() ? S(0) : sum / S(x.size());
   }
+
+  S allowed_, largest_variance_;
+  S least_, least_size_;  // the least |a|^2 and |a|_s^2
+  S terms_;               // (2) of terms_of_columns.hpp
 };
 
 }  // namespace kalmarm

@@ -94,7 +94,7 @@ class RowsInLanes {
           rows.fill(lowered_, q + first * nq, states, count - first, X + first * size);
       for (int i = 0; i < states; ++i)
         left_over[first + i] = !(check[i] == S(0) && rows.factors().margin[i] > S(0) &&
-                                 acceptance_.believed_columns(rows.energy()[i]));
+                                 acceptance_.accepts_columns(rows.energy()[i]));
     });
   }
 
@@ -111,7 +111,7 @@ class RowsInLanes {
       const auto sums = w.columns.solve(lowered_, w.factors, w.columns.x());
       from_lanes(w.columns.x(), static_cast<int>(nv), states, x + first * nv);
       for (int i = 0; i < states; ++i)
-        left_over[first + i] = !(w.factors.margin[i] > S(0) && acceptance_.believed(sums, i));
+        left_over[first + i] = !(w.factors.margin[i] > S(0) && acceptance_.accepts(sums, i));
     });
   }
 

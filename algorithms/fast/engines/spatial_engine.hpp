@@ -41,8 +41,8 @@ class SpatialEngine final : public CommonEngine {
   Outcome forward_dynamics(const double* q, const double* qd, const double* tau,
                            double* a) override {
     F::acceleration(lowered(), q, qd, tau, *one_, a);
-    const auto by = acceptance().believed(F::sums(*one_));
-    if (acceptance().vouched(one_->margin, by, 0)) return {.error = by.error};
+    const auto by = acceptance().judge(F::sums(*one_));
+    if (acceptance().accepts(one_->margin, by, 0)) return {.error = by.error};
     return certified_->acceleration(q, qd, tau, a);
   }
 
@@ -108,8 +108,8 @@ class SpatialEngine final : public CommonEngine {
     const double check = inverse_->fill(lowered(), *factors_, X);
     const auto diagonal = [&](int k) { return X[k * (lowered().nv() + std::size_t(1))]; };
     const bool accepted =
-        acceptance().believed_columns(energy_of_columns(*factors_, X)) ||
-        acceptance().passes(forces_.energy_of_columns(lowered(), *factors_, diagonal));
+        acceptance().accepts_columns(energy_of_columns(*factors_, X)) ||
+        acceptance().accepts_all_of(forces_.energy_of_columns(lowered(), *factors_, diagonal));
     return accepted && accepts_factors(check) ? Outcome{} : certified_->inverse(q, X);
   }
 
@@ -211,7 +211,7 @@ class SpatialEngine final : public CommonEngine {
       const std::ptrdiff_t start = first * nv;
       const auto sums = solver_->solve(lowered(), factors, count, left, taus + start, X + start);
       for (int j = 0; j < count; ++j)
-        if (!(factors.margin > 0 && acceptance().believed(sums, j))) climb(start + j * nv);
+        if (!(factors.margin > 0 && acceptance().accepts(sums, j))) climb(start + j * nv);
     }
   }
 

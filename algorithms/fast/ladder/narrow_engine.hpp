@@ -1,11 +1,10 @@
 // Engines in float are two rungs of a ladder. Rows of states are answered by float's kernels, a state in
 // every lane, where the sums of a lane say that its answer can be used (engine/acceptance.hpp). All else
 // is answered in double and rounded: the rows that lanes leave over, gathered, in lanes of double, and
-// every call of one state, which takes as long in double and is 500 times more accurate.
+// every call of one state, which takes about as long in double.
 //
-// Parameters are rounded to float in lanes alone: double has them as they are given. Rounding an answer
-// adds u to its error in Euclid's norm, and in the energy norm, in which that of accelerations is
-//   |da|_M <= u sqrt(R),  R by (12) of covariance/force_noise.hpp                                     (1)
+// Parameters are rounded to float in lanes alone: double has them as they are given. The error of what
+// double answers is double's and that of rounding the answer, in Euclid's norm.
 #pragma once
 
 #include <algorithm>
@@ -38,7 +37,6 @@ class NarrowEngine final : public Engine<float> {
         accelerations_(lowered_, acceptance_, options.wants(Want::solve)),
         in_lanes_(options.form == Form::conventional &&
                   (options.kernel == Kernel::spatial || options.kernel == Kernel::spatial_at_rest)),
-        certified_(options.form == Form::certified),
         lower_(options.triangles == Triangles::lower),
         wide_(make_wide(robot, options)),
         selected_(options.selection.size()),
@@ -431,23 +429,15 @@ class NarrowEngine final : public Engine<float> {
     return out;
   }
 
-  // Of accelerations, by (1).
+  // Of accelerations, whose error for that is known.
   Outcome rounded_motion(const Outcome& out, const double* from, float* a) const {
-    double R = 0, size = 0;
-    if (certified_) {  // in Euclid's norm, as it is
-      for (std::size_t k = 0; k < nv(); ++k) {
-        const double lost = from[k] - static_cast<double>(static_cast<float>(from[k]));
-        R += lost * lost;
-        size += from[k] * from[k];
-      }
-      return rounded(out, nv(), from, a, size > 0 ? std::sqrt(R / size) : 0);
-    }
+    double lost = 0, squares = 0;
     for (std::size_t k = 0; k < nv(); ++k) {
-      const double square = from[k] * from[k];
-      R += static_cast<double>(lowered_.largest_inertias()[k]) * square;
-      size += static_cast<double>(lowered_.least_inertias()[k]) * square;
+      const double rest = from[k] - static_cast<double>(static_cast<float>(from[k]));
+      lost += rest * rest;
+      squares += from[k] * from[k];
     }
-    return rounded(out, nv(), from, a, acceptance_.error_of_rounding(R, size));
+    return rounded(out, nv(), from, a, squares > 0 ? std::sqrt(lost / squares) : 0);
   }
 
   Model<float> model_;
@@ -455,7 +445,7 @@ class NarrowEngine final : public Engine<float> {
   Acceptance<float> acceptance_;
   RowsInLanes<float> rows_;
   AccelerationRows<float, F> accelerations_;
-  bool in_lanes_, certified_;
+  bool in_lanes_;
   bool lower_;  // of M and M^-1 of one state, the lower triangle alone
   std::unique_ptr<Wide> wide_;
   std::size_t selected_;

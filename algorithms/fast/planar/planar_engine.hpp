@@ -43,10 +43,10 @@ class PlanarEngine final : public CommonEngine {
                          });
     const T along = along_factors_.energy([&](int i) { return tau[along_.dofs[i]]; }) +
                     along_factors_.energy_by_weight();
-    const auto by = acceptance().believed(AccelerationSums<T>{
+    const auto by = acceptance().judge(AccelerationSums<T>{
         noise(), ws_.energy + along, squares, sum_of(lowered().least_inertias(), a),
         sum_of(lowered().largest_inertias(), a)});
-    if (!along_factors_.suspect() && acceptance().vouched(ws_.margin, by, 0))
+    if (!along_factors_.suspect() && acceptance().accepts(ws_.margin, by, 0))
       return {.error = by.error};
     const Outcome out = verdict(q);
     return out ? certified_->acceleration(q, qd, tau, a) : out;
@@ -101,7 +101,7 @@ class PlanarEngine final : public CommonEngine {
           model_, ws_, last, one_, [&](int k, const T& x) { put(model_.link(k).dof, x); },
           observer);
       along_factors_.solve(along, [&](int i, const T& x) { put(along_.dofs[i], x); });
-      if (!acceptance().believed(sums)) out = worse(out, certified_->column(taus, X));
+      if (!acceptance().accepts(sums)) out = worse(out, certified_->column(taus, X));
     }
     return out;
   }
@@ -110,8 +110,8 @@ class PlanarEngine final : public CommonEngine {
     planar_factor(model_, q, ws_);
     T* const in_plane = along_.dofs.empty() ? result : in_plane_.data();
     const T check = columns(in_plane);
-    const bool believed = acceptance().believed_columns(energy_of_columns(in_plane)) ||
-                          acceptance().passes(energy_with_terms(in_plane));
+    const bool accepted = acceptance().accepts_columns(energy_of_columns(in_plane)) ||
+                          acceptance().accepts_all_of(energy_with_terms(in_plane));
     if (!along_.dofs.empty()) {
       const int nv = lowered().nv();
       Eigen::Map<MatrixX<T>> X(result, nv, nv);
@@ -123,7 +123,7 @@ class PlanarEngine final : public CommonEngine {
         for (int i = 0; i < along_factors_.nv(); ++i)
           X(along_.dofs[i], along_.dofs[j]) = along_factors_.inverse()(i, j);
     }
-    if (believed && !may_be_wrong(check)) return {};
+    if (accepted && !may_be_wrong(check)) return {};
     const Outcome out = verdict(q);
     return out ? certified_->inverse(q, result) : out;
   }

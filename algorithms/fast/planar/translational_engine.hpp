@@ -1,7 +1,7 @@
 // The engine of robots of slides alone. Neither M nor what is asked of it depends on q: all is worked
 // out once, and a call costs a product or two sweeps (translational.hpp). Where some D is small
 // beside what it is summed from, the certified form says once whether M is singular, and answers
-// every call if it is not. Else the error of accelerations is (10), and what is believed (8), of
+// every call if it is not. Else the error of accelerations is (10), and what is accepted (8), of
 // covariance/force_noise.hpp, by (1) of translational.hpp; the rest the certified form answers.
 #pragma once
 
@@ -71,7 +71,7 @@ class TranslationalEngine final : public CommonEngine {
         X[k] = x;
         squares += x * x;
       });
-      if (!acceptance().believed({T(0), own_.factors.energy(force), squares}))
+      if (!acceptance().accepts({T(0), own_.factors.energy(force), squares}))
         out = worse(out, own_.certified->column(taus, X));
     }
     return out;
@@ -136,8 +136,7 @@ class TranslationalEngine final : public CommonEngine {
       rounding += lowered().largest_inertias()[k] * (a[k] * a[k]);
     });
     const T energy = worker.factors.energy(force) + worker.factors.energy_by_weight();
-    const auto by =
-        acceptance().believed(AccelerationSums<T>{T(0), energy, squares, size, rounding});
+    const auto by = acceptance().judge(AccelerationSums<T>{T(0), energy, squares, size, rounding});
     if (by.margin > T(0)) return {.error = by.error};
     return certified.acceleration(q, qd, tau, a);
   }

@@ -219,7 +219,7 @@ KALMARM_SWEEP void filter(const LoweredModel<S>& model, const T* tau, SquareRoot
 }  // namespace detail
 
 // a (nv) from q (nq), qd (nv) and tau (nv), all numbers in T; ws.margin, ws.noise, ws.energy,
-// ws.squares and ws.size say how far it can be believed (engine/acceptance.hpp).
+// ws.squares and ws.size say how wrong it may be (engine/acceptance.hpp).
 template <class T, class S>
 void square_root_acceleration(const LoweredModel<S>& model, const T* q, const T* qd, const T* tau,
                               SquareRootWorkspace<T>& ws, T* a) {

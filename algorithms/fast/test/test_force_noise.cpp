@@ -191,7 +191,7 @@ TYPED_TEST(ForceNoiseOf, ErrorsOfWildMechanismsAreBelowIt) {
 }
 
 TYPED_TEST(ForceNoiseOf, ColumnsOfAllFamiliesAndOfWildMechanismsAreBelowTheirs) {
-  for (int seed = 0; seed < 100; ++seed) {
+  for (int seed = 0; seed < 200; ++seed) {
     SCOPED_TRACE("wild " + std::to_string(seed));
     this->expect_bound_of_columns(wild(seed), seed);
   }
@@ -199,7 +199,7 @@ TYPED_TEST(ForceNoiseOf, ColumnsOfAllFamiliesAndOfWildMechanismsAreBelowTheirs) 
     SCOPED_TRACE(family.name);
     this->expect_bound_of_columns(family.make(0), 0);
   }
-  EXPECT_GE(this->looked_at_, 35);
+  EXPECT_GE(this->looked_at_, 40);
 }
 
 TYPED_TEST(ForceNoiseOf, NothingIsAnsweredWrongInSilence) {
@@ -207,9 +207,7 @@ TYPED_TEST(ForceNoiseOf, NothingIsAnsweredWrongInSilence) {
     SCOPED_TRACE(seed);
     this->expect_no_silent_error(wild(seed), random_state(wild(seed), seed));
   }
-  // In float32 the rounding of the answer itself moves some by 1 % in the energy norm, (12).
-  const bool is_float = std::is_same_v<TypeParam, float>;
-  EXPECT_LE(this->told_, is_float ? 8 : 2) << "of " << this->looked_at_;
+  EXPECT_LE(this->told_, 2) << "of " << this->looked_at_;
 }
 
 // Every D is right, and forces cancel beside a ball that weighs nothing, between a heavy base and a
