@@ -152,7 +152,6 @@ struct Advisor::Parts {
     Trial& trial = *entry(candidate).trial;
     Observation out;
     std::vector<double> errors;
-    double told = 0, beside_told = 0;  // the largest Outcome::error, and error over it
     for (int i = 0; i < states.count; ++i) {
       trial.poison();
       const Outcome outcome = trial.answer(i);
@@ -160,15 +159,11 @@ struct Advisor::Parts {
       out.warnings += outcome.warns();
       errors.push_back(!outcome || outcome.warns() ? infinite : error(trial.result(), exact(i)));
       raise(out.worst, errors.back());
-      if (!(outcome.error > 0)) continue;
-      raise(told, outcome.error);
-      raise(beside_told, errors.back() / outcome.error);
     }
     std::ranges::nth_element(errors, errors.begin() + states.count / 2);
     out.median = errors[states.count / 2];
     const double u = roundoff(candidates[candidate].precision);
-    out.predicted = margin(question.want, asked) * std::max({u, out.worst, beside_told * told}) +
-                    reference_error;
+    out.predicted = margin(question.want, asked) * std::max(u, out.worst) + reference_error;
     return out;
   }
 

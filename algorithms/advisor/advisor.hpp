@@ -10,9 +10,8 @@
 //   log_det                                 |x - x_ref|: relative, of det M             (4)
 // In float32 it holds what rounding the parameters and the state costs. A state in which the
 // candidate fails or warns counts as an infinite error. Over all states
-//   predicted = margin max(u, worst error, max (error / told) max told) + max e_ref     (5)
-// with u of the candidate's precision, and told the Outcome::error of an answer that has one: it
-// knows where answers lose digits, and its scale is learnt from the states.
+//   predicted = margin max(u, worst error) + max e_ref                                  (5)
+// with u of the candidate's precision.
 //
 // Of the candidates predicted within the tolerance the fastest is advised; of those whose times
 // differ by no more than a clock can tell on a shared machine (`alike`) the first in the list:
