@@ -35,7 +35,7 @@ def archive(files: list[Path], left_out: list[Path] = ()) -> bytes:
     for path in left_out:
         del contents[str(Path(os.path.abspath(path)).relative_to(top))]
     packed = io.BytesIO()
-    with tarfile.open(fileobj=packed, mode="w:xz", format=tarfile.USTAR_FORMAT) as tar:
+    with tarfile.open(fileobj=packed, mode="w:xz", format=tarfile.PAX_FORMAT) as tar:
         for name, content in (contents | {"SHA256SUMS": sums.encode()}).items():
             entry = tarfile.TarInfo(name)
             entry.size = len(content)

@@ -2,6 +2,7 @@
 
 import json
 import re
+import stat
 from collections import Counter
 from contextlib import contextmanager
 from pathlib import Path
@@ -29,9 +30,17 @@ def refusing(path: Path, what: str):
         raise DataError(f"{path}: not {what}: {reason}") from None
 
 
+def opened(path: Path):
+    """The text of a regular file: a pipe or a device may never end."""
+    if not stat.S_ISREG(path.stat().st_mode):
+        raise DataError(f"{path}: no regular file")
+    return path.open(newline="", encoding="utf-8")
+
+
 def read_json(path: Path):
     try:
-        text = path.read_text(encoding="utf-8")
+        with opened(path) as file:
+            text = file.read()
         document = json.loads(text, parse_int=_integer)
         _refuse_depth(document)
         if "\\u" in text:  # half a letter, which no file can hold

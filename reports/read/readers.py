@@ -19,7 +19,14 @@ from read import (
     stress_files,
 )
 from read.campaign import MergeError
-from read.checks import checked_scene, read_json, refuse_repeats, refuse_unlisted, refusing
+from read.checks import (
+    checked_scene,
+    opened,
+    read_json,
+    refuse_repeats,
+    refuse_unlisted,
+    refusing,
+)
 from read.data import (
     Bandwidth,
     Data,
@@ -42,7 +49,7 @@ HOWS = ("whole", "pruned", "alone")  # ways to answer a question
 
 def _rows(path: Path, columns: list[str], record) -> list:
     """What `record` makes of each row of a CSV file."""
-    with path.open(newline="", encoding="utf-8") as file:
+    with opened(path) as file:
         reader = csv.DictReader(file)
         if reader.fieldnames != columns:
             raise DataError(f"{path}: header is not {','.join(columns)}")

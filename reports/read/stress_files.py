@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from read.checks import opened
 from read.data import DataError
 from read.stress import COLUMNS, TEXTS, U
 from read.values import MOST
@@ -21,7 +22,7 @@ BLOCK = 20_000  # rows at a time
 
 def read_rows(path: Path, stress) -> None:
     """Adds a shard to `stress`. Whole columns are checked at a time; a bad row is then sought."""
-    with path.open(newline="", encoding="utf-8") as file:
+    with opened(path) as file:
         reader = csv.reader(file)
         if next(reader, None) != COLUMNS:
             raise DataError(f"{path}: header is not {','.join(COLUMNS)}")

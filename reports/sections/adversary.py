@@ -1,5 +1,6 @@
 """The worst mechanisms that searches have found, variant by variant."""
 
+import shlex
 from itertools import groupby
 
 from charts import search as search_charts
@@ -108,14 +109,15 @@ def _row(find: Find) -> dict:
     }
 
 
-def _options(asked: Asked) -> str:
+def _options(asked: Asked) -> list[str]:
     """Of the command line, where they are not the usual ones."""
     options = [
-        f" --{name} {value}"
+        word
         for name, value in asked._asdict().items()
         if name != "rows" and value != Asked._field_defaults[name]
+        for word in (f"--{name}", value)
     ]
-    return "".join(options) + (" --rows" if asked.rows else "")
+    return options + ["--rows"] * asked.rows
 
 
 def _words(asked: Asked) -> str:
@@ -133,10 +135,13 @@ def _table(found: dict[tuple, list[Find]]) -> Table:
         }
         if not (search := last.get(SEARCH)):
             continue
-        command = (
-            f"build/bin/adversary --variant '{variant}' --precision {precision}{_options(asked)} "
-            f"--seed {seed} "
-            f"--method search --evaluations {search.evaluations} --out finds"
+        command = shlex.join(
+            [
+                *("build/bin/adversary", "--variant", variant, "--precision", precision),
+                *_options(asked),
+                *("--seed", str(seed), "--method", "search"),
+                *("--evaluations", str(search.evaluations), "--out", "finds"),
+            ]
         )
         rows.append(
             [

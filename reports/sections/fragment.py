@@ -1,5 +1,8 @@
 """Code that does what is advised, for the page."""
 
+import json
+import shlex
+
 FORMS = {
     "Fast<Conventional>": "",
     "Fast<SquareRoot>": ", {.form = kalmarm::Form::square_root}",
@@ -17,12 +20,12 @@ def fragment(
 ) -> str:
     """Ten lines of C++ by the door, or `evaluate` where the door has no such form."""
     if variant not in FORMS or precision not in SCALARS or task not in CALLS:
-        return (
-            f"build/bin/evaluate {name} --variant '{variant}' \\\n"
-            f"    --precision {precision} --want {task} --out {name}.json"
-        )
+        first = ["build/bin/evaluate", name, "--variant", variant]
+        second = ["--precision", precision, "--want", task, "--out", f"{name}.json"]
+        return f"{shlex.join(first)} \\\n    {shlex.join(second)}"
     scalar = SCALARS[precision]
-    load = f'"{file}"' + (f", {load_options}" if load_options else "")
+    literal = json.dumps(file, ensure_ascii=False)  # escapes of JSON are escapes of C++
+    load = literal + (f", {load_options}" if load_options else "")
     vectors, call = CALLS[task]
     return f"""\
 #include <kalmarm/dynamics.hpp>

@@ -196,8 +196,6 @@ def _worst(campaign: Campaign) -> list[Table]:
 
 def command(case: Worst) -> str:
     """What measures this one answer again."""
-    return (
-        f"build/bin/stress --unit {case.family}/{shortest(case.value)}/{case.seed}+1 "
-        f"--variant {shlex.quote(case.variant)} --precision {case.precision} --task {case.task} "
-        "--out unit.json"
-    )
+    unit = f"{case.family}/{shortest(case.value)}/{case.seed}+1"
+    of = ["--variant", case.variant, "--precision", case.precision, "--task", case.task]
+    return shlex.join(["build/bin/stress", "--unit", unit, *of, "--out", "unit.json"])

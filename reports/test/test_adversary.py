@@ -1,5 +1,7 @@
 """What searches have found, on the page."""
 
+import shlex
+
 import pytest
 
 import alt_scene
@@ -43,6 +45,12 @@ def test_a_row_a_search_with_its_command_and_what_as_many_random_ones_showed(rea
         "build/bin/adversary --variant 'Fast<A>' --precision float32 --seed 1"
     )
     assert "--evaluations 1000" in command
+
+
+def test_a_variant_s_name_stays_a_name_in_its_command(read):
+    (table,) = adversary.section(read(FOUND.replace("Fast<B>", "B'; id '"))).tables
+    command = next(row[-1] for row in table.rows if row[0] == "B'; id '")
+    assert shlex.split(command)[1:3] == ["--variant", "B'; id '"]
 
 
 def test_what_is_asked_otherwise_has_its_own_row_and_no_figure(read):

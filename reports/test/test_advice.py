@@ -2,6 +2,7 @@
 
 import json
 import re
+import shlex
 
 import pytest
 from playwright.sync_api import expect
@@ -66,6 +67,16 @@ def test_code_has_ten_lines_by_the_door_and_else_a_command():
     assert "inverse_mass(q, X)" in code
     assert 'load_robot("panda.urdf", {.floating = ""});' in code
     assert fragment(*panda, "Sequential<UD>", "float64").startswith("build/bin/evaluate")
+
+
+def test_a_file_s_name_stays_a_name_in_code():
+    name = """e"); system("id"); ("; $(id) '\\\t"""
+    code = fragment(name, name, "", "inverse", "Fast<Conventional>", "float64")
+    literal = r'''"e\"); system(\"id\"); (\"; $(id) '\\\t"'''
+    assert f"= kalmarm::load_robot({literal});" in code
+    command = fragment(name, name, "", "inverse", "Batch<A>' B", "float64")
+    given = ["build/bin/evaluate", name, "--variant", "Batch<A>' B", "--precision", "float64"]
+    assert shlex.split(command.replace("\\\n", "")) == [*given, "--want", "inverse", "--out", f"{name}.json"]
 
 
 def test_the_worst_of_the_stresses_is_beside_the_median(read):

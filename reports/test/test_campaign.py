@@ -1,6 +1,7 @@
 """A campaign's counts on the page."""
 
 import math
+import shlex
 
 import pytest
 from scipy.stats import binom, binomtest
@@ -160,6 +161,11 @@ def test_the_worst_are_listed_with_the_command_that_repeats_each(campaign):
         f"build/bin/stress --unit wild/1/{worst.seed}+1 --variant '{worst.variant}' "
         f"--precision {worst.precision} --task {worst.task} --out unit.json"
     )
+
+
+def test_a_family_s_name_stays_a_name_in_its_command(campaign):
+    worst = campaign.campaign.worst[0]._replace(family="wild; id", value=1.0, seed=7)
+    assert shlex.split(rare.command(worst))[1:3] == ["--unit", "wild; id/1/7+1"]
 
 
 def test_parts_of_a_campaign_are_shown_as_one(read):

@@ -3,6 +3,7 @@
 import hashlib
 import io
 import json
+import os
 import re
 import shutil
 import subprocess
@@ -23,7 +24,7 @@ from sections.method import distinct
 
 def report(*arguments) -> subprocess.CompletedProcess:
     command = [sys.executable, REPORTS / "make_report.py", *arguments]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
+    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
 
 
 def assert_refused(result, *parts: str) -> None:
@@ -103,6 +104,14 @@ def test_an_archive_keeps_files_of_one_name_apart(run, tmp_path):
     assert names == [f"campaigns/wild/{source.name}", f"data/{source.name}", "SHA256SUMS"]
 
 
+def test_an_archive_has_files_of_any_name(run, tmp_path):
+    file = tmp_path / "data" / f"errors-{'é' * 100}.csv"
+    file.parent.mkdir()
+    shutil.copy(run / "errors-panda-7.csv", file)
+    with tarfile.open(fileobj=io.BytesIO(archive([file]))) as tar:
+        assert tar.getnames() == [f"data/{file.name}", "SHA256SUMS"]
+
+
 def test_the_figure_is_of_panda_or_else_of_the_first_robot(run):
     assert "panda: Acceleration" in make_report.figure(load(run))
     files = [run / f"{kind}-go2-18.{end}" for kind, end in (("errors", "csv"), ("times", "json"))]
@@ -129,6 +138,12 @@ def test_a_page_that_cannot_be_made_leaves_the_old_one(run, out):
     )
     assert out.read_text() == "old"
     assert list(out.parent.iterdir()) == [out]
+
+
+@pytest.mark.parametrize("name", ["errors-a.csv", "stress-a.csv", "times-a.json", "campaign-a.json"])
+def test_a_data_file_that_may_never_end_is_refused(tmp_path, out, name):
+    os.mkfifo(tmp_path / name)
+    assert_refused(report("--data", tmp_path, "--out", out), f"{name}: no regular file")
 
 
 def test_a_half_written_data_file_is_named(run, tmp_path, out):

@@ -6,6 +6,7 @@ import io
 from pathlib import Path
 
 from found import Found
+from names import fault_of_name
 from plan import Plan, last_line, sha1
 from read import advice
 from read.checks import checked_scene, read_json, refusing
@@ -40,6 +41,8 @@ def asked(options: argparse.Namespace) -> dict:
     """With what the files were, but not what they include."""
     files: dict[str, Path] = {}
     for file in options.files:
+        if fault := fault_of_name(file):
+            raise DataError(fault)
         if file.stem in files:
             raise DataError(f"{file}: another file is called {file.stem} too")
         files[file.stem] = file.resolve()

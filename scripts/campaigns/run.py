@@ -51,7 +51,7 @@ def planned(kind, options: argparse.Namespace, worker: Path) -> Plan:
 @contextmanager
 def alone(folder: Path):
     """Two runs in one folder would take each other's jobs for orphans."""
-    with (folder / "lock").open("w") as lock:
+    with (folder / "lock").open("a+") as lock:  # whose link may lead to a file that is not ours
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:

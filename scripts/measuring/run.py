@@ -145,7 +145,7 @@ def run(options: argparse.Namespace) -> int:
         if not os.access(program, os.X_OK):
             raise bad_input(f"{program}: no such program, run scripts/build")
     out.mkdir(parents=True, exist_ok=True)
-    with (out / "lock").open("w") as lock:
+    with (out / "lock").open("a+") as lock:  # whose link may lead to a file that is not ours
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:

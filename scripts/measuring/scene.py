@@ -4,6 +4,8 @@ import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from names import fault_of_name
+
 ROBOT_SIZE = 20  # taken for a robot, whose degrees of freedom only the programs know
 MUJOCO_SIZE = 100  # largest member of a family that is compared with MuJoCo
 
@@ -35,10 +37,12 @@ class Scene:
         if shipped := Scene.shipped(text, root):
             return shipped
         if path.is_file():
+            if fault := fault_of_name(path):
+                raise bad_input(fault)
             return Scene(str(path), path.stem, ROBOT_SIZE, True, path, read=read)
         if family := Scene.family(text):
             return family
-        raise bad_input(f"scene '{text}' is no file, shipped scene or family:N")
+        raise bad_input(f"scene {text!r} is no file, shipped scene or family:N")
 
     @staticmethod
     def shipped(name: str, root: Path) -> "Scene | None":

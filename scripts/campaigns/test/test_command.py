@@ -195,6 +195,16 @@ def test_a_second_run_in_a_folder_is_refused(tmp_path):
 
 
 @needs_engine
+def test_what_a_link_in_place_of_the_lock_leads_to_stays(out, tmp_path):
+    users = tmp_path / "users"
+    users.write_text("a user's")
+    (out / "lock").unlink()
+    (out / "lock").symlink_to(users)
+    assert wild(out).returncode == 0
+    assert users.read_text() == "a user's"
+
+
+@needs_engine
 def test_units_of_a_time_follow_from_what_a_mechanism_takes(tmp_path):
     """Of a worker that needs 0.2 ms of CPU time, whatever the machine: at most so many units."""
     out = tmp_path / "out"

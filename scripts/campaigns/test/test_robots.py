@@ -1,6 +1,7 @@
 """Many robots, some of which are refused."""
 
 import csv
+import os
 
 import pytest
 import running
@@ -73,3 +74,13 @@ def test_files_of_one_name_and_files_that_are_none_are_refused(tmp_path, files):
     done = running.run("robots", *files(a="two"), str(tmp_path / "other" / "a.xml"), out)
     expect_refusal(done, "other/a.xml: another file is called a too")
     expect_refusal(running.run("robots", "/nowhere/a.xml", out), "/nowhere/a.xml: No such file")
+
+
+@pytest.mark.parametrize("name", ["a\nb.xml", os.fsdecode(b"\xff.xml"), "=1+1.xml"])
+def test_a_name_that_no_table_can_have_is_refused_before_anything_is_measured(tmp_path, name):
+    (tmp_path / name).write_text("two")
+    (tmp_path / "link.xml").symlink_to(tmp_path / name)
+    for file in (tmp_path / name, tmp_path / "link.xml"):
+        done = running.run("robots", str(file), f"--out={tmp_path}/out")
+        expect_refusal(done, "the file's name begins with one of")
+    assert not (tmp_path / "out").exists()
