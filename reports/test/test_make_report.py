@@ -140,7 +140,7 @@ def test_a_page_that_cannot_be_made_leaves_the_old_one(run, out):
     assert list(out.parent.iterdir()) == [out]
 
 
-@pytest.mark.parametrize("name", ["errors-a.csv", "stress-a.csv", "times-a.json", "campaign-a.json"])
+@pytest.mark.parametrize("name", "errors-a.csv stress-a.csv times-a.json campaign-a.json".split())
 def test_a_data_file_that_may_never_end_is_refused(tmp_path, out, name):
     os.mkfifo(tmp_path / name)
     assert_refused(report("--data", tmp_path, "--out", out), f"{name}: no regular file")

@@ -135,8 +135,8 @@ class Unit:
         sources += [
             Path(option[len(ARMATURE) :]) for option in self.scene.read if ARMATURE in option
         ]
-        what = [*self.arguments(effort), processor()]
-        return hashlib.sha256(b"".join(map(digest, sources)) + os.fsencode("\n".join(what))).hexdigest()
+        what = "\n".join([*self.arguments(effort), processor()])
+        return hashlib.sha256(b"".join(map(digest, sources)) + os.fsencode(what)).hexdigest()
 
     def sealed(self, effort: Effort) -> str:
         """The key file: what determines the data, and what the data was."""
@@ -144,7 +144,7 @@ class Unit:
 
     def is_done(self) -> bool:
         """Whether it was measured before, with the same effort or with full effort."""
-        # The longest name first: one that is too long for a file is found before anything is measured.
+        # The longest name first: one that no file can have is found before anything is measured.
         if not all(file.is_file() for file in (self.key_file, self.data, self.program)):
             return False
         key = self.key_file.read_text(errors="replace")
