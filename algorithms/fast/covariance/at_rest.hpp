@@ -20,6 +20,7 @@ struct RestingForces : BiasedForces<T, S> {
 
   KALMARM_INLINE void begin(int, Load& z) const { z.x = z.y = z.z = z.u = z.v = z.w = T(S(0)); }
   void add_body(int, Load&) const {}
+  T squared_rate(int) const { return T(S(0)); }
 
   template <bool slides, bool noise, class P_plus>
   KALMARM_INLINE void measured(int k, const Sixfold<T>& g, const T& inverse_D, const P_plus&,

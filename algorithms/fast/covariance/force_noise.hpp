@@ -19,7 +19,10 @@
 //   |da|^2 <= T (c u)^2 N                                                                (5)
 // Sweeps take one T for all states of a robot, (3) of least_inertia.hpp, and
 //   v(k) <= 1 / mu(k)                                                                     (6)
-// (3) and (4) are for refined answers (certified/), whose bounds have to be near.
+// (3) and (4) are for refined answers (certified/), whose bounds have to be near, and for robots of which no
+// constant is known (LoweredModel::rounding_depends_on_state): a link between the hinges of one body has no
+// mass, and what its next joint meets is known by D alone. There N has (3) of the links that cannot absorb,
+// (2) of the others, T is that of the state, and so is each joint's own scale, mu(k) = 1 / v(k).
 // Weights, and so N, are in units of rounding_unit. (2) takes 18 flops a link.
 //
 // z- is a sum whose terms may cancel within one link: of a body that is turned about a point far
@@ -81,6 +84,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -89,12 +93,19 @@
 
 namespace kalmarm {
 
+// T of a state of which none but that for all states is known.
+template <class T>
+T no_trace() {
+  return T(std::numeric_limits<typename Lanes<T>::Scalar>::infinity());
+}
+
 // Of the accelerations of a sweep, of one state or one in every lane.
 template <class T>
 struct AccelerationSums {
   T noise, energy;  // N and E
   T squares, size;  // |a|^2 and |a|_s^2
   T rounding;       // R of (12)
+  T trace = no_trace<T>();
 };
 
 // The share of a link in N by (2), from z-.
@@ -144,8 +155,7 @@ T force_noise(const LoweredModel<S>& model, const std::vector<Sixfold<T>>& z) {
 template <class T>
 class ForceNoise {
  public:
-  using S = typename Lanes<T>::Scalar;
-
+  template <class S>
   explicit ForceNoise(const LoweredModel<S>& model)
       : pending_(model.nv()),
         responses_(model.nv()),
@@ -153,26 +163,42 @@ class ForceNoise {
         largest_variance_(model.largest_variance()) {}
 
   // T for all states.
-  S largest_variance() const { return largest_variance_; }
+  const T& largest_variance() const { return largest_variance_; }
 
   // Before `charge` of all links, tips to base.
-  void begin() { std::fill(pending_.begin(), pending_.end(), Traces{T(S(0)), T(S(0))}); }
+  void begin() { std::fill(pending_.begin(), pending_.end(), Traces{T(0.0), T(0.0)}); }
 
   // The share of link k in N: by (2) where that is below `little`, else by (3). factors: links of
   // (d, g, inverse_D) and matrices, as columns.hpp has them.
-  template <class Factors>
+  template <class S, class Factors>
   T charge(const LoweredModel<S>& model, const Factors& factors, int k, const Sixfold<T>& z,
            const T& little);
 
+  // The same, by (3) where the link cannot absorb, else by (2).
+  template <class S, class Factors>
+  T charge(const LoweredModel<S>& model, const Factors& factors, int k, const Sixfold<T>& z) {
+    const RoundingWeights<S>& w = model.body(k).weights;
+    return charge(model, factors, k, z, w.absorbs() ? T(S(no_body)) : T(S(0)));
+  }
+
+  // Before that: rounding of the bias of a link that cannot absorb, by (2'); ww: |w|^2.
+  template <class S>
+  void charge_bias(const LoweredModel<S>& model, int k, const T& ww) {
+    if (model.body(k).weights.absorbs()) return;
+    const detail::BiasTerms terms = detail::bias_terms(model.body(k));
+    pending_[k].turning += T(S(terms.moments.sum())) * (ww * ww);
+    pending_[k].moving += T(S(terms.force)) * (ww * ww);
+  }
+
   // T of (4), or for all states where that is less.
-  template <class Factors>
+  template <class S, class Factors>
   T trace(const LoweredModel<S>& model, const Factors& factors);
 
   // v(k) of (4), of the last trace.
   const T& variance(int k) const { return variances_[k]; }
 
   // S of (11) for X = M^-1 by these factors; diagonal(k): X(k,k).
-  template <class Factors, class Diagonal>
+  template <class S, class Factors, class Diagonal>
   T energy_of_columns(const LoweredModel<S>& model, const Factors& factors,
                       const Diagonal& diagonal);
 
@@ -183,15 +209,18 @@ class ForceNoise {
 
   static T squares(const T& x, const T& y, const T& z) { return x * x + y * y + z * z; }
 
-  // Of g, whose own component is 1 where there is no joint noise, and may then not be stored.
-  static Traces sizes(const LoweredLink<S>& link, const Sixfold<T>& g) {
-    const T one = T(S(1)), own = link.slides ? g.w : g.z, h = link.has_noise ? T(own * own) : one;
-    return {g.x * g.x + g.y * g.y + (link.slides ? T(g.z * g.z) : h),
-            g.u * g.u + g.v * g.v + (link.slides ? h : T(g.w * g.w))};
+  // Of g, whose own component is 1 where there is no joint noise, and may then not be stored; of T, or the
+  // same for every lane of T.
+  template <class S, class U>
+  static Traces sizes(const LoweredLink<S>& link, const Sixfold<U>& g) {
+    const U one = U(S(1)), own = link.slides ? g.w : g.z, h = link.has_noise ? U(own * own) : one;
+    const U turning = g.x * g.x + g.y * g.y + (link.slides ? U(g.z * g.z) : h);
+    const U moving = g.u * g.u + g.v * g.v + (link.slides ? h : U(g.w * g.w));
+    return {T(turning), T(moving)};
   }
 
   // Of Omega+ in (4), once Omega of the parent is known.
-  template <class Factors>
+  template <class S, class Factors>
   Traces arrive(const LoweredModel<S>& model, const Factors& factors, int k) const {
     const LoweredLink<S>& link = model.link(k);
     if (link.parent < 0) return {T(S(0)), T(S(0))};
@@ -200,6 +229,7 @@ class ForceNoise {
   }
 
   // Of Omega in (4).
+  template <class S>
   void leave(const LoweredModel<S>& model, int k, const Traces& plus, const T& v) {
     using std::min;
     const RoundingWeights<S>& weights = model.body(k).weights;
@@ -212,13 +242,14 @@ class ForceNoise {
   }
 
   // At least the sum over i of g(i)^2 Omega+(i,i), and half of g' Omega+ g.
-  static T weighed(const LoweredLink<S>& link, const Sixfold<T>& g, const Traces& plus) {
+  template <class S, class U>
+  static T weighed(const LoweredLink<S>& link, const Sixfold<U>& g, const Traces& plus) {
     const Traces size = sizes(link, g);
     return size.turning * plus.turning + size.moving * plus.moving;
   }
 
   // 2 |p|^2 of phi.
-  template <class Factors>
+  template <class S, class Factors>
   static T reach(const LoweredModel<S>& model, const Factors& factors, int k) {
     const LoweredLink<S>& link = model.link(k);
     if (link.kind == LoweredLink<S>::Kind::matrix) {
@@ -233,11 +264,11 @@ class ForceNoise {
   std::vector<Traces> pending_;    // S of (3)
   std::vector<Traces> responses_;  // Omega of (4)
   std::vector<T> variances_;       // v of (4)
-  S largest_variance_;
+  T largest_variance_;
 };
 
 template <class T>
-template <class Factors>
+template <class S, class Factors>
 T ForceNoise<T>::charge(const LoweredModel<S>& model, const Factors& factors, int k,
                         const Sixfold<T>& z, const T& little) {
   using detail::zero_where_less;
@@ -249,9 +280,11 @@ T ForceNoise<T>::charge(const LoweredModel<S>& model, const Factors& factors, in
   const S unit = rounding_unit<S>();
   const T own = absorbed(w, z) + (w.moment * sum.turning + w.force * sum.moving);
   const T two = T(S(2));
-  const T moving = squares(z.u, z.v, z.w);
-  sum.turning += squares(z.x, z.y, z.z) + T(w.reach) * moving;
-  sum.moving += moving;
+  if (w.counts) {
+    const T moving = squares(z.u, z.v, z.w);
+    sum.turning += squares(z.x, z.y, z.z) + T(w.reach) * moving;
+    sum.moving += moving;
+  }
   const T h = link.slides ? sum.moving : sum.turning;
   const T share = min(own, little) + zero_where_less(own, little, T(unit * at.inverse_D * h));
   if (link.parent < 0) return share;
@@ -266,7 +299,7 @@ T ForceNoise<T>::charge(const LoweredModel<S>& model, const Factors& factors, in
 
 // T of (4).
 template <class T>
-template <class Factors>
+template <class S, class Factors>
 T ForceNoise<T>::trace(const LoweredModel<S>& model, const Factors& factors) {
   using std::min;
   T sum = T(S(0));
@@ -279,11 +312,11 @@ T ForceNoise<T>::trace(const LoweredModel<S>& model, const Factors& factors) {
     sum += v;
     leave(model, k, plus, v);
   }
-  return min(sum, T(largest_variance_));
+  return min(sum, largest_variance_);
 }
 
 template <class T>
-template <class Factors, class Diagonal>
+template <class S, class Factors, class Diagonal>
 T ForceNoise<T>::energy_of_columns(const LoweredModel<S>& model, const Factors& factors,
                                    const Diagonal& diagonal) {
   T sum = T(S(0));

@@ -24,6 +24,7 @@
 #pragma once
 
 #include <algorithm>
+#include <optional>
 #include <vector>
 
 #include "algorithms/fast/claims/constants.hpp"
@@ -53,7 +54,8 @@ struct CovarianceWorkspace : Placements<T> {
 
   std::vector<Link> links;
   std::vector<Branch> branches;
-  std::vector<Sixfold<T>> z;  // z-, of one state; in lanes N is summed at once
+  std::optional<ForceNoise<T>> forces;  // where the model's rounding depends on the state
+  std::vector<Sixfold<T>> z;            // z-, of one state or where there are forces; else none
   // Of the last call:
   T margin;    // of D (rounding_test.hpp)
   T noise;     // N of force_noise.hpp
@@ -61,14 +63,14 @@ struct CovarianceWorkspace : Placements<T> {
   T squares;   // |a|^2; not finite where an acceleration is not
   T size;      // |a|_s^2, in each joint's own scale (least_inertia.hpp)
   T rounding;  // R of (12) of force_noise.hpp
-  T trace;     // T of force_noise.hpp, of states with joint noise of their own
+  T trace;  // T of force_noise.hpp, where there are forces or states have joint noise of their own
 
   template <class S>
   explicit CovarianceWorkspace(const LoweredModel<S>& model)
-      : Placements<T>(model),
-        links(model.nv()),
-        branches(model.branch_count()),
-        z(Lanes<T>::count == 1 ? model.nv() : 0) {}
+      : Placements<T>(model), links(model.nv()), branches(model.branch_count()) {
+    if (model.rounding_depends_on_state()) forces.emplace(model);
+    if (Lanes<T>::count == 1 || forces) z.resize(model.nv());
+  }
 };
 
 namespace detail {
@@ -210,11 +212,12 @@ KALMARM_INLINE void bias(const LoweredBody<S>& body, const T& wx, const T& wy, c
     z = b;
 }
 
-// The share of link k in N. Sums of one state are made afterwards, several links at once.
+// The share of link k in N. Sums of one state are made afterwards, several links at once, and all that
+// depend on the state.
 template <class T, class S>
 KALMARM_INLINE void watch(const LoweredModel<S>& model, int k, const Sixfold<T>& z,
                           CovarianceWorkspace<T>& ws) {
-  if constexpr (Lanes<T>::count == 1)
+  if (Lanes<T>::count == 1 || ws.forces)
     ws.z[k] = z;
   else if (model.body(k).weights.counts)
     ws.noise += absorbed(model.body(k).weights, z);
@@ -231,6 +234,10 @@ struct BiasedForces {
 
   void begin_all() const {}
   static constexpr bool has_done(int) { return false; }
+  T squared_rate(int k) const {
+    const auto& at = ws.links[k];
+    return at.wx * at.wx + at.wy * at.wy + at.wz * at.wz;
+  }
 
   KALMARM_INLINE void begin(int k, Load& z) const {
     const auto& at = ws.links[k];
@@ -298,7 +305,15 @@ template <class T, class S, class Forces>
 void filter_forces(const LoweredModel<S>& model, CovarianceWorkspace<T>& ws, const Forces& forces) {
   ws.noise = ws.energy = T(S(0));
   filter<T>(model, ws, forces);
-  if constexpr (Lanes<T>::count == 1) ws.noise += force_noise(model, ws.z);
+  if (ws.forces) {
+    ws.forces->begin();
+    for (int k = model.nv() - 1; k >= 0; --k) {
+      ws.forces->charge_bias(model, k, forces.squared_rate(k));
+      ws.noise += ws.forces->charge(model, ws, k, ws.z[k]);
+    }
+  } else if constexpr (Lanes<T>::count == 1) {
+    ws.noise += force_noise(model, ws.z);
+  }
 }
 
 // l- of the parent, where that is not the link before.
@@ -399,6 +414,10 @@ void smooth(const LoweredModel<S>& model, CovarianceWorkspace<T>& ws, T* a) {
     else
       smooth_links<at_rest>(model, run, ws, l, a);
   }
+  if (!ws.forces) return;
+  ws.trace = ws.forces->trace(model, ws);
+  ws.size = T(S(0));
+  for (int k = 0; k < model.nv(); ++k) ws.size += a[k] * a[k] / ws.forces->variance(k);
 }
 
 }  // namespace detail
@@ -424,12 +443,12 @@ void covariance_acceleration(const LoweredModel<S>& model, const T* q, const T* 
   detail::filter_forces(model, ws, detail::NoisyForces<T, S>{{model, tau, ws}, r});
   detail::smooth(model, ws, a);
   using std::max;
-  const T least = T(S(1 / no_body));
-  ws.size = ws.trace = T(S(0));
+  if (!ws.forces) ws.size = ws.trace = T(S(0));
   for (int k = 0; k < model.nv(); ++k) {
-    const T mu = max(max(T(model.least_inertias()[k]), least), r[k]);
-    ws.size += mu * (a[k] * a[k]);
     ws.rounding += (r[k] - T(model.body(k).r)) * (a[k] * a[k]);
+    if (ws.forces) continue;
+    const T mu = max(T(model.least_inertias()[k]), r[k]);
+    ws.size += mu * (a[k] * a[k]);
     ws.trace += T(S(1)) / mu;
   }
 }

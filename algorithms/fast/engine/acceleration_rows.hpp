@@ -57,8 +57,9 @@ class AccelerationRows {
       covariance_acceleration(lowered_, w.rows.q.data(), w.rows.qd.data(), w.rows.tau_or_qdd.data(),
                               w.r.data(), w.swept, w.rows.out.data());
       store();
-      judge(w, acceptance_.judge(F::sums(w.swept), w.swept.trace), first, states, outcomes,
-            left_over);
+      AccelerationSums<P> sums = F::sums(w.swept);
+      sums.trace = w.swept.trace;
+      judge(w, acceptance_.judge(sums), first, states, outcomes, left_over);
     });
   }
 

@@ -41,23 +41,27 @@ class Acceptance {
   // NaN where a is not finite.
   template <class T>
   Judged<T> judge(const AccelerationSums<T>& of_a) const {
-    return judged_beside(of_a, T(allowed_ / largest_variance_));
-  }
-  // With a trace of M^-1 of every lane.
-  template <class T>
-  Judged<T> judge(const AccelerationSums<T>& of_a, const T& trace) const {
-    using std::min;
-    return judged_beside(of_a, T(allowed_) / min(trace, T(largest_variance_)));
+    using std::min, std::sqrt;
+    const T nothing = of_a.squares * T(S(0));
+    const T allowed = T(allowed_) / min(of_a.trace, T(largest_variance_));
+    const T sum = of_a.noise + T(rounding_unit<S>()) * of_a.energy;
+    const T size = larger(of_a.size, T(least_size_));
+    const T of_sweeps = T(unit_of_error()) * sum / size;
+    const T of_answer = T(square(unit_roundoff<S>())) * of_a.rounding / size;
+    return {(allowed * larger(of_a.squares, T(least_)) - sum) + nothing,
+            sqrt(of_sweeps + of_answer) + nothing, of_sweeps};
   }
 
   // Whether the sums of x = M^-1 tau pass (8'), by factors whose D pass their own test. false where x
   // is not finite.
   bool accepts(const SolveSums<S>& of_x) const {
-    return margin(S(of_x.noise + of_unmeasured_D() * of_x.energy), of_x.squares) > S(0);
+    const S sum = of_x.noise + of_unmeasured_D() * of_x.energy;
+    return allowed_ / std::min(of_x.trace, largest_variance_) * of_x.squares > sum;
   }
   template <class P>
   bool accepts(const SolveSums<P>& of_x, int lane) const {
-    return accepts(SolveSums<S>{of_x.noise[lane], of_x.energy[lane], of_x.squares[lane]});
+    return accepts(SolveSums<S>{of_x.noise[lane], of_x.energy[lane], of_x.squares[lane],
+                                detail::number(of_x.trace, lane)});
   }
 
   // Whether a lane's accelerations are accepted, by the margin of D that its sweep has left, and `by`.
@@ -81,28 +85,9 @@ class Acceptance {
     return x * x;
   }
 
-  // (8): what may be added to the sum of N and E, in units of the weights.
-  template <class T>
-  T margin(const T& sum, const T& squares) const {
-    return T(allowed_ / largest_variance_) * squares - sum;
-  }
-
   // (b u)^2, of N in units of its weights.
   static S unit_of_error() {
     return square(S(rounding_constant_of_error) * unit_roundoff<S>()) / rounding_unit<S>();
-  }
-
-  // allowed: beside |a|^2.
-  template <class T>
-  Judged<T> judged_beside(const AccelerationSums<T>& of_a, const T& allowed) const {
-    using std::sqrt;
-    const T nothing = of_a.squares * T(S(0));
-    const T sum = of_a.noise + T(rounding_unit<S>()) * of_a.energy;
-    const T size = larger(of_a.size, T(least_size_));
-    const T of_sweeps = T(unit_of_error()) * sum / size;
-    const T of_answer = T(square(unit_roundoff<S>())) * of_a.rounding / size;
-    return {(allowed * larger(of_a.squares, T(least_)) - sum) + nothing,
-            sqrt(of_sweeps + of_answer) + nothing, of_sweeps};
   }
 
   // The factor of E in (8'), in units of the weights.

@@ -40,7 +40,10 @@ struct CovarianceForm {
 
   template <class T>
   static AccelerationSums<T> sums(const Workspace<T>& swept) {
-    return {swept.noise, swept.energy, swept.squares, swept.size, swept.rounding};
+    AccelerationSums<T> out = {swept.noise, swept.energy, swept.squares, swept.size,
+                               swept.rounding};
+    if (swept.forces) out.trace = swept.trace;
+    return out;
   }
 
   // D and g at q alone.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "algorithms/fast/covariance/force_noise.hpp"
@@ -12,10 +13,11 @@
 
 namespace kalmarm {
 
-// Of x = M^-1 tau, one or one in every lane: N and E of force_noise.hpp, and |x|^2.
+// Of x = M^-1 tau, one or one in every lane: N and E of force_noise.hpp, |x|^2, and T.
 template <class T>
 struct SolveSums {
   T noise, energy, squares;
+  T trace = no_trace<T>();
 };
 
 namespace detail {
@@ -25,10 +27,12 @@ template <class T, class S, class Factors>
 struct SolveObserver {
   const LoweredModel<S>& model;
   const Factors& factors;
+  std::optional<ForceNoise<T>>& forces;
   SolveSums<T>& sums;
 
   KALMARM_INLINE void gathered(int k, const Sixfold<T>& z) const {
-    sums.noise += absorbed(model.body(k).weights, z);
+    sums.noise +=
+        forces ? forces->charge(model, factors, k, z) : absorbed(model.body(k).weights, z);
   }
   void measured(int, const T&) const {}
   KALMARM_INLINE void moved(int k, const T& e, const Sixfold<T>& l) const {
@@ -37,13 +41,22 @@ struct SolveObserver {
   }
 };
 
-// write(k, x) of x = M^-1 tau. all: a path for any tau.
+// What solves need to know of rounding that depends on the state.
+template <class T, class S>
+std::optional<ForceNoise<T>> forces_of(const LoweredModel<S>& model) {
+  std::optional<ForceNoise<T>> out;
+  if (model.rounding_depends_on_state()) out.emplace(model);
+  return out;
+}
+
+// write(k, x) of x = M^-1 tau. all: a path for any tau. forces: forces_of the model.
 template <class T, class S, class Factors, class Tau, class Write>
 KALMARM_INLINE SolveSums<T> solve(const LoweredModel<S>& model, const Factors& factors,
                                   const char* all, const Tau& tau, ColumnsWorkspace<T>& ws,
-                                  const Write& write) {
+                                  std::optional<ForceNoise<T>>& forces, const Write& write) {
   SolveSums<T> sums = {T(S(0)), T(S(0)), T(S(0))};
-  const SolveObserver<T, S, Factors> observer = {model, factors, sums};
+  const SolveObserver<T, S, Factors> observer = {model, factors, forces, sums};
+  if (forces) forces->begin();
   sweep_inward(model, factors, model.nv() - 1, all, tau, ws, observer);
   sweep_outward(
       model, factors, model.nv() - 1, ws,
@@ -52,6 +65,7 @@ KALMARM_INLINE SolveSums<T> solve(const LoweredModel<S>& model, const Factors& f
         write(k, x);
       },
       observer);
+  if (forces) sums.trace = forces->trace(model, factors);
   return sums;
 }
 
@@ -65,7 +79,12 @@ class FactorSolver {
   static constexpr int lanes = Lanes<Few>::count;
 
   explicit FactorSolver(const LoweredModel<S>& model)
-      : one_(model), few_(model), all_(model.nv(), 1), block_(model.nv()) {}
+      : one_(model),
+        few_(model),
+        forces_of_one_(detail::forces_of<S>(model)),
+        forces_of_few_(detail::forces_of<Few>(model)),
+        all_(model.nv(), 1),
+        block_(model.nv()) {}
 
   // X (nv x m) = M^-1 T (nv x m) of m columns, at most `lanes`; column j is in lane j of what is
   // returned. left >= m: so many columns of T can be read. About 127 nv m flops. Factors: as in
@@ -76,13 +95,13 @@ class FactorSolver {
     const int nv = model.nv();
     if (m == 1) {
       const SolveSums<S> one = detail::solve(
-          model, factors, all_.data(), [&](int k) { return T[k]; }, one_,
+          model, factors, all_.data(), [&](int k) { return T[k]; }, one_, forces_of_one_,
           [&](int k, const S& x) { X[k] = x; });
-      return {Few(one.noise), Few(one.energy), Few(one.squares)};
+      return {Few(one.noise), Few(one.energy), Few(one.squares), Few(one.trace)};
     }
     to_lanes(T, nv, m, left, block_);
     const SolveSums<Few> sums = detail::solve(
-        model, factors, all_.data(), [&](int k) { return block_[k]; }, few_,
+        model, factors, all_.data(), [&](int k) { return block_[k]; }, few_, forces_of_few_,
         [&](int k, const Few& x) { block_[k] = x; });
     from_lanes(block_, nv, m, X);
     return sums;
@@ -91,6 +110,8 @@ class FactorSolver {
  private:
   ColumnsWorkspace<S> one_;
   ColumnsWorkspace<Few> few_;
+  std::optional<ForceNoise<S>> forces_of_one_;
+  std::optional<ForceNoise<Few>> forces_of_few_;
   std::vector<char> all_;   // links: a path for any tau
   std::vector<Few> block_;  // of columns
 };
@@ -103,7 +124,7 @@ class RowSolver {
 
  public:
   explicit RowSolver(const LoweredModel<S>& model)
-      : ws_(model), path_(model.nv()), x_(model.nv()) {}
+      : ws_(model), forces_(detail::forces_of<P>(model)), path_(model.nv()), x_(model.nv()) {}
 
   // x() = M^-1 tau (nv), one tau in every lane; tau may be x(). About 127 nv flops a lane. Factors: as
   // in columns.hpp.
@@ -112,7 +133,7 @@ class RowSolver {
                      const std::vector<P>& tau) {
     std::fill(path_.begin(), path_.end(), char(1));
     return detail::solve(
-        model, factors, path_.data(), [&](int k) { return tau[k]; }, ws_,
+        model, factors, path_.data(), [&](int k) { return tau[k]; }, ws_, forces_,
         [&](int k, const P& x) { x_[k] = x; });
   }
 
@@ -123,7 +144,7 @@ class RowSolver {
     for (int k = model.nv() - 1; k >= 0; --k)
       if (path_[k] && model.link(k).parent >= 0) path_[model.link(k).parent] = 1;
     return detail::solve(
-        model, factors, path_.data(), [&](int k) { return P(b[k]); }, ws_,
+        model, factors, path_.data(), [&](int k) { return P(b[k]); }, ws_, forces_,
         [&](int k, const P& x) { x_[k] = x; });
   }
 
@@ -132,6 +153,7 @@ class RowSolver {
 
  private:
   ColumnsWorkspace<P> ws_;
+  std::optional<ForceNoise<P>> forces_;
   std::vector<char> path_;  // links with a b outboard that is not 0
   std::vector<P> x_;
 };

@@ -8,6 +8,7 @@
 
 #include <vector>
 
+#include "algorithms/fast/claims/constants.hpp"
 #include "algorithms/fast/lowering/link_frame.hpp"
 #include "algorithms/model/model.hpp"
 #include "algorithms/spatial/sincos.hpp"
@@ -47,6 +48,9 @@ struct RoundingWeights {
   S bias = S(0);        // of w^4, for what cancels within a link's own bias (force_noise.hpp)
   bool tested = false;  // else nothing is lost in any position, here and outboard
   bool counts = true;   // what is rounded here is not counted by another link
+
+  // Whether the body resists motions about every axis, so that what is pending ends here.
+  bool absorbs() const { return moment < S(no_body); }
 
   // Between the DoF of a joint in one block step nothing is rounded that its last does not count.
   void leave_to_the_last() {

@@ -53,6 +53,13 @@ class LoweredModel {
     return std::any_of(bodies_.begin(), bodies_.end(),
                        [](const LoweredBody<S>& body) { return body.weights.tested; });
   }
+  // Whether some link cannot absorb, or no T for all states is known (force_noise.hpp).
+  bool rounding_depends_on_state() const {
+    return !(largest_variance_ < S(no_body)) ||
+           std::any_of(bodies_.begin(), bodies_.end(), [](const LoweredBody<S>& body) {
+             return body.weights.counts && !body.weights.absorbs();
+           });
+  }
   const LoweredLink<S>& link(int k) const { return links_[k]; }
   const LoweredBody<S>& body(int k) const { return bodies_[k]; }
   // Axx to Czz of the links' weights, link after link.

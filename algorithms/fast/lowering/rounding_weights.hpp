@@ -163,7 +163,8 @@ class WeightsOfLinks {
     out.force = weight(own.tail<3>().sum());
     out.reach = S(children.squares.sum());
     const BiasTerms terms = bias_terms(body);
-    out.bias = weight((w.head<3>() * terms.moments).sum() + w.tail<3>().sum() * terms.force);
+    if (absorbs)
+      out.bias = weight((w.head<3>() * terms.moments).sum() + w.tail<3>().sum() * terms.force);
   }
 
   static void add_body(const LoweredBody<S>& body, Largest& to) {

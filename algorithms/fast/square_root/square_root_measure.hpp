@@ -29,7 +29,9 @@ struct SquareRootWorkspace : CovarianceWorkspace<T> {
 
   template <class S>
   explicit SquareRootWorkspace(const LoweredModel<S>& model)
-      : CovarianceWorkspace<T>(model), sums(model.branch_count()) {}
+      : CovarianceWorkspace<T>(model), sums(model.branch_count()) {
+    this->forces.reset();  // N is by (2) alone
+  }
 };
 
 namespace detail {

@@ -167,8 +167,10 @@ TEST(InverseMassFlops, HingeOfAChainCostsNoMoreThanIsSaid) {
       detail::sweep_outward(model, factors, n - 1, ws, [](int, const Count&) {});
     });
     expect(85, 135, "solve_watched", [&] {
+      auto forces = detail::forces_of<Count>(model);
       detail::solve(
-          model, factors, all.data(), [](int) { return Count(1); }, ws, [](int, const Count&) {});
+          model, factors, all.data(), [](int) { return Count(1); }, ws, forces,
+          [](int, const Count&) {});
     });
     expect(200, 270, "lambda", [&] { fast_lambda(model, factors, lambda); });
     expect(50, 110, "composite", [&] { composite_forces(model, at.q.data(), composite); });
