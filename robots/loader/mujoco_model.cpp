@@ -1,5 +1,7 @@
 #include "robots/loader/mujoco_model.hpp"
 
+#include <algorithm>
+#include <memory>
 #include <utility>
 
 #include "robots/loader/files/given_inertia.hpp"
@@ -15,16 +17,11 @@
 namespace kalmarm {
 namespace {
 
-// With `what`, MuJoCo's reason and what may be behind it.
-[[noreturn]] void refuse(mjSpec* spec, const std::string& what, const std::string& hint) {
+// Throws InputError with `what`, MuJoCo's reason and what may be behind it.
+mjModel* compiled(mjSpec* spec, const std::string& what, const std::string& hint = "") {
+  if (mjModel* model = mj_compile(spec, nullptr)) return model;
   throw InputError(what + ": " + std::string(mjs_getError(spec)) +
                    (hint.empty() ? "" : " (" + hint + ")"));
-}
-
-mjModel* compiled(mjSpec* spec, const std::string& what, const std::string& hint = "") {
-  mjModel* model = mj_compile(spec, nullptr);
-  if (!model) refuse(spec, what, hint);
-  return model;
 }
 
 std::shared_ptr<const MujocoModel> moving(mjModel* model, const std::string& what,
@@ -37,23 +34,33 @@ std::shared_ptr<const MujocoModel> moving(mjModel* model, const std::string& wha
   return out;
 }
 
-// A file may hold actuators that MuJoCo refuses, and a robot needs none of them: then all are muted, and
-// `refused` has the reason.
-mjModel* compiled_without_bad_actuators(mjSpec* spec, const std::string& what,
-                                        const std::string& hint, std::vector<Control>& controls,
-                                        std::string& refused) {
+// A file may hold parts that MuJoCo refuses and no robot needs: actuators, which are all muted then, and
+// bodies that cannot move, whose mass settotalmass leaves out then. `notes` have the reasons.
+mjModel* compiled_without_bad_parts(mjSpec* spec, const std::string& what, const std::string& hint,
+                                    std::vector<Control>& controls, std::vector<std::string>& notes,
+                                    bool takes_steps) {
   if (mjModel* model = mj_compile(spec, nullptr)) return model;
-  if (controls.empty()) refuse(spec, what, hint);
-  refused = mjs_getError(spec);
-  for (const Control& control : controls) mute(mjs_asActuator(control.actuator));
-  controls.clear();
+  if (!controls.empty()) {
+    if (takes_steps)
+      notes.push_back(one_line("ignored: all actuators, of which MuJoCo refuses one: " +
+                               std::string(mjs_getError(spec))));
+    for (const Control& control : controls) mute(mjs_asActuator(control.actuator));
+    controls.clear();
+    if (mjModel* model = mj_compile(spec, nullptr)) return model;
+  }
+  if (spec->compiler.settotalmass > 0) {
+    notes.push_back(
+        one_line("settotalmass without bodies that cannot move, of which MuJoCo refuses one: " +
+                 std::string(mjs_getError(spec))));
+    strip_inertias(spec, false);
+  }
   return compiled(spec, what, hint);
 }
 
 std::string note_of(const std::vector<GivenInertia>& taken) {
   std::string bodies;
   for (const GivenInertia& given : taken)
-    if (given.mass > 0)
+    if (!given.given.massless() && !given.is_of_solid())
       bodies += (bodies.empty() ? "'" : ", '") + name_of(given.body->element) + "'";
   return bodies.empty()
              ? ""
@@ -99,16 +106,21 @@ std::shared_ptr<const MujocoModel> MujocoModel::load(const std::string& path,
     const std::vector<GivenInertia> taken = take_out_inertias(spec.get());
     if (const std::string note = one_line(note_of(taken)); !note.empty()) notes.push_back(note);
     const std::vector<DampingRatio> ratios = damping_ratios(spec.get());
-    std::string bad;
-    mjModel* model = compiled_without_bad_actuators(spec.get(), path, weights, set, bad);
-    if (!bad.empty() && options.takes_steps)
-      notes.push_back(one_line("ignored: all actuators, of which MuJoCo refuses one: " + bad));
-    put_back(taken, model);
-    if (!taken.empty() && !ratios.empty()) set_dampers(ratios, diagonal_at_start(model), model);
-    VectorX<double> controls = limited_controls(model, set);
-    if (const int muted = mute_destabilising(model, controls); muted > 0 && options.takes_steps)
+    std::unique_ptr<mjModel, void (*)(mjModel*)> model(
+        compiled_without_bad_parts(spec.get(), path, weights, set, notes, options.takes_steps),
+        mj_deleteModel);
+    put_back(taken, spec.get(), model.get());
+    if (!taken.empty()) {  // what the compiler made of the balls
+      const VectorX<double> M0 = diagonal_at_start(model.get());
+      std::copy(M0.begin(), M0.end(), model->dof_M0);
+      set_dampers(ratios, M0, model.get());
+    }
+    VectorX<double> controls = limited_controls(model.get(), set);
+    if (const int muted = mute_destabilising(model.get(), controls);
+        muted > 0 && options.takes_steps)
       notes.push_back("ignored: " + counted(muted, "actuator with negative stiffness or damping"));
-    auto out = moving(model, path, std::move(notes), std::move(key), std::move(controls), imposed);
+    auto out = moving(model.release(), path, std::move(notes), std::move(key), std::move(controls),
+                      imposed);
     out->actuators();  // refuses here what is not finite
     if (options.takes_steps) check_tendons(out->get());
     out->lower();  // refuses here what it cannot hold

@@ -2,9 +2,9 @@
 //
 // What dynamics and implicit steps do not ask for is taken out before compiling (mjSpec): sensors,
 // actuators whose force is not that of a spring, a damper and a torque (actuators.hpp), tendons that are
-// no rows (tendons.hpp), contacts, equalities, keyframes, cameras, lights, sites, materials, textures, skins, the inertias
-// of bodies that cannot move, and every geom and mesh whose body cannot move or has an explicit
-// inertia. So a robot whose mesh files are missing still loads; where an inertia has to
+// no rows (tendons.hpp), contacts, equalities, keyframes, cameras, lights, sites, materials, textures,
+// skins, the inertias of bodies that cannot move (but their mass where settotalmass counts it), and every
+// geom and mesh that no inertia comes from. So a robot whose mesh files are missing still loads; where an inertia has to
 // come from a geom, the geom stays. Armature stays wherever MuJoCo adds it to M: on joints, and on
 // actuators that drive a single hinge or slide; armature on tendons or on other transmissions
 // couples joints, and such a file is refused, but that of fixed tendons where steps are taken.

@@ -1,6 +1,7 @@
 #include "robots/loader/mujoco_strip.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <string>
 #include <vector>
@@ -13,6 +14,8 @@
 
 namespace kalmarm {
 namespace {
+
+constexpr double not_given = std::numeric_limits<double>::quiet_NaN();
 
 // Whether an actuator acts along a tendon that is a row.
 bool drives_row(mjSpec* spec, const mjsActuator* actuator) {
@@ -42,22 +45,30 @@ void refuse_coupling_armature(mjSpec* spec, bool takes_steps) {
   }
 }
 
-// Bodies that cannot move need no inertia, and files often give them one that is none. Parents come
-// before their children.
-std::vector<const mjsBody*> strip_static_inertias(mjSpec* spec) {
-  std::vector<const mjsBody*> fixed = {mjs_findBody(spec, "world")};
-  for (mjsElement* e : elements(spec, mjOBJ_BODY)) {
-    mjsBody* body = mjs_asBody(e);
-    const bool moves = mjs_firstChild(body, mjOBJ_JOINT, 0) != nullptr;
-    const mjsBody* parent = mjs_getParent(e);
-    if (moves || std::find(fixed.begin(), fixed.end(), parent) == fixed.end()) continue;
-    fixed.push_back(body);
-    body->explicitinertial = 0;
-    body->mass = 0;
-    body->ipos[0] = body->fullinertia[0] = std::numeric_limits<double>::quiet_NaN();  // not given
-    std::fill(body->inertia, body->inertia + 3, 0.0);
-  }
-  return fixed;
+// Whether MuJoCo's compiler counts a geom among those that a body's inertia comes from.
+bool weighs(const mjSpec* spec, const mjsGeom* geom) {
+  const int* range = spec->compiler.inertiagrouprange;
+  if (geom->group < range[0] || geom->group > range[1]) return false;
+  return std::isnan(geom->mass) ? geom->density != 0 : geom->mass != 0;
+}
+
+// Whether settotalmass counts a body that cannot move. With fusestatic the world takes those in that hang
+// on no mocap body, and their mass is lost.
+bool counts_in_total(const mjSpec* spec, const mjsBody* body) {
+  if (!(spec->compiler.settotalmass > 0)) return false;
+  for (; const mjsBody* parent = mjs_getParent(body->element); body = parent)
+    if (body->mocap || !spec->compiler.fusestatic) return true;
+  return false;
+}
+
+// Of a body that cannot move nothing but its mass can count.
+void strip_static_inertia(mjsBody* body, bool keeps_mass) {
+  const bool weighs = keeps_mass && body->explicitinertial && body->mass > 0;
+  body->explicitinertial = weighs;
+  if (!weighs) body->mass = 0;
+  std::fill(body->ipos, body->ipos + 3, weighs ? 0.0 : not_given);
+  std::fill(body->inertia, body->inertia + 3, body->mass);  // a ball
+  body->fullinertia[0] = not_given;
 }
 
 // Those whose force is no part of implicit steps stay for what they add to M and the damping of a joint.
@@ -89,20 +100,49 @@ void strip_tendons(mjSpec* spec) {
 
 }  // namespace
 
-bool inertia_from_geoms(const mjSpec* spec, const mjsBody* body) {
-  switch (spec->compiler.inertiafromgeom) {
-    case mjINERTIAFROMGEOM_FALSE:
-      return false;
-    case mjINERTIAFROMGEOM_TRUE:
-      return true;
-    default:
-      return !body->explicitinertial;
+bool inertia_from_geoms(const mjSpec* spec, mjsBody* body) {
+  const int policy = spec->compiler.inertiafromgeom;
+  if (policy == mjINERTIAFROMGEOM_FALSE) return false;
+  if (policy != mjINERTIAFROMGEOM_TRUE && body->explicitinertial) return false;
+  for (mjsElement* e = mjs_firstChild(body, mjOBJ_GEOM, 0); e; e = mjs_nextChild(body, e, 0))
+    if (weighs(spec, mjs_asGeom(e))) return true;
+  return false;
+}
+
+void strip_inertias(mjSpec* spec, bool keeps_static_mass) {
+  for (mjsElement* e : elements(spec, mjOBJ_BODY)) {
+    mjsBody* body = mjs_asBody(e);
+    const bool is_world = mjs_getParent(e) == nullptr;
+    const bool is_used = moves(body) || (keeps_static_mass && counts_in_total(spec, body));
+    const bool from_geoms = is_used && inertia_from_geoms(spec, body);
+    std::vector<mjsElement*> geoms;
+    for (mjsElement* g = mjs_firstChild(body, mjOBJ_GEOM, 0); g; g = mjs_nextChild(body, g, 0))
+      geoms.push_back(g);
+    for (mjsElement* g : geoms) {
+      mjsGeom* geom = mjs_asGeom(g);
+      if (!from_geoms || !weighs(spec, geom)) {
+        mjs_delete(spec, g);
+        continue;
+      }
+      mjs_setString(geom->material, "");
+      geom->contype = geom->conaffinity = 0;
+    }
+    if (!moves(body) && !is_world && !from_geoms) strip_static_inertia(body, is_used);
   }
+  std::vector<std::string> meshes;
+  for (mjsElement* e : elements(spec, mjOBJ_GEOM))
+    meshes.push_back(mjs_getString(mjs_asGeom(e)->meshname));
+  for (mjsElement* e : elements(spec, mjOBJ_MESH))
+    if (std::find(meshes.begin(), meshes.end(), name_of(e)) == meshes.end())
+      mjs_delete(spec, e);
+    else
+      mjs_setString(mjs_asMesh(e)->material, "");
 }
 
 void strip(mjSpec* spec, Sites sites, bool takes_steps) {
   refuse_coupling_armature(spec, takes_steps);
   spec->memory = -1;  // as much as the compiler needs, whatever a simulation is given
+  spec->compiler.discardvisual = 0;  // of a URDF: the geoms that stay have a mass
   for (mjsElement* e : elements(spec, mjOBJ_JOINT))
     if (mjsJoint* joint = mjs_asJoint(e); joint->type == mjJNT_BALL) {
       joint->limited = mjLIMITED_FALSE;  // its limit may be one that MuJoCo does not have
@@ -121,25 +161,7 @@ void strip(mjSpec* spec, Sites sites, bool takes_steps) {
     else
       mjs_delete(spec, e);
 
-  const std::vector<const mjsBody*> fixed = strip_static_inertias(spec);
-  std::vector<std::string> meshes;
-  for (mjsElement* e : elements(spec, mjOBJ_GEOM)) {
-    mjsGeom* geom = mjs_asGeom(e);
-    const mjsBody* body = mjs_getParent(e);
-    const bool is_fixed = std::find(fixed.begin(), fixed.end(), body) != fixed.end();
-    if (is_fixed || !inertia_from_geoms(spec, body)) {
-      mjs_delete(spec, e);
-      continue;
-    }
-    mjs_setString(geom->material, "");
-    geom->contype = geom->conaffinity = 0;
-    meshes.push_back(mjs_getString(geom->meshname));
-  }
-  for (mjsElement* e : elements(spec, mjOBJ_MESH))
-    if (std::find(meshes.begin(), meshes.end(), name_of(e)) == meshes.end())
-      mjs_delete(spec, e);
-    else
-      mjs_setString(mjs_asMesh(e)->material, "");
+  strip_inertias(spec, true);
   for (const mjtObj type : {mjOBJ_MATERIAL, mjOBJ_TEXTURE, mjOBJ_HFIELD})
     for (mjsElement* e : elements(spec, type)) mjs_delete(spec, e);
 }

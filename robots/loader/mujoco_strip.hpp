@@ -8,8 +8,13 @@ namespace kalmarm {
 
 enum class Sites { stripped, kept };
 
-// True where MuJoCo's compiler will take the body's inertia from its geoms.
-bool inertia_from_geoms(const mjSpec* spec, const mjsBody* body);
+// True where MuJoCo's compiler will take the body's inertia from its geoms. Those that have no mass or
+// are outside of inertiagrouprange do not count.
+bool inertia_from_geoms(const mjSpec* spec, mjsBody* body);
+
+// Takes out all geoms and meshes but those that an inertia comes from, and the inertias of bodies that
+// cannot move but the mass that counts in settotalmass, if it is kept.
+void strip_inertias(mjSpec* spec, bool keeps_static_mass);
 
 // Throws InputError where armature couples joints; of fixed tendons it may where whoever asks takes steps
 // with their rows.

@@ -24,8 +24,9 @@ namespace kalmarm {
 // 1000 kg/m^3, as MuJoCo has it; or that where its mesh files are there, and else nothing.
 enum class UrdfInertia { where_found, none, geometry };
 
-// Inertias that no solid body has: with principal moments A <= B < C - A they are taken as given, and
-// with a negative one refused; or all are made those of the nearest solid body.
+// Inertias that no solid body has: with principal moments A <= B < C - A, or without a mass, they are
+// taken as given, and with a negative moment and a mass refused; or all are made those of the nearest
+// solid body.
 enum class InertiaPolicy { given, balanced };
 
 // How a file is read where there is more than one way. What is not named is as the file has it.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <optional>
 
 #include "algorithms/spatial/principal_axes.hpp"
 #include "robots/loader/input_error.hpp"
@@ -18,27 +19,59 @@ using Vec3 = Vector3<double>;
 constexpr double thinnest = 1e-4;   // least of a balanced body's second moments over the largest
 constexpr double least = 1e-14;     // moment of inertia that MuJoCo takes [kg m^2]
 constexpr double rounding = 1e-12;  // of a tensor that is singular as written, over its largest
+constexpr double digits = 1e-6;     // of a tensor as exporters write it, over its largest
 
-bool is_solid(Vec3 moments) {
+// A + B - C over C of moments A <= B <= C: not negative of solid bodies, zero of flat ones.
+double thickness(Vec3 moments) {
   std::sort(moments.begin(), moments.end());
-  return moments[0] + moments[1] >= moments[2];
+  return moments[2] > 0 ? (moments[0] + moments[1] - moments[2]) / moments[2] : 0;
 }
+
+bool is_solid(const Vec3& moments) { return thickness(moments) >= -digits; }
 
 bool is_full(const mjsBody* body) { return !std::isnan(body->fullinertia[0]); }
 
-// Its axes are those of the inertial frame, unless the whole tensor is given.
+// About the axes of the inertial frame, unless the whole tensor is given.
 RigidBody<double> principal(const mjsBody* body) {
   const double* I = body->fullinertia;  // xx, yy, zz, xy, xz, yz
   if (!is_full(body)) return {.mass = body->mass, .moments = Eigen::Map<const Vec3>(body->inertia)};
+  if (Eigen::Map<const Vec3>(I + 3).isZero(0))  // exact: a zero stays one
+    return {.mass = body->mass, .moments = Eigen::Map<const Vec3>(I)};
   Matrix3<double> tensor;
   tensor << I[0], I[3], I[4], I[3], I[1], I[5], I[4], I[5], I[2];
   return with_principal_axes<double>(body->mass, Vec3::Zero(), tensor);
 }
 
-// The axes of the inertial frame become the principal ones.
+// The body that a file describes by a mass, a tensor, an inertial frame or none of them, in that frame and
+// with the bounds and the balance that the file asks for; none where geoms describe it. Where there is no
+// mass a negative moment is zero; a negative mass is none.
+std::optional<RigidBody<double>> given_body(const mjSpec* spec, mjsBody* body) {
+  if (inertia_from_geoms(spec, body)) return std::nullopt;
+  RigidBody<double> out;
+  if (body->explicitinertial) out = principal(body);
+  const double zero = std::max(least, rounding * out.moments.maxCoeff());
+  if (out.moments.minCoeff() > -zero) out.moments = out.moments.cwiseMax(0);
+  if (!(out.mass > 0)) out.moments = out.moments.cwiseMax(0);
+  const double least_mass = spec->compiler.boundmass, least_moment = spec->compiler.boundinertia;
+  if (least_mass > 0) out.mass = std::max(out.mass, least_mass);
+  // MuJoCo leaves out what is to be fused and has no mass.
+  const bool is_left_out = out.mass == 0 && !has_joint(body) && spec->compiler.fusestatic;
+  if (least_moment > 0 && !is_left_out) out.moments = out.moments.cwiseMax(least_moment);
+  if (!out.moments.allFinite()) return out;
+  if (spec->compiler.balanceinertia) {
+    out.moments = out.moments.cwiseMax(0);
+    if (thickness(out.moments) < 0) out.moments.setConstant(out.moments.mean());
+  }
+  return out.mass < 0 ? RigidBody<double>{} : out;
+}
+
+// The inertial frame's axes become the principal ones.
 void set_moments(mjsBody* body, const Eigen::Quaternion<double>& axes, const Vec3& moments) {
   if (is_full(body)) {
-    const double quat[] = {axes.w(), axes.x(), axes.y(), axes.z()};
+    const double* q = body->iquat;
+    const Eigen::Quaternion<double> turned =
+        Eigen::Quaternion<double>(q[0], q[1], q[2], q[3]) * axes;
+    const double quat[] = {turned.w(), turned.x(), turned.y(), turned.z()};
     std::copy(quat, quat + 4, body->iquat);
     body->fullinertia[0] = std::numeric_limits<double>::quiet_NaN();  // not given
   }
@@ -51,27 +84,29 @@ std::string words(const Vec3& moments) {
   return text;
 }
 
-// Whether MuJoCo's compiler takes these moments of the body. Where it is welded to others they may
-// be zero, unless the whole tensor is given.
-bool is_held(mjsBody* body, const Vec3& moments) {
-  if (!is_solid(moments)) return false;
-  return moments.minCoeff() >= least || (!is_full(body) && !has_joint(body));
+// Whether MuJoCo's compiler takes a body that has mass, whose own eigenvalues of a whole tensor are
+// rounded. Where it is welded to others its moments may be zero, unless the whole tensor is given.
+bool is_held(const mjSpec* spec, mjsBody* body, const Vec3& moments) {
+  const double thinnest_held = is_full(body) ? digits : 0;
+  if (!spec->compiler.balanceinertia && thickness(moments) < thinnest_held) return false;
+  if (moments.minCoeff() >= least) return true;
+  return !is_full(body) && !has_joint(body) &&
+         Eigen::Map<const Vec3>(body->inertia).minCoeff() >= 0;
 }
 
-bool has_mass(mjSpec* spec, mjsBody* body) {
-  if (inertia_from_geoms(spec, body)) return mjs_firstChild(body, mjOBJ_GEOM, 0) != nullptr;
-  return body->mass > 0;
+bool is_massless(const mjSpec* spec, mjsBody* body) {
+  const std::optional<RigidBody<double>> given = given_body(spec, body);
+  return given && given->massless();
 }
 
-// A link without mass between joints, as ROS's files have them; one with nothing beyond it is
-// MuJoCo's to refuse, and so is what a file asks MuJoCo to change of masses.
-bool is_massless_link(mjSpec* spec, mjsBody* body) {
-  if (!has_joint(body) || has_mass(spec, body)) return false;
-  if (spec->compiler.boundmass > 0 || spec->compiler.settotalmass > 0) return false;
+// A link without inertia between joints, as ROS's files have them; one with nothing beyond it is
+// MuJoCo's to refuse.
+bool is_between_joints(const mjSpec* spec, mjsBody* body) {
+  if (!has_joint(body)) return false;
   bool bears_mass = false;
   for (mjsElement* e = mjs_firstChild(body, mjOBJ_BODY, 1); e; e = mjs_nextChild(body, e, 1)) {
     mjsBody* at = mjs_asBody(e);
-    if (!has_mass(spec, at)) continue;
+    if (is_massless(spec, at)) continue;
     bears_mass = true;
     while (at != body && !has_joint(at)) at = mjs_getParent(at->element);
     if (at == body) return false;  // welded to it
@@ -79,39 +114,50 @@ bool is_massless_link(mjSpec* spec, mjsBody* body) {
   return bears_mass;
 }
 
-GivenInertia take_out_massless(mjsBody* body) {
+double mass_of_ball(const RigidBody<double>& given) { return given.mass > 0 ? given.mass : 1; }
+
+// In the place of a body, on its principal axes.
+void set_ball(mjsBody* body, const RigidBody<double>& given) {
+  if (!body->explicitinertial)  // where MuJoCo has a body that only its bounds give an inertia
+    std::copy(body->pos, body->pos + 3, body->ipos);
   body->explicitinertial = 1;
-  body->mass = 1;
-  std::fill(body->ipos, body->ipos + 3, 0.0);
-  set_moments(body, Eigen::Quaternion<double>::Identity(), Vec3::Ones());
-  return {body, 0, Vec3::Zero()};
+  body->mass = mass_of_ball(given);
+  set_moments(body, given.axes,
+              Vec3::Constant(given.mass > 0 ? std::max(given.moments.mean(), 2 * least) : 1));
 }
 
 }  // namespace
 
 std::vector<GivenInertia> take_out_inertias(mjSpec* spec) {
-  std::vector<GivenInertia> taken;
-  if (spec->compiler.balanceinertia) return taken;
+  std::vector<GivenInertia> taken, frames;
   for (mjsElement* e : elements(spec, mjOBJ_BODY)) {
     mjsBody* body = mjs_asBody(e);
-    if (is_massless_link(spec, body)) {
-      taken.push_back(take_out_massless(body));
-      continue;
+    if (!moves(body)) continue;
+    const std::optional<RigidBody<double>> given = given_body(spec, body);
+    if (!given || !given->moments.allFinite() || !(given->mass >= 0)) continue;
+    if (given->massless() && (has_joint(body) || body->mass == 0)) {
+      set_moments(body, given->axes, Vec3::Zero());
+      if (!has_joint(body)) frames.push_back({body, *given});
     }
-    if (!body->explicitinertial || inertia_from_geoms(spec, body) || !(body->mass > 0)) continue;
-    const RigidBody<double> given = principal(body);
-    const double zero = std::max(least, rounding * given.moments.maxCoeff());
-    const bool is_rounded = given.moments.minCoeff() > -zero;
-    const Vec3 moments = is_rounded ? given.moments.cwiseMax(0) : given.moments;
-    if (!moments.allFinite() || is_held(body, moments)) continue;
-    if (moments.minCoeff() < 0)
+    const bool is_compiled = given->massless()
+                                 ? !is_between_joints(spec, body)
+                                 : given->mass > 0 && is_held(spec, body, given->moments);
+    if (is_compiled) continue;
+    if (given->moments.minCoeff() < 0)
       throw InputError("body '" + name_of(e) + "' has a negative moment of inertia (" +
-                       words(moments) + "): --inertia balanced takes the nearest body");
-    set_moments(body, given.axes, Vec3::Constant(std::max(moments.mean(), 2 * least)));
-    taken.push_back({body, body->mass, moments.cwiseMax(spec->compiler.boundinertia)});
+                       words(given->moments) + "): --inertia balanced takes the nearest body");
+    set_ball(body, *given);
+    taken.push_back({body, *given});
   }
-  if (!taken.empty()) spec->compiler.fusestatic = 0;  // a sum of inertias could not be put back
+  if (!taken.empty() && spec->compiler.fusestatic) {  // a sum of inertias could not be put back
+    spec->compiler.fusestatic = 0;
+    taken.insert(taken.end(), frames.begin(), frames.end());
+  }
   return taken;
+}
+
+bool GivenInertia::is_of_solid() const {
+  return given.mass > 0 && given.moments.minCoeff() > 0 && is_solid(given.moments);
 }
 
 std::string balance_inertias(mjSpec* spec) {
@@ -132,13 +178,15 @@ std::string balance_inertias(mjSpec* spec) {
   return changed.empty() ? "" : "balanced moments of inertia: " + changed;
 }
 
-void put_back(const std::vector<GivenInertia>& taken, mjModel* model) {
-  for (const GivenInertia& given : taken) {
-    const int body = mjs_getId(given.body->element);
-    const double scale = model->body_mass[body] / given.body->mass;
-    model->body_mass[body] = scale * given.mass;
-    Eigen::Map<Vec3>(model->body_inertia + 3 * body) = scale * given.moments;
+void put_back(const std::vector<GivenInertia>& taken, const mjSpec* spec, mjModel* model) {
+  for (const auto& [body, given] : taken) {
+    const int i = mjs_getId(body->element);
+    const double scale = model->body_mass[i] / mass_of_ball(given);
+    model->body_mass[i] = scale * given.mass;
+    Eigen::Map<Vec3>(model->body_inertia + 3 * i) = scale * given.moments;
   }
+  if (!taken.empty() && spec->compiler.settotalmass > 0)
+    mj_setTotalmass(model, spec->compiler.settotalmass);
   std::copy(model->body_mass, model->body_mass + model->nbody, model->body_subtreemass);
   for (auto body = model->nbody - 1; body > 0; --body)
     model->body_subtreemass[model->body_parentid[body]] += model->body_subtreemass[body];

@@ -1,10 +1,11 @@
 // Inertias that no solid body has, but a robot's file does: with principal moments A <= B < C - A, of
-// rods and points with zero moments, of links between joints without mass.
+// flat bodies (A + B = C) to rounding, of rods and points with zero moments, of rotors that have a
+// tensor and no mass, of links between joints without either.
 //
 // M(k) = [[m 1, m c^], [-m c^, I - m c^ c^]] is positive semidefinite wherever m and the moments of
 // I about the centre of mass are not negative, and nothing here asks for more, as long as something
-// beyond each joint has inertia; MuJoCo's compiler does, although its dynamics do not. So it compiles a ball in the place of such a body and is given the moments
-// afterwards.
+// beyond each joint has inertia; MuJoCo's compiler does, although its dynamics do not. So it
+// compiles a ball in the place of such a body and is given mass and moments afterwards.
 //
 // Balanced instead: with the second moments s_i = (A + B + C)/2 - moment_i, which a solid body has
 // not negative, the nearest body has max(s_i, s_max/10^4) and from them its moments, on the same
@@ -16,23 +17,25 @@
 #include <string>
 #include <vector>
 
-#include "algorithms/spatial/spatial.hpp"
+#include "algorithms/spatial/inertia.hpp"
 
 namespace kalmarm {
 
 struct GivenInertia {
   const mjsBody* body;
-  double mass;
-  Vector3<double> moments;  // principal, about the centre of mass
+  RigidBody<double> given;  // in the inertial frame
+
+  // Some solid body, which may be flat, has it, within the digits that files have.
+  bool is_of_solid() const;
 };
 
-// Puts balls in the places of such bodies of a stripped specification, unless the file asks MuJoCo to
-// balance them. Throws InputError where a moment is negative by more than rounding.
+// Puts balls in the places of such bodies of a stripped specification. Throws InputError where a moment
+// is negative by more than rounding.
 std::vector<GivenInertia> take_out_inertias(mjSpec* spec);
 
-// What was taken out of the specification, into the model compiled from it; scaled as the compiler
-// has scaled the mass.
-void put_back(const std::vector<GivenInertia>& taken, mjModel* model);
+// What was taken out of the specification, into the model compiled from it, scaled to the total mass
+// that the file sets.
+void put_back(const std::vector<GivenInertia>& taken, const mjSpec* spec, mjModel* model);
 
 // Makes the inertias of moving bodies those of the nearest solid bodies. Returns a line that says
 // which and how, "" where there is none.

@@ -50,6 +50,21 @@ void make_massless(mjsBody* body) {
   body->fullinertia[0] = std::numeric_limits<double>::quiet_NaN();  // not given
 }
 
+// Such as a box of size 0 0 0, which stands for no collision.
+bool has_no_volume(const mjsGeom* geom) {
+  const double* size = geom->size;
+  switch (geom->type) {
+    case mjGEOM_BOX:
+      return size[0] * size[1] * size[2] == 0;
+    case mjGEOM_CYLINDER:
+      return size[0] * size[1] == 0;
+    case mjGEOM_SPHERE:
+      return size[0] == 0;
+    default:
+      return false;
+  }
+}
+
 }  // namespace
 
 void refuse_several_roots(const std::vector<XmlTag>& tags) {
@@ -104,6 +119,8 @@ std::string ignored_transmissions(const std::vector<XmlTag>& tags) {
 }
 
 std::string weigh_links(mjSpec* spec, const std::string& path, UrdfInertia policy) {
+  for (mjsElement* e : elements(spec, mjOBJ_GEOM))
+    if (has_no_volume(mjs_asGeom(e))) mjs_delete(spec, e);
   if (spec->compiler.inertiafromgeom != mjINERTIAFROMGEOM_AUTO) return "";  // the file's own policy
   const fs::path folder = fs::path(path).parent_path() / mjs_getString(spec->compiler.meshdir);
   std::string geometry, none, missing;
