@@ -21,7 +21,7 @@
 // is large. That all n numbers of x are below eps has a probability of about eps^n, so that among N times as
 // many states the least |x| is about N^(1/n) times smaller:
 //   margin = max(5, min(25, 500^(1/n))) of acceleration and solve, else 3                 (6)
-// With it 200 states predict 1.2 to 26 times the largest error of a in 10^5 others, on each of the eleven
+// With it 200 states predict 1.1 to 12 times the largest error of a in 10^5 others, on each of the eleven
 // shipped robots and in both precisions (test_advice.cpp). With a margin of 3 the prediction was 2.6 times too
 // small on two_link, which has two joints, and 1.4 times on cassie. In the states themselves (5) cannot be below
 // the error unless the reference errs and does not know it.

@@ -96,6 +96,22 @@ TEST(ForwardDynamicsFlops, ZeroTermsCostNone) {
   RecordProperty("flops_meeting", std::to_string(meeting));
 }
 
+// N, T and the scales of joints where no constant of the robot is known, beside N by constants.
+TEST(ForwardDynamicsFlops, RoundingThatDependsOnTheStateCostsAtMost110ALink) {
+  Counted at(massless_links(1));
+  CovarianceWorkspace<Count> ws(at.model);
+  const auto flops = [&] {
+    return counted([&] {
+      covariance_acceleration(at.model, at.q.data(), at.qd.data(), at.tau.data(), ws,
+                              at.out.data());
+    });
+  };
+  ASSERT_TRUE(ws.forces);
+  const double by_state = flops();
+  ws.forces.reset();
+  expect_between(50, (by_state - flops()) / at.model.nv(), 110, "flops_a_link");
+}
+
 // One sweep after another; the filter beside that of the factors, which carries no forces.
 struct Stages {
   double placements, velocity, covariance, forces, test_of_forces, smoother;

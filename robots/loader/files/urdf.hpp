@@ -28,9 +28,9 @@ std::string ignored_transmissions(const std::vector<XmlTag>& tags);
 
 // Links without <inertial>: massless in ROS, while MuJoCo takes their collision geometry at 1000
 // kg/m^3, which needs the mesh files. They get what the policy says; none counts where a mesh file
-// is not there or is of a kind that MuJoCo does not read. Shapes without volume weigh nothing. Returns which moving links got what, in
-// one line; "" where it makes no difference. Throws InputError where geometry is asked for and not
-// there.
+// is not there or is of a kind that MuJoCo does not read. Shapes without volume weigh nothing. Returns
+// which moving links got what, in one line; "" where it makes no difference. Throws InputError where
+// geometry is asked for and not there.
 std::string weigh_links(mjSpec* spec, const std::string& path, UrdfInertia policy);
 
 }  // namespace kalmarm

@@ -76,11 +76,11 @@ def test_files_of_one_name_and_files_that_are_none_are_refused(tmp_path, files):
     expect_refusal(running.run("robots", "/nowhere/a.xml", out), "/nowhere/a.xml: No such file")
 
 
-@pytest.mark.parametrize("name", ["a\nb.xml", os.fsdecode(b"\xff.xml"), "=1+1.xml"])
+@pytest.mark.parametrize("name", ["a\nb.xml", os.fsdecode(b"\xff.xml")])
 def test_a_name_that_no_table_can_have_is_refused_before_anything_is_measured(tmp_path, name):
     (tmp_path / name).write_text("two")
     (tmp_path / "link.xml").symlink_to(tmp_path / name)
     for file in (tmp_path / name, tmp_path / "link.xml"):
         done = running.run("robots", str(file), f"--out={tmp_path}/out")
-        expect_refusal(done, "the file's name begins with one of")
+        expect_refusal(done, "the file's name has a control character or is not UTF-8")
     assert not (tmp_path / "out").exists()
