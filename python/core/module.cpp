@@ -345,6 +345,7 @@ NB_MODULE(_core, m) {
   if (import_numpy() < 0) throw nb::python_error();
   m.doc() = "The compiled part of kalmarm.";
   m.attr("__version__") = KALMARM_VERSION;
+  m.attr("mujoco_version") = KALMARM_MUJOCO_VERSION;  // of _files; "" where that is not built
   m.def("instruction_set", &instruction_set,
         "What the kernels in use were compiled for: x86-64-v3 or -v4, the best that the "
         "processor has unless the environment variable KALMARM_INSTRUCTION_SET names a lower one; "

@@ -188,7 +188,7 @@ def test_the_base_of_a_urdf_is_welded_or_floats(tmp_path):
     floating = kalmarm.load(file, floating=True)
     assert floating.nv == 7
     assert floating.dofs[0] == "floating_base:x"
-    with pytest.raises(kalmarm.LoadError, match="no link 'leg' is welded to the world"):
+    with pytest.raises(kalmarm.LoadError, match="floating link 'leg' is unknown; nearest: base"):
         kalmarm.load(file, floating="leg")
 
 

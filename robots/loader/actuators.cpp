@@ -12,33 +12,9 @@
 namespace kalmarm {
 namespace {
 
-bool has_one_axis(int type) { return type == mjJNT_HINGE || type == mjJNT_SLIDE; }
-
-bool drives_joint(int transmission) {
-  return transmission == mjTRN_JOINT || transmission == mjTRN_JOINTINPARENT;
-}
-
 // DoF of the joint that an actuator of a compiled model drives; -1 where that is a tendon.
 int driven_dof(const mjModel* m, int i) {
   return drives_joint(m->actuator_trntype[i]) ? m->jnt_dofadr[m->actuator_trnid[2 * i]] : -1;
-}
-
-std::string target_of(int transmission) {
-  switch (transmission) {
-    case mjTRN_SLIDERCRANK:
-      return "a slider-crank";
-    case mjTRN_SITE:
-      return "a site";
-    case mjTRN_BODY:
-      return "a body";
-    default:
-      return "another kind";
-  }
-}
-
-bool is_limited(const mjSpec* spec, int limited, const double range[2]) {
-  return limited == mjLIMITED_TRUE ||
-         (limited == mjLIMITED_AUTO && spec->compiler.autolimits && range[0] < range[1]);
 }
 
 // Of a compiled model.
@@ -70,6 +46,14 @@ struct Spring {
   }
 };
 
+// A control within its limits.
+double limited(const mjModel* m, int i, double value) {
+  const auto at = static_cast<std::ptrdiff_t>(control_address(m, i));
+  const mjtNum* range = m->actuator_ctrlrange + 2 * at;
+  const bool clamps = (m->opt.disableflags & mjDSBL_CLAMPCTRL) == 0;
+  return clamps && m->actuator_ctrllimited[at] ? std::clamp(value, range[0], range[1]) : value;
+}
+
 bool is_muted(const Law& law) {
   return law.torque == 0 && law.constant == 0 && law.stiffness == 0 && law.damping == 0;
 }
@@ -80,47 +64,6 @@ std::string name_of_actuator(const mjModel* m, int i) {
 }
 
 }  // namespace
-
-bool is_switched_off(const mjSpec* spec, const mjsActuator* a) {
-  const bool groups = a->group >= 0 && a->group < 31;
-  return (spec->option.disableflags & mjDSBL_ACTUATION) != 0 ||
-         (groups && (spec->option.disableactuator & (1 << a->group)) != 0);
-}
-
-std::string left_out(mjSpec* spec, const mjsActuator* a) {
-  if (is_switched_off(spec, a)) return "actuator of a group that is switched off";
-  if (a->trntype == mjTRN_TENDON) {
-    mjsElement* tendon = mjs_findElement(spec, mjOBJ_TENDON, mjs_getString(a->target));
-    if (!tendon) return "actuator of a tendon that is not there";
-    if (const std::string why = left_out(mjs_asTendon(tendon)); !why.empty())
-      return "actuator of a " + why;
-  } else {
-    if (!drives_joint(a->trntype)) return "actuator of " + target_of(a->trntype);
-    mjsElement* joint = mjs_findElement(spec, mjOBJ_JOINT, mjs_getString(a->target));
-    if (!joint) return "actuator of a joint that is not there";
-    if (!has_one_axis(mjs_asJoint(joint)->type)) return "actuator of a joint of several axes";
-  }
-  if (a->plugin.active) return "actuator of a plugin";
-  if (a->dyntype != mjDYN_NONE) return "actuator with activation dynamics";
-  if (a->nsample != 0 || a->delay != 0) return "actuator with a delay";
-  if (is_nonlinear(a->damping)) return "actuator with nonlinear damping";
-  const bool affine = (a->gaintype == mjGAIN_FIXED || a->gaintype == mjGAIN_AFFINE) &&
-                      (a->biastype == mjBIAS_NONE || a->biastype == mjBIAS_AFFINE);
-  return affine ? "" : "actuator with a force that is not affine";
-}
-
-bool has_force_limit(mjSpec* spec, const mjsActuator* a) {
-  mjsElement* const tendon = a->trntype == mjTRN_TENDON
-                                 ? mjs_findElement(spec, mjOBJ_TENDON, mjs_getString(a->target))
-                                 : nullptr;
-  const mjsTendon* const along = tendon ? mjs_asTendon(tendon) : nullptr;
-  return is_limited(spec, a->forcelimited, a->forcerange) ||
-         (along && is_limited(spec, along->actfrclimited, along->actfrcrange));
-}
-
-bool has_force_limit(const mjSpec* spec, const mjsJoint* joint) {
-  return is_limited(spec, joint->actfrclimited, joint->actfrcrange);
-}
 
 void mute(mjsActuator* a) {
   a->gaintype = mjGAIN_FIXED;
@@ -138,8 +81,15 @@ void mute(mjsActuator* a) {
   clear_signature(*a);
 }
 
+void mute(mjModel* m, int i) {
+  m->actuator_gaintype[i] = mjGAIN_FIXED;
+  m->actuator_biastype[i] = mjBIAS_NONE;
+  std::fill_n(m->actuator_gainprm + static_cast<std::ptrdiff_t>(i) * mjNGAIN, mjNGAIN, 0.0);
+}
+
 std::vector<Control> controls_of(mjSpec* spec, const LoadOptions& options) {
   const std::vector<mjsElement*> all = elements(spec, mjOBJ_ACTUATOR);
+  const std::vector<ActuatorPart> parts = actuator_parts(spec);
   const double* keyed = nullptr;
   int count = 0;
   for (mjsElement* e : elements(spec, mjOBJ_KEY))
@@ -151,7 +101,7 @@ std::vector<Control> controls_of(mjSpec* spec, const LoadOptions& options) {
   std::vector<Control> out;
   std::vector<std::string> names;
   for (std::size_t i = 0; i < all.size(); ++i) {
-    const std::string name = name_of(all[i]), why = left_out(spec, mjs_asActuator(all[i]));
+    const std::string name = parts[i].name, why = parts[i].left_out();
     const auto given = options.controls.find(name);
     const bool is_given = !name.empty() && given != options.controls.end();
     if (!name.empty()) names.push_back(name);
@@ -170,12 +120,16 @@ std::vector<Control> controls_of(mjSpec* spec, const LoadOptions& options) {
 
 VectorX<double> limited_controls(const mjModel* m, const std::vector<Control>& controls) {
   VectorX<double> out = VectorX<double>::Zero(actuator_count(m));
-  const bool clamps = (m->opt.disableflags & mjDSBL_CLAMPCTRL) == 0;
-  for (const auto& [actuator, value] : controls) {
-    const int i = mjs_getId(actuator);
-    const mjtNum* range = m->actuator_ctrlrange + 2 * static_cast<std::ptrdiff_t>(i);
-    out[i] = clamps && m->actuator_ctrllimited[i] ? std::clamp(value, range[0], range[1]) : value;
-  }
+  for (const auto& [actuator, value] : controls)
+    out[mjs_getId(actuator)] = limited(m, mjs_getId(actuator), value);
+  return out;
+}
+
+VectorX<double> limited_controls(const mjModel* m, const std::vector<ActuatorPart>& actuators,
+                                 const VectorX<double>& ctrl) {
+  VectorX<double> out = VectorX<double>::Zero(actuator_count(m));
+  for (int i = 0; i < actuator_count(m); ++i)
+    if (actuators[i].left_out().empty()) out[i] = limited(m, i, ctrl[control_address(m, i)]);
   return out;
 }
 
@@ -207,9 +161,7 @@ int mute_destabilising(mjModel* m, const VectorX<double>& controls) {
   for (int i = 0; i < actuator_count(m); ++i) {
     const Law law = law_of(m, i, controls[i]);
     if (!(law.stiffness < 0 || law.damping < 0)) continue;
-    m->actuator_gaintype[i] = mjGAIN_FIXED;
-    m->actuator_biastype[i] = mjBIAS_NONE;
-    m->actuator_gainprm[static_cast<std::ptrdiff_t>(i) * mjNGAIN] = 0;
+    mute(m, i);
     ++muted;
   }
   return muted;
@@ -217,6 +169,7 @@ int mute_destabilising(mjModel* m, const VectorX<double>& controls) {
 
 std::vector<Actuator> actuators_of(const mjModel* m, const VectorX<double>& controls) {
   std::vector<Actuator> out;
+  const std::vector<int> rows = rows_of_tendons(m);
   for (int i = 0; i < actuator_count(m); ++i) {
     const double u = controls[i];
     const Law law = law_of(m, i, u);
@@ -224,14 +177,15 @@ std::vector<Actuator> actuators_of(const mjModel* m, const VectorX<double>& cont
     const double sum = law.torque * u + law.constant + law.stiffness + law.damping;
     if (!std::isfinite(sum))
       throw InputError("actuator '" + name_of_actuator(m, i) + "': a number is not finite");
-    out.push_back({.name = name_of_actuator(m, i),
-                   .dof = driven_dof(m, i),
-                   .row = m->actuator_trntype[i] == mjTRN_TENDON ? m->actuator_trnid[2 * i] : -1,
-                   .control = u,
-                   .gain = law.torque,
-                   .constant = law.constant,
-                   .stiffness = law.stiffness,
-                   .damping = law.damping});
+    out.push_back(
+        {.name = name_of_actuator(m, i),
+         .dof = driven_dof(m, i),
+         .row = m->actuator_trntype[i] == mjTRN_TENDON ? rows[m->actuator_trnid[2 * i]] : -1,
+         .control = u,
+         .gain = law.torque,
+         .constant = law.constant,
+         .stiffness = law.stiffness,
+         .damping = law.damping});
   }
   return out;
 }

@@ -19,20 +19,13 @@
 
 #include "algorithms/spatial/spatial.hpp"
 #include "kalmarm/load.hpp"
+#include "robots/loader/parts.hpp"
 
 namespace kalmarm {
 
-// Whether the file itself switches an actuator of a specification off.
-bool is_switched_off(const mjSpec* spec, const mjsActuator* actuator);
-
-// What an actuator is that has no terms, such as "actuator of a tendon"; empty where it has.
-std::string left_out(mjSpec* spec, const mjsActuator* actuator);
-
-bool has_force_limit(mjSpec* spec, const mjsActuator* actuator);  // or its tendon on all of them
-bool has_force_limit(const mjSpec* spec, const mjsJoint* joint);  // on its actuators
-
 // Leaves of an actuator what it adds to its joint's armature and damping.
 void mute(mjsActuator* actuator);
+void mute(mjModel* model, int actuator);
 
 struct Control {
   mjsElement* actuator;
@@ -46,6 +39,10 @@ std::vector<Control> controls_of(mjSpec* spec, const LoadOptions& options);
 
 // Of a compiled model, one an actuator, within their limits.
 VectorX<double> limited_controls(const mjModel* model, const std::vector<Control>& controls);
+
+// The same of MuJoCo's ctrl; zero of actuators without terms, which have other inputs.
+VectorX<double> limited_controls(const mjModel* model, const std::vector<ActuatorPart>& actuators,
+                                 const VectorX<double>& ctrl);
 
 // Position actuators whose damper is told by its ratio to the critical one.
 struct DampingRatio {

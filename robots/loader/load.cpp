@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <mutex>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -11,11 +12,13 @@
 #include "robots/loader/input_error.hpp"
 #include "robots/loader/mujoco_model.hpp"
 #include "robots/loader/mujoco_shim.hpp"
+#include "robots/loader/robot_of.hpp"
 
 namespace kalmarm {
 namespace {
 
-// A program that uses MuJoCo itself keeps its own handlers.
+// A program that uses MuJoCo itself keeps its own handlers. They are MuJoCo's for all threads, so that
+// robots are loaded one after another.
 class Handlers {
  public:
   Handlers() { install_mujoco_handlers(); }
@@ -27,6 +30,8 @@ class Handlers {
   }
 
  private:
+  static inline std::mutex one_at_a_time;
+  const std::lock_guard<std::mutex> alone_{one_at_a_time};
   decltype(mju_user_error) error_ = mju_user_error;
   decltype(mju_user_warning) warning_ = mju_user_warning;
 };
@@ -48,24 +53,41 @@ std::vector<NamedFrame> named_frames(const MujocoModel& model) {
   return out;
 }
 
+LoadedRobot loaded(const MujocoModel& model, const std::string& name) {
+  Driven driven = model.driven();
+  std::optional<RobotModel> compensated;
+  if (const auto weights = model.compensated()) compensated = plain(*weights);
+  return {.name = name,
+          .model = plain(model.lower()),
+          .home = {model.home().q.begin(), model.home().q.end()},
+          .home_velocity = {model.home().qd.begin(), model.home().qd.end()},
+          .range = model.ranges(),
+          .terms = std::move(driven.terms),
+          .torque = std::move(driven.torque),
+          .actuators = model.actuators(),
+          .compensated = std::move(compensated),
+          .frames = named_frames(model),
+          .notes = model.notes()};
+}
+
 }  // namespace
 
 LoadedRobot load_robot(const std::string& path, const LoadOptions& options) {
   const Handlers handlers;
-  const std::shared_ptr<const MujocoModel> model = MujocoModel::load(path, options, Sites::kept);
-  Driven driven = model->driven();
-  std::optional<RobotModel> compensated;
-  if (const auto weights = model->compensated()) compensated = plain(*weights);
-  return {.name = std::filesystem::path(path).stem().string(),
-          .model = plain(model->lower()),
-          .home = {model->home().q.begin(), model->home().q.end()},
-          .home_velocity = {model->home().qd.begin(), model->home().qd.end()},
-          .terms = std::move(driven.terms),
-          .torque = std::move(driven.torque),
-          .actuators = model->actuators(),
-          .compensated = std::move(compensated),
-          .frames = named_frames(*model),
-          .notes = model->notes()};
+  return loaded(*MujocoModel::load(path, options, Sites::kept),
+                std::filesystem::path(path).stem().string());
+}
+
+LoadedRobot robot_of(const mjModel* model, const std::string& name,
+                     const std::vector<double>& controls, bool takes_steps) {
+  const Handlers handlers;
+  const Eigen::Map<const VectorX<double>> ctrl(controls.data(),
+                                               static_cast<Eigen::Index>(controls.size()));
+  try {
+    return loaded(*MujocoModel::copy_of(model, ctrl, takes_steps), name);
+  } catch (const InputError& e) {
+    throw InputError(name + ": " + e.what());
+  }
 }
 
 const Frame& LoadedRobot::frame(const std::string& frame_name) const {

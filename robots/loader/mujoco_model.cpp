@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <memory>
+#include <numbers>
 #include <utility>
 
 #include "robots/loader/files/given_inertia.hpp"
+#include "robots/loader/files/ignored.hpp"
 #include "robots/loader/files/read_file.hpp"
 #include "robots/loader/imposed_rows.hpp"
 #include "robots/loader/input_error.hpp"
@@ -12,6 +14,7 @@
 #include "robots/loader/mujoco_spec.hpp"
 #include "robots/loader/mujoco_strip.hpp"
 #include "robots/loader/names.hpp"
+#include "robots/loader/parts.hpp"
 #include "robots/loader/tendons.hpp"
 
 namespace kalmarm {
@@ -22,16 +25,6 @@ mjModel* compiled(mjSpec* spec, const std::string& what, const std::string& hint
   if (mjModel* model = mj_compile(spec, nullptr)) return model;
   throw InputError(what + ": " + std::string(mjs_getError(spec)) +
                    (hint.empty() ? "" : " (" + hint + ")"));
-}
-
-std::shared_ptr<const MujocoModel> moving(mjModel* model, const std::string& what,
-                                          std::vector<std::string> notes = {}, Keyframe key = {},
-                                          VectorX<double> controls = {},
-                                          const std::vector<NamedCoupling>& imposed = {}) {
-  auto out = std::make_shared<const MujocoModel>(model, std::move(notes), std::move(key),
-                                                 std::move(controls), imposed);
-  if (model->nv == 0) throw InputError(what + ": no joint, so no degree of freedom");
-  return out;
 }
 
 // A file may hold parts that MuJoCo refuses and no robot needs: actuators, which are all muted then, and
@@ -57,6 +50,25 @@ mjModel* compiled_without_bad_parts(mjSpec* spec, const std::string& what, const
   return compiled(spec, what, hint);
 }
 
+// Of a compiled model from which all is taken that has no terms; refuses here what later calls could not
+// hold.
+std::shared_ptr<const MujocoModel> complete(std::unique_ptr<mjModel, void (*)(mjModel*)> model,
+                                            std::vector<std::string> notes, Keyframe key,
+                                            VectorX<double> controls,
+                                            const std::vector<NamedCoupling>& imposed,
+                                            bool takes_steps) {
+  const int muted = mute_destabilising(model.get(), controls);
+  if (muted > 0 && takes_steps)
+    notes.push_back("ignored: " + counted(muted, "actuator with negative stiffness or damping"));
+  auto out = std::make_shared<const MujocoModel>(model.release(), std::move(notes), std::move(key),
+                                                 std::move(controls), imposed);
+  if (out->get()->nv == 0) throw InputError("no joint, so no degree of freedom");
+  out->actuators();
+  if (takes_steps) check_tendons(out->get());
+  out->lower();
+  return out;
+}
+
 std::string note_of(const std::vector<GivenInertia>& taken) {
   std::string bodies;
   for (const GivenInertia& given : taken)
@@ -70,7 +82,9 @@ std::string note_of(const std::vector<GivenInertia>& taken) {
 }  // namespace
 
 std::shared_ptr<const MujocoModel> compile(mjSpec* spec, const std::string& what) {
-  return moving(compiled(spec, what), what);
+  auto out = std::make_shared<const MujocoModel>(compiled(spec, what));
+  if (out->get()->nv == 0) throw InputError(what + ": no joint, so no degree of freedom");
+  return out;
 }
 
 void install_mujoco_handlers() {
@@ -116,19 +130,46 @@ std::shared_ptr<const MujocoModel> MujocoModel::load(const std::string& path,
       set_dampers(ratios, M0, model.get());
     }
     VectorX<double> controls = limited_controls(model.get(), set);
-    if (const int muted = mute_destabilising(model.get(), controls);
-        muted > 0 && options.takes_steps)
-      notes.push_back("ignored: " + counted(muted, "actuator with negative stiffness or damping"));
-    auto out = moving(model.release(), path, std::move(notes), std::move(key), std::move(controls),
-                      imposed);
-    out->actuators();  // refuses here what is not finite
-    if (options.takes_steps) check_tendons(out->get());
-    out->lower();  // refuses here what it cannot hold
-    return out;
+    return complete(std::move(model), std::move(notes), std::move(key), std::move(controls),
+                    imposed, options.takes_steps);
   } catch (const InputError& e) {
     if (std::string(e.what()).starts_with(path)) throw;
     throw InputError(path + ": " + e.what());
   }
+}
+
+std::shared_ptr<const MujocoModel> MujocoModel::copy_of(const mjModel* given,
+                                                        const VectorX<double>& ctrl,
+                                                        bool takes_steps) {
+  install_mujoco_handlers();
+  std::unique_ptr<mjModel, void (*)(mjModel*)> model(mj_copyModel(nullptr, given), mj_deleteModel);
+  const MovingParts parts = parts_of(model.get());
+  refuse_coupling_armature(parts.actuators, parts.tendons, takes_steps);
+  std::vector<std::string> notes;
+  const std::string ignored = ignored_parts(parts, {.takes_steps = takes_steps});
+  if (!ignored.empty()) notes.push_back(one_line("ignored: " + ignored));
+  VectorX<double> controls = limited_controls(model.get(), parts.actuators, ctrl);
+  for (std::size_t i = 0; i < parts.actuators.size(); ++i)
+    if (!parts.actuators[i].left_out().empty()) mute(model.get(), static_cast<int>(i));
+  return complete(std::move(model), std::move(notes), {}, std::move(controls), {}, takes_steps);
+}
+
+std::vector<std::array<double, 2>> MujocoModel::ranges() const {
+  // [rad or m] A joint that may go further is taken as one without a limit: of a larger angle float64
+  // tells no more than ten digits, and squares of lengths may overflow.
+  constexpr double farthest = 1e6;
+  const mjModel* m = get();
+  std::vector<std::array<double, 2>> out(m->nq, {-1, 1});
+  for (int j = 0; j < m->njnt; ++j) {
+    if (!has_one_axis(m->jnt_type[j])) continue;
+    std::array<double, 2>& range = out[m->jnt_qposadr[j]];
+    const double reach = m->jnt_type[j] == mjJNT_HINGE ? std::numbers::pi : 0.5;
+    range = {-reach, reach};
+    const double low = m->jnt_range[2 * j], high = m->jnt_range[2 * j + 1];
+    const bool is_limit = m->jnt_limited[j] && low <= high && std::max(-low, high) <= farthest;
+    if (is_limit) range = {low, high};
+  }
+  return out;
 }
 
 std::shared_ptr<const MujocoModel> MujocoModel::from(const Model<double>& model,

@@ -20,6 +20,7 @@
 
 #include <mujoco/mujoco.h>
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <string>
@@ -59,6 +60,12 @@ class MujocoModel {
                                                  const LoadOptions& options = {},
                                                  Sites sites = Sites::stripped);
 
+  // A copy of a compiled model, as it is now, with what of it has terms; controls: MuJoCo's ctrl (nu).
+  // Notes say what is ignored, by the same rules. Throws InputError.
+  static std::shared_ptr<const MujocoModel> copy_of(const mjModel* model,
+                                                    const VectorX<double>& controls,
+                                                    bool takes_steps);
+
   // From a model of one-DoF joints that all carry mass, numbered depth first; for families. Throws
   // InputError.
   static std::shared_ptr<const MujocoModel> from(const Model<double>& model,
@@ -74,6 +81,9 @@ class MujocoModel {
   const std::vector<std::string>& notes() const { return notes_; }  // of load(), each a line
   const Keyframe& home() const { return home_; }  // as the file or its keyframe starts
   Model<double> lower() const;
+
+  // Of every entry of q: a joint's limits, else +-pi of hinges and +-0.5 m of slides; +-1 of others.
+  std::vector<std::array<double, 2>> ranges() const;
 
   // As LoadedRobot has them, and the joints' own terms apart.
   JointTerms joint_terms() const;

@@ -35,6 +35,31 @@ inline int actuator_count(const mjModel* m) {
 #endif
 }
 
+// Where in ctrl the control of an actuator is that has one alone.
+inline int control_address(const mjModel* m, int actuator) {
+#if mjVERSION_HEADER >= 3011000
+  return m->actuator_ctrladr[actuator];
+#else
+  return static_cast<void>(m), actuator;
+#endif
+}
+
+// Length or force from which the spring of a tendon yields; releases before 3.13 have none.
+template <class Tendon>
+double yield_of(const Tendon& tendon) {
+  if constexpr (requires { tendon.springyield; })
+    return tendon.springyield;
+  else
+    return 0;
+}
+template <class Compiled>
+double yield_of_tendon(const Compiled& m, int tendon) {
+  if constexpr (requires { m.tendon_springyield; })
+    return m.tendon_springyield[tendon];
+  else
+    return 0;
+}
+
 // The inputs of an actuator are those of its type: older releases have one alone.
 template <class SpecActuator>
 void clear_signature(SpecActuator& actuator) {

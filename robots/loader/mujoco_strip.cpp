@@ -10,40 +10,13 @@
 #include "robots/loader/input_error.hpp"
 #include "robots/loader/mujoco_shim.hpp"
 #include "robots/loader/mujoco_spec.hpp"
+#include "robots/loader/parts.hpp"
 #include "robots/loader/tendons.hpp"
 
 namespace kalmarm {
 namespace {
 
 constexpr double not_given = std::numeric_limits<double>::quiet_NaN();
-
-// Whether an actuator acts along a tendon that is a row.
-bool drives_row(mjSpec* spec, const mjsActuator* actuator) {
-  if (actuator->trntype != mjTRN_TENDON) return false;
-  mjsElement* tendon = mjs_findElement(spec, mjOBJ_TENDON, mjs_getString(actuator->target));
-  return tendon && left_out(mjs_asTendon(tendon)).empty();
-}
-
-void refuse_coupling_armature(mjSpec* spec, bool takes_steps) {
-  for (mjsElement* e : elements(spec, mjOBJ_TENDON)) {
-    const mjsTendon* tendon = mjs_asTendon(e);
-    if (tendon->armature == 0) continue;
-    const std::string why = left_out(tendon);
-    if (takes_steps && why.empty()) continue;
-    throw InputError(
-        "tendon '" + name_of(e) + "' has armature " + std::to_string(tendon->armature) +
-        ", which couples joints in M: " +
-        (why.empty() ? "supported in implicit steps alone" : "not supported of a " + why));
-  }
-  for (mjsElement* e : elements(spec, mjOBJ_ACTUATOR)) {
-    const mjsActuator* actuator = mjs_asActuator(e);
-    if (takes_steps && drives_row(spec, actuator)) continue;
-    if (actuator->armature != 0 && actuator->trntype != mjTRN_JOINT)
-      throw InputError("actuator '" + name_of(e) + "' has armature " +
-                       std::to_string(actuator->armature) +
-                       " but does not drive a joint: not supported");
-  }
-}
 
 // Whether MuJoCo's compiler counts a geom among those that a body's inertia comes from.
 bool weighs(const mjSpec* spec, const mjsGeom* geom) {
@@ -74,28 +47,30 @@ void strip_static_inertia(mjsBody* body, bool keeps_mass) {
 // Those whose force is no part of implicit steps stay for what they add to M and the damping of a joint.
 void strip_actuators(mjSpec* spec) {
   spec->compiler.LRopt.mode = mjLRMODE_NONE;
-  for (mjsElement* e : elements(spec, mjOBJ_ACTUATOR)) {
-    mjsActuator* actuator = mjs_asActuator(e);
+  const std::vector<mjsElement*> actuators = elements(spec, mjOBJ_ACTUATOR);
+  const std::vector<ActuatorPart> parts = actuator_parts(spec);
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    mjsActuator* actuator = mjs_asActuator(actuators[i]);
     actuator->forcelimited = mjLIMITED_FALSE;
-    if (left_out(spec, actuator).empty()) continue;
-    const bool adds = actuator->armature != 0 || linear(actuator->damping) != 0;
-    if (adds && (actuator->trntype == mjTRN_JOINT || drives_row(spec, actuator)))
+    if (parts[i].left_out().empty()) continue;
+    const bool adds = parts[i].armature != 0 || parts[i].damping != 0;
+    if (adds && (parts[i].transmission == mjTRN_JOINT || parts[i].drives_row()))
       mute(actuator);
     else
-      mjs_delete(spec, e);
+      mjs_delete(spec, actuators[i]);
   }
   for (mjsElement* e : elements(spec, mjOBJ_JOINT)) mjs_asJoint(e)->actfrclimited = mjLIMITED_FALSE;
 }
 
 // Those stay that are rows and move something.
 void strip_tendons(mjSpec* spec) {
-  for (mjsElement* e : elements(spec, mjOBJ_TENDON)) {
-    mjsTendon* tendon = mjs_asTendon(e);
-    if (left_out(tendon).empty() && (has_force(tendon) || is_driven(spec, tendon)))
-      strip(tendon);
+  const std::vector<mjsElement*> tendons = elements(spec, mjOBJ_TENDON);
+  const std::vector<TendonPart> parts = tendon_parts(spec);
+  for (std::size_t i = 0; i < parts.size(); ++i)
+    if (parts[i].is_row())
+      strip(mjs_asTendon(tendons[i]));
     else
-      mjs_delete(spec, e);
-  }
+      mjs_delete(spec, tendons[i]);
 }
 
 }  // namespace
@@ -140,7 +115,7 @@ void strip_inertias(mjSpec* spec, bool keeps_static_mass) {
 }
 
 void strip(mjSpec* spec, Sites sites, bool takes_steps) {
-  refuse_coupling_armature(spec, takes_steps);
+  refuse_coupling_armature(actuator_parts(spec), tendon_parts(spec), takes_steps);
   spec->memory = -1;  // as much as the compiler needs, whatever a simulation is given
   spec->compiler.discardvisual = 0;  // of a URDF: the geoms that stay have a mass
   for (mjsElement* e : elements(spec, mjOBJ_JOINT))

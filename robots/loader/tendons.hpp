@@ -11,18 +11,11 @@
 
 #include <mujoco/mujoco.h>
 
-#include <string>
 #include <vector>
 
 #include "kalmarm/implicit_step.hpp"
 
 namespace kalmarm {
-
-// What a tendon of a specification is that is no row, such as "spatial tendon"; empty where it is one.
-std::string left_out(const mjsTendon* tendon);
-
-bool has_force(const mjsTendon* tendon);                // or armature, of its own
-bool is_driven(mjSpec* spec, const mjsTendon* tendon);  // by actuators
 
 // Leaves of a tendon what is a row; its limits, friction and looks are taken out.
 void strip(mjsTendon* tendon);
@@ -30,7 +23,10 @@ void strip(mjsTendon* tendon);
 // Throws InputError with the tendon of a compiled model where a number of its row is not finite.
 void check_tendons(const mjModel* model);
 
-// (1), one a tendon of a compiled model, with what its actuators add by their attributes `armature` and
+// Of every tendon of a compiled model the number of its row; -1 of those that are none or move nothing.
+std::vector<int> rows_of_tendons(const mjModel* model);
+
+// (1), of the tendons that are rows, with what its actuators add by their attributes `armature` and
 // `damping`.
 std::vector<CoupledRow> tendon_rows(const mjModel* model);
 

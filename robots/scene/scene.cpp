@@ -5,7 +5,6 @@
 #include <boost/random/normal_distribution.hpp>
 #include <boost/random/uniform_real_distribution.hpp>
 #include <charconv>
-#include <cmath>
 #include <filesystem>
 #include <numbers>
 #include <optional>
@@ -17,10 +16,6 @@
 
 namespace kalmarm {
 namespace {
-
-// [rad or m] A joint that may go further is taken as one without a limit: of a larger angle float64
-// tells no more than ten digits, and squares of lengths may overflow.
-constexpr double farthest = 1e6;
 
 namespace fs = std::filesystem;
 
@@ -58,20 +53,7 @@ Scene from_file(const fs::path& path, const std::string& name, const LoadOptions
   scene.mujoco = MujocoModel::load(scene.file, read);
   scene.model = scene.mujoco->lower();
   scene.name = name + ":" + std::to_string(scene.model.nv());
-  const mjModel* m = scene.mujoco->get();
-  scene.range.assign(m->nq, {-1, 1});  // free positions
-  for (int j = 0; j < m->njnt; ++j) {
-    if (m->jnt_type[j] != mjJNT_HINGE && m->jnt_type[j] != mjJNT_SLIDE) continue;
-    const double reach = m->jnt_type[j] == mjJNT_HINGE ? std::numbers::pi : 0.5;
-    scene.range[m->jnt_qposadr[j]] = {-reach, reach};
-    if (!m->jnt_limited[j]) continue;
-    const double low = m->jnt_range[2 * j], high = m->jnt_range[2 * j + 1];
-    if (!std::isfinite(high - low))
-      throw InputError(scene.file + ": joint '" + scene.model.name(m->jnt_dofadr[j]) +
-                       "': its range is wider than the largest number");
-    if (std::max(-low, high) > farthest) continue;
-    scene.range[m->jnt_qposadr[j]] = {low, high};
-  }
+  scene.range = scene.mujoco->ranges();
   return scene;
 }
 

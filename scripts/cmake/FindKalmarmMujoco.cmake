@@ -1,15 +1,20 @@
 # MuJoCo 3.10 or later as target mujoco::mujoco, its version as KalmarmMujoco_VERSION. An installed release is preferred
-# if it is new enough, else the wheel that scripts/setup puts into build/venv.
+# if it is new enough, else the wheel that scripts/setup puts into build/venv. With KalmarmMujoco_WHEEL, a wheel's folder
+# `mujoco`, that one and no other.
 
 set(required 3.10)
-find_package(mujoco ${required} CONFIG QUIET)
+if(NOT KalmarmMujoco_WHEEL)
+  find_package(mujoco ${required} CONFIG QUIET)
+endif()
 if(mujoco_FOUND)
   set(KalmarmMujoco_LIBRARY mujoco::mujoco)
   set(KalmarmMujoco_VERSION ${mujoco_VERSION})
 else()
   # The wheel's library carries its version in its name, with no link beside it that does not.
-  file(GLOB KalmarmMujoco_LIBRARY
-       "${CMAKE_CURRENT_LIST_DIR}/../../build/venv/lib/python3*/site-packages/mujoco/libmujoco.so.*")
+  if(NOT KalmarmMujoco_WHEEL)
+    set(KalmarmMujoco_WHEEL "${CMAKE_CURRENT_LIST_DIR}/../../build/venv/lib/python3*/site-packages/mujoco")
+  endif()
+  file(GLOB KalmarmMujoco_LIBRARY "${KalmarmMujoco_WHEEL}/libmujoco.so.*")
   if(KalmarmMujoco_LIBRARY)
     cmake_path(NORMAL_PATH KalmarmMujoco_LIBRARY)
     cmake_path(GET KalmarmMujoco_LIBRARY PARENT_PATH wheel)

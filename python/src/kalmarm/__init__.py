@@ -17,8 +17,7 @@ from ._core import (
     outcome_dtype,
 )
 from .builder import Builder
-from .files import LoadError, load
-from .mujoco import from_mujoco
+from .files import LoadError, from_mujoco, load
 from .pinocchio import PinocchioStates, from_pinocchio
 from .robot import Actuator, CoupledRow, Robot, State, Status, Terms
 from .step import ImplicitStep, Stepped

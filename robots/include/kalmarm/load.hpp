@@ -9,6 +9,7 @@
 // conventions: entry i of q is qpos[i], DoF k is qvel[k].
 #pragma once
 
+#include <array>
 #include <map>
 #include <optional>
 #include <string>
@@ -90,6 +91,10 @@ struct LoadedRobot {
   RobotModel model;  // DoF are named after their joints: "knee"; of several DoF "ball:x", ...
   std::vector<double> home;           // q (nq) as the file or its keyframe starts
   std::vector<double> home_velocity;  // qd (nv) of the keyframe, else zero
+
+  // Of every entry of q, for random states: a joint's limits, else +-pi of hinges and +-0.5 m of slides;
+  // +-1 of free positions [m] and of quaternions, which are normalized.
+  std::vector<std::array<double, 2>> range;
 
   // For ImplicitStep: linear dampers, springs of hinges and slides, a row a fixed tendon, and actuators
   // at their controls. An actuator without stiffness is a torque (nv), to be added to tau. For other

@@ -87,7 +87,7 @@ std::string note_of_welded_base(mjSpec* spec) {
   for (const auto& [base, count] : limbs)
     if (count >= several)
       return std::to_string(count) + " limbs hang on '" + name_of(base->element) +
-             "', which is welded to the world: --floating frees it";
+             "', which is welded to the world: option floating frees it";
   return "";
 }
 

@@ -13,7 +13,7 @@ namespace kalmarm {
 // where that is not one, or where it has a joint.
 void free_root(mjSpec* spec, const std::string& link);
 
-// "4 limbs hang on 'trunk', which is welded to the world: --floating frees it", of a root that
+// "4 limbs hang on 'trunk', which is welded to the world: option floating frees it", of a root that
 // carries three limbs or more where nothing in the file has a free joint; else empty.
 std::string note_of_welded_base(mjSpec* spec);
 

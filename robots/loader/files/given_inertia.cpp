@@ -145,7 +145,7 @@ std::vector<GivenInertia> take_out_inertias(mjSpec* spec) {
     if (is_compiled) continue;
     if (given->moments.minCoeff() < 0)
       throw InputError("body '" + name_of(e) + "' has a negative moment of inertia (" +
-                       words(given->moments) + "): --inertia balanced takes the nearest body");
+                       words(given->moments) + "): option inertia=balanced takes the nearest body");
     set_ball(body, *given);
     taken.push_back({body, *given});
   }

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "kalmarm/load.hpp"
+#include "robots/loader/parts.hpp"
 
 namespace kalmarm {
 
@@ -18,7 +19,7 @@ std::string note_of_loose_couplings(mjSpec* spec);
 // Empty where there is none. Contacts and joint limits are not named: every file has them.
 // Couplings of joints may be imposed, damping and friction added, and steps taken with springs and
 // actuators, by who asks, as the options say.
-// Ask it before strip().
-std::string ignored_parts(mjSpec* spec, const LoadOptions& options);
+// Of a specification ask it before strip().
+std::string ignored_parts(const MovingParts& parts, const LoadOptions& options);
 
 }  // namespace kalmarm

@@ -103,7 +103,7 @@ ReadFile read_file(const std::string& path, const LoadOptions& options) {
     if (!options.key.empty()) out.key = keyframe_called(spec, options.key);
     out.controls = controls_of(spec, options);
     note(note_of_loose_couplings(spec));
-    const std::string parts = ignored_parts(spec, options);
+    const std::string parts = ignored_parts(parts_of(spec), options);
     note(parts.empty() ? "" : "ignored: " + parts);
   } catch (const InputError& e) {
     throw InputError(path + ": " + e.what());

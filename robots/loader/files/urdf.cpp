@@ -115,7 +115,7 @@ std::string ignored_transmissions(const std::vector<XmlTag>& tags) {
   std::string out;
   for (const auto& [kind, count] : counts.all())
     out += (out.empty() ? "ignored: " : ", ") + counted(count, kind);
-  return out.empty() ? "" : out + "; --armature gives joints what they add to M";
+  return out.empty() ? "" : out + "; option armature gives joints what they add to M";
 }
 
 std::string weigh_links(mjSpec* spec, const std::string& path, UrdfInertia policy) {
@@ -131,7 +131,7 @@ std::string weigh_links(mjSpec* spec, const std::string& path, UrdfInertia polic
     if (policy == UrdfInertia::geometry && !mesh.empty())
       throw InputError(
           "link '" + name_of(e) + "' has no <inertial>, and its mesh " + mesh +
-          " is not found or not STL, OBJ or MSH (--package-path, --urdf-inertia none)");
+          " is not found or not STL, OBJ or MSH (options package_path, urdf_inertia=none)");
     if (policy != UrdfInertia::none && mesh.empty()) {
       add_quoted(geometry, name_of(e));
       continue;

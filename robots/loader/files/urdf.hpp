@@ -22,7 +22,7 @@ void refuse_two_of_a_name(const std::vector<XmlTag>& tags);
 // where all are there.
 std::string lost_mimics(const std::vector<XmlTag>& tags);
 
-// "ignored: 7 transmissions, 2 rotor inertias; --armature gives joints what they add to M", of what
+// "ignored: 7 transmissions, 2 rotor inertias; option armature gives joints what they add to M", of what
 // ROS and Drake put into a URDF; "" where there is none.
 std::string ignored_transmissions(const std::vector<XmlTag>& tags);
 

@@ -45,12 +45,13 @@ TEST(Floating, RootOfAUrdfIsAsOneThatAFloatingJointHangsOnTheWorld) {
 TEST(Floating, IsHintedAtWhereLimbsHangOnAWeldedBase) {
   const Scene scene = read(quadruped(), ".urdf");
   EXPECT_EQ(scene.model.nv(), 3);
-  EXPECT_EQ(scene.mujoco->notes(),
-            Notes{"3 limbs hang on 'base', which is welded to the world: --floating frees it"});
+  EXPECT_EQ(
+      scene.mujoco->notes(),
+      Notes{"3 limbs hang on 'base', which is welded to the world: option floating frees it"});
   for (const std::string& robot : shipped_robots()) {
     const Scene shipped = load_scene(robot);
     for (const std::string& note : shipped.mujoco->notes())
-      EXPECT_EQ(note.find("--floating"), std::string::npos) << robot << ": " << note;
+      EXPECT_EQ(note.find("option floating"), std::string::npos) << robot << ": " << note;
   }
 }
 

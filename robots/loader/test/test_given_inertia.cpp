@@ -138,7 +138,7 @@ TEST(Tensor, MayBeZeroWhereAnotherBodyIsWelded) {
 TEST(Tensor, IsRefusedWhereAMassHasANegativeMoment) {
   for (const char* tensor : {"1 1 -1", "1 1 1 2", "-1 -1 -1"}) {
     const TemporaryFile file(wheel(inertial("1", tensor), "0 0 1"), ".urdf");
-    expect_refused([&] { load_scene(file.path()); }, {"'wheel'", "--inertia balanced"});
+    expect_refused([&] { load_scene(file.path()); }, {"'wheel'", "inertia=balanced"});
   }
   const TemporaryFile file(wheel(inertial("-1", "1 1 1"), "0 0 1"), ".urdf");
   expect_refused([&] { load_scene(file.path()); }, {"wheel"});

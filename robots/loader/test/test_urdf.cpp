@@ -54,7 +54,7 @@ TEST(UrdfInertia, IsNoneWhereAMeshIsMissingUnlessGeometryIsAskedFor) {
     expect_same_robot(scene, read(arm(""), ".urdf"));
     const TemporaryFile file(arm(geometry(mesh)), ".urdf");
     expect_refused([&] { load_scene(file.path(), {.urdf_inertia = UrdfInertia::geometry}); },
-                   {"'hand'", "--package-path"});
+                   {"'hand'", "package_path"});
     // A last link needs an inertia.
     const TemporaryFile last(urdf(link("base", "") + link("arm", geometry(mesh)) +
                                   joint("j", "revolute", "base", "arm")),
@@ -154,7 +154,7 @@ TEST(Transmissions, AreNamedWithAHintAtArmature) {
       link("base", "") + link("arm", body_of(1)) + joint("j", "revolute", "base", "arm");
   EXPECT_EQ(
       read(urdf(robot + actuator + "<transmission name='u'/>"), ".urdf").mujoco->notes(),
-      Notes{"ignored: 2 transmissions, 1 gear ratio, 1 rotor inertia; --armature gives joints "
+      Notes{"ignored: 2 transmissions, 1 gear ratio, 1 rotor inertia; option armature gives joints "
             "what they add to M"});
 }
 

@@ -117,7 +117,7 @@ TEST(BadFile, NegativeMass) {
 TEST(BadFile, InertiaWithANegativeMoment) {
   for (const char* moments : {"diaginertia='1 1 -1'", "fullinertia='1 1 1 2 0 0'"})
     expect_file_refused(arm("<inertial pos='0 0 0' mass='1' " + std::string(moments) + "/>"),
-                        {"upper", "--inertia balanced"});
+                        {"upper", "inertia=balanced"});
 }
 
 TEST(BadFile, MasslessLastBody) { expect_file_refused(arm(""), {"upper"}); }

@@ -1,0 +1,18 @@
+// Robots from models that MuJoCo has compiled already.
+#pragma once
+
+#include <mujoco/mujoco.h>
+
+#include <string>
+#include <vector>
+
+#include "kalmarm/load.hpp"
+
+namespace kalmarm {
+
+// The robot of a compiled model as it is now, by the rules of load_robot. controls: MuJoCo's ctrl (nu).
+// Throws InputError, in one line with the name.
+LoadedRobot robot_of(const mjModel* model, const std::string& name,
+                     const std::vector<double>& controls, bool takes_steps);
+
+}  // namespace kalmarm

@@ -1,0 +1,24 @@
+# Of the loader, for kalmarm::robots and for the Python module that has it too.
+set(loader_sources
+  actuators.cpp
+  files/armature.cpp
+  files/drawn_parts.cpp
+  files/file_kind.cpp
+  files/floating.cpp
+  files/given_inertia.cpp
+  files/ignored.cpp
+  files/keyframe.cpp
+  files/model_files.cpp
+  files/packages.cpp
+  files/read_file.cpp
+  files/text_file.cpp
+  files/urdf.cpp
+  files/xml_tags.cpp
+  imposed_rows.cpp
+  load.cpp
+  mujoco_lowering.cpp
+  mujoco_model.cpp
+  mujoco_strip.cpp
+  names.cpp
+  parts.cpp
+  tendons.cpp)
