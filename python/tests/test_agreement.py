@@ -1,4 +1,8 @@
-"""M, accelerations and derivatives against MuJoCo and Pinocchio, on the robots that ship."""
+"""M, accelerations and derivatives against C++, MuJoCo and Pinocchio, on the robots that ship."""
+
+import os
+import subprocess
+import warnings
 
 import conftest
 import mujoco
@@ -36,6 +40,35 @@ def test_mass_bias_and_acceleration_are_mujocos(name):
     assert relative(robot.mass_matrix(q), M) < 1e-13
     assert relative(robot.bias(q, qd), bias) < 1e-12
     assert relative(robot.forward_dynamics(q, qd, tau), a) < 1e-9
+
+
+@pytest.mark.skipif("KALMARM_PRINT_ROBOTS" not in os.environ, reason="scripts/test_python builds it")
+def test_mass_and_acceleration_are_those_of_cpp(name):
+    program = [os.environ["KALMARM_PRINT_ROBOTS"], file_of(name)]
+    printed = subprocess.run(program, capture_output=True, check=True, text=True).stdout.split()
+    robot = load(name)
+    k = np.arange(robot.nv)
+    M = robot.mass_matrix(robot.q0)
+    a = robot.forward_dynamics(robot.q0, 0.1 * (k + 1), np.where(k % 2, -1.0, 1.0))
+    assert int(printed[0]) == robot.nv
+    of_cpp = np.array(printed[1:], float)
+    assert relative(M.ravel()[None], of_cpp[None, : M.size]) < 1e-15
+    assert relative(a[None], of_cpp[None, M.size :]) < 1e-12
+
+
+def test_from_mujoco_is_load(name):
+    model = mujoco.MjModel.from_xml_path(str(file_of(name)))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)
+        robot, same = load(name, takes_steps=True), kalmarm.from_mujoco(model, takes_steps=True)
+    assert (robot.dofs, robot.notes, set(robot.frames)) == (same.dofs, same.notes, set(same.frames))
+    np.testing.assert_array_equal(robot.q0, same.q0)
+    q, qd, tau = robot.random_state(1, 5)
+    for x, y in zip((q, qd, tau), same.random_state(1, 5)):
+        np.testing.assert_array_equal(x, y)
+    assert relative(same.mass_matrix(q), robot.mass_matrix(q)) < 1e-15
+    for one, other in zip(robot.terms.actuators, same.terms.actuators, strict=True):
+        np.testing.assert_allclose(one[1:], other[1:], rtol=1e-13)
 
 
 def test_from_mujoco_takes_a_model_as_it_was_changed(name):

@@ -116,7 +116,15 @@ void strip_inertias(mjSpec* spec, bool keeps_static_mass) {
 
 void strip(mjSpec* spec, Sites sites, bool takes_steps) {
   refuse_coupling_armature(actuator_parts(spec), tendon_parts(spec), takes_steps);
-  spec->memory = -1;  // as much as the compiler needs, whatever a simulation is given
+  // As much as the compiler needs, whatever a simulation is given.
+  spec->memory = -1;
+  spec->njmax = spec->nconmax = spec->nstack = -1;
+  for (int* size :
+       {&spec->nuser_body, &spec->nuser_jnt, &spec->nuser_geom, &spec->nuser_site, &spec->nuser_cam,
+        &spec->nuser_tendon, &spec->nuser_actuator, &spec->nuser_sensor})
+    *size = -1;
+  spec->nuserdata = 0;
+  spec->nkey = 0;
   spec->compiler.discardvisual = 0;  // of a URDF: the geoms that stay have a mass
   for (mjsElement* e : elements(spec, mjOBJ_JOINT))
     if (mjsJoint* joint = mjs_asJoint(e); joint->type == mjJNT_BALL) {

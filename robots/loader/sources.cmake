@@ -11,6 +11,7 @@ set(loader_sources
   files/model_files.cpp
   files/packages.cpp
   files/read_file.cpp
+  files/sizes.cpp
   files/text_file.cpp
   files/urdf.cpp
   files/xml_tags.cpp

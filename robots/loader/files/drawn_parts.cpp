@@ -53,9 +53,10 @@ std::vector<ModelFile> without_drawn_parts(std::vector<ModelFile> files) {
     return path && empty.contains(*path);
   };
   for (auto file = files.rbegin(); file != files.rend(); ++file) {  // from what is included
+    const bool was_empty = has_only_a_root(file->text);  // that is the reader's to refuse
     file->text = without_elements(without_drawn_parts(std::move(file->text)),
                                   [&](const XmlTag& tag) { return includes_nothing(*file, tag); });
-    if (has_only_a_root(file->text)) empty.insert(file->path);
+    if (!was_empty && has_only_a_root(file->text)) empty.insert(file->path);
   }
   return files;
 }

@@ -10,6 +10,7 @@
 #include "robots/loader/files/ignored.hpp"
 #include "robots/loader/files/model_files.hpp"
 #include "robots/loader/files/packages.hpp"
+#include "robots/loader/files/sizes.hpp"
 #include "robots/loader/files/text_file.hpp"
 #include "robots/loader/files/urdf.hpp"
 #include "robots/loader/input_error.hpp"
@@ -52,7 +53,9 @@ SpecPtr parse(const std::string& path, const StandIns& files, std::string& reaso
 // MuJoCo's reader refuses a file also for what it does not need here, such as a link that is
 // painted twice: then that is left out, and `note` says so.
 SpecPtr parse(const std::string& path, std::string& note) {
-  const std::vector<ModelFile> files = model_files(path);  // refuses what the reader cannot bear
+  const std::vector<ModelFile> files =
+      model_files(path);  // these refuse what the reader cannot bear
+  refuse_huge_sizes(files);
   std::string reason;
   if (SpecPtr spec = parse(path, {}, reason)) return spec;
   note = "read without what only draws or collides, which MuJoCo refuses: " + reason;

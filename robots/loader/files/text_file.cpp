@@ -1,5 +1,8 @@
 #include "robots/loader/files/text_file.hpp"
 
+#include <linux/magic.h>
+#include <sys/vfs.h>
+
 #include <cctype>
 #include <cerrno>
 #include <cstdio>
@@ -35,16 +38,31 @@ std::string read_open(const std::string& path) {
   return out;
 }
 
+// What the kernel shows as files is regular by its type, and may never end: /proc/kmsg waits for what is
+// yet to happen.
+bool is_of_kernel(const fs::path& path) {
+  struct statfs system = {};
+  if (statfs(path.c_str(), &system) != 0) return false;
+  for (const unsigned long magic :
+       {PROC_SUPER_MAGIC, SYSFS_MAGIC, DEBUGFS_MAGIC, TRACEFS_MAGIC, CGROUP2_SUPER_MAGIC})
+    if (static_cast<unsigned long>(system.f_type) == magic) return true;
+  return false;
+}
+
+fs::file_type type_of(const fs::path& path, std::error_code& error) {
+  const fs::file_type type = fs::status(path, error).type();
+  return type == fs::file_type::regular && is_of_kernel(path) ? fs::file_type::character : type;
+}
 fs::file_type type_of(const fs::path& path) {
   std::error_code error;
-  return fs::status(path, error).type();
+  return type_of(path, error);
 }
 
 }  // namespace
 
 std::string read_text(const std::string& path) {
   std::error_code error;
-  const fs::file_type type = fs::status(path, error).type();
+  const fs::file_type type = type_of(path, error);
   if (type == fs::file_type::not_found) refuse(path, "no such file");
   if (type == fs::file_type::none || type == fs::file_type::unknown) refuse(path, error.message());
   if (type == fs::file_type::directory) refuse(path, "is a folder, not a file");

@@ -201,6 +201,81 @@ TEST(HostileRobot, IncludesOrShowsAPipe) {
   expect_refused([&] { load_scene(shows); }, {"pipe.stl", "mesh 'm'"});
 }
 
+// Left out is only what is empty for want of what draws.
+TEST(HostileRobot, IncludesWhatIsEmptyOrNoXml) {
+  const TemporaryFolder folder;
+  const std::string robot =
+      folder.file("robot.xml",
+                  "<mujoco><include file='part.xml'/><worldbody><body><joint/><geom size='.1'/>"
+                  "</body></worldbody></mujoco>");
+  for (const char* part : {"", " \n", "version https://git-lfs.github.com/spec/v1\noid sha256:0\n",
+                           "<mujocoinclude/>", "<mujocoinclude><visual>"}) {
+    SCOPED_TRACE(part);
+    folder.file("part.xml", part);
+    expect_refused([&] { load_scene(robot); }, {"robot.xml"});
+  }
+  folder.file("part.xml", "<mujocoinclude><visual><globe/></visual></mujocoinclude>");
+  EXPECT_EQ(load_scene(robot).mujoco->notes().size(), 1);
+}
+
+TEST(HostileRobot, IncludesAFileOfTheKernel) {
+  const TemporaryFolder folder;
+  for (const char* endless : {"/proc/kmsg", "/proc/self/environ", "/sys/kernel/notes"}) {
+    SCOPED_TRACE(endless);
+    const std::string include = std::string("<include file='") + endless + "'/>";
+    const std::string robot = folder.file("robot.xml", "<mujoco>" + include + "</mujoco>");
+    if (fs::exists(endless)) expect_refused([&] { load_scene(robot); }, {endless, "device"});
+  }
+}
+
+TEST(HostileRobot, HasTagsThatDoNotEnd) {
+  for (const char* tag : {"<!--", "<![CDATA[", "<a b='", "<", "<a "}) {
+    std::string text = "<mujoco>";
+    for (int i = 0; i < 100'000; ++i) text += tag;
+    const TemporaryFile file(text, ".xml");
+    expect_refused([&] { load_scene(file.path()); }, {file.path()});
+  }
+}
+
+// --- sizes
+
+std::string arm_and(const std::string& more, const std::string& in_world = "") {
+  return "<mujoco>" + more + "<worldbody>" + in_world +
+         "<body name='b'><joint/><geom size='.1'/></body></worldbody></mujoco>";
+}
+
+TEST(HostileSize, OfWhatTheReaderMakesIsRefused) {
+  const std::string body = "<body><joint/><geom size='.1'/></body>";
+  const auto copies = [](const char* count, const std::string& of) {
+    return "<replicate count='" + std::string(count) + "' offset='1 0 0'>" + of + "</replicate>";
+  };
+  for (const auto& [text, word] : std::vector<std::pair<std::string, std::string>>{
+           {arm_and("<asset><hfield name='h' nrow='2000000000' ncol='2000000000' size='1 1 1 1'/>"
+                    "</asset>"),
+            "hfield"},
+           {arm_and("", copies("2000000000", body)), "replicate"},
+           {arm_and("", copies("1000", copies("1000", body))), "replicate"},
+           {arm_and("",
+                    "<body name='f'><flexcomp name='f' type='grid' count='20000 20000 20000' "
+                    "spacing='.1 .1 .1' dim='3'/></body>"),
+            "flexcomp"}}) {
+    const TemporaryFile file(text, ".xml");
+    expect_refused([&] { load_scene(file.path()); }, {file.path(), word, "at most"});
+  }
+  const TemporaryFile some(arm_and("", copies("3", copies("2", body)) + copies("4", body)), ".xml");
+  EXPECT_EQ(load_scene(some.path()).model.nv(), 3 * 2 + 4 + 1);
+}
+
+TEST(HostileSize, OfASimulationIsPassedOver) {
+  for (const char* size :
+       {"nuser_body", "nuser_jnt", "nuser_geom", "nuser_site", "nuser_cam", "nuser_tendon",
+        "nuser_actuator", "nuser_sensor", "nuserdata", "nkey", "njmax", "nconmax", "nstack"}) {
+    SCOPED_TRACE(size);
+    const TemporaryFile file(arm_and("<size " + std::string(size) + "='2000000000'/>"), ".xml");
+    EXPECT_EQ(load_scene(file.path()).model.nv(), 1);
+  }
+}
+
 // --- names
 
 std::string urdf(const std::string& first, const std::string& second) {
