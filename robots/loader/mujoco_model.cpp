@@ -1,6 +1,7 @@
 #include "robots/loader/mujoco_model.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <numbers>
 #include <utility>
@@ -66,6 +67,7 @@ std::shared_ptr<const MujocoModel> complete(std::unique_ptr<mjModel, void (*)(mj
   out->actuators();
   if (takes_steps) check_tendons(out->get());
   out->lower();
+  out->ranges();
   return out;
 }
 
@@ -166,8 +168,12 @@ std::vector<std::array<double, 2>> MujocoModel::ranges() const {
     const double reach = m->jnt_type[j] == mjJNT_HINGE ? std::numbers::pi : 0.5;
     range = {-reach, reach};
     const double low = m->jnt_range[2 * j], high = m->jnt_range[2 * j + 1];
-    const bool is_limit = m->jnt_limited[j] && low <= high && std::max(-low, high) <= farthest;
-    if (is_limit) range = {low, high};
+    if (!m->jnt_limited[j]) continue;
+    const char* name = mj_id2name(m, mjOBJ_JOINT, j);
+    if (!std::isfinite(high - low))
+      throw InputError("joint '" + std::string(name ? name : "") +
+                       "': its range is wider than the largest number");
+    if (std::max(-low, high) <= farthest) range = {low, high};
   }
   return out;
 }

@@ -83,6 +83,7 @@ class MujocoModel {
   Model<double> lower() const;
 
   // Of every entry of q: a joint's limits, else +-pi of hinges and +-0.5 m of slides; +-1 of others.
+  // Throws InputError where one is wider than the largest number.
   std::vector<std::array<double, 2>> ranges() const;
 
   // As LoadedRobot has them, and the joints' own terms apart.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -27,6 +28,8 @@ class Counts {
  private:
   std::vector<std::pair<std::string, int>> counts_;
 };
+
+bool is_utf8(std::string_view text);
 
 // Shell pattern: * any letters, ? one, [ab] one of these.
 bool matches(const std::string& pattern, const std::string& name);

@@ -7,16 +7,6 @@ import fnmatch
 from collections.abc import Iterable
 
 
-def counted(count: int, kind: str) -> str:
-    """"1 mesh", "2 bodies", "3 couplings of joints"."""
-    word = min((" of ", " with "), key=lambda word: (kind + word).index(word))
-    noun, of, rest = kind.partition(word)
-    if count != 1:
-        noun = noun[:-1] + "ies" if noun.endswith(("dy", "ty")) else noun
-        noun += "" if noun.endswith("ies") else "es" if noun.endswith(("sh", "x")) else "s"
-    return f"{count} {noun}{of}{rest}"
-
-
 def unknown(kind: str, name: str, known: Iterable[str]) -> ValueError:
     near = difflib.get_close_matches(name, list(known), n=3, cutoff=0)
     return ValueError(f"{kind} '{name}' is unknown; nearest: {', '.join(near)}")

@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ._names import counted
 from .builder import Builder
 from .robot import Robot
 
@@ -83,7 +82,7 @@ def _lower(model: Any, options: dict[str, Any]) -> Robot:
                 rotation=_wxyz(frame.placement.rotation),
             )
     notes = [
-        f"{kind} of {counted(int(np.count_nonzero(values)), 'DoF')}"
+        f"{kind} of {np.count_nonzero(values)} DoF"
         for kind, values in (("damping", model.damping), ("friction", model.friction))
         if np.any(values)
     ]

@@ -14,6 +14,7 @@
 #include "robots/loader/files/text_file.hpp"
 #include "robots/loader/files/urdf.hpp"
 #include "robots/loader/input_error.hpp"
+#include "robots/loader/names.hpp"
 
 namespace kalmarm {
 namespace {
@@ -77,6 +78,16 @@ void refuse_meshes_that_are_no_files(mjSpec* spec, const std::string& path) {
   }
 }
 
+// What says of a robot's parts would be no text where their names are none.
+void refuse_names_that_are_no_text(mjSpec* spec) {
+  for (const mjtObj type :
+       {mjOBJ_BODY, mjOBJ_JOINT, mjOBJ_SITE, mjOBJ_ACTUATOR, mjOBJ_TENDON, mjOBJ_KEY})
+    for (mjsElement* e : elements(spec, type))
+      if (const std::string name = name_of(e); !is_utf8(name))
+        throw InputError(mju_type2Str(type) + std::string(" '") + name +
+                         "': the name is not UTF-8");
+}
+
 }  // namespace
 
 ReadFile read_file(const std::string& path, const LoadOptions& options) {
@@ -91,6 +102,7 @@ ReadFile read_file(const std::string& path, const LoadOptions& options) {
   try {
     if (is_urdf(tags)) refuse_several_roots(tags);
     if (is_urdf(tags)) refuse_two_of_a_name(tags);
+    refuse_names_that_are_no_text(spec);
     if (options.floating) free_root(spec, *options.floating);
     note(note_of_welded_base(spec));
     find_packages(spec, path, options.package_path);

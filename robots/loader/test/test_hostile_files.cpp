@@ -298,6 +298,16 @@ TEST(HostileNames, TwoJointsOfAName) {
   EXPECT_EQ(load_scene(good.path()).model.nv(), 2);
 }
 
+TEST(HostileNames, AreNoText) {
+  for (const char* name :
+       {"\xe9paule", "\xc0\xaf", "\xed\xa0\x80", "a\xf4\x90\x80\x80", "\xe2\x82"}) {
+    const TemporaryFile file(urdf(name, ""), ".urdf");
+    expect_refused([&] { load_scene(file.path()); }, {"joint '", "not UTF-8"});
+  }
+  const TemporaryFile file(urdf("épaule ü €", ""), ".urdf");
+  EXPECT_EQ(load_scene(file.path()).model.nv(), 2);
+}
+
 TEST(HostileNames, MimicOfAJointThatIsNotThere) {
   const TemporaryFile file(urdf("right", "<mimic joint='lost' multiplier='2'/>"), ".urdf");
   const Scene scene = load_scene(file.path());
