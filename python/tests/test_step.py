@@ -337,6 +337,42 @@ def test_fixed_tendons_step_as_mujocos(tmp_path, scheme):
     assert relative(ours.q, q) < 1e-12
 
 
+SPATIAL = """<spatial name="s" stiffness="5"><site site="s1"/><site site="s2"/></spatial>
+  <fixed name="t" """
+OTHERS = """<actuator><motor site="s1"/><motor tendon="s"/><position tendon="band" kp="2"/>
+  <motor joint="b" group="3" gear="7"/><muscle joint="b" lengthrange="0 1"/>"""
+
+
+def test_a_compiled_model_has_the_terms_of_its_file(tmp_path):
+    """Beside tendons and actuators that have none, before those that do."""
+    text = ARM.format("", ".2 2").replace("<keyframe>", TENDONS)
+    text = text.replace('<fixed name="t" ', SPATIAL).replace("<actuator>", OTHERS, 1)
+    text = text.replace("<worldbody>", '<option actuatorgroupdisable="3"/><worldbody><site name="s1"/>')
+    text = text.replace("<body pos=", '<site name="s2"/><body pos=', 1)
+    text = text.replace('ctrl=".4', 'ctrl="0 0 0 0 0 .4')
+    path = tmp_path / "arm.xml"
+    path.write_text(text)
+    model = mujoco.MjModel.from_xml_path(str(path))
+    with pytest.warns(UserWarning, match="1 spatial tendon, 1 tendon, 1 tendon with a dead band"):
+        robot = kalmarm.load(path, key="k", takes_steps=True)
+        same = kalmarm.from_mujoco(model, ctrl=model.key_ctrl[0], takes_steps=True)
+    assert robot.notes == same.notes
+    assert len(robot.terms.rows) == 1
+    assert [one.name for one in robot.terms.actuators] == ["p", "m", "g", "pt", "mt"]
+    for field in ("damping", "stiffness", "reference", "torque"):
+        ours, other = getattr(robot.terms, field), getattr(same.terms, field)
+        np.testing.assert_allclose(ours, other, rtol=1e-14)
+    for one, other in zip(robot.terms.actuators, same.terms.actuators, strict=True):
+        assert one[:3] == other[:3] and one.row == other.row
+        np.testing.assert_allclose(one[3:], other[3:], rtol=1e-14)
+    for one, other in zip(robot.terms.rows, same.terms.rows, strict=True):
+        np.testing.assert_array_equal(one.jacobian, other.jacobian)
+        np.testing.assert_allclose(one[1:], other[1:], rtol=1e-14)
+    q = robot.random_state(0).q
+    weights = [one.terms.compensated.gravity(q) for one in (robot, same)]
+    np.testing.assert_allclose(*weights, rtol=1e-14)
+
+
 def test_armature_of_tendons_is_for_steps_alone(tmp_path):
     path = tmp_path / "arm.xml"
     path.write_text(ARM.format("", ".2 2").replace("<keyframe>", TENDONS))

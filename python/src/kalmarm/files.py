@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import warnings
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -59,8 +60,9 @@ def load(
     Options are those of `Robot`.
     """
     files = _compiled()
+    file = re.sub(r"[\0-\x1f\x7f]", " ", os.fsdecode(path))  # in messages, which are one line
     if not os.path.exists(path):
-        raise FileNotFoundError(f"{os.fspath(path)}: no such file")
+        raise FileNotFoundError(f"{file}: no such file")
     try:
         loaded = files.load(
             os.fsencode(path),
@@ -76,9 +78,9 @@ def load(
         )
         robot = _robot(loaded, options)
     except ValueError as error:
-        reason, file = str(error), f"{os.fspath(path)}: "
-        raise LoadError(reason if reason.startswith(file) else file + reason) from None
-    _warn(os.fspath(path), robot)
+        reason = str(error)
+        raise LoadError(reason if reason.startswith(file) else f"{file}: {reason}") from None
+    _warn(file, robot)
     return robot
 
 
@@ -128,11 +130,13 @@ def _compiled() -> Any:
         raise ImportError(
             "kalmarm.load reads files through MuJoCo, which is not installed: pip install mujoco"
         ) from error
-    if mujoco.__version__ != _core.mujoco_version:
-        built = f"for MuJoCo {_core.mujoco_version}" if _core.mujoco_version else "without MuJoCo"
+    built = _core.mujoco_version
+    if not built:
+        raise ImportError("kalmarm was built without MuJoCo: build it again where that is installed")
+    if mujoco.__version__ != built:
         raise ImportError(
-            f"kalmarm was built {built}, and {mujoco.__version__} is installed: "
-            "install the former, or build kalmarm again beside the latter"
+            f"kalmarm was built for MuJoCo {built}, and {mujoco.__version__} is installed: "
+            f"pip install mujoco=={built}, or build kalmarm again"
         )
     from . import _files
 
