@@ -65,6 +65,8 @@ class NoFiles {
     expect(folder_.with("pipe"), "pipe");
     expect(folder_.with("loop"), "symbolic links");
     expect(folder_.with("folder"), "folder");
+    expect("/dev/zero", "device");
+    if (fs::exists("/proc/kmsg")) expect("/proc/kmsg", "device");
     expect(folder_.with(std::string(300, 'n')), "name too long");
     if (geteuid() != 0) expect(folder_.with("closed"), "permission denied");  // root may read all
   }
