@@ -118,7 +118,7 @@ void strip(mjSpec* spec, Sites sites, bool takes_steps) {
   refuse_coupling_armature(actuator_parts(spec), tendon_parts(spec), takes_steps);
   // As much as the compiler needs, whatever a simulation is given.
   spec->memory = -1;
-  spec->njmax = spec->nconmax = spec->nstack = -1;
+  spec->nstack = spec->njmax = spec->nconmax = -1;
   for (int* size :
        {&spec->nuser_body, &spec->nuser_jnt, &spec->nuser_geom, &spec->nuser_site, &spec->nuser_cam,
         &spec->nuser_tendon, &spec->nuser_actuator, &spec->nuser_sensor})

@@ -202,6 +202,7 @@ std::vector<TendonPart> tendon_parts(mjSpec* spec) {
 
 std::vector<TendonPart> tendon_parts(const mjModel* m) {
   std::vector<TendonPart> out;
+  out.reserve(m->ntendon);
   for (int t = 0; t < m->ntendon; ++t) out.push_back(part_of(m, t));
   for (int i = 0; i < actuator_count(m); ++i)
     if (m->actuator_trntype[i] == mjTRN_TENDON)
@@ -218,6 +219,7 @@ std::vector<ActuatorPart> actuator_parts(mjSpec* spec) {
 
 std::vector<ActuatorPart> actuator_parts(const mjModel* m) {
   std::vector<ActuatorPart> out;
+  out.reserve(actuator_count(m));
   for (int i = 0; i < actuator_count(m); ++i) out.push_back(part_of_actuator(m, i));
   return out;
 }
