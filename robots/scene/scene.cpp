@@ -6,7 +6,9 @@
 #include <boost/random/uniform_real_distribution.hpp>
 #include <charconv>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <numbers>
 #include <optional>
 
@@ -51,6 +53,28 @@ std::optional<Scene> load_family(const std::string& what) {
   return std::nullopt;
 }
 
+bool is_utf8(const std::string& text) {
+  try {
+    return !nlohmann::json(text).dump().empty();
+  } catch (const nlohmann::json::type_error&) {
+    return false;
+  }
+}
+
+// JSON has no other names. Throws InputError with the first that is none, its bytes beyond ASCII as ?.
+void refuse_other_than_utf8(const Scene& scene) {
+  const auto check = [&](const char* what, std::string name) {
+    if (is_utf8(name)) return;
+    const auto is_beyond = [](char c) { return static_cast<unsigned char>(c) > 127; };
+    std::replace_if(name.begin(), name.end(), is_beyond, '?');
+    throw InputError(scene.file + ": " + what + " '" + name + "' is not UTF-8");
+  };
+  check("the file's name", scene.name);
+  const mjModel* m = scene.mujoco->get();
+  for (const char* at = m->names; at < m->names + m->nnames; at += std::strlen(at) + 1)
+    check("the name", at);
+}
+
 Scene from_file(const fs::path& path, const std::string& name, const LoadOptions& read) {
   Scene scene;
   scene.file = path.string();
@@ -58,6 +82,7 @@ Scene from_file(const fs::path& path, const std::string& name, const LoadOptions
   scene.mujoco = MujocoModel::load(scene.file, read);
   scene.model = scene.mujoco->lower();
   scene.name = name + ":" + std::to_string(scene.model.nv());
+  refuse_other_than_utf8(scene);
   const mjModel* m = scene.mujoco->get();
   scene.range.assign(m->nq, {-1, 1});  // free positions
   for (int j = 0; j < m->njnt; ++j) {
