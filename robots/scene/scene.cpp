@@ -100,6 +100,21 @@ Scene from_file(const fs::path& path, const std::string& name, const LoadOptions
   return scene;
 }
 
+// MuJoCo's body that carries the joint of a link, and its frame in the link's axes.
+struct Carrier {
+  int body;
+  LinkFrame frame;
+};
+
+std::optional<Carrier> carrier_of(const Scene& scene, int k) {
+  if (!scene.mujoco) return std::nullopt;
+  const std::vector<LinkFrame> bodies = scene.mujoco->body_frames();
+  const auto found = std::find_if(bodies.begin(), bodies.end(),
+                                  [&](const LinkFrame& body) { return body.link == k; });
+  if (found == bodies.end()) return std::nullopt;
+  return Carrier{static_cast<int>(found - bodies.begin()), *found};
+}
+
 }  // namespace
 
 std::vector<std::string> shipped_robots() {
@@ -217,14 +232,15 @@ JointTerms joint_terms_of(const Scene& scene) {
 }
 
 std::string link_name(const Scene& scene, int k) {
-  if (!scene.mujoco) return scene.model.name(k);
-  const std::vector<LinkFrame> bodies = scene.mujoco->body_frames();
-  const auto carrier = std::find_if(bodies.begin(), bodies.end(),
-                                    [&](const LinkFrame& body) { return body.link == k; });
-  if (carrier == bodies.end()) return scene.model.name(k);
-  const char* name =
-      mj_id2name(scene.mujoco->get(), mjOBJ_BODY, static_cast<int>(carrier - bodies.begin()));
+  const std::optional<Carrier> carrier = carrier_of(scene, k);
+  if (!carrier) return scene.model.name(k);
+  const char* name = mj_id2name(scene.mujoco->get(), mjOBJ_BODY, carrier->body);
   return name && *name ? name : scene.model.name(k);
+}
+
+LinkFrame frame_of_body(const Scene& scene, int k) {
+  const std::optional<Carrier> carrier = carrier_of(scene, k);
+  return carrier ? carrier->frame : LinkFrame{.link = k};
 }
 
 std::shared_ptr<const MujocoModel> mujoco_of(const Scene& scene) {
