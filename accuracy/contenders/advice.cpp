@@ -11,6 +11,8 @@ namespace kalmarm {
 namespace {
 
 constexpr int largest_dense = 200;  // DoF
+// Nothing is promised of it (docs/errors.md).
+constexpr const char* not_for_use = "Fast<SquareRoot>";
 
 TrialStates rows_of(const Scene& scene, const std::vector<State>& states) {
   TrialStates out;
@@ -28,13 +30,16 @@ TrialStates rows_of(const Scene& scene, const std::vector<State>& states) {
   return out;
 }
 
-// Names of the registry's contenders, the fast path first.
-std::vector<std::string> contenders(int nv) {
-  std::vector<std::string> fast, others;
+bool is_fast(const VariantTraits& traits) { return traits.kind == VariantKind::fast; }
+
+// The registry's contenders, the fast path first.
+std::vector<RegisteredVariant<double>> contenders(int nv) {
+  std::vector<RegisteredVariant<double>> fast, others;
   for (const auto& variant : registered_variants<double>()) {
     const VariantTraits& traits = variant.traits;
     if (!traits.contender || (traits.dense && nv > largest_dense)) continue;
-    (traits.kind == VariantKind::fast ? fast : others).push_back(variant.name);
+    if (variant.name == not_for_use) continue;
+    (is_fast(traits) ? fast : others).push_back(variant);
   }
   fast.insert(fast.end(), others.begin(), others.end());
   return fast;
@@ -61,9 +66,10 @@ std::unique_ptr<Advisor> make_advisor(const Scene& scene, const QuestionOptions&
                     6 * static_cast<int>(options.question.frames.size()), advisor->states());
               }});
   };
-  for (const std::string& variant : contenders(scene.model.nv())) {
-    add(float(), variant, Precision::float32);
-    add(double(), variant, Precision::float64);
+  for (const auto& variant : contenders(scene.model.nv())) {
+    const bool answers_in_double = is_fast(variant.traits) && precision.empty();
+    if (!answers_in_double) add(float(), variant.name, Precision::float32);
+    add(double(), variant.name, Precision::float64);
   }
   return out;
 }

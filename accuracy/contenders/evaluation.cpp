@@ -28,6 +28,12 @@ json to_json(const MatrixX<T>& X) {
   return rows;
 }
 
+// What is not cannot be said in JSON.
+bool is_finite(const json& value) {
+  if (value.is_structured()) return std::ranges::all_of(value, is_finite);
+  return !value.is_number_float() || std::isfinite(value.get<double>());
+}
+
 // Empty where the outcome is of no joint: two answers by different factors may disagree.
 std::string at_joint(const Outcome& outcome, const Scene& scene) {
   if (outcome.joint < 0) return "";
@@ -43,6 +49,7 @@ std::string describe(const Outcome& outcome, const Scene& scene) {
   if (!outcome)
     return std::string("mass matrix ") + to_string(outcome.status) + at_joint(outcome, scene);
   if (outcome.near_singular) return "mass matrix nearly singular" + at_joint(outcome, scene);
+  if (std::isinf(outcome.error)) return "its error cannot be estimated";
   char text[64];
   std::snprintf(text, sizeof text, "the estimated error is %.2g", outcome.error);
   return text;
@@ -95,6 +102,13 @@ class Evaluation {
   }
 
   Result operator()(const State& state) {
+    Result out = answer(state);
+    if (out.outcome && !is_finite(out.entry)) out.outcome.status = Outcome::Status::not_finite;
+    return out;
+  }
+
+ private:
+  Result answer(const State& state) {
     const VectorX<T> q = state.q.cast<T>(), qd = state.qd.cast<T>();
     VectorX<T> tau = state.tau.cast<T>();
     if (step_) tau = step_->torque<T>(q, qd, tau);
@@ -138,7 +152,6 @@ class Evaluation {
     return out;
   }
 
- private:
   bool wants(const char* what) const { return want_.contains(what); }
 
   // Where the step has some that are solved for.

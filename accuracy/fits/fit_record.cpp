@@ -1,6 +1,7 @@
 #include "accuracy/fits/fit_record.hpp"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -24,6 +25,24 @@ json to_json(const VectorX<double>& x) {
   for (const double value : x) out.push_back(std::isfinite(value) ? json(value) : json(nullptr));
   return out;
 }
+
+// What is told, in the frames of the file's bodies (identifiability.hpp).
+struct Told {
+  MatrixX<double> B, R, covariance;
+  VectorX<double> units;
+  BaseParameters base;
+
+  explicit Told(const Identification& done)
+      : B(columns_of_file(done.scene, done.free)),
+        R(done.fit.R * B.inverse()),
+        covariance(B * done.fit.covariance * B.transpose()),
+        units(column_units(done.start, done.free)),
+        base(base_parameters(R, units)) {}
+
+  VectorX<double> values(const Identification& done, const Mechanics<double>& robot) const {
+    return B * done.free.values_of(robot);
+  }
+};
 
 json picked(const std::vector<int>& columns, const std::vector<std::string>& names) {
   json out = json::array();
@@ -61,12 +80,18 @@ void add_prediction(const Identification& done, json& record) {
 }
 
 // What the data see, and what other motion would show.
-void add_identifiability(const Identification& done, const BaseParameters& base, Residual residual,
+void add_identifiability(const Identification& done, const Told& told, Residual residual,
                          json& record) {
-  const Lost lost = lost_parameters(done.scene, done.start, done.free, residual, done.fit.R);
+  const BaseParameters& base = told.base;
+  const Lost lost = lost_parameters(done.scene, done.start, done.free, residual, told.R);
+  const VectorX<double> moved = told.values(done, done.fit.robot) - told.values(done, done.start);
+  std::vector<int> kept;
+  for (const int column : base.unseen)
+    if (std::abs(moved[column]) <= 1e-9 * told.units[column]) kept.push_back(column);
   record["rank"] = base.rank;
   record["condition"] = base.condition;
   record["unseen"] = picked(base.unseen, done.names);
+  record["kept"] = picked(kept, done.names);
   record["alone"] = picked(base.alone, done.names);
   record["rank_of_random_motion"] = lost.rank;
   record["lost"] = picked(lost.columns, done.names);
@@ -80,14 +105,15 @@ void add_identifiability(const Identification& done, const BaseParameters& base,
         "parameters a long way");
 }
 
-void add_base_parameters(const Identification& done, const BaseParameters& base,
-                         const VectorX<double>& units, json& record) {
+void add_base_parameters(const Identification& done, const Told& told, json& record) {
+  const BaseParameters& base = told.base;
+  const VectorX<double>& units = told.units;
   const std::vector<std::string> words = in_words(base, done.names);
-  const VectorX<double> fitted = base.map * done.free.values_of(done.fit.robot);
+  const VectorX<double> fitted = base.map * told.values(done, done.fit.robot);
   const VectorX<double> deviation =
-      (base.map * done.fit.covariance * base.map.transpose()).diagonal().cwiseMax(0).cwiseSqrt();
+      (base.map * told.covariance * base.map.transpose()).diagonal().cwiseMax(0).cwiseSqrt();
   std::optional<VectorX<double>> truth;
-  if (done.truth) truth = base.map * done.free.values_of(*done.truth);
+  if (done.truth) truth = base.map * told.values(done, *done.truth);
   json& out = record["base_parameters"] = json::array();
   for (int i = 0; i < base.rank; ++i) {
     json entry{{"name", words[i]},
@@ -107,9 +133,10 @@ void add_base_parameters(const Identification& done, const BaseParameters& base,
     return error;
   };
   record["base_error"] = worst(fitted);
-  record["base_error_of_start"] = worst(base.map * done.free.values_of(done.start));
+  record["base_error_of_start"] = worst(base.map * told.values(done, done.start));
   for (std::size_t i = 0; i < done.fit.iterations.size(); ++i)
-    record["iterations"][i]["base_error"] = worst(base.map * done.fit.iterations[i].values);
+    record["iterations"][i]["base_error"] =
+        worst(base.map * (told.B * done.fit.iterations[i].values));
 }
 
 void add_physics(const Identification& done, json& record) {
@@ -142,17 +169,16 @@ json record_of(const Identification& done, const IdentificationOptions& options)
     record["warnings"].push_back("the solver has not converged: " + result.message);
   if (!result.usable) return record;
   record["residual_rms"] = result.sigma;
-  record["values"] = to_json(done.free.values_of(result.robot));
-  record["start"] = to_json(done.free.values_of(done.start));
-  if (done.truth) record["truth"] = to_json(done.free.values_of(*done.truth));
+  const Told told(done);
+  record["values"] = to_json(told.values(done, result.robot));
+  record["start"] = to_json(told.values(done, done.start));
+  if (done.truth) record["truth"] = to_json(told.values(done, *done.truth));
   record["torque_nrmse"] = {{"start", done.before.total},
                             {"fitted", done.after.total},
                             {"joints", to_json(done.after.joints)}};
   add_prediction(done, record);
-  const VectorX<double> units = column_units(done.start, done.free);
-  const BaseParameters base = base_parameters(result.R, units);
-  add_identifiability(done, base, options.fit.residual, record);
-  add_base_parameters(done, base, units, record);
+  add_identifiability(done, told, options.fit.residual, record);
+  add_base_parameters(done, told, record);
   add_physics(done, record);
   return record;
 }
@@ -171,9 +197,14 @@ void print_record(const json& record) {
         "  data see     %d base parameters of %zu parameters (random motion: %d), cond(J) %.3g\n",
         record["rank"].get<int>(), record["columns"].size(),
         record["rank_of_random_motion"].get<int>(), number(record["condition"]));
+    json seen = json::array();
+    for (const json& one : record["base_parameters"]) seen.push_back(one["name"]);
+    std::printf("  these        in the frames of the file's bodies: %s\n", joined(seen).c_str());
     if (!record["unseen"].empty())
-      std::printf("  kept         at the start, since the data do not see them: %s\n",
+      std::printf("  not seen     by themselves or in a sum: %s\n",
                   joined(record["unseen"]).c_str());
+    if (!record["kept"].empty())
+      std::printf("  kept         at the start: %s\n", joined(record["kept"]).c_str());
     if (record.contains("base_error"))
       std::printf("  error        of the base parameters at most %.2g of the truth (start: %.2g)\n",
                   number(record["base_error"]), number(record["base_error_of_start"]));

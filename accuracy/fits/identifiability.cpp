@@ -1,5 +1,6 @@
 #include "accuracy/fits/identifiability.hpp"
 
+#include <Eigen/LU>
 #include <Eigen/QR>
 #include <Eigen/SVD>
 #include <algorithm>
@@ -127,6 +128,30 @@ MatrixX<double> jacobian_triangle(const Mechanics<double>& robot, const FreePara
   return linear_triangle(robot, free, samples, options).leftCols(free.columns());
 }
 
+MatrixX<double> columns_of_file(const Scene& scene, const FreeParameters& free) {
+  MatrixX<double> out = MatrixX<double>::Identity(free.columns(), free.columns());
+  for (std::size_t b = 0; b < free.bodies.size(); ++b) {
+    const LinkFrame frame = frame_of_body(scene, free.bodies[b]);
+    const Matrix3<double> R = frame.R.toRotationMatrix(), one = Matrix3<double>::Identity();
+    const Vector3<double>& p = frame.p;
+    for (int j = 0; j < body_parameters; ++j) {
+      const SpatialInertia<double> M =
+          spatial_inertia<double>(InertialVector<double>::Unit(body_parameters, j));
+      SpatialInertia<double> moved;
+      moved.m = M.m;
+      moved.h = R.transpose() * (M.h - M.m * p);
+      // of r - p in the place of r
+      const Matrix3<double> I = M.I - 2 * p.dot(M.h) * one + M.h * p.transpose() +
+                                p * M.h.transpose() +
+                                M.m * (p.squaredNorm() * one - p * p.transpose());
+      moved.I = R.transpose() * I * R;
+      const auto first = static_cast<Eigen::Index>(body_parameters * b);
+      out.col(first + j).segment<body_parameters>(first) = inertial_parameters(moved);
+    }
+  }
+  return out;
+}
+
 Lost lost_parameters(const Scene& scene, const Mechanics<double>& robot, const FreeParameters& free,
                      Residual kind, const MatrixX<double>& R) {
   const int n = free.columns(), nv = scene.model.nv();
@@ -147,8 +172,9 @@ Lost lost_parameters(const Scene& scene, const Mechanics<double>& robot, const F
   // of the other residuals M^-1 takes nothing away
   const Residual linear = is_linear(kind) ? kind : Residual::inverse_dynamics;
   const VectorX<double> units = column_units(robot, free);
-  const BaseParameters base = base_parameters(
-      jacobian_triangle(robot, free, random, residual_options(linear, robot, random)), units);
+  const MatrixX<double> J =
+      jacobian_triangle(robot, free, random, residual_options(linear, robot, random));
+  const BaseParameters base = base_parameters(J * columns_of_file(scene, free).inverse(), units);
   Lost out{base.rank, {}};
   const Eigen::JacobiSVD<MatrixX<double>> svd(R * units.asDiagonal(), Eigen::ComputeFullV);
   const int rank = rank_and_condition(R * units.asDiagonal()).rank;

@@ -6,6 +6,9 @@
 // column pivoting, R U P = Q [R1 R2; 0 0], R1 of full rank: the data see the base parameters
 //   beta = theta_1 + R1^-1 R2 theta_2        theta = U P (theta_1; theta_2), in units
 // and nothing else. The singular values of J with columns of unit length decide the rank.
+//
+// A fit has the parameters of a link in its own axes, z along the joint. What is told of them is told in
+// the frames of the file's bodies: theta_file = B theta, J_file = J B^-1.
 #pragma once
 
 #include <string>
@@ -69,7 +72,12 @@ BaseParameters base_parameters(const MatrixX<double>& R, const VectorX<double>& 
 std::vector<std::string> in_words(const BaseParameters& base,
                                   const std::vector<std::string>& names);
 
-// Base parameters that random motion would show and the data, with triangle R, do not.
+// B of the free parameters: bodies' theta about the origin and in the axes of the file's body; 1 of the
+// others, and of families.
+MatrixX<double> columns_of_file(const Scene& scene, const FreeParameters& free);
+
+// Base parameters, in the file's frames, that random motion would show and the data, with R of
+// J_file, do not.
 struct Lost {
   int rank = 0;              // of random motion
   std::vector<int> columns;  // that lead those which are lost, wholly or in part

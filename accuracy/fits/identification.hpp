@@ -34,7 +34,8 @@ struct IdentificationOptions {
 
 struct Identification {
   Scene scene;
-  std::vector<std::string> bodies, names;  // of every link; of the columns that are fitted
+  // Of every link; of the columns that are fitted, in the frames of the file's bodies.
+  std::vector<std::string> bodies, names;
   FreeParameters free;
   Mechanics<double> start;
   std::optional<Mechanics<double>> truth;  // of simulated data

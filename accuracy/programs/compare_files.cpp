@@ -5,9 +5,9 @@
 //   mass          max |M_ij - M0_ij| / sqrt(M0_ii M0_jj), without DoF whose M0_ii is rounding
 //   acceleration  |a - a0| / |a0|, a0 by MuJoCo's factors of M0; it errs by them too
 //   residual      max_k |M0 a + bias0 - tau|_k / (|M0| |a| + |bias0| + |tau|)_k
-// Of a file that MuJoCo refuses, its model of what we read of it stands in: that checks the lowering
-// to our own model alone. The JSON has "ours" and "mujoco", the reason where one of them refuses the
-// file, else null. Exit 1 where we load it and the two differ by more than the bounds.
+// Of a file that MuJoCo refuses, or that options make another robot of, its model of what we read of it
+// stands in: that checks the lowering to our own model alone. The JSON has "ours" and "mujoco", the
+// reason where one of them has not loaded the file, else null. Exit 1 where we load it and the two differ by more than the bounds.
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -18,12 +18,10 @@
 #include "accuracy/programs/common/ranges.hpp"
 #include "algorithms/model/plain.hpp"
 #include "kalmarm/dynamics.hpp"
-#include "robots/loader/files/model_files.hpp"
-#include "robots/loader/mujoco_shim.hpp"
-#include "robots/loader/mujoco_spec.hpp"
 #include "robots/scene/file_options.hpp"
 #include "robots/scene/mujoco_solver.hpp"
 #include "robots/scene/scene.hpp"
+#include "robots/scene/untouched.hpp"
 
 namespace kalmarm {
 namespace {
@@ -86,20 +84,6 @@ void add(const State& state, MujocoSolver& theirs, Dynamics<double>& ours, Diffe
   raise(out.acceleration, (a - a0).norm() / a0.norm());
 }
 
-// MuJoCo's own load, untouched; its reason where it refuses.
-std::shared_ptr<const MujocoModel> load_original(const std::string& path, json& reason) {
-  install_mujoco_handlers();
-  char error[1024] = "";
-  try {
-    if (mjModel* model = mj_loadXML(path.c_str(), nullptr, error, sizeof error))
-      return std::make_shared<const MujocoModel>(model);
-    reason = one_line(error);
-  } catch (const InputError& e) {
-    reason = e.what();
-  }
-  return nullptr;
-}
-
 std::optional<Scene> load_ours(const std::string& path, const LoadOptions& read, json& reason) {
   try {
     return load_scene(path, read);
@@ -112,8 +96,8 @@ std::optional<Scene> load_ours(const std::string& path, const LoadOptions& read,
 json compare(const std::string& path, const LoadOptions& read, int states, std::uint64_t seed) {
   json record{
       {"file", path}, {"mujoco", nullptr}, {"ours", nullptr}, {"mujoco_version", mujoco_version()}};
-  model_files(path);  // refuses attachments on which MuJoCo hangs or crashes
-  const auto original = load_original(path, record["mujoco"]);
+  const auto [original, reason] = load_untouched(path, read);
+  if (!original) record["mujoco"] = reason;
   const std::optional<Scene> scene = load_ours(path, read, record["ours"]);
   if (original) record["mujoco_nv"] = static_cast<int>(original->get()->nv);
   if (scene) {

@@ -14,6 +14,11 @@ DEEPEST = 32  # our own files have six levels
 MOST_DIGITS = 20
 
 
+def name_of(cell: str) -> str:
+    """A name in a field of CSV, without the apostrophe for spreadsheets (accuracy/programs/common/csv.hpp)."""
+    return cell[1:] if re.match(r"'[=+\-@']", cell) else cell
+
+
 def checked_scene(text: str) -> str:
     if not re.fullmatch(r".+:[0-9]{1,9}", text):
         raise ValueError(f"scene '{text}' is not NAME:NV")

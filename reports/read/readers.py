@@ -21,6 +21,7 @@ from read import (
 from read.campaign import MergeError
 from read.checks import (
     checked_scene,
+    name_of,
     opened,
     read_json,
     refuse_repeats,
@@ -58,7 +59,7 @@ def _rows(path: Path, columns: list[str], record) -> list:
             try:
                 if None in row or None in row.values():
                     raise ValueError(f"not {len(columns)} values")
-                records.append(record(row))
+                records.append(record({name: name_of(cell) for name, cell in row.items()}))
             except ValueError as error:
                 raise DataError(f"{path}:{reader.line_num}: {error}") from None
         return records

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from read.checks import opened
+from read.checks import name_of, opened
 from read.data import DataError
 from read.stress import COLUMNS, TEXTS, U
 from read.values import MOST
@@ -42,6 +42,8 @@ def _block(rows: list[list[str]], stress) -> dict:
     if any(len(row) != len(COLUMNS) for row in rows):
         raise ValueError(f"not {len(COLUMNS)} values")
     texts = dict(zip(COLUMNS, zip(*rows)))
+    families = {cell: name_of(cell) for cell in set(texts["family"])}
+    texts["family"] = [families[cell] for cell in texts["family"]]
     block = {}
     for name, column in texts.items():
         if name in TEXTS:

@@ -90,7 +90,7 @@ def _not_seen(fits: list[Identification]) -> list[str]:
         if fit.unseen:
             text = (
                 f"{len(fit.unseen)} of {fit.parameters} parameters are in nothing that the data "
-                f"see and stay at the start: {_named(fit.unseen)}."
+                f"see: {_named(fit.unseen)}."
             )
             fits_of[fit.scene, text].append(fit.residual)
         if fit.lost:

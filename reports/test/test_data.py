@@ -13,6 +13,13 @@ def test_an_error_row_keeps_its_parts(read):
     assert row == ("panda:7", "Batch<EigenLLT>", "float64", "inverse", 0, "relative", 1.5e-16, "ok")
 
 
+def test_an_apostrophe_for_spreadsheets_is_no_part_of_a_name(read):
+    for name in ("=two:2", "'a:2", "-b:2", "c'd:2"):
+        cell = name if name == "c'd:2" else "'" + name
+        (row,) = read("errors-a.csv", f"{HEADER}\n{ROW.replace('panda:7', cell)}\n").errors
+        assert row.scene == name
+
+
 def test_a_failure_is_kept(read):
     (row,) = read("errors-a.csv", f"{HEADER}\n{ROW.replace('1.5e-16,ok', 'nan,singular')}\n").errors
     assert math.isnan(row.value) and row.outcome == "singular"

@@ -106,7 +106,9 @@ void QuestionOptions::add_to(CLI::App& app) {
     // One word a time, A,B: the SCENE that may follow is no value.
     return app.add_option(name, values, help)->delimiter(',')->allow_extra_args(false);
   };
-  list("--dofs", dofs, "joints that are asked about (patterns such as 'left_*'); else all");
+  list(
+      "--dofs", dofs,
+      "joints that are asked about (patterns such as 'left_*', ? for a comma in a name); else all");
   list("--site", sites, "sites or bodies of J M^-1 J' (want operational), 6 rows each");
   auto* const lock = list("--locked", locked,
                           "joints that stand still, JOINT or JOINT=VALUE [rad or m]; patterns");

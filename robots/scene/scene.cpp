@@ -11,6 +11,7 @@
 
 #include "robots/loader/files/text_file.hpp"
 #include "robots/loader/input_error.hpp"
+#include "robots/loader/names.hpp"
 #include "robots/scene/families.hpp"
 #include "robots/scene/memory_limit.hpp"
 
@@ -46,6 +47,14 @@ std::optional<Scene> load_family(const std::string& what) {
   return std::nullopt;
 }
 
+// JSON has no other names; those in the file are refused when it is read.
+void refuse_other_than_utf8(const std::string& file, std::string name) {
+  if (is_utf8(name)) return;
+  const auto is_beyond = [](char c) { return static_cast<unsigned char>(c) > 127; };
+  std::replace_if(name.begin(), name.end(), is_beyond, '?');
+  throw InputError(file + ": the file's name '" + name + "' is not UTF-8");
+}
+
 Scene from_file(const fs::path& path, const std::string& name, const LoadOptions& read) {
   Scene scene;
   scene.file = path.string();
@@ -54,7 +63,23 @@ Scene from_file(const fs::path& path, const std::string& name, const LoadOptions
   scene.model = scene.mujoco->lower();
   scene.name = name + ":" + std::to_string(scene.model.nv());
   scene.range = scene.mujoco->ranges();
+  refuse_other_than_utf8(scene.file, scene.name);
   return scene;
+}
+
+// MuJoCo's body that carries the joint of a link, and its frame in the link's axes.
+struct Carrier {
+  int body;
+  LinkFrame frame;
+};
+
+std::optional<Carrier> carrier_of(const Scene& scene, int k) {
+  if (!scene.mujoco) return std::nullopt;
+  const std::vector<LinkFrame> bodies = scene.mujoco->body_frames();
+  const auto found = std::find_if(bodies.begin(), bodies.end(),
+                                  [&](const LinkFrame& body) { return body.link == k; });
+  if (found == bodies.end()) return std::nullopt;
+  return Carrier{static_cast<int>(found - bodies.begin()), *found};
 }
 
 }  // namespace
@@ -174,14 +199,15 @@ JointTerms joint_terms_of(const Scene& scene) {
 }
 
 std::string link_name(const Scene& scene, int k) {
-  if (!scene.mujoco) return scene.model.name(k);
-  const std::vector<LinkFrame> bodies = scene.mujoco->body_frames();
-  const auto carrier = std::find_if(bodies.begin(), bodies.end(),
-                                    [&](const LinkFrame& body) { return body.link == k; });
-  if (carrier == bodies.end()) return scene.model.name(k);
-  const char* name =
-      mj_id2name(scene.mujoco->get(), mjOBJ_BODY, static_cast<int>(carrier - bodies.begin()));
+  const std::optional<Carrier> carrier = carrier_of(scene, k);
+  if (!carrier) return scene.model.name(k);
+  const char* name = mj_id2name(scene.mujoco->get(), mjOBJ_BODY, carrier->body);
   return name && *name ? name : scene.model.name(k);
+}
+
+LinkFrame frame_of_body(const Scene& scene, int k) {
+  const std::optional<Carrier> carrier = carrier_of(scene, k);
+  return carrier ? carrier->frame : LinkFrame{.link = k};
 }
 
 std::shared_ptr<const MujocoModel> mujoco_of(const Scene& scene) {

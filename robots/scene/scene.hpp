@@ -61,6 +61,9 @@ JointTerms joint_terms_of(const Scene& scene);
 // where there is none (a family, a link between the DoF of a joint of several).
 std::string link_name(const Scene& scene, int k);
 
+// Where the frame of that body stands in the axes of link k; there itself where there is no body.
+LinkFrame frame_of_body(const Scene& scene, int k);
+
 // The same mechanism in MuJoCo. Throws InputError where MuJoCo cannot hold it.
 std::shared_ptr<const MujocoModel> mujoco_of(const Scene& scene);
 

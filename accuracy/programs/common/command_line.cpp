@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <exception>
 #include <iostream>
+#include <memory>
 #include <new>
 #include <stdexcept>
 #include <vector>
@@ -26,6 +27,19 @@ constexpr const char* read_by_programs[] = {"--states", "--data", "--armature", 
 
 std::string program;  // its name
 std::vector<std::string> notes;
+
+// Of options that take one word, A,B, and may be repeated, CLI11's help says "...", as of those that
+// take several.
+class Help : public CLI::Formatter {
+ public:
+  std::string make_option_opts(const CLI::Option* option) const override {
+    std::string out = CLI::Formatter::make_option_opts(option);
+    const std::size_t several = out.find(" ...");
+    if (option->get_delimiter() == ',' && several != std::string::npos)
+      out.replace(several, 4, "[,...]");
+    return out;
+  }
+};
 
 int fail() {
   std::fprintf(stderr, "%s: error: %s\n", program.c_str(), handled_error().c_str());
@@ -102,6 +116,7 @@ void flush_standard_output() {
 int run_program(CLI::App& app, int argc, char** argv, const std::function<int()>& run) {
   start_program(argv);
   program = app.get_name();
+  app.formatter(std::make_shared<Help>());
   std::set_terminate(end);
   std::signal(SIGXFSZ, SIG_IGN);  // a file beyond its allowed size is an error of the write
   try {

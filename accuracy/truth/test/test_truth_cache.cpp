@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "accuracy/programs/common/digest.hpp"
 #include "accuracy/truth/truth_cache.hpp"
 #include "algorithms/test/models.hpp"
 
@@ -176,6 +177,57 @@ TEST_F(TruthCache, DamageIsSeenAndRepaired) {
   expect_repaired();
 }
 
+// Whatever an entry says under a checksum that is right, vectors and matrices have the model's sizes.
+TEST_F(TruthCache, ContentIsReadWithTheSizesOfTheModel) {
+  const Truth<double> exact = cached();
+  const fs::path path = entry();
+  const std::string whole = read(path);
+  constexpr std::size_t head = 8 + sizeof(Digest), content = head + sizeof(Digest);
+  const auto write_signed = [&](std::string bytes) {
+    const Digest digest = digest_of(bytes.substr(content));
+    write(path, bytes.replace(head, digest.size(), digest.data(), digest.size()));
+  };
+  for (std::size_t i = content; i < whole.size(); i += i < content + 100 ? 1 : 11) {
+    SCOPED_TRACE(i);
+    for (const int byte : {0x00, 0x01, 0x7f, 0xff}) {
+      std::string bytes = whole;
+      bytes[i] = static_cast<char>(byte);
+      write_signed(bytes);
+      const Truth<double> got = cached();
+      if (!got.outcome) continue;
+      ASSERT_EQ(got.M.size() + got.X.size() + got.D.size() + got.g.size(), 4 + 4 + 2 + 12);
+      ASSERT_EQ(got.responses.size(), 1u);
+      ASSERT_EQ(got.responses[0].tau.size() + got.responses[0].a.size(), 4);
+    }
+    write_signed(whole.substr(0, i));
+    expect_same(cached(), exact);
+  }
+  write_signed(whole + '\n');
+  expect_same(cached(), exact);
+  EXPECT_EQ(read(path), whole);
+}
+
+TEST_F(TruthCache, AFileOfAnotherKindIsReplaced) {
+  const Truth<double> exact = cached();
+  const fs::path path = entry();
+  fs::remove(path);
+  ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);
+  expect_same(cached(), exact);  // and does not wait for a writer
+  EXPECT_TRUE(fs::is_regular_file(path));
+  fs::resize_file(path, 20'000'000'000);
+  expect_same(cached(), exact);
+  EXPECT_LT(fs::file_size(path), 100'000u);
+}
+
+TEST_F(TruthCache, FilesOfOthersAreNotRead) {
+  if (geteuid() != 0) GTEST_SKIP() << "only root gives a file to somebody else";
+  (void)cached();
+  const ino_t written = identity(entry());
+  ASSERT_EQ(chown(entry().c_str(), 1, 1), 0);
+  (void)cached();
+  EXPECT_NE(identity(entry()), written);
+}
+
 TEST_F(TruthCache, ARenamedEntryIsNotTrusted) {
   const Truth<double> exact = cached();
   const fs::path path = entry();
@@ -250,6 +302,7 @@ TEST_F(TruthCache, FolderIsNamedByTheEnvironment) {
     _exit(with("/a", "/b", "/c") == "/a" && with("", "/b", "/c").empty() &&
                   with(nullptr, "/b", "/c") == "/b/kalmarm" &&
                   with(nullptr, "", "/c") == "/c/.cache/kalmarm" &&
+                  with(nullptr, "b", "/c") == "/c/.cache/kalmarm" &&
                   with(nullptr, nullptr, nullptr).empty()
               ? 0
               : 1);

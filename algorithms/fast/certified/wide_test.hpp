@@ -8,6 +8,7 @@
 #pragma once
 
 #include <cmath>
+#include <limits>
 
 #include "algorithms/fast/covariance/rounding_bound.hpp"
 #include "algorithms/spatial/double_double.hpp"
@@ -34,11 +35,13 @@ class WideTest {
   }
 
   // An answer at that position, whose residual says that its error is `error`. Where it may be too
-  // large, a warning that names the joint whose D is the least certain.
+  // large, a warning that names the joint whose D is the least certain. A residual whose squares
+  // overflow says nothing of D: the error is infinite, and no joint is named.
   Outcome of_error(double error) const {
     Outcome out;
-    out.error = error + loss_.bound;
+    out.error = (std::isnan(error) ? std::numeric_limits<double>::infinity() : error) + loss_.bound;
     if (out.error <= enough_in_two_doubles) return out;
+    if (!std::isfinite(error) && loss_.bound <= enough_in_two_doubles) return out;
     out.near_singular = true;
     return named(out);
   }

@@ -18,8 +18,8 @@ struct InstructionSet {
 
 // The best that the processor has and KALMARM_INSTRUCTION_SET does not rule out.
 InstructionSet best() {
-#ifdef KALMARM_DISPATCH
   const InstructionSet sets[] = {
+#ifdef KALMARM_DISPATCH
       {"x86-64-v4", &kalmarm_engines_v4,
        __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
            __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
@@ -29,6 +29,9 @@ InstructionSet best() {
            __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2")},
 #ifdef KALMARM_X86_64_V2
       {"x86-64-v2", &kalmarm_engines_v2, true},
+#endif
+#else
+      {"native", &kalmarm_engines_native, true},
 #endif
   };
   const char* const highest = std::getenv("KALMARM_INSTRUCTION_SET");
@@ -42,9 +45,6 @@ InstructionSet best() {
                              "', of which this library has no kernels");
   throw std::runtime_error(
       "kalmarm: this processor has no AVX2; the library has to be built with KALMARM_X86_64_V2=ON");
-#else
-  return {"native", &kalmarm_engines_native, true};
-#endif
 }
 
 // Chosen once.

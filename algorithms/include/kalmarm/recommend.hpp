@@ -17,6 +17,8 @@
 
 namespace kalmarm {
 
+// float32 is for rows of states, which lanes of it answer: one state is answered in double whatever the
+// precision.
 enum class Precision { float32, float64 };
 
 KALMARM_EXPORT const char* to_string(Precision precision);
