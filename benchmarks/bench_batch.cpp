@@ -17,7 +17,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "algorithms/dynamics/flops.hpp"
+#include "algorithms/study/flops/flops.hpp"
 #include "algorithms/model/plain.hpp"
 #include "algorithms/study/solver.hpp"
 #include "benchmarks/case.hpp"

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "algorithms/dynamics/flops.hpp"
+#include "algorithms/study/flops/flops.hpp"
 #include "algorithms/study/solver.hpp"
 #include "benchmarks/case.hpp"
 #include "benchmarks/driver.hpp"

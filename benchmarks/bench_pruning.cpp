@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "accuracy/programs/common/open_scene.hpp"
-#include "algorithms/dynamics/flops.hpp"
+#include "algorithms/study/flops/flops.hpp"
 #include "algorithms/dynamics/plan.hpp"
 #include "algorithms/model/plain.hpp"
 #include "benchmarks/case.hpp"

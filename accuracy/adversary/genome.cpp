@@ -25,10 +25,6 @@ double angle(double u) { return pi * (2 * u - 1); }
 Quaternion about_x(double a) { return {std::cos(a / 2), std::sin(a / 2), 0, 0}; }
 Quaternion about_z(double a) { return {std::cos(a / 2), 0, 0, std::sin(a / 2)}; }
 
-const Quaternion half_turn_about_x{0, 1, 0, 0};
-const Quaternion quarter_turn_about_x{std::numbers::sqrt2 / 2, std::numbers::sqrt2 / 2, 0, 0};
-const Quaternion upright_plane = quarter_turn_about_x.conjugate();  // to the world's axes
-
 // Reads one number after another.
 class Reader {
  public:
@@ -57,7 +53,7 @@ class Reader {
     return {r * std::cos(angle(v)), r * std::sin(angle(v)), z};
   }
 
-  // From the parent's axes to the link's. The same numbers as planar_turn.
+  // From the parent's axes to the link's.
   Quaternion turn() {
     const double kind = next(), u = next();
     const double tilt = kind < 0.3   ? 0
@@ -66,16 +62,6 @@ class Reader {
                                      : angle(u);
     const double about = special(0.4) ? 0 : angle(rest_);
     return (about_z(about) * about_x(tilt)).normalized();
-  }
-
-  // The same for motion in a plane: `parent` and `own` lead from axes whose z is the plane's normal
-  // to those of the two links. Zeros and equal numbers stay so in every product.
-  Quaternion planar_turn(const Quaternion& parent, Quaternion& own) {
-    const bool reversed = special(0.2);
-    next();
-    if (reversed) own = half_turn_about_x * own;
-    const double about = special(0.4) ? 0 : angle(rest_);
-    return (parent.conjugate() * about_z(about) * own).normalized();
   }
 
   Quaternion orientation() {
@@ -95,8 +81,6 @@ struct Body {
   Joint<double> joint;      // of its first DoF; the rest is the same for all
   RigidBody<double> rigid;  // outboard of its last
   int slot = 0;             // of its first DoF among the numbers of the state
-  // In a plane: from axes whose z is the plane's normal to the link's.
-  Quaternion in_plane = {1, 0, 0, 0};
 
   int dofs() const { return type == Type::free ? 6 : type == Type::ball ? 3 : 1; }
 };
@@ -120,7 +104,6 @@ RigidBody<double> read_rigid(Reader& read) {
 
 Type type_of(double u, bool first, Kernel kernel) {
   if (kernel == Kernel::translational) return Type::slide;
-  if (kernel == Kernel::planar) return u >= 0.65 && u < 0.85 ? Type::slide : Type::hinge;
   if (first && u >= 0.95) return Type::free;
   return u < 0.65 ? Type::hinge : u < 0.85 ? Type::slide : Type::ball;
 }
@@ -136,13 +119,7 @@ Body read_body(Reader& read, const std::vector<Body>& before, Kernel kernel) {
   out.rigid = read_rigid(read);
   const double offset = read.length(0.25, -3, 3);
   out.joint.translation = offset * read.direction();
-  if (kernel == Kernel::planar) {
-    if (out.type == Type::slide) out.in_plane = quarter_turn_about_x;
-    out.joint.rotation =
-        read.planar_turn(index > 0 ? before[out.parent].in_plane : upright_plane, out.in_plane);
-  } else {
-    out.joint.rotation = read.turn();
-  }
+  out.joint.rotation = read.turn();
   out.joint.r = read.length(0.7, -6, 6);
   return out;
 }

@@ -27,9 +27,6 @@
 //
 // A kernel of the library that answers special mechanisms alone gets such mechanisms, from the same
 // numbers:
-//   planar         hinges, or slides (20 %), in a vertical plane. The axis of a hinge is along its
-//                  parent's or, in 20 %, against it; slides lie in the plane. Axes are parallel to
-//                  the last bit, also when parameters are rounded to float32
 //   translational  slides alone
 //   at rest        velocities are zero
 #pragma once

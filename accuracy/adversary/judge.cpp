@@ -76,8 +76,6 @@ class JudgeOf final : public Judge {
   Dynamics<T> robot(const Scene& scene) const {
     const Contender by{asked_.variant, asked_.precision};
     QuestionOptions options;
-    options.planes = asked_.kernel == Kernel::planar;
-    if (options.planes) options.without = {to_string(Rule::translations)};
     const Question question{.want = {asked_.task},
                             .at_rest = asked_.kernel == Kernel::spatial_at_rest};
     return make_robot<T>(by, scene, asked_of(by, options, question));

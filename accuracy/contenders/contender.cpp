@@ -4,7 +4,7 @@
 
 #include "accuracy/measures/real.hpp"
 #include "algorithms/dynamics/plan.hpp"
-#include "algorithms/dynamics/solver_engine.hpp"
+#include "algorithms/study/solver_engine.hpp"
 #include "robots/loader/input_error.hpp"
 #include "robots/scene/mujoco_solver.hpp"
 

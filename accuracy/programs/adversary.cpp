@@ -118,7 +118,7 @@ T named(const std::string& name, const std::vector<T>& all) {
 }
 
 const std::vector<Goal> goals = {Goal::error, Goal::claim};
-const std::vector<Kernel> kernels = {Kernel::spatial, Kernel::spatial_at_rest, Kernel::planar,
+const std::vector<Kernel> kernels = {Kernel::spatial, Kernel::spatial_at_rest,
                                      Kernel::translational};
 
 template <class T>

@@ -12,7 +12,7 @@
 #include "accuracy/programs/common/open_scene.hpp"
 #include "accuracy/programs/common/output_file.hpp"
 #include "accuracy/programs/common/ranges.hpp"
-#include "algorithms/dynamics/flops.hpp"
+#include "algorithms/study/flops/flops.hpp"
 #include "algorithms/fast/lowering/zero_terms.hpp"
 #include "robots/loader/names.hpp"
 #include "robots/scene/inventory.hpp"
@@ -51,8 +51,6 @@ std::string meaning(const Plan& plan, const Acted& acted) {
       return std::to_string(plan.parts.size()) + " trees are solved apart";
     case Rule::translations:
       return parts(Kernel::translational) + " tree(s) of slides alone: no angles, constant factors";
-    case Rule::planes:
-      return parts(Kernel::planar) + " tree(s) in a plane: 3 of 6 dimensions";
     case Rule::zero_terms:
       return "turns by zero or right angles between " + count + " axes and those before";
     case Rule::rest:

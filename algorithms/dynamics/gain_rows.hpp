@@ -38,8 +38,8 @@ class GainsOfRows {
         form_(options.form),
         rules_(rules_for(options.form)) {
     std::erase_if(rules_, [&](Rule rule) {
-      // The kernels of these have no joint noise of a lane.
-      return rule == Rule::planes || rule == Rule::translations || !options.rules.contains(rule);
+      // Its kernel has no joint noise of a lane.
+      return rule == Rule::translations || !options.rules.contains(rule);
     });
     for (int dof = 0; dof < robot.nv(); ++dof) {
       if (!(robot.links[dof].armature > 0)) without_.push_back(dof);

@@ -7,8 +7,7 @@
 #include <utility>
 
 #include "algorithms/fast/lowering/lowered_model.hpp"
-#include "algorithms/fast/planar/plane.hpp"
-#include "algorithms/fast/planar/translational.hpp"
+#include "algorithms/fast/translational/translational.hpp"
 #include "algorithms/model/plain.hpp"
 
 namespace kalmarm {
@@ -191,7 +190,7 @@ class Planning {
     } else {
       for (const int tree : kept) {
         Part part = part_of({tree});
-        if (blocks || part.kernel == Kernel::planar || part.kernel == Kernel::translational)
+        if (blocks || part.kernel == Kernel::translational)
           plan_.parts.push_back(std::move(part));
         else
           together.push_back(tree);
@@ -244,7 +243,6 @@ class Planning {
   Kernel kernel_for(const Model<double>& model) const {
     if (rules_.contains(Rule::translations) && is_translational(model))
       return Kernel::translational;
-    if (rules_.contains(Rule::planes) && find_plane(model)) return Kernel::planar;
     if (rules_.contains(Rule::rest) && plan_.question.at_rest &&
         plan_.question.want.contains(Want::acceleration))
       return Kernel::spatial_at_rest;
@@ -254,7 +252,6 @@ class Planning {
   void report_kernels() {
     for (const Part& part : plan_.parts)
       for (const auto& [kernel, rule] : {std::pair{Kernel::translational, Rule::translations},
-                                         std::pair{Kernel::planar, Rule::planes},
                                          std::pair{Kernel::spatial_at_rest, Rule::rest}})
         if (part.kernel == kernel) act(rule, part.reduction.dofs);
     for (const Part& part : plan_.parts)

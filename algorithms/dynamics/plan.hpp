@@ -7,8 +7,7 @@
 //                                                         log det M that is asked
 // massless_branches  branches without inertia or noise    none of their DoF or frames is asked
 // separate_trees     zero blocks of M and M^-1            the base carries several that are asked
-// translations       angles                               a tree of slides alone (fast/planar/)
-// planes             3 of 6 dimensions                    a tree that moves in a plane (fast/planar/)
+// translations       angles                               a tree of slides alone (fast/translational/)
 // zero_terms         turns by zero and right angles       axes are parallel or at a right angle
 //                                                         (fast/lowering/zero_terms.hpp)
 // rest               velocity terms                       qd = 0

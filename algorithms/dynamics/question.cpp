@@ -4,19 +4,10 @@ namespace kalmarm {
 
 const std::set<Rule>& all_rules() {
   static const std::set<Rule> all{
-      Rule::locked_joints,  Rule::untouched_trees, Rule::massless_branches, Rule::separate_trees,
-      Rule::translations,   Rule::planes,          Rule::zero_terms,        Rule::rest,
-      Rule::partial_answers};
+      Rule::locked_joints,  Rule::untouched_trees, Rule::massless_branches,
+      Rule::separate_trees, Rule::translations,    Rule::zero_terms,
+      Rule::rest,           Rule::partial_answers};
   return all;
-}
-
-const std::set<Rule>& default_rules() {
-  static const std::set<Rule> rules = [] {
-    std::set<Rule> out = all_rules();
-    out.erase(Rule::planes);
-    return out;
-  }();
-  return rules;
 }
 
 const char* to_string(Rule rule) {
@@ -31,8 +22,6 @@ const char* to_string(Rule rule) {
       return "separate_trees";
     case Rule::translations:
       return "translations";
-    case Rule::planes:
-      return "planes";
     case Rule::zero_terms:
       return "zero_terms";
     case Rule::rest:

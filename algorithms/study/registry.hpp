@@ -181,6 +181,8 @@ std::vector<RegisteredVariant<T>> registered_variants(Want want) {
   if constexpr (std::is_floating_point_v<T>) {
     for (RegisteredVariant<T>& variant : fast_variants<T>())
       if (variant.traits.gives(want)) out.push_back(variant);
+    if (RegisteredVariant<T> variant = square_root_variant<T>(); variant.traits.gives(want))
+      out.push_back(variant);
     contender = false;
     Exhibits::for_each(add);
   }

@@ -52,8 +52,6 @@ template <class T>
 std::vector<RegisteredVariant<T>> fast_variants() {
   return {variant<T>(Form::conventional, "Fast<Conventional>",
                      "(3.6), (4.1) to (4.11), written out for frames on the axes"),
-          variant<T>(Form::square_root, "Fast<SquareRoot>",
-                     "the same in square roots: rows of Gauss' principle"),
           variant<T>(Form::certified, "Fast<Certified>",
                      "the conventional form, refined by residuals in twice the precision")};
 }

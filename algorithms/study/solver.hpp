@@ -70,6 +70,10 @@ std::vector<RegisteredVariant<T>> registered_variants(Want want = Want::inverse)
 template <class T>
 std::vector<RegisteredVariant<T>> fast_variants();
 
+// The square-root form on the fast path's frames, which is among them likewise: registry_square_root.cpp.
+template <class T>
+RegisteredVariant<T> square_root_variant();
+
 // The variant of that name on a model; null where there is none in precision T, or it does not take
 // the model.
 template <class T>

@@ -141,7 +141,7 @@ void expect_no_allocation_once_made(const Model<double>& model, const DynamicsOp
 TYPED_TEST(Allocation, DynamicsAllocateOnlyWhenTheyAreMade) {
   for (const Model<double>& model :
        {floating_base(61), chain(61, 36), chain(61, 53), chain(61, 200), creature(61)})
-    for (const Form form : {Form::conventional, Form::square_root, Form::certified}) {
+    for (const Form form : {Form::conventional, Form::certified}) {
       SCOPED_TRACE(testing::Message() << model.nv() << " DoF, " << to_string(form));
       DynamicsOptions options{.form = form, .rules = all_rules()};
       options.question.frames = {{model.nv() - 1}, {model.nv() / 2}};

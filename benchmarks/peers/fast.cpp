@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <type_traits>
 
-#include "algorithms/dynamics/flops.hpp"
+#include "algorithms/study/flops/flops.hpp"
 #include "algorithms/dynamics/plan.hpp"
 #include "algorithms/model/plain.hpp"
 #include "benchmarks/peers/peer.hpp"
@@ -34,9 +34,7 @@ class Fast final : public Peer {
         dtau_(matrix_) {}
 
   std::string name() const override {
-    return std::string(form_ == Form::certified     ? "Fast<Certified>"
-                       : form_ == Form::square_root ? "Fast<SquareRoot>"
-                                                    : "Fast<Conventional>") +
+    return std::string(form_ == Form::certified ? "Fast<Certified>" : "Fast<Conventional>") +
            KALMARM_PEER_TAG;
   }
   std::string version() const override { return ""; }
@@ -194,7 +192,7 @@ class Fast final : public Peer {
 void kalmarm_peers(const kalmarm::Mechanism& mechanism, kalmarm::Peers& peers) {
   using namespace kalmarm;
   const Model<double>& model = *mechanism.model;
-  for (const Form form : {Form::conventional, Form::square_root, Form::certified}) {
+  for (const Form form : {Form::conventional, Form::certified}) {
     peers.push_back(std::make_unique<Fast<double>>(model, form));
     peers.push_back(std::make_unique<Fast<float>>(model, form));
   }

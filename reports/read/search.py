@@ -9,7 +9,7 @@ COLUMNS = (
 ).split(",")
 TASKS = ("acceleration", "inverse", "solve", "diagonal", "log_det", "derivatives")
 OBJECTIVES = ("error", "claim")
-KERNELS = ("spatial", "spatial_at_rest", "planar", "translational")
+KERNELS = ("spatial", "spatial_at_rest", "translational")
 ISLANDS = "islands"  # many searches, which exchange what they find: scripts/campaign adversary
 METHODS = ("search", "random", ISLANDS)
 JOINTS = ("hinge", "slide", "ball", "free")

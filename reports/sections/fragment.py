@@ -5,7 +5,6 @@ import shlex
 
 FORMS = {
     "Fast<Conventional>": "",
-    "Fast<SquareRoot>": ", {.form = kalmarm::Form::square_root}",
     "Fast<Certified>": ", {.form = kalmarm::Form::certified}",
 }
 SCALARS = {"float32": "float", "float64": "double"}

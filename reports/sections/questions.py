@@ -17,7 +17,6 @@ RULES = {  # what each leaves out
     "massless_branches": "branches without inertia are dropped",
     "separate_trees": "separate trees are solved apart",
     "translations": "slides alone: no angles",
-    "planes": "motion in a plane: 3 of 6 dimensions",
     "zero_terms": "right angles and parallel axes: no turns",
     "rest": "at rest: no velocity terms",
     "partial_answers": "what is not asked of M⁻¹ is not computed",

@@ -7,7 +7,7 @@ QUESTIONS = {  # scene, DoF left, want, how it is asked, rules, ns by how
         10,
         "acceleration",
         "",
-        "planes",
+        "zero_terms",
         {"whole": 2400, "pruned": 600},
     ),
     "arm among 20 things": (

@@ -54,15 +54,15 @@ def test_a_variant_s_name_stays_a_name_in_its_command(read):
 
 
 def test_what_is_asked_otherwise_has_its_own_row_and_no_figure(read):
-    other = FOUND.replace("acceleration,error,spatial,0", "inverse,claim,planar,1")
+    other = FOUND.replace("acceleration,error,spatial,0", "inverse,claim,translational,1")
     found = adversary.section(read(FOUND + other))
     (table,) = found.tables
     assert [row[2] for row in table.rows if row[0] == "Fast<B>"] == [
         "acceleration",
-        "inverse, claim, planar, rows",
+        "inverse, claim, translational, rows",
     ]
     command = next(row[-1] for row in table.rows if row[0] == "Fast<B>" and "claim" in row[2])
-    options = "--precision float32 --task inverse --objective claim --kernel planar --rows --seed 1"
+    options = "--precision float32 --task inverse --objective claim --kernel translational --rows --seed 1"
     assert options in command
     alone = adversary.section(read(FOUND))
     assert [figure.chart.to_dict() for figure in found.figures] == [
@@ -122,7 +122,7 @@ def test_without_a_search_there_is_no_section(read):
         "Fast<A>,float32,torque,error,spatial,0,1,search,10,1e-6,,,,",
         "Fast<A>,float32,inverse,hope,spatial,0,1,search,10,1e-6,,,,",
         "Fast<A>,float32,inverse,claim,curved,0,1,search,10,1e-6,,,,",
-        "Fast<A>,float32,inverse,claim,planar,2,1,search,10,1e-6,,,,",
+        "Fast<A>,float32,inverse,claim,translational,2,1,search,10,1e-6,,,,",
         "Fast<A>,float32,acceleration,error,spatial,0,1,search,10,-1,,,,",
         "Fast<A>,float32,acceleration,error,spatial,0,1,search,many,1,,,,",
         "Fast<A>,float32,acceleration,error,spatial,0,1,search,10,1,1,1,x,1 hinge 1 1 0",

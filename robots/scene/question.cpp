@@ -114,8 +114,6 @@ void QuestionOptions::add_to(CLI::App& app) {
                           "joints that stand still, JOINT or JOINT=VALUE [rad or m]; patterns");
   list("--free", free, "the only joints that are not locked")->excludes(lock);
   app.add_flag("--at-rest", at_rest, "velocities are zero");
-  app.add_flag("--planes", planes,
-               "what moves in a plane by planar kernels: faster, larger rounding errors");
   auto* const off = app.add_flag("--no-pruning", no_pruning, "leave nothing out, to compare");
   list("--without", without, "rules that are not to be used")->excludes(off);
 }
@@ -164,7 +162,7 @@ Question question_of(const Scene& scene, const QuestionOptions& options) {
 
 std::set<Rule> rules_of(const QuestionOptions& options) {
   if (options.no_pruning) return {};
-  std::set<Rule> out = options.planes ? all_rules() : default_rules();
+  std::set<Rule> out = all_rules();
   std::vector<std::string> names;
   for (const Rule rule : all_rules()) names.push_back(to_string(rule));
   for (const std::string& name : options.without)

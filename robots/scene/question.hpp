@@ -15,7 +15,7 @@ namespace kalmarm {
 
 struct QuestionOptions {
   std::vector<std::string> want, dofs, sites, locked, free, without;
-  bool at_rest = false, planes = false, no_pruning = false;
+  bool at_rest = false, no_pruning = false;
 
   // All but --want, whose words are a program's own.
   void add_to(CLI::App& app);
@@ -30,7 +30,7 @@ struct QuestionOptions {
 // not wanted.
 Question question_of(const Scene& scene, const QuestionOptions& options);
 
-// The default rules, and planes where asked for, that are left by --no-pruning and --without.
+// The rules that are left by --no-pruning and --without.
 // Throws InputError where one is unknown.
 std::set<Rule> rules_of(const QuestionOptions& options);
 

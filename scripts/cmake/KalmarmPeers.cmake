@@ -75,7 +75,7 @@ if(PINOCCHIO_INCLUDE)
     get_target_property(own kalmarm SOURCES)
     list(TRANSFORM own PREPEND ${PROJECT_SOURCE_DIR}/algorithms/)
     kalmarm_peer_by_other_compiler(peer_fast_${other} "@${other}"
-      SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/peers/fast.cpp ${own}
+      SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/peers/fast.cpp ${PROJECT_SOURCE_DIR}/algorithms/study/flops/flops.cpp ${own}
       INCLUDES ${eigen} DEFINITIONS ${KALMARM_EIGEN_DEFINITIONS} KALMARM_ENGINES=kalmarm_engines_native)
     kalmarm_peer_by_other_compiler(peer_pinocchio_${other} "" SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/peers/pinocchio.cpp
       INCLUDES ${eigen} ${PINOCCHIO_INCLUDE} DEFINITIONS ${definitions})

@@ -17,7 +17,6 @@ ACCELERATION = "--want=acceleration"
 ARM = ("shoulder", "elbow", "wrist")
 ARMS = ",".join(f"{side}_{part}*" for side in ("left", "right") for part in ARM)
 QUESTIONS = (
-    ("planar arm", "planar:10", (ACCELERATION, "--planes")),
     ("humanoid with one free leg", "g1", (ACCELERATION, "--free=left_hip*,left_knee*,left_ankle*")),
     ("humanoid with locked arms", "g1", (ACCELERATION, f"--locked={ARMS}")),
     ("arm among 20 things", "table", (ACCELERATION, "--dofs=panda_*", "--alone=panda")),

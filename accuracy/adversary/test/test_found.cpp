@@ -36,8 +36,7 @@ Want task_of(const std::string& name) {
 }
 
 Kernel kernel_of(const std::string& name) {
-  for (const Kernel kernel :
-       {Kernel::spatial, Kernel::planar, Kernel::translational, Kernel::spatial_at_rest})
+  for (const Kernel kernel : {Kernel::spatial, Kernel::translational, Kernel::spatial_at_rest})
     if (to_string(kernel) == name) return kernel;
   throw std::runtime_error("no kernel is called " + name);
 }
@@ -114,7 +113,7 @@ TEST(AdversaryFound, TheCertifiedFormErrsByNoMoreThanFourTimesWhatItSays) {
 TEST(AdversaryFound, RowsKeepAFifthOfThePromise) {
   int rows = 0;
   for (const Found& found : all_found()) {
-    if (found.asked.variant != conventional || found.asked.kernel == Kernel::planar) continue;
+    if (found.asked.variant != conventional) continue;
     SCOPED_TRACE(found.file);
     Found in_rows = found;
     in_rows.asked.rows = true;

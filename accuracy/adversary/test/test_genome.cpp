@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "accuracy/adversary/record.hpp"
-#include "algorithms/fast/planar/translational.hpp"
+#include "algorithms/fast/translational/translational.hpp"
 #include "robots/loader/test/temporary_file.hpp"
 #include "robots/scene/write_mjcf.hpp"
 
@@ -93,23 +93,6 @@ TEST(Genome, StandsAtAndBesideEveryQuarterTurn) {
   EXPECT_EQ(at.size(), 9);
 }
 
-// Planar, also as float32 rounds it: the tolerance is that of double.
-TEST(Genome, APlaneIsOneToTheLastBit) {
-  int slides = 0, hinges = 0;
-  for (const Genome& genome : genomes(200)) {
-    const Model<double> model = decode(genome, Kernel::planar).model;
-    ASSERT_TRUE(find_plane(model));
-    ASSERT_TRUE(find_plane(model.cast<float>().cast<double>()));
-    ASSERT_EQ(model.nv(), genome.bodies);
-    int own = 0;
-    for (int k = 0; k < model.nv(); ++k) own += model.joint(k).slides;
-    slides += own;
-    hinges += model.nv() - own;
-  }
-  EXPECT_GT(slides, 200);
-  EXPECT_GT(hinges, 1000);
-}
-
 TEST(Genome, OfAKernelIsWhatItAnswers) {
   for (const Genome& genome : genomes(50)) {
     ASSERT_TRUE(is_translational(decode(genome, Kernel::translational).model));
@@ -119,7 +102,7 @@ TEST(Genome, OfAKernelIsWhatItAnswers) {
 
 TEST(Genome, ItsFileGivesTheSameMechanismToTheLastBit) {
   for (const Genome& genome : genomes(20))
-    for (const Kernel kernel : {Kernel::spatial, Kernel::planar, Kernel::translational}) {
+    for (const Kernel kernel : {Kernel::spatial, Kernel::translational}) {
       const Mechanism mechanism = decode(genome, kernel);
       const TemporaryFile file(to_mjcf(mechanism.model, "m"), ".xml");
       ASSERT_EQ(difference(load_scene(file.path()).model, mechanism.model), "")

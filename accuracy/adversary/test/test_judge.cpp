@@ -158,16 +158,14 @@ TEST(AdversaryJudge, SeesTheSameLossInEveryTask) {
 }
 
 TEST(AdversaryJudge, EveryTaskOfAnOrdinaryRobotIsRightToLastDigits) {
-  for (const Kernel kernel : {Kernel::spatial, Kernel::planar})
-    for (const Want task : tasks()) {
-      SCOPED_TRACE(std::string(to_string(kernel)) + ' ' + to_string(task));
-      const Verdict found =
-          make_judge({"Fast<Conventional>", "float64", task, Goal::error, kernel})->look(wrist());
-      ASSERT_TRUE(found.silent() && found.known);
-      EXPECT_LT(found.error, 1e-13);
-      EXPECT_GT(found.kS, 0.1);
-      EXPECT_LT(found.kS, usual_condition);
-    }
+  for (const Want task : tasks()) {
+    SCOPED_TRACE(to_string(task));
+    const Verdict found = make_judge({"Fast<Conventional>", "float64", task})->look(wrist());
+    ASSERT_TRUE(found.silent() && found.known);
+    EXPECT_LT(found.error, 1e-13);
+    EXPECT_GT(found.kS, 0.1);
+    EXPECT_LT(found.kS, usual_condition);
+  }
 }
 
 TEST(AdversaryJudge, TheStateAmongRowsIsTheOneThatIsJudged) {
@@ -190,10 +188,8 @@ TEST(AdversaryJudge, AsksTheKernelThatIsMeant) {
     const Case asked{"Fast<Conventional>", "float32", Want::acceleration, Goal::error, kernel};
     return make_judge(asked)->kernel(decode(genome, kernel));
   };
-  for (const Kernel kernel :
-       {Kernel::spatial, Kernel::spatial_at_rest, Kernel::planar, Kernel::translational})
+  for (const Kernel kernel : {Kernel::spatial, Kernel::spatial_at_rest, Kernel::translational})
     EXPECT_EQ(kernel_of(0.4, kernel), kernel) << to_string(kernel);
-  EXPECT_EQ(kernel_of(0.7, Kernel::planar), Kernel::planar);  // slides alone
 }
 
 TEST(AdversaryJudge, RefusesWhatAVariantDoesNotAnswer) {

@@ -141,12 +141,14 @@ TEST(AdversaryRecord, RowsAreTheBestSoFarAndTheMechanism) {
 
 TEST(AdversaryRecord, SaysWhatWasAskedWhereItIsNotTheUsual) {
   const Asked asked{
-      {"Fast<Certified>", "float64", Want::log_det, Goal::claim, Kernel::planar, true}, 4, false};
-  EXPECT_EQ(asked.slug(), "Fast-Certified-float64-log-det-claim-planar-rows-random-4");
+      {"Fast<Certified>", "float64", Want::log_det, Goal::claim, Kernel::translational, true},
+      4,
+      false};
+  EXPECT_EQ(asked.slug(), "Fast-Certified-float64-log-det-claim-translational-rows-random-4");
   Round round;
   round.evaluations = 10;
   EXPECT_EQ(csv_rows(asked, {round}, {}, {}, ""),
-            "Fast<Certified>,float64,log_det,claim,planar,1,4,random,10,,,,,\n");
+            "Fast<Certified>,float64,log_det,claim,translational,1,4,random,10,,,,,\n");
 }
 
 TEST(AdversaryRecord, OutlineHasEachBodyOnce) {

@@ -114,7 +114,7 @@ TYPED_TEST(StepsOfGainRows, SolveEachTheirOwnEquation) {
     }
 }
 
-// Which other kernels answer: planes, slides alone, the certified form, robots without joint noise.
+// Which other kernels answer: slides alone, the certified form, robots without joint noise.
 TYPED_TEST(StepsOfGainRows, AreThoseOfRobotsWithTheirGains) {
   using T = TypeParam;
   for (const Family& family : robots())

@@ -129,7 +129,7 @@ void expect_part(const Answers& part, const Answers& whole, const std::vector<in
 TEST_P(Parts, AnswerAsTheWholeRobotDoes) {
   const double tolerance = 1e4 * precision.u;
   for (const Family& family : robots())
-    for (const Form form : {Form::conventional, Form::square_root, Form::certified})
+    for (const Form form : {Form::conventional, Form::certified})
       for (const bool few : {false, true})
         for (const bool rules : {true, false}) {
           SCOPED_TRACE(std::string(family.name) + " " + to_string(form) +
@@ -209,7 +209,7 @@ void expect_derivatives(const Answers& is, const Model<double>& model,
 TEST_P(Parts, OfLockedJointsAreTheMechanismOfTheOthers) {
   const double tolerance = 2e5 * precision.u;
   for (const Family& family : robots())
-    for (const Form form : {Form::conventional, Form::square_root, Form::certified})
+    for (const Form form : {Form::conventional, Form::certified})
       for (const bool rules : {true, false}) {
         SCOPED_TRACE(std::string(family.name) + " " + to_string(form) +
                      (rules ? "" : ", no rules"));

@@ -20,7 +20,6 @@
 // forces cancel to their last digits there is none left to be right; (4) by rounding_test.hpp and rounding_bound.hpp: in
 // the order of positive semidefinite matrices M of the factors is within 1 +- e of M;
 // (5) by (3) and (4) of probe.hpp, which are measured on random torques; (6) by (11) of force_noise.hpp.
-// Square roots are tested as (1) and (2) say, and are known not to hold (1): docs/errors.md.
 #pragma once
 
 #include <type_traits>

@@ -38,9 +38,6 @@ inline constexpr double share_of_wider_rounding = 0.1;
 // A weight for what a link cannot absorb: beyond any that a body has, and its square in range.
 inline constexpr double no_body = 1e30;
 
-// D of square roots lose about this many u^2 where covariances lose u: which of their D are tested.
-inline constexpr double rounding_constant_of_roots = 32;
-
 // Refinement (certified/refine.hpp).
 //   The first step leaves at most this many times its own relative size: a rule of experience.
 inline constexpr double first_contraction = 100;

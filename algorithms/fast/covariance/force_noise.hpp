@@ -37,12 +37,6 @@
 //   E = sum over k of D(k) (e+(k)^2 + sum over i of g(i)^2 l+(i)^2)                       (7)
 // which counts where a gain is huge, of a joint that hardly turns itself. It takes 18 flops a link.
 //
-// The rows of a square root (square_root.hpp) form no force but of torques: z of (2) is of those
-// alone. A row of weight w is a residual of weighted least squares, whose error x moves a by
-// |da|_M^2 <= w x^2, and every row becomes the pivot, of weight D and entries g, of some joint: (7)
-// has its entries. E has its bias zeta too,
-//   E += sum over rows of P-(k) of w zeta^2                                               (7')
-//
 // An answer of forward dynamics is accepted where
 //   T (c u)^2 (N + E) < e^2 max(|a|, 0.01 |gravity|)^2                                   (8)
 // by (2), (6) and (7), with e = accepted_error_of_a (claims.hpp) and c = rounding_constant_of_a
@@ -115,8 +109,8 @@ KALMARM_INLINE T absorbed(const RoundingWeights<S>& w, const Sixfold<T>& z) {
          (w.Cxx * (z.u * z.u) + w.Cyy * (z.v * z.v) + w.Czz * (z.w * z.w));
 }
 
-// The share of a link in E by (7) but for D, from l+. e_plus: with what the rows of a square root
-// know of it. g and D: of T, or the same for every lane of T.
+// The share of a link in E by (7) but for D, from l+. g and D: of T, or the same
+// for every lane of T.
 template <class T, class S, class U>
 KALMARM_INLINE T motion_terms(const LoweredLink<S>& link, const Sixfold<U>& g, const T& e_plus,
                               const Sixfold<T>& l) {

@@ -123,9 +123,8 @@ class Engine {
   static void leave(int count, char* left_over) { std::fill_n(left_over, count, char(1)); }
 };
 
-// By which kernels: those of 6-D vectors, the same without velocity terms, of mechanisms that stay
-// in a plane, of slides alone.
-enum class Kernel { spatial, spatial_at_rest, planar, translational };
+// By which kernels: those of 6-D vectors, the same without velocity terms, of slides alone.
+enum class Kernel { spatial, spatial_at_rest, translational };
 
 const char* to_string(Kernel kernel);
 

@@ -1,4 +1,4 @@
-// The forms of the fast path as types: which sweeps give accelerations and factors. What calls a kernel that is
+// The sweeps of the fast path that give accelerations, as types. What calls a kernel that is
 // compiled once includes instances.hpp too; what counts flops (flops.hpp) must not: it is no part of
 // the kernels, which a program for every instruction set keeps to themselves.
 #pragma once
@@ -8,7 +8,6 @@
 
 #include "algorithms/fast/covariance/at_rest.hpp"
 #include "algorithms/fast/covariance/forward_dynamics.hpp"
-#include "algorithms/fast/square_root/square_root.hpp"
 #include "kalmarm/dynamics.hpp"
 
 namespace kalmarm {
@@ -27,7 +26,6 @@ S number(const Pack<S, n>& x, int lane) {
 }  // namespace detail
 
 struct CovarianceForm {
-  static constexpr Form form = Form::conventional;
   static constexpr bool at_rest = false;
   template <class T>
   using Workspace = CovarianceWorkspace<T>;
@@ -45,46 +43,6 @@ struct CovarianceForm {
     if (swept.forces) out.trace = swept.trace;
     return out;
   }
-
-  // D and g at q alone.
-  template <class S>
-  struct Factoring {
-    explicit Factoring(const LoweredModel<S>&) {}
-
-    void factor(const LoweredModel<S>& model, const S* q, FastFactors<S>& factors) const {
-      covariance_factor(model, q, factors);
-    }
-  };
-};
-
-struct SquareRootForm {
-  static constexpr Form form = Form::square_root;
-  static constexpr bool at_rest = false;
-  template <class T>
-  using Workspace = SquareRootWorkspace<T>;
-
-  template <class T, class S>
-  static void acceleration(const LoweredModel<S>& model, const T* q, const T* qd, const T* tau,
-                           Workspace<T>& ws, T* a) {
-    square_root_acceleration(model, q, qd, tau, ws, a);
-  }
-
-  template <class T>
-  static AccelerationSums<T> sums(const Workspace<T>& swept) {
-    return {swept.noise, swept.energy, swept.squares, swept.size, swept.rounding};
-  }
-
-  template <class S>
-  struct Factoring {
-    SquareRootWorkspace<S> ws;
-    std::vector<S> zeros;
-
-    explicit Factoring(const LoweredModel<S>& model) : ws(model), zeros(model.nv(), S(0)) {}
-
-    void factor(const LoweredModel<S>& model, const S* q, FastFactors<S>& factors) {
-      square_root_factor(model, q, zeros, ws, factors);
-    }
-  };
 };
 
 // The covariance form where all velocities are zero: qd is not looked at.

@@ -18,7 +18,6 @@
 #include "algorithms/fast/rigid/inverse_dynamics.hpp"
 #include "algorithms/fast/rigid/mass.hpp"
 #include "algorithms/fast/rigid/mass_of_rows.hpp"
-#include "algorithms/fast/square_root/square_root.hpp"
 
 namespace kalmarm {
 
@@ -41,25 +40,19 @@ using StateLanes = Pack<S, padding<S>>;
   KIND template void fast_inverse_dynamics(const LoweredModel<S>&, const T*, const T*, const T*, \
                                            InverseDynamicsWorkspace<T>&, T*);
 
-#define KALMARM_SQUARE_ROOT_INSTANCES(KIND, S, T)                                         \
-  KIND template void square_root_acceleration(const LoweredModel<S>&, const T*, const T*, \
-                                              const T*, SquareRootWorkspace<T>&, T*);
-
 // Of one state.
-#define KALMARM_FACTOR_INSTANCES(KIND, S)                                                        \
-  KIND template void covariance_factor(const LoweredModel<S>&, const S*, FastFactors<S>&);       \
-  KIND template void fast_lambda(const LoweredModel<S>&, const FastFactors<S>&,                  \
-                                 LambdaWorkspace<S>&);                                           \
-  KIND template void square_root_factor(const LoweredModel<S>&, const S*, const std::vector<S>&, \
-                                        SquareRootWorkspace<S>&, FastFactors<S>&);               \
-  KIND template class InverseColumns<S>;                                                         \
-  KIND template class InverseDiagonal<S>;                                                        \
-  KIND template class FactorSolver<S>;                                                           \
-  KIND template SolveSums<WidePack<S>> FactorSolver<S>::solve(                                   \
-      const LoweredModel<S>&, const FastFactors<S>&, int, int, const S*, S*);                    \
-  KIND template SolveSums<WidePack<S>> FactorSolver<S>::solve(                                   \
-      const LoweredModel<S>&, const CovarianceWorkspace<S>&, int, int, const S*, S*);            \
-  KIND template class SelectedColumns<S>;                                                        \
+#define KALMARM_FACTOR_INSTANCES(KIND, S)                                                  \
+  KIND template void covariance_factor(const LoweredModel<S>&, const S*, FastFactors<S>&); \
+  KIND template void fast_lambda(const LoweredModel<S>&, const FastFactors<S>&,            \
+                                 LambdaWorkspace<S>&);                                     \
+  KIND template class InverseColumns<S>;                                                   \
+  KIND template class InverseDiagonal<S>;                                                  \
+  KIND template class FactorSolver<S>;                                                     \
+  KIND template SolveSums<WidePack<S>> FactorSolver<S>::solve(                             \
+      const LoweredModel<S>&, const FastFactors<S>&, int, int, const S*, S*);              \
+  KIND template SolveSums<WidePack<S>> FactorSolver<S>::solve(                             \
+      const LoweredModel<S>&, const CovarianceWorkspace<S>&, int, int, const S*, S*);      \
+  KIND template class SelectedColumns<S>;                                                  \
   KIND template class RoundingBound<S>;
 
 #define KALMARM_MASS_INSTANCES(KIND, S) KIND template class FastMass<S>;
@@ -104,8 +97,6 @@ KALMARM_LANE_INSTANCES(extern, float, StateLanes<float>)
 KALMARM_LANE_INSTANCES(extern, double, StateLanes<double>)
 KALMARM_FORWARD_INSTANCES(extern, double, double)
 KALMARM_RIGID_INSTANCES(extern, double, double)
-KALMARM_SQUARE_ROOT_INSTANCES(extern, double, double)
-KALMARM_SQUARE_ROOT_INSTANCES(extern, double, StateLanes<double>)
 KALMARM_FACTOR_INSTANCES(extern, double)
 KALMARM_MASS_INSTANCES(extern, double)
 KALMARM_DERIVATIVE_INSTANCES(extern, double)

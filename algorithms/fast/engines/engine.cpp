@@ -72,8 +72,6 @@ const char* to_string(Kernel kernel) {
       return "spatial";
     case Kernel::spatial_at_rest:
       return "spatial_at_rest";
-    case Kernel::planar:
-      return "planar";
     case Kernel::translational:
       return "translational";
   }
@@ -84,8 +82,6 @@ const char* to_string(Form form) {
   switch (form) {
     case Form::conventional:
       return "conventional";
-    case Form::square_root:
-      return "square_root";
     case Form::certified:
       return "certified";
   }

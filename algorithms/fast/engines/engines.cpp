@@ -8,8 +8,6 @@ namespace {
 std::unique_ptr<Engine<double>> make_double(const RobotModel& robot, const EngineOptions& options) {
   if (options.form == Form::certified) return make_certified_engine(robot, options);
   switch (options.kernel) {
-    case Kernel::planar:
-      return make_planar_engine(robot, options);
     case Kernel::translational:
       return make_translational_engine(robot, options);
     case Kernel::spatial_at_rest:

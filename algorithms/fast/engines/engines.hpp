@@ -9,8 +9,6 @@ namespace kalmarm {
 // In double, by options.kernel and options.form, each in a file of its own.
 std::unique_ptr<Engine<double>> make_spatial_engine(const RobotModel& robot,
                                                     const EngineOptions& options);
-std::unique_ptr<Engine<double>> make_planar_engine(const RobotModel& robot,
-                                                   const EngineOptions& options);
 std::unique_ptr<Engine<double>> make_translational_engine(const RobotModel& robot,
                                                           const EngineOptions& options);
 std::unique_ptr<Engine<double>> make_certified_engine(const RobotModel& robot,

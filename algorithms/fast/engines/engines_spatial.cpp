@@ -7,8 +7,6 @@ std::unique_ptr<Engine<double>> make_spatial_engine(const RobotModel& robot,
                                                     const EngineOptions& options) {
   if (options.kernel == Kernel::spatial_at_rest)
     return std::make_unique<SpatialEngine<AtRest>>(robot, options);
-  if (options.form == Form::square_root)
-    return std::make_unique<SpatialEngine<SquareRootForm>>(robot, options);
   return std::make_unique<SpatialEngine<CovarianceForm>>(robot, options);
 }
 

@@ -1,4 +1,4 @@
-// The fast path's kernels in double on 6-D vectors, in the form F (forms.hpp), behind an Outcome. An
+// The fast path's kernels in double on 6-D vectors, by the sweep F (forms.hpp), behind an Outcome. An
 // answer whose sums say that it can be used (engine/acceptance.hpp) is the kernel's own; any other is the
 // certified form's.
 #pragma once
@@ -28,10 +28,7 @@ class SpatialEngine final : public CommonEngine {
     if (wants(Want::acceleration) || options.wants_factors() || wants(Want::derivatives))
       certified_.emplace(robot, lowered(), options, F::at_rest);
     if (wants(Want::acceleration)) one_.emplace(lowered());
-    if (options.wants_factors()) {
-      factoring_.emplace(lowered());
-      factors_.emplace(lowered());
-    }
+    if (options.wants_factors()) factors_.emplace(lowered());
     if (wants(Want::inverse)) inverse_.emplace(lowered(), options.triangles);
     if (wants(Want::solve)) solver_.emplace(lowered());
     if (wants(Want::diagonal)) diagonal_.emplace(lowered(), InverseDiagonal<double>::Terms::fewest);
@@ -53,10 +50,8 @@ class SpatialEngine final : public CommonEngine {
       alone.want = {Want::acceleration};
       while (static_cast<int>(climbs_.size()) < count)
         climbs_.emplace_back(robot_, lowered(), alone, F::at_rest);
-    } else if (F::form == Form::conventional) {
-      rows().reserve(what, count);
     } else {
-      CommonEngine::reserve_workers(what, count);
+      rows().reserve(what, count);
     }
   }
 
@@ -77,27 +72,21 @@ class SpatialEngine final : public CommonEngine {
 
   Outcome forward_dynamics(const double* q, const double* qd, const double* tau, double* a, int m,
                            const double* B, double* X) override {
-    if constexpr (F::form == Form::conventional) {
-      const Outcome out = forward_dynamics(q, qd, tau, a);
-      bool by_sweep = out && !out.recomputed;
-      if (by_sweep) solve_columns(*one_, m, B, X, [&](std::ptrdiff_t) { by_sweep = false; });
-      if (by_sweep) return out;
-    }
-    return Engine::forward_dynamics(q, qd, tau, a, m, B, X);
+    const Outcome out = forward_dynamics(q, qd, tau, a);
+    bool by_sweep = out && !out.recomputed;
+    if (by_sweep) solve_columns(*one_, m, B, X, [&](std::ptrdiff_t) { by_sweep = false; });
+    return by_sweep ? out : Engine::forward_dynamics(q, qd, tau, a, m, B, X);
   }
 
   void forward_dynamics(int worker, int count, const double* q, const double* qd, const double* tau,
                         double* a, Outcome* outcomes, int m, const double* B, double* X,
                         char* left_over) override {
-    if constexpr (F::form == Form::conventional)
-      accelerations_.forward_dynamics(worker, count, q, qd, tau, a, outcomes, m, B, X, left_over);
-    else
-      Engine::forward_dynamics(worker, count, q, qd, tau, a, outcomes, m, B, X, left_over);
+    accelerations_.forward_dynamics(worker, count, q, qd, tau, a, outcomes, m, B, X, left_over);
   }
 
   void forward_dynamics(int worker, int count, const double* q, const double* qd, const double* tau,
                         const double* r, double* a, Outcome* outcomes, char* left_over) override {
-    if constexpr (F::form == Form::conventional && !F::at_rest)
+    if constexpr (!F::at_rest)
       accelerations_.forward_dynamics(worker, count, q, qd, tau, r, a, outcomes, left_over);
     else
       Engine::forward_dynamics(worker, count, q, qd, tau, r, a, outcomes, left_over);
@@ -175,7 +164,7 @@ class SpatialEngine final : public CommonEngine {
     return accepts_factors(check) ? Outcome{} : certified_->selected(q, X);
   }
 
-  // By the covariance form, whatever F is. The certified form has no derivatives: it says whether M
+  // The certified form has no derivatives: it says whether M
   // is singular. Where a D may be wrong by 1 per cent, they warn.
   Outcome derivatives(const double* q, const double* qd, const double* tau, double* da_dq,
                       double* da_dqd, double* da_dtau, double* a) override {
@@ -215,7 +204,7 @@ class SpatialEngine final : public CommonEngine {
     }
   }
 
-  void set_factors(const double* q) { factoring_->factor(lowered(), q, *factors_); }
+  void set_factors(const double* q) { covariance_factor(lowered(), q, *factors_); }
   // Whether the factors, and what was made of them, can be used. check: zero where all of it is finite.
   bool accepts_factors(double check) const { return check == 0 && factors_->margin > 0; }
 
@@ -225,7 +214,6 @@ class SpatialEngine final : public CommonEngine {
   std::optional<CertifiedAnswer> certified_;
   std::vector<Climb> climbs_;  // of every worker
   std::optional<typename F::template Workspace<double>> one_;
-  std::optional<typename F::template Factoring<double>> factoring_;
   std::optional<FastFactors<double>> factors_;
   std::optional<InverseColumns<double>> inverse_;
   std::optional<FactorSolver<double>> solver_;

@@ -69,11 +69,12 @@ class SelectedColumns {
 
   // Of a site's columns from `first` on.
   static Entry wrenches(const LoweredModel<S>& model, const Site<double>& site, int first) {
-    const Transform<S> on_link = model.phi_on_link(site.link, site.template cast<Wider<S>>().phi());
+    const Transform<Wider<S>> on_link =
+        model.phi_on_link(site.link, site.template cast<Wider<S>>().phi());
     MatrixPlacement<S> phi;
     for (int i = 0; i < 3; ++i) {
-      phi.p[i] = on_link.p[i];
-      for (int j = 0; j < 3; ++j) phi.R.R[i][j] = on_link.R(i, j);
+      phi.p[i] = S(on_link.p[i]);
+      for (int j = 0; j < 3; ++j) phi.R.R[i][j] = S(on_link.R(i, j));
     }
     const auto minus_unit = [first](int i) { return -Columns::unit(i - first); };
     Entry entry;

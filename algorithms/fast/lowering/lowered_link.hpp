@@ -86,10 +86,9 @@ struct LoweredLink {
   int parent = -1;
   bool slides = false, has_noise = false, massless = false, hangs_on_previous = false,
        turned = false;
-  bool aligned = false;       // at a hinge: theta = 0, p = (a, b, 0)
-  bool light_parent = false;  // beside what it carries here: square_root_parent.hpp
-  int branch = -1;  // index of its sum over children other than k + 1 in a workspace; else -1
-  int q_index = 0;  // of the joint's first coordinate
+  bool aligned = false;  // at a hinge: theta = 0, p = (a, b, 0)
+  int branch = -1;       // index of its sum over children other than k + 1 in a workspace; else -1
+  int q_index = 0;       // of the joint's first coordinate
   Coordinate coordinate = Coordinate::angle;
   int varying = -1;   // of the joint's angle in HingeAngles, or of its matrix
   int uncommon = -1;  // of its UncommonPlacement

@@ -24,7 +24,6 @@
 #include <type_traits>
 #include <vector>
 
-#include "algorithms/fast/lowering/factored_body.hpp"
 #include "algorithms/fast/lowering/link_frame.hpp"
 #include "algorithms/fast/lowering/lowered_link.hpp"
 #include "algorithms/fast/lowering/rounding_weights.hpp"
@@ -75,18 +74,17 @@ class LoweredModel {
   const S& energy_of_gravity() const { return energy_of_gravity_; }
   // (2) of terms_of_columns.hpp.
   const S& terms_of_columns() const { return terms_of_columns_; }
-  const FactoredBody<S>& factored(int k) const { return factored_[k]; }
   const CentralBody<S>& central(int k) const { return central_[k]; }
   const UncommonPlacement<S>& uncommon(const LoweredLink<S>& link) const {
     return uncommon_[link.uncommon];
   }
 
   // phi from a frame on link k to the link: from the link frame of Model to the one used here.
-  Transform<S> phi_on_link(int k, const Transform<Wider<S>>& phi) const {
+  Transform<Wider<S>> phi_on_link(int k, const Transform<Wider<S>>& phi) const {
     const Move& move = moves_[k];
     const Matrix3<Wider<S>> back = detail::about_z(move.gamma).transpose();
     const Vector3<Wider<S>> p = back * (phi.p - move.shift * Vector3<Wider<S>>::UnitZ());
-    return {Matrix3<Wider<S>>(back * phi.R).template cast<S>(), p.template cast<S>()};
+    return {Matrix3<Wider<S>>(back * phi.R), p};
   }
 
  private:
@@ -158,8 +156,7 @@ class LoweredModel {
   std::vector<LoweredBody<S>> bodies_;
   std::vector<S> weights_, least_inertias_, largest_inertias_;
   S terms_of_columns_ = S(0), largest_variance_ = S(0), energy_of_gravity_ = S(0);
-  std::vector<FactoredBody<S>> factored_;  // the same bodies, for the square-root form
-  std::vector<CentralBody<S>> central_;    // and for inverse dynamics
+  std::vector<CentralBody<S>> central_;  // and for inverse dynamics
   std::vector<UncommonPlacement<S>> uncommon_;
   std::vector<Move> moves_;
   std::vector<LinkRun> runs_;
@@ -172,7 +169,6 @@ LoweredModel<S>::LoweredModel(const Model<Given>& model, Zeros zeros)
       nq_(model.nq()),
       links_(model.nv()),
       bodies_(model.nv()),
-      factored_(model.nv()),
       central_(model.nv()),
       moves_(model.nv()) {
   // A float's tilt of 1e-16 is no rounding yet, which in double it could be.
@@ -201,8 +197,7 @@ void LoweredModel<S>::lower(const Model<W>& model) {
   for (int k = 0; k < model.nv(); ++k) set_link(model, frames[k], k);
   set_runs();
   const auto covariances = detail::free_covariances(links_, bodies_);
-  const auto largest =
-      detail::WeightsOfLinks<S>::set(links_, runs_, covariances, bodies_, factored_);
+  const auto largest = detail::WeightsOfLinks<S>::set(links_, runs_, covariances, bodies_);
   for (const LoweredBody<S>& body : bodies_) energy_of_gravity_ += body.m;
   energy_of_gravity_ *= S(model.gravity().squaredNorm());
   least_inertias_ = detail::least_inertias(links_, bodies_, runs_, uncommon_, covariances);
@@ -214,13 +209,6 @@ void LoweredModel<S>::lower(const Model<W>& model) {
         links_[k].slides ? largest[k].force : (largest[k].unbounded ? 0 : largest[k].moment);
     largest_inertias_.push_back(S(std::min(inertia, no_body)) + bodies_[k].r);
     weights_.insert(weights_.end(), {w.Axx, w.Ayy, w.Azz, w.Cxx, w.Cyy, w.Czz});
-  }
-  for (int k = model.nv() - 1; k >= 0; --k) {
-    if (links_[k].parent < 0) continue;
-    FactoredBody<S>& parent = factored_[links_[k].parent];
-    parent.outboard_mass += factored_[k].outboard_mass;
-    parent.outboard_spin += factored_[k].outboard_spin;
-    links_[k].light_parent = parent.is_light_beside(factored_[k]);
   }
 }
 
@@ -262,7 +250,6 @@ void LoweredModel<S>::set_link(const Model<W>& model, const detail::LinkFrame<W>
   const Vector3<W> origin =
       joint.slides ? frame.p : Vector3<W>(frame.p + detail::about_z(frame.theta) * along);
   body.reach = S((joint.slides ? W(4) : W(2)) * origin.squaredNorm());
-  factored_[k].length = S(sqrt(origin.squaredNorm()));
   if (joint.slides || link.turned || link.kind == Kind::matrix || joint.parent < 0) {
     link.uncommon = static_cast<int>(uncommon_.size());
     uncommon_.push_back({Turn<S>(S(angle.c), S(angle.s)),
@@ -282,8 +269,6 @@ void LoweredModel<S>::set_link(const Model<W>& model, const detail::LinkFrame<W>
   const Matrix3<W> I_cm = back * inertia.I_cm * back.transpose();
   const Matrix3<W> I = I_cm - cross_matrix(h) * cross_matrix(com);
   link.massless = inertia.massless;
-  factor_body(joint.body.mass, com, Matrix3<W>(back * rotation(joint.body.axes)),
-              joint.body.moments, factored_[k]);
   body.m = S(joint.body.mass);
   for (int i = 0; i < 3; ++i) body.h[i] = S(h[i]);
   body.Ixx = S(I(0, 0));

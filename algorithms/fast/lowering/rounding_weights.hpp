@@ -12,9 +12,6 @@
 // with weights w that depend on the robot alone. Where all joints from link k to the base have
 // parallel axes, moments about z and forces along x and y are a problem of their own, and the only
 // one on which a D depends: the weights of the others are 0.
-//
-// Square roots lose about 32 u^2 where P loses u (study/inverse_mass/singularity.hpp): (1) in that unit
-// says which of their D are worth a test.
 #pragma once
 
 #include <Eigen/Dense>
@@ -24,7 +21,6 @@
 
 #include "algorithms/fast/claims/claims.hpp"
 #include "algorithms/fast/claims/constants.hpp"
-#include "algorithms/fast/lowering/factored_body.hpp"
 #include "algorithms/fast/lowering/least_inertia.hpp"
 #include "algorithms/spatial/spatial.hpp"
 
@@ -68,10 +64,7 @@ class WeightsOfLinks {
   static std::vector<Largest> set(const std::vector<LoweredLink<S>>& links,
                                   const std::vector<LinkRun>& runs,
                                   const std::vector<Eigen::Matrix<double, 6, 6>>& covariances,
-                                  std::vector<LoweredBody<S>>& bodies,
-                                  std::vector<FactoredBody<S>>& factored) {
-    const double root_unit = rounding_constant_of_roots * static_cast<double>(unit_roundoff<S>()) *
-                             error_of_D_let_pass<S> / error_of_D_to_refine;
+                                  std::vector<LoweredBody<S>>& bodies) {
     const int n = static_cast<int>(links.size());
     WeightsOfLinks all(links);
     std::vector<char> between(n, 0);
@@ -89,7 +82,6 @@ class WeightsOfLinks {
       const bool bounded = !largest[k].unbounded && !links[k].slides && w.moment < S(no_body);
       const double most = bounded ? all.most(w, largest[k]) : no_body;
       w.tested = pending[k] || (!between[k] && !(most < 0.5));
-      factored[k].tested = between[k] ? factored[k + 1].tested : !(most * root_unit < 0.5);
       const int parent = links[k].parent;
       if (parent < 0) continue;
       if (w.tested) pending[parent] = 1;

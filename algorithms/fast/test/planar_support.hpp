@@ -46,12 +46,6 @@ class PlanarBuilder {
 
   int add(int parent, Moves moves) { return add(joint(parent, moves)); }
 
-  int add_massless(int parent, Moves moves) {
-    Joint<double> drawn = joint(parent, moves);
-    drawn.body = {};
-    return add(drawn);
-  }
-
   Model<double> build() const { return builder_.build(); }
 
  private:
@@ -73,15 +67,6 @@ inline Model<double> planar_tree(std::uint64_t seed) {
   return builder.build();
 }
 
-inline Model<double> scara(std::uint64_t seed) {
-  PlanarBuilder builder(seed);
-  builder.add(-1, Moves::turns);
-  builder.add(0, Moves::turns);
-  builder.add(1, Moves::slides_along);
-  builder.add(2, Moves::turns);
-  return builder.build();
-}
-
 // Anything that stays in the plane or slides along its normal: branches, several trees, armature.
 inline Model<double> planar_everything(std::uint64_t seed) {
   PlanarBuilder builder(seed);
@@ -98,46 +83,10 @@ inline Model<double> planar_everything(std::uint64_t seed) {
   return builder.build();
 }
 
-// Massless links between hinges and slides across each other, none of them singular.
-inline Model<double> planar_massless(std::uint64_t seed) {
-  PlanarBuilder builder(seed);
-  int link = -1;
-  for (int k = 0; k < 5; ++k) {
-    link = builder.add_massless(link, Moves::turns);
-    link = builder.add(link, Moves::slides_across);
-    link = builder.add(builder.add_massless(link, Moves::slides_along), Moves::turns);
-  }
-  return builder.build();
-}
-
-inline Model<double> slides_in_the_plane(std::uint64_t seed) {
-  PlanarBuilder builder(seed);
-  for (int k = 0; k < 5; ++k) builder.add(k - 1, Moves::slides_across);
-  return builder.build();
-}
-
-inline Model<double> one_planar_hinge(std::uint64_t seed) { return planar_chain(seed, 1); }
-inline Model<double> one_planar_slide(std::uint64_t seed) {
-  PlanarBuilder builder(seed);
-  builder.add(-1, Moves::slides_across);
-  return builder.build();
-}
-
 inline Model<double> with_joint(const Model<double>& model, int k, const Joint<double>& joint) {
   std::vector<Joint<double>> joints;
   for (int i = 0; i < model.nv(); ++i) joints.push_back(i == k ? joint : model.joint(i));
   return {joints, model.names(), model.nq(), model.gravity()};
-}
-
-inline std::vector<Family> planar_families() {
-  return {{"planar_chain", [](std::uint64_t seed) { return planar_chain(seed); }},
-          {"long_planar_chain", [](std::uint64_t seed) { return planar_chain(seed, 40); }},
-          {"planar_tree", planar_tree},
-          {"scara", scara},
-          {"planar_everything", planar_everything},
-          {"slides_in_the_plane", slides_in_the_plane},
-          {"one_planar_hinge", one_planar_hinge},
-          {"one_planar_slide", one_planar_slide}};
 }
 
 // Slides in any direction on several trees, some with armature.

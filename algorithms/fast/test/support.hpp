@@ -111,12 +111,12 @@ MatrixX<T> poisoned(int rows, int columns) {
   return MatrixX<T>::Constant(rows, columns, std::numeric_limits<T>::quiet_NaN());
 }
 
-// What a sweep answers itself: nothing about planes, and several trees in one.
+// What a sweep answers itself: several trees in one.
 inline std::set<Rule> rules_of_sweeps() {
   return {Rule::zero_terms, Rule::rest, Rule::partial_answers};
 }
 
-// By the kernels of 6-D vectors, also where a mechanism stays in a plane.
+// By the kernels of 6-D vectors, also for slides alone.
 inline DynamicsOptions spatial(std::set<Want> want, Form form = Form::conventional) {
   return {form, {.want = std::move(want)}, rules_of_sweeps()};
 }

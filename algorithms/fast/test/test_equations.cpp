@@ -9,14 +9,12 @@
 #include "algorithms/fast/derivatives/derivatives.hpp"
 #include "algorithms/fast/factors/columns.hpp"
 #include "algorithms/fast/factors/lambda.hpp"
-#include "algorithms/fast/planar/planar_filter.hpp"
-#include "algorithms/fast/planar/translational.hpp"
 #include "algorithms/fast/rigid/inverse_dynamics.hpp"
 #include "algorithms/fast/rigid/mass.hpp"
-#include "algorithms/fast/square_root/square_root.hpp"
 #include "algorithms/fast/test/derivatives_support.hpp"
 #include "algorithms/fast/test/exact.hpp"
 #include "algorithms/fast/test/zero_terms_support.hpp"
+#include "algorithms/fast/translational/translational.hpp"
 #include "algorithms/model/inverse_dynamics.hpp"
 
 namespace kalmarm::test {
@@ -60,18 +58,6 @@ TEST(Equations, OfTheFilterHold) {
   for (const Family& family : all_families()) {
     const Case at(family.make(3), 4);
     EXPECT_LE(Exact(at.model, at.state).error(at.acceleration()), 1e-40) << family.name;
-  }
-}
-
-TEST(Equations, OfSquareRootsHold) {
-  for (const Family& family : all_families()) {
-    const Case at(family.make(3), 4);
-    const State<Mp>& state = at.state;
-    SquareRootWorkspace<Mp> ws(at.lowered);
-    VectorX<Mp> a = poisoned<Mp>(at.model.nv());
-    square_root_acceleration(at.lowered, state.q.data(), state.qd.data(), state.tau.data(), ws,
-                             a.data());
-    EXPECT_LE(Exact(at.model, state).error(a), 1e-40) << family.name;
   }
 }
 
@@ -159,42 +145,34 @@ TEST(Derivatives, AgreeWithOneColumnAtATimeInMultiPrecision) {
   }
 }
 
-// Hinges and slides whose quaternions are integers, and axes parallel to all digits.
-Model<double> exactly_planar() {
+// Slides on two trees, one with armature, whose quaternions are integers: axes are exact but for Mp.
+TEST(Equations, OfSlidesAloneHold) {
   Random random(4);
   Builder builder;
   const std::vector<Eigen::Quaterniond> rotations{{3, 1, -2, 5}, {2, 0, 0, 1}, {5, -3, 4, 0},
-                                                  {5, 3, -4, 0}, {0, 2, 1, 0}, {3, 0, 0, 2}};
-  const std::vector<int> parents{-1, 0, 1, 2, 3, 1};
+                                                  {5, 3, -4, 0}, {0, 2, 1, 0}, {3, 0, 4, 2}};
+  const std::vector<int> parents{-1, 0, 1, 0, -1, 4};
   for (int k = 0; k < 6; ++k) {
-    const bool slides = k == 2 || k == 4;
-    Joint<double> joint =
-        random_joint(random, parents[k], slides ? Coordinate::distance : Coordinate::angle);
+    Joint<double> joint = random_joint(random, parents[k], Coordinate::distance);
     joint.rotation = rotations[k];
     if (k == 3) joint.r = 0.2;
     builder.add(joint);
   }
-  return builder.build();
-}
-
-TEST(Equations, OfThePlanarFilterHold) {
-  const Model<double> drawn = exactly_planar();
+  const Model<double> drawn = builder.build();
   const Model<Mp> model = drawn.cast<Mp>();
+  std::vector<Matrix3<Mp>> axes;
+  std::vector<Slide<Mp>> slides;
+  for (int k = 0; k < 6; ++k) {
+    const int parent = model.parent(k);
+    axes.push_back(parent < 0 ? model.E(k) : Matrix3<Mp>(axes[parent] * model.E(k)));
+    slides.push_back({parent, axes[k].col(2), model.joint(k).r, model.joint(k).body.mass});
+  }
   const State<Mp> state = random_state(drawn, 4).cast<Mp>();
-  const auto plane = find_plane(model);
-  ASSERT_TRUE(plane);
   const Exact truth(model, state);
-  PlanarModel<Mp> planar(model, *plane);
-  PlanarWorkspace<Mp> ws(planar);
-  const AlongNormal<Mp> along(model, *plane);
-  ASSERT_EQ(planar.nv() + along.slides.size(), 6);
-  ASSERT_EQ(along.dofs, std::vector<int>{4});
+  TranslationalFactors<Mp> factors(slides, model.gravity(), Mp(1e-20));
   VectorX<Mp> a = poisoned<Mp>(6);
-  planar_acceleration(planar, state.q.data(), state.qd.data(), state.tau.data(), ws, a.data());
-  TranslationalFactors<Mp> factors(along.slides, Vector3<Mp>(plane->axes * model.gravity()),
-                                   Mp(1e-20));
-  factors.solve([&](int i) { return state.tau[along.dofs[i]]; },
-                [&](int i, const Mp& x) { a[along.dofs[i]] = x + factors.by_weight()[i]; });
+  factors.solve([&](int k) { return state.tau[k]; },
+                [&](int k, const Mp& x) { a[k] = x + factors.by_weight()[k]; });
   EXPECT_LE(truth.error(a), 1e-40);
 }
 

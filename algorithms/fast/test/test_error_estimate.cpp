@@ -77,12 +77,8 @@ TYPED_TEST(ErrorEstimateOf, IsAtLeastHalfTheErrorOfLongStraightChains) {
         State<double> state = random_state(model, seed);
         if (stretched) state.q.setZero();
         this->look(model, state);
-        if (std::is_same_v<TypeParam, double>)  // in float lanes do not take planes
-          this->look(model, state,
-                     {Form::conventional, {.want = {Want::acceleration}}, {Rule::planes}});
       }
-    const bool is_double = std::is_same_v<TypeParam, double>;
-    ASSERT_GE(this->ratios_.size(), is_double ? 40 : 15);  // of 20 rows some climb
+    ASSERT_GE(this->ratios_.size(), 15);  // of 20 rows in float some climb
     EXPECT_GE(this->least(), 0.5);
   }
 }
@@ -103,17 +99,6 @@ TEST_F(ErrorEstimateInDouble, IsSeldomBelowAQuarterOfTheErrorOnWildMechanisms) {
   EXPECT_GE(this->ratios_.size(), 50);
   EXPECT_LE(std::ranges::count_if(this->ratios_, [](double x) { return x < 0.25; }), 3);
   EXPECT_GE(this->least(), 0.03);
-}
-
-TEST_F(ErrorEstimateInDouble, OfSquareRootsIsAtLeastHalfTheErrorOnAllFamilies) {
-  for (const Family& family : all_families())
-    for (int seed = 0; seed < 5; ++seed) {
-      const Model<double> model = family.make(seed);
-      this->look(model, random_state(model, seed),
-                 spatial({Want::acceleration}, Form::square_root));
-    }
-  EXPECT_GE(this->least(), 0.5);
-  EXPECT_LE(this->median(), 150);
 }
 
 TEST_F(ErrorEstimateInDouble, OfSlidesAloneIsAtLeastHalfTheError) {

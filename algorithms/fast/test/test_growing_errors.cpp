@@ -45,22 +45,6 @@ TEST(GrowingErrors, CentresOfMassNearTheBaseAreNeverAnsweredWrongInSilence) {
   EXPECT_LE(told64, 46);
 }
 
-TEST(GrowingErrors, OfPlanarKernelsAreFoundToo) {
-  const DynamicsOptions by_planes{
-      Form::conventional, {.want = {Want::acceleration}}, {Rule::planes}};
-  int told32 = 0, told64 = 0;
-  for (int n = 4; n <= 64; ++n) {
-    SCOPED_TRACE(n);
-    const Model<double> model = com_inboard(n);
-    State<double> state = random_state(model, n);
-    state.q.setZero();
-    expect_no_silent_error<float>(model, state, told32, by_planes);
-    expect_no_silent_error<double>(model, state, told64, by_planes);
-  }
-  EXPECT_LE(told32, 58) << "is there anything that it answers?";
-  EXPECT_LE(told64, 46);
-}
-
 // Singular at home, and its sweep sees it: that says nothing of other positions.
 TEST(GrowingErrors, HomeMayBeSingular) {
   Random random(4);

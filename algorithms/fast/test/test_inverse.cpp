@@ -133,7 +133,7 @@ Model<double> long_branches(bool parallel) {
 TEST(InverseMass, EntriesAreNeverSubnormal) {
   constexpr float smallest = std::numeric_limits<float>::min();
   for (const bool parallel : {false, true}) {
-    SCOPED_TRACE(parallel ? "planar kernel" : "spatial kernel");
+    SCOPED_TRACE(parallel ? "parallel axes" : "any axes");
     const Model<double> model = rounded<float>(long_branches(parallel));
     const DynamicsOptions options{.question = {.want = {Want::inverse}}, .rules = all_rules()};
     const VectorX<float> q = random_state(model, 2).q.cast<float>();

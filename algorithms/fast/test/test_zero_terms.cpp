@@ -74,23 +74,20 @@ TEST(ZeroTerms, EveryResultHasItsDigits) {
     const MatrixX<double> M = truth.M();
     const std::set<Want> want{Want::acceleration, Want::inverse, Want::mass,
                               Want::inverse_dynamics};
-    for (const Form form : {Form::conventional, Form::square_root}) {
-      SCOPED_TRACE(to_string(form));
-      Dynamics<double> robot = dynamics_of<double>(model, spatial(want, form));
-      VectorX<double> a = poisoned<double>(nv), in_lanes = a, tau = a;
-      ASSERT_TRUE(robot.forward_dynamics(state.q, state.qd, state.tau, a));
-      EXPECT_LE(truth.acceleration(a), 1e-14);
-      std::vector<Outcome> outcomes(1);
-      EXPECT_EQ(robot.forward_dynamics(state.q, state.qd, state.tau, in_lanes, outcomes), 0);
-      EXPECT_LE(truth.acceleration(in_lanes), 1e-14);
-      MatrixX<double> X = poisoned<double>(nv, nv);
-      ASSERT_TRUE(robot.inverse_mass(state.q, X));
-      EXPECT_LE((X * M - MatrixX<double>::Identity(nv, nv)).norm(), 1e-9);
-      robot.mass(state.q, X);
-      EXPECT_LE((X - M).norm(), 1e-14 * M.norm());
-      robot.inverse_dynamics(state.q, state.qd, state.tau, tau);
-      EXPECT_LE(truth.torque(tau), 1e-14);
-    }
+    Dynamics<double> robot = dynamics_of<double>(model, spatial(want));
+    VectorX<double> a = poisoned<double>(nv), in_lanes = a, tau = a;
+    ASSERT_TRUE(robot.forward_dynamics(state.q, state.qd, state.tau, a));
+    EXPECT_LE(truth.acceleration(a), 1e-14);
+    std::vector<Outcome> outcomes(1);
+    EXPECT_EQ(robot.forward_dynamics(state.q, state.qd, state.tau, in_lanes, outcomes), 0);
+    EXPECT_LE(truth.acceleration(in_lanes), 1e-14);
+    MatrixX<double> X = poisoned<double>(nv, nv);
+    ASSERT_TRUE(robot.inverse_mass(state.q, X));
+    EXPECT_LE((X * M - MatrixX<double>::Identity(nv, nv)).norm(), 1e-9);
+    robot.mass(state.q, X);
+    EXPECT_LE((X - M).norm(), 1e-14 * M.norm());
+    robot.inverse_dynamics(state.q, state.qd, state.tau, tau);
+    EXPECT_LE(truth.torque(tau), 1e-14);
   }
 }
 
@@ -101,22 +98,20 @@ TEST(ZeroTerms, MayBeKept) {
   for (int seed = 0; seed < 20; ++seed) {
     const Model<double> model = like_a_robot(seed);
     const State<double> state = random_state(model, seed);
-    for (const Form form : {Form::conventional, Form::square_root}) {
-      DynamicsOptions options = spatial({Want::acceleration}, form);
-      Dynamics<double> with = dynamics_of<double>(model, options);
-      options.rules.erase(Rule::zero_terms);
-      Dynamics<double> without = dynamics_of<double>(model, options);
-      VectorX<double> a = poisoned<double>(model.nv()), b = a;
-      ASSERT_TRUE(with.forward_dynamics(state.q, state.qd, state.tau, a));
-      ASSERT_TRUE(without.forward_dynamics(state.q, state.qd, state.tau, b));
-      const Truth truth(model, state);
-      EXPECT_LE(truth.acceleration(a), 1e-14) << seed;
-      EXPECT_LE(truth.acceleration(b), 1e-14) << seed;
-      EXPECT_TRUE(without.plan().acted.empty());
-      acted += !with.plan().acted.empty();
-    }
+    DynamicsOptions options = spatial({Want::acceleration});
+    Dynamics<double> with = dynamics_of<double>(model, options);
+    options.rules.erase(Rule::zero_terms);
+    Dynamics<double> without = dynamics_of<double>(model, options);
+    VectorX<double> a = poisoned<double>(model.nv()), b = a;
+    ASSERT_TRUE(with.forward_dynamics(state.q, state.qd, state.tau, a));
+    ASSERT_TRUE(without.forward_dynamics(state.q, state.qd, state.tau, b));
+    const Truth truth(model, state);
+    EXPECT_LE(truth.acceleration(a), 1e-14) << seed;
+    EXPECT_LE(truth.acceleration(b), 1e-14) << seed;
+    EXPECT_TRUE(without.plan().acted.empty());
+    acted += !with.plan().acted.empty();
   }
-  EXPECT_GE(acted, 30);
+  EXPECT_GE(acted, 15);
 }
 
 }  // namespace

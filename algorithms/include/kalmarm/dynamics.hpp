@@ -37,10 +37,8 @@ namespace kalmarm {
 
 enum class Form {
   conventional,  // covariances P of the filter
-  square_root,  // their square roots, for the study alone: a search finds answers that are wrong by
-                // any factor without a warning (docs/errors.md). Take `certified` for heavy loads
-  certified,    // covariances, refined by residuals in twice the precision: Outcome::error says how
-                // wrong an answer is, mostly its last bit; 3 to 4 times the time in float64
+  certified,     // the same, refined by residuals in twice the precision: Outcome::error says how
+                 // wrong an answer is, mostly its last bit; 3 to 4 times the time in float64
 };
 
 KALMARM_EXPORT const char* to_string(Form form);
@@ -51,9 +49,9 @@ enum class Triangles { both, lower };
 
 struct DynamicsOptions {
   Form form = Form::conventional;
-  Question question = {};                  // empty: everything about the whole robot
-  std::set<Rule> rules = default_rules();  // by which work may be left out
-  Triangles triangles = Triangles::both;   // that calls of one state have to fill
+  Question question = {};                 // empty: everything about the whole robot
+  std::set<Rule> rules = all_rules();     // by which work may be left out
+  Triangles triangles = Triangles::both;  // that calls of one state have to fill
 };
 
 // Derivatives of forward dynamics, nv x nv, column j for DoF j. Each may be left out. dq is for a
@@ -88,7 +86,7 @@ class KALMARM_EXPORT Dynamics {
   // or masses below zero, numbers that are not finite or that T does not hold.
   explicit Dynamics(const RobotModel& model, const DynamicsOptions& options = {});
 
-  // The same by other engines (algorithms/dynamics/solver_engine.hpp).
+  // The same by other engines (algorithms/study/solver_engine.hpp).
   Dynamics(const RobotModel& model, const DynamicsOptions& options, const MakeEngine<T>& make);
 
   ~Dynamics();

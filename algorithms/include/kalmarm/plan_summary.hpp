@@ -16,7 +16,7 @@ struct Plan;
 // DoF are those of the whole robot.
 struct PlanSummary {
   struct Part {             // trees that are solved together
-    std::string kernel;     // "spatial", "planar", ...
+    std::string kernel;     // "spatial", "translational", ...
     std::vector<int> dofs;  // that are left
   };
   struct Acted {  // a rule that left something out

@@ -44,17 +44,12 @@ enum class Rule {
   massless_branches,
   separate_trees,
   translations,
-  planes,
   zero_terms,
   rest,
   partial_answers,
 };
 
 KALMARM_EXPORT const std::set<Rule>& all_rules();
-
-// All but planes, whose kernels are three times faster and lose more: on the planar families of the
-// laboratory 1.5 to 4 times the rounding error, in float32 twice the silent errors.
-KALMARM_EXPORT const std::set<Rule>& default_rules();
 
 KALMARM_EXPORT const char* to_string(Rule rule);
 KALMARM_EXPORT const char* to_string(Want want);

@@ -144,7 +144,7 @@ class Robot(_core.Robot):
         frames: of `operational`, by the name of a site or body.
         locked: joints that stand still, at the positions that q (nq,) has for them, or q0.
         at_rest: qd is zero, and is not looked at.
-        rules: by which work may be left out, of docs/questions.md; all but "planes" unless told.
+        rules: by which work may be left out, of docs/questions.md; all unless told.
         """
         options = {key: value for key, value in locals().items() if key in _OPTIONS}
         names = description.model.dofs

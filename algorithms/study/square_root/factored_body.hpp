@@ -36,12 +36,11 @@ struct FactoredBody {
   S Lzx = S(0), Lzy = S(0), Lxy = S(0);
   Eigen::Matrix<S, 3, monomials> Z = Eigen::Matrix<S, 3, monomials>::Zero();  // rows z, x, y
 
-  bool tested = true;  // whether its D can be lost in rounding (rounding_weights.hpp)
-
   // How large D(k) would be without cancellation: outboard mass x reach^2 + outboard spin.
   S distance = S(0);                             // |c|
   S length = S(0);                               // from the parent's origin; of a slide without d
   S outboard_mass = S(0), outboard_spin = S(0);  // sum of m, of (J1 + J2 + J3) / 2
+  bool light_parent = false;                     // the parent is light beside it
 
   // Whether a weight is less than 2^-20 of what a child has there.
   bool is_light_beside(const FactoredBody& child) const {

@@ -11,13 +11,13 @@
 
 #include "algorithms/fast/certified/certified_answer.hpp"
 #include "algorithms/fast/engine/common_engine.hpp"
-#include "algorithms/fast/planar/translational.hpp"
+#include "algorithms/fast/translational/translational.hpp"
 
 namespace kalmarm {
 
 class TranslationalEngine final : public CommonEngine {
   using T = double;
-  using W = Lowering<T>;
+  using W = Wider<T>;
 
  public:
   using CommonEngine::derivatives;  // of rows

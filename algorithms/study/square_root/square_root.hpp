@@ -36,8 +36,8 @@
 #pragma once
 
 #include "algorithms/fast/factors/factors.hpp"
-#include "algorithms/fast/square_root/square_root_parent.hpp"
 #include "algorithms/spatial/inlining.hpp"
+#include "algorithms/study/square_root/square_root_parent.hpp"
 
 namespace kalmarm {
 
@@ -45,7 +45,7 @@ namespace detail {
 
 // Across an aligned hinge, to a parent that has no other child's rows yet.
 template <bool noise, class T, class S>
-KALMARM_INLINE void cross_aligned(const LoweredModel<S>& model, int k, const T& tau,
+KALMARM_INLINE void cross_aligned(const SquareRootModel<S>& model, int k, const T& tau,
                                   SquareRootWorkspace<T>& ws, SquareRoot<T>& at) {
   const LoweredLink<S>& link = model.link(k);
   auto rows = measure_turn<noise>(at.P, T(model.body(k).r));
@@ -69,7 +69,7 @@ KALMARM_INLINE void cross_aligned(const LoweredModel<S>& model, int k, const T& 
 
 // Across any joint.
 template <bool slides, bool noise, class T, class S>
-KALMARM_NOINLINE KALMARM_SWEEP void cross_any(const LoweredModel<S>& model, int k, const T& tau,
+KALMARM_NOINLINE KALMARM_SWEEP void cross_any(const SquareRootModel<S>& model, int k, const T& tau,
                                               SquareRootWorkspace<T>& ws, SquareRoot<T>& at) {
   using Kind = typename LoweredLink<S>::Kind;
   const LoweredLink<S>& link = model.link(k);
@@ -96,7 +96,7 @@ KALMARM_NOINLINE KALMARM_SWEEP void cross_any(const LoweredModel<S>& model, int 
 // The slides of a free joint, whose last DoF is k, by (1') one after another: rows a, b, c of any
 // beta make up P, and are absorbed by pivots of least weight.
 template <class T, class S, class A, class B, class C>
-KALMARM_INLINE void cross_slides(const LoweredModel<S>& model, int k, const T* tau,
+KALMARM_INLINE void cross_slides(const SquareRootModel<S>& model, int k, const T* tau,
                                  SquareRootWorkspace<T>& ws, SquareRoot<T>& at, const A& a,
                                  const B& b, const C& c) {
   const Zero o;
@@ -118,12 +118,11 @@ KALMARM_INLINE void cross_slides(const LoweredModel<S>& model, int k, const T* t
 // and x are eliminated in turn as in (1); the rows l1, l2, l3 with alpha = 0 remain. Of a free
 // joint no row remains.
 template <class T, class S>
-KALMARM_NOINLINE KALMARM_SWEEP void cross_at_once(const LoweredModel<S>& model, const LinkRun& run,
-                                                  const T* tau, SquareRootWorkspace<T>& ws,
-                                                  SquareRoot<T>& at) {
+KALMARM_NOINLINE KALMARM_SWEEP void cross_at_once(const SquareRootModel<S>& model,
+                                                  const LinkRun& run, const T* tau,
+                                                  SquareRootWorkspace<T>& ws, SquareRoot<T>& at) {
   const int k = run.last, ball = k - 2;
   const None none;
-  ws.energy += bias_energy(at.P.l1, at.P.l2, at.P.l3, at.P.rz, at.P.rx, as_row(at.P.ry));
   const auto z = eliminate<Column::z, true>(at.P.rz, at.P.l3, at.P.l2, at.P.l1);
   const auto spins = eliminate<Column::y, true>(as_row(at.P.ry), at.P.rx);
   const auto y = eliminate<Column::y, true>(spins.pivot, z.a, z.b, z.c);
@@ -163,9 +162,9 @@ KALMARM_NOINLINE KALMARM_SWEEP void cross_at_once(const LoweredModel<S>& model, 
 
 // D, g, e+ of every link.
 template <class T, class S>
-KALMARM_SWEEP void filter(const LoweredModel<S>& model, const T* tau, SquareRootWorkspace<T>& ws) {
+KALMARM_SWEEP void filter(const SquareRootModel<S>& model, const T* tau,
+                          SquareRootWorkspace<T>& ws) {
   ws.margin = T(S(1));
-  ws.noise = ws.energy = T(S(0));
   for (auto& sum : ws.sums) sum.begun = false;
   SquareRoot<T> at;
   bool carried = false;  // `at` comes from link k + 1
@@ -197,7 +196,7 @@ KALMARM_SWEEP void filter(const LoweredModel<S>& model, const T* tau, SquareRoot
       begin(k);
       const int index = link.parent < 0 ? -1 : model.link(link.parent).branch;
       const bool aligned =
-          link.aligned && !link.light_parent && !(index >= 0 && ws.sums[index].begun);
+          link.aligned && !model.factored(k).light_parent && !(index >= 0 && ws.sums[index].begun);
       if (aligned && link.has_noise)
         cross_aligned<true>(model, k, tau[k], ws, at);
       else if (aligned)
@@ -213,16 +212,15 @@ KALMARM_SWEEP void filter(const LoweredModel<S>& model, const T* tau, SquareRoot
       leave(k);
     }
   }
-  if constexpr (Lanes<T>::count == 1) ws.noise = force_noise(model, ws.z);
 }
 
 }  // namespace detail
 
-// a (nv) from q (nq), qd (nv) and tau (nv), all numbers in T; ws.margin, ws.noise, ws.energy,
-// ws.squares and ws.size say how wrong it may be (engine/acceptance.hpp).
+// a (nv) from q (nq), qd (nv) and tau (nv), all numbers in T: one state, or one in every lane. Where
+// ws.margin > 0 no D is lost in rounding.
 template <class T, class S>
-void square_root_acceleration(const LoweredModel<S>& model, const T* q, const T* qd, const T* tau,
-                              SquareRootWorkspace<T>& ws, T* a) {
+void square_root_acceleration(const SquareRootModel<S>& model, const T* q, const T* qd,
+                              const T* tau, SquareRootWorkspace<T>& ws, T* a) {
   detail::set_placements(model, q, ws);
   detail::set_velocity(model, qd, ws);
   detail::filter(model, tau, ws);
@@ -231,7 +229,7 @@ void square_root_acceleration(const LoweredModel<S>& model, const T* q, const T*
 
 // The factors at q (nq). ws has never seen a velocity: the bias is zero, and so is tau.
 template <class S>
-void square_root_factor(const LoweredModel<S>& model, const S* q, const std::vector<S>& zeros,
+void square_root_factor(const SquareRootModel<S>& model, const S* q, const std::vector<S>& zeros,
                         SquareRootWorkspace<S>& ws, FastFactors<S>& factors) {
   detail::set_placements(model, q, ws);
   detail::filter(model, zeros.data(), ws);

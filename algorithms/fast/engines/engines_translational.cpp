@@ -1,13 +1,7 @@
 #include "algorithms/fast/engines/engines.hpp"
-#include "algorithms/fast/planar/planar_engine.hpp"
-#include "algorithms/fast/planar/translational_engine.hpp"
+#include "algorithms/fast/translational/translational_engine.hpp"
 
 namespace kalmarm {
-
-std::unique_ptr<Engine<double>> make_planar_engine(const RobotModel& robot,
-                                                   const EngineOptions& options) {
-  return std::make_unique<PlanarEngine>(robot, options);
-}
 
 std::unique_ptr<Engine<double>> make_translational_engine(const RobotModel& robot,
                                                           const EngineOptions& options) {

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "algorithms/dynamics/flops.hpp"
+#include "algorithms/study/flops/flops.hpp"
 #include "algorithms/fast/claims/constants.hpp"
 #include "algorithms/spatial/pack.hpp"
 #include "algorithms/test/models.hpp"

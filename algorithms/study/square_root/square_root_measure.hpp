@@ -5,9 +5,10 @@
 #include <algorithm>
 
 #include "algorithms/fast/covariance/forward_dynamics.hpp"
-#include "algorithms/fast/square_root/square_root_rows.hpp"
 #include "algorithms/model/rounding_scale.hpp"
 #include "algorithms/spatial/inlining.hpp"
+#include "algorithms/study/square_root/square_root_model.hpp"
+#include "algorithms/study/square_root/square_root_rows.hpp"
 
 namespace kalmarm {
 
@@ -28,9 +29,9 @@ struct SquareRootWorkspace : CovarianceWorkspace<T> {
   std::vector<Sum> sums;
 
   template <class S>
-  explicit SquareRootWorkspace(const LoweredModel<S>& model)
+  explicit SquareRootWorkspace(const SquareRootModel<S>& model)
       : CovarianceWorkspace<T>(model), sums(model.branch_count()) {
-    this->forces.reset();  // N is by (2) alone
+    this->forces.reset();  // nothing is said of the error of an answer
   }
 };
 
@@ -145,20 +146,6 @@ KALMARM_INLINE auto measure_slide(const FullTriangle<T>& P, const T& r) {
   }
 }
 
-// The share of a link in E by (7) of force_noise.hpp: sum of w zeta^2 of all rows of P-, which no
-// rotation of rows changes.
-template <class R>
-KALMARM_INLINE auto bias_energy(const R& row) {
-  if constexpr (std::is_same_v<R, None>)
-    return Zero{};
-  else
-    return row.zeta * row.zeta * row.weight;
-}
-template <class R, class... Rows>
-KALMARM_INLINE auto bias_energy(const R& row, const Rows&... rows) {
-  return bias_energy(row) + bias_energy(rows...);
-}
-
 // (3).
 template <class T, class R>
 KALMARM_INLINE void add_acceleration(const Sixfold<T>& c, bool slides, R& row) {
@@ -170,7 +157,7 @@ KALMARM_INLINE void add_acceleration(const Sixfold<T>& c, bool slides, R& row) {
 
 // (2), with D, g, e+ kept in ws.
 template <bool noise, bool slides, class T, class S, class Pivot>
-KALMARM_INLINE void keep(const LoweredModel<S>& model, int k, const T& tau,
+KALMARM_INLINE void keep(const SquareRootModel<S>& model, int k, const T& tau,
                          SquareRootWorkspace<T>& ws, SquareRoot<T>& at, const Pivot& pivot) {
   using std::min;
   const FactoredBody<S>& body = model.factored(k);
@@ -180,9 +167,8 @@ KALMARM_INLINE void keep(const LoweredModel<S>& model, int k, const T& tau,
   const T D = pivot.weight;
   const T size =
       slides ? T(size_m) : T(size_m * at.reach * at.reach + threshold * body.outboard_spin);
-  if (body.tested) ws.margin = min(ws.margin, T(D - size - least));
+  ws.margin = min(ws.margin, T(D - size - least));
 
-  watch(model, k, at.z, ws);
   const T e = tau - (slides ? at.z.w : at.z.z), inverse_D = reciprocal(D);
   Sixfold<T>& g = link.g;
   g = {number_as<T>(pivot.x), number_as<T>(pivot.y), number_as<T>(pivot.z),
@@ -202,10 +188,9 @@ KALMARM_INLINE void keep(const LoweredModel<S>& model, int k, const T& tau,
 
 // (1), (2), (3).
 template <bool noise, bool slides, class T, class S, class Rows>
-KALMARM_INLINE void measure(const LoweredModel<S>& model, int k, const T& tau,
+KALMARM_INLINE void measure(const SquareRootModel<S>& model, int k, const T& tau,
                             SquareRootWorkspace<T>& ws, SquareRoot<T>& at, Rows& rows) {
   keep<noise, slides>(model, k, tau, ws, at, rows.pivot);
-  ws.energy += bias_energy(rows.pivot, rows.l1, rows.l2, rows.l3, rows.rz, rows.rx, rows.ry);
   const Sixfold<T>& c = ws.links[k].c;
   add_acceleration(c, slides, rows.l1);
   add_acceleration(c, slides, rows.l2);

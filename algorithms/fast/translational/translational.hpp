@@ -21,7 +21,6 @@
 
 #include "algorithms/fast/claims/claims.hpp"
 #include "algorithms/fast/claims/constants.hpp"
-#include "algorithms/fast/planar/plane.hpp"
 #include "algorithms/model/rounding_scale.hpp"
 #include "algorithms/spatial/inlining.hpp"
 

@@ -1,21 +1,58 @@
-// The square-root form against truth of the world frame, where masses are alike and where they are
-// not, against itself in lanes, and its outcomes.
+// Fast<SquareRoot>: without rounding in 50 digits, against truth of the world frame where masses are
+// alike and where they are not, in lanes, its flops and its outcomes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "algorithms/study/flops/counted.hpp"
+#include "algorithms/fast/test/exact.hpp"
 #include "algorithms/fast/test/plain_filter.hpp"
 #include "algorithms/fast/test/support.hpp"
+#include "algorithms/study/solver.hpp"
+#include "algorithms/study/square_root/square_root.hpp"
 #include "algorithms/test/singular.hpp"
 
 namespace kalmarm::test {
 namespace {
 
-const DynamicsOptions root = spatial({Want::acceleration}, Form::square_root);
+template <class T>
+std::unique_ptr<Solver<T>> solver_of(const Model<double>& model) {
+  return make_solver<T>("Fast<SquareRoot>", model.cast<T>());
+}
+
+TEST(SquareRoot, IsExactInFiftyDigits) {
+  for (const Family& family : all_families()) {
+    const Model<double> drawn = family.make(3);
+    const Model<Mp> model = drawn.cast<Mp>();
+    const State<Mp> state = random_state(drawn, 4).cast<Mp>();
+    const SquareRootModel<Mp> lowered(model);
+    SquareRootWorkspace<Mp> ws(lowered);
+    VectorX<Mp> a = poisoned<Mp>(model.nv());
+    square_root_acceleration(lowered, state.q.data(), state.qd.data(), state.tau.data(), ws,
+                             a.data());
+    EXPECT_LE(Exact(model, state).error(a), 1e-40) << family.name;
+  }
+}
+
+TEST(SquareRoot, HingeOfAChainCostsAtMost850Flops) {
+  for (const int n : {7, 31, 100}) {
+    const Model<double> drawn = chain(1, n);
+    const State<double> state = random_state(drawn, 3);
+    const SquareRootModel<double> model(drawn);
+    SquareRootWorkspace<Count> ws(model);
+    const std::vector<Count> q = detail::counts(state.q), qd = detail::counts(state.qd),
+                             tau = detail::counts(state.tau);
+    std::vector<Count> a(n);
+    const double flops = detail::counted(
+        [&] { square_root_acceleration(model, q.data(), qd.data(), tau.data(), ws, a.data()); });
+    EXPECT_GE(flops / n, 600) << "does it count?";
+    EXPECT_LE(flops / n, 850) << n;
+  }
+}
 
 // In the energy norm. The largest error was 21 u, near gimbal lock (massless_links) 250 u.
 template <class T>
@@ -25,9 +62,9 @@ void expect_accurate(int seeds) {
     for (int seed = 0; seed < seeds; ++seed) {
       const Model<double> drawn = family.make(seed), model = rounded<T>(drawn);
       const State<T> state = random_state(drawn, seed + 1000).template cast<T>();
-      Dynamics<T> dynamics = dynamics_of<T>(model, root);
+      const auto solver = solver_of<T>(model);
       VectorX<T> a = poisoned<T>(model.nv());
-      EXPECT_TRUE(dynamics.forward_dynamics(state.q, state.qd, state.tau, a));
+      EXPECT_TRUE(solver->acceleration(state.q, state.qd, state.tau, a));
       const double error = Truth(model, state.template cast<double>()).acceleration(a);
       worst = std::max(worst, error / static_cast<double>(unit_roundoff<T>()));
     }
@@ -96,10 +133,10 @@ struct Errors {
   // And it is not refused.
   template <class T>
   static double of(const Model<double>& drawn, const State<double>& state, const Truth& truth) {
-    Dynamics<T> dynamics = dynamics_of<T>(drawn, root);
+    const auto solver = solver_of<T>(drawn);
     const State<T> rounded = state.template cast<T>();
     VectorX<T> a = poisoned<T>(drawn.nv());
-    EXPECT_TRUE(dynamics.forward_dynamics(rounded.q, rounded.qd, rounded.tau, a));
+    EXPECT_TRUE(solver->acceleration(rounded.q, rounded.qd, rounded.tau, a));
     return truth.relative(a);
   }
 };
@@ -162,9 +199,9 @@ void expect_right_on_rotors() {
   state.tau.setZero();
   for (const double turn : {0.0, 0.1, 1.0}) {
     state.q << T(turn), T(turn), 1, 0, 0, 1;
-    Dynamics<T> dynamics = dynamics_of<T>(model, root);
+    const auto solver = solver_of<T>(model);
     VectorX<T> a = poisoned<T>(model.nv());
-    ASSERT_TRUE(dynamics.forward_dynamics(state.q, state.qd, state.tau, a));
+    ASSERT_TRUE(solver->acceleration(state.q, state.qd, state.tau, a));
     EXPECT_LE(Truth(model, state.template cast<double>()).relative(a), 100 * unit_roundoff<T>());
   }
 }
@@ -175,39 +212,50 @@ TEST(SquareRoot, RoundingErrorsThatBecomePivotsDoNotSpread) {
 }
 
 template <class T>
-class SquareRootBatches : public testing::Test {};
+class SquareRootIn : public testing::Test {};
 
 using Precisions = testing::Types<float, double>;
-TYPED_TEST_SUITE(SquareRootBatches, Precisions, PrecisionName);
+TYPED_TEST_SUITE(SquareRootIn, Precisions, PrecisionName);
 
-TYPED_TEST(SquareRootBatches, LanesAgreeWithOneState) {
+TYPED_TEST(SquareRootIn, LanesAgreeWithOneState) {
   using T = TypeParam;
+  constexpr int lanes = padding<T>;
+  using Lanes = Pack<T, lanes>;
   for (const Family& family : all_families()) {
-    const int count = 19;
     const Model<double> drawn = family.make(2);
     const int nv = drawn.nv();
-    Rows<T> rows(drawn, count);
-    Dynamics<T> batch = dynamics_of<T>(drawn, root), one = dynamics_of<T>(drawn, root);
-    EXPECT_EQ(rows.forward_dynamics(batch), 0);
-    for (int i = 0; i < count; ++i) {
-      const State<T> state = random_state(drawn, i).template cast<T>();
-      VectorX<T> a = poisoned<T>(nv);
-      EXPECT_TRUE(one.forward_dynamics(state.q, state.qd, state.tau, a));
-      const Eigen::Map<const VectorX<T>> row(&rows.a[i * nv], nv);
+    const SquareRootModel<T> model(drawn.cast<T>());
+    SquareRootWorkspace<Lanes> ws(model);
+    std::vector<Lanes> q(model.nq()), qd(nv), tau(nv), in_lanes(nv);
+    const auto one = solver_of<T>(drawn);
+    for (int lane = 0; lane < lanes; ++lane) {
+      const State<T> state = random_state(drawn, lane).template cast<T>();
+      for (int i = 0; i < model.nq(); ++i) q[i].set(lane, state.q[i]);
+      for (int k = 0; k < nv; ++k) {
+        qd[k].set(lane, state.qd[k]);
+        tau[k].set(lane, state.tau[k]);
+      }
+    }
+    square_root_acceleration(model, q.data(), qd.data(), tau.data(), ws, in_lanes.data());
+    for (int lane = 0; lane < lanes; ++lane) {
+      const State<T> state = random_state(drawn, lane).template cast<T>();
+      VectorX<T> a = poisoned<T>(nv), row = a;
+      EXPECT_TRUE(one->acceleration(state.q, state.qd, state.tau, a));
+      for (int k = 0; k < nv; ++k) row[k] = in_lanes[k][lane];
       // The two may be contracted to FMA differently.
       EXPECT_LE((row - a).norm(), 4000 * unit_roundoff<T>() * a.norm())
-          << family.name << " state " << i;
+          << family.name << " lane " << lane;
     }
   }
 }
 
-TYPED_TEST(SquareRootBatches, SingularMechanismIsReportedAndRegularOneIsNot) {
+TYPED_TEST(SquareRootIn, SingularMechanismIsReportedAndRegularOneIsNot) {
   using T = TypeParam;
   const auto outcome_of = [](const Mechanism& mechanism) {
-    Dynamics<T> dynamics = dynamics_of<T>(mechanism.model, root);
+    const auto solver = solver_of<T>(mechanism.model);
     VectorX<T> a = poisoned<T>(mechanism.model.nv());
     const VectorX<T> ones = VectorX<T>::Ones(a.size()), q = mechanism.q.template cast<T>();
-    return dynamics.forward_dynamics(q, ones, ones, a);
+    return solver->acceleration(q, ones, ones, a);
   };
   for (int seed = 0; seed < 20; ++seed) {
     for (const Mechanism& mechanism : singular_mechanisms(seed)) {
@@ -221,30 +269,17 @@ TYPED_TEST(SquareRootBatches, SingularMechanismIsReportedAndRegularOneIsNot) {
   }
 }
 
-TYPED_TEST(SquareRootBatches, ModerateLoadsAreNoSuspects) {
+TYPED_TEST(SquareRootIn, ModerateLoadsAreNoSuspects) {
   using T = TypeParam;
-  const double ratio = 1e8;  // at 1e12 the sums of forces suspect some
+  const double ratio = 1e8;
   for (int seed = 0; seed < 20; ++seed) {
     const Model<double> model = heavy_tip(seed, ratio, false);
     const State<T> state = random_state(model, seed + 1000).template cast<T>();
-    Dynamics<T> dynamics = dynamics_of<T>(model, root);
+    const auto solver = solver_of<T>(model);
     VectorX<T> a = poisoned<T>(model.nv());
-    const Outcome outcome = dynamics.forward_dynamics(state.q, state.qd, state.tau, a);
+    const Outcome outcome = solver->acceleration(state.q, state.qd, state.tau, a);
     EXPECT_TRUE(outcome && !outcome.recomputed) << "seed " << seed;
   }
-}
-
-TYPED_TEST(SquareRootBatches, WhatWasLookedIntoIsMarked) {
-  using T = TypeParam;
-  const double ratio = std::is_same_v<T, float> ? 1e16 : 1e24;
-  const Model<double> heavy = heavy_tip(1, ratio, true), light = heavy_tip(1, 1, true);
-  const State<T> state = random_state(heavy, 2).template cast<T>();
-  VectorX<T> a = poisoned<T>(heavy.nv());
-  const auto outcome = [&](const Model<double>& model) {
-    return dynamics_of<T>(model, root).forward_dynamics(state.q, state.qd, state.tau, a);
-  };
-  EXPECT_TRUE(outcome(heavy) && outcome(heavy).recomputed);
-  EXPECT_TRUE(outcome(light) && !outcome(light).recomputed);
 }
 
 }  // namespace

@@ -17,8 +17,8 @@
 
 #include <type_traits>
 
-#include "algorithms/fast/square_root/square_root_measure.hpp"
 #include "algorithms/spatial/inlining.hpp"
+#include "algorithms/study/square_root/square_root_measure.hpp"
 
 namespace kalmarm {
 
@@ -46,7 +46,7 @@ KALMARM_INLINE auto to_parent(const LoweredLink<S>& link, const Direction<C>& jo
 }
 
 template <class T, class S>
-KALMARM_INLINE void start(const LoweredModel<S>& model, int k, const CovarianceWorkspace<T>& ws,
+KALMARM_INLINE void start(const SquareRootModel<S>& model, int k, const CovarianceWorkspace<T>& ws,
                           SquareRoot<T>& at) {
   const auto& link = ws.links[k];
   const T zero = T(S(0));
@@ -88,7 +88,7 @@ KALMARM_INLINE void cycle_rows(const Rows& rows, FullTriangle<T>& P) {
 
 // A bound of the distance from the parent's origin to the link's.
 template <class T, class S>
-T distance_to_parent(const LoweredModel<S>& model, int k, const CovarianceWorkspace<T>& ws) {
+T distance_to_parent(const SquareRootModel<S>& model, int k, const CovarianceWorkspace<T>& ws) {
   const LoweredLink<S>& link = model.link(k);
   const auto size = [](const T& x) { return larger(x, T(-x)); };
   if (link.coordinate == Coordinate::position) {
@@ -101,8 +101,9 @@ T distance_to_parent(const LoweredModel<S>& model, int k, const CovarianceWorksp
 
 // (4), (5), (6) to a parent that may hold the rows of other children.
 template <class T, class S, class Rows>
-KALMARM_INLINE void give_to_parent(const LoweredModel<S>& model, int k, SquareRootWorkspace<T>& ws,
-                                   const Rows& rows, SquareRoot<T>& at) {
+KALMARM_INLINE void give_to_parent(const SquareRootModel<S>& model, int k,
+                                   SquareRootWorkspace<T>& ws, const Rows& rows,
+                                   SquareRoot<T>& at) {
   using Kind = typename LoweredLink<S>::Kind;
   const LoweredLink<S>& link = model.link(k);
   const int index = model.link(link.parent).branch;

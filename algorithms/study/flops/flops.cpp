@@ -1,13 +1,12 @@
-#include "algorithms/dynamics/flops.hpp"
+#include "algorithms/study/flops/flops.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "algorithms/fast/derivatives/derivatives.hpp"
-#include "algorithms/fast/engine/flops.hpp"
+#include "algorithms/study/flops/counted.hpp"
 #include "algorithms/fast/factors/blocks.hpp"
 #include "algorithms/fast/factors/columns.hpp"
-#include "algorithms/fast/planar/planar_filter.hpp"
 #include "algorithms/fast/rigid/mass.hpp"
 #include "algorithms/spatial/pack.hpp"
 
@@ -108,8 +107,6 @@ double spatial_flops(const Plan& plan, const Part& part, Want want, Form form, C
   if (want == Want::acceleration) {
     if (part.kernel == Kernel::spatial_at_rest)
       return acceleration_flops<AtRest>(model, q, zero, zero, part.zeros);
-    if (form == Form::square_root)
-      return acceleration_flops<SquareRootForm>(model, q, zero, zero, part.zeros);
     const double sweep = acceleration_flops<CovarianceForm>(model, q, zero, zero, part.zeros);
     if (form == Form::conventional) return sweep;
     // The residual in pairs (spatial/pair.hpp), and a solution by factors that are kept.
@@ -137,39 +134,6 @@ double spatial_flops(const Plan& plan, const Part& part, Want want, Form form, C
   }
 }
 
-// The numbers of planar/: a hinge of the factors, of Lambda, and a link and column of two sweeps
-// and of a chosen column.
-double planar_flops(const Plan& plan, const Part& part, Want want) {
-  constexpr double factor = 61, lambda = 40, sweeps = 26, chosen = 10;
-  const Model<double>& model = part.reduction.model;
-  const double nv = model.nv();
-  switch (want) {
-    case Want::acceleration: {
-      const PlanarModel<Count> planar(model, *find_plane(model));
-      PlanarWorkspace<Count> ws(planar);
-      const std::vector<Count> q = detail::counts(position_of(plan, part));
-      const std::vector<Count> zero(model.nv(), 0.0);
-      std::vector<Count> a(model.nv());
-      return detail::counted(
-          [&] { planar_acceleration(planar, q.data(), zero.data(), zero.data(), ws, a.data()); });
-    }
-    case Want::diagonal:
-      return factor * nv + (plan.partial_answers ? lambda * nv : sweeps * nv * nv);
-    case Want::log_det:
-      return plan.partial_answers
-                 ? (factor + 2) * nv
-                 : cholesky_flops(LoweredModel<double>(model), position_of(plan, part));
-    case Want::inverse:
-      return factor * nv +
-             (part.block ? selected_flops(model, part.asked, {}, chosen) : sweeps * nv * nv);
-    case Want::operational:
-      return factor * nv + (plan.partial_answers ? selected_flops(model, {}, part.frames, chosen)
-                                                 : sweeps * nv * nv);
-    default:
-      return 0;
-  }
-}
-
 // Two sweeps of a call; all else is known before.
 double translational_flops(const Part& part, Want want) {
   constexpr double sweeps = 25;
@@ -189,8 +153,6 @@ double flops(const Plan& plan, Want want, Form form, CallKind call) {
     else if (want == Want::derivatives)
       out +=
           derivative_flops(LoweredModel<double>(model, part.zeros), position_of(plan, part), call);
-    else if (part.kernel == Kernel::planar)
-      out += planar_flops(plan, part, want);
     else if (part.kernel == Kernel::translational)
       out += translational_flops(part, want);
     else
@@ -201,7 +163,6 @@ double flops(const Plan& plan, Want want, Form form, CallKind call) {
 
 double flops_of(const Model<double>& model, Want want, Form form, CallKind call) {
   std::set<Rule> rules = rules_for(form);
-  rules.erase(Rule::planes);
   return flops(make_plan(model, {.want = {want}}, rules), want, form, call);
 }
 

@@ -13,7 +13,7 @@ struct CallKind {
 
 // Additions, multiplications and divisions of one call for one kind of answer, a state, in either
 // precision: one state in float is answered in double. Sines and cosines are not counted. Each is counted by running it on one state, as many times as there are
-// columns. Only what goes by blocks, chosen blocks of M^-1 and what is planar are as their headers
+// columns. Only what goes by blocks and chosen blocks of M^-1 are as their headers
 // say, and so is M^-1 tau, one tau.
 double flops(const Plan& plan, Want want, Form form = Form::conventional, CallKind call = {});
 
