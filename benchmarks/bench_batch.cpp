@@ -17,8 +17,8 @@
 #include <type_traits>
 #include <vector>
 
-#include "algorithms/study/flops/flops.hpp"
 #include "algorithms/model/plain.hpp"
+#include "algorithms/study/flops/flops.hpp"
 #include "algorithms/study/solver.hpp"
 #include "benchmarks/case.hpp"
 #include "benchmarks/derivative_check.hpp"
@@ -53,10 +53,11 @@ struct Batch {
 };
 
 template <class T>
-void add(const Batch<T>& batch, const std::string& variant, Form form, int threads,
-         std::shared_ptr<const Case> c) {
+void add(const Batch<T>& batch, const std::string& variant, std::optional<double> tolerance,
+         int threads, std::shared_ptr<const Case> c) {
   const auto robot = std::make_shared<Dynamics<T>>(
-      plain(c->scene.model), DynamicsOptions{.form = form, .question = {.want = {batch.want}}});
+      plain(c->scene.model),
+      DynamicsOptions{.tolerance = tolerance, .question = {.want = {batch.want}}});
   benchmark::RegisterBenchmark(
       name_of<T>(batch.name, variant, *c).c_str(),
       [=](benchmark::State& run) {
@@ -78,16 +79,16 @@ void add(const Batch<T>& batch, const std::string& variant, Form form, int threa
 }
 
 template <class T>
-std::vector<Batch<T>> batches(std::shared_ptr<const Case> c, Form form) {
+std::vector<Batch<T>> batches(std::shared_ptr<const Case> c, std::optional<double> tolerance) {
   const auto pool = std::make_shared<const Pool<T>>(c->states);
   const Model<double>& model = c->scene.model;
   const int nv = model.nv();
   const std::ptrdiff_t size = std::ptrdiff_t(nv) * nv;
   // Of other forms' factors the flops are not known.
   const auto flops = [&](Want want) {
-    const bool known = want == Want::acceleration || form == Form::conventional;
+    const bool known = want == Want::acceleration || !tolerance;
     const CallKind call = {.rows = true};
-    return known ? flops_of(model, want, form, call) : 0.0;
+    return known ? flops_of(model, want, tolerance, call) : 0.0;
   };
   using Rows = std::vector<T>;
   using Outcomes = std::vector<Outcome>;
@@ -112,7 +113,7 @@ std::vector<Batch<T>> batches(std::shared_ptr<const Case> c, Form form) {
                    return c->template compare<T>(c->X[i] * c->states[i].tau, vector(x, i),
                                                  c->condition[i]);
                  }});
-  if (form == Form::certified && nv > most_certified) return out;
+  if (tolerance && nv > most_certified) return out;
   out.push_back({"diagonal_batch", Want::diagonal, nv, 0,
                  [=](Dynamics<T>& robot, Rows& x, Outcomes& outcomes, int threads) {
                    return robot.diagonal(pool->q_rows, x, outcomes, threads);
@@ -129,7 +130,7 @@ std::vector<Batch<T>> batches(std::shared_ptr<const Case> c, Form form) {
                  [=](int i, const Rows& X) {
                    return c->template compare<T>(c->X[i], matrix(X, i), c->condition[i]);
                  }});
-  if (form != Form::conventional) return out;
+  if (tolerance) return out;
   out.push_back(
       {"mass_batch", Want::mass, size, flops(Want::mass),
        [=](Dynamics<T>& robot, Rows& M, Outcomes& outcomes, int threads) {
@@ -165,9 +166,9 @@ template <class T>
 void add_all(std::shared_ptr<const Case> c) {
   const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   for (const RegisteredVariant<T>& variant : fast_variants<T>())
-    for (const Batch<T>& batch : batches<T>(c, variant.traits.form)) {
-      add(batch, variant.name, variant.traits.form, 1, c);
-      add(batch, variant.name + "@all cores", variant.traits.form, cores, c);
+    for (const Batch<T>& batch : batches<T>(c, variant.traits.tolerance)) {
+      add(batch, variant.name, variant.traits.tolerance, 1, c);
+      add(batch, variant.name + "@all cores", variant.traits.tolerance, cores, c);
     }
 }
 

@@ -29,7 +29,7 @@ void add(const RegisteredVariant<T>& variant, std::shared_ptr<const Case> c,
          std::shared_ptr<const Pool<T>> pool) {
   std::shared_ptr<Solver<T>> solver = variant.make(c->scene.model.cast<T>());
   const double flops = variant.traits.kind == VariantKind::fast
-                           ? flops_of(c->scene.model, Want::acceleration, variant.traits.form)
+                           ? flops_of(c->scene.model, Want::acceleration, variant.traits.tolerance)
                            : 0;
   auto a = std::make_shared<VectorX<T>>(c->scene.model.nv());
   const auto call = [=](int i) {

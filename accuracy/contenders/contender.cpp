@@ -65,7 +65,7 @@ DynamicsOptions asked_of(const Contender& by, const QuestionOptions& asked,
                          const Question& question) {
   const std::optional<VariantTraits> traits = traits_of(by.variant);
   const bool fast = is_fast(by.variant);
-  DynamicsOptions out{.form = fast ? traits->form : Form::conventional,
+  DynamicsOptions out{.tolerance = fast ? traits->tolerance : std::nullopt,
                       .question = question,
                       .rules = rules_of(asked)};
   if (by.variant == mujoco_variant) {
@@ -74,7 +74,8 @@ DynamicsOptions asked_of(const Contender& by, const QuestionOptions& asked,
       throw InputError("variant 'MuJoCo' has no log det M");
     out.rules.clear();
   }
-  const std::set<Rule> able = fast ? rules_for(out.form) : model_rules();
+  const std::set<Rule> able =
+      fast ? rules_for(out.tolerance.value_or(default_tolerance<double>)) : model_rules();
   std::erase_if(out.rules, [&](Rule rule) { return !able.contains(rule); });
   return out;
 }

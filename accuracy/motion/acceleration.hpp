@@ -34,9 +34,8 @@ class Torque {
 template <class T>
 class Acceleration {
  public:
-  Acceleration(const Motion& motion, Form form)
-      : torque_(motion),
-        step_(motion.robot, 0, motion.terms, Scheme::springs_at_start, {.form = form}) {}
+  Acceleration(const Motion& motion, const DynamicsOptions& dynamics)
+      : torque_(motion), step_(motion.robot, 0, motion.terms, Scheme::springs_at_start, dynamics) {}
 
   bool operator()(double t, VectorView<const T> q, VectorView<const T> v, VectorView<T> a) {
     ++calls_;
@@ -57,8 +56,8 @@ class Acceleration {
 template <class T>
 class StateRate {
  public:
-  StateRate(const Motion& motion, Form form, long cap)
-      : robot_(motion.robot), acceleration_(motion, form), cap_(cap) {}
+  StateRate(const Motion& motion, const DynamicsOptions& dynamics, long cap)
+      : robot_(motion.robot), acceleration_(motion, dynamics), cap_(cap) {}
 
   bool operator()(double t, const T* x, T* out) {
     const int nq = robot_.nq, nv = robot_.nv();

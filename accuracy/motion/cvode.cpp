@@ -42,7 +42,7 @@ bool has_cvode() { return true; }
 
 Simulation by_cvode(const Motion& motion, const Method& method, const Effort& effort) {
   const int nq = motion.robot.nq, nv = motion.robot.nv(), n = nq + nv;
-  StateRate<double> f(motion, method.form, effort.cap);
+  StateRate<double> f(motion, dynamics_of(method), effort.cap);
   SUNContext made = nullptr;
   require(SUNContext_Create(nullptr, &made) == 0);
   const Owned<SUNContext> context(made);

@@ -49,7 +49,7 @@ Simulation with_steps(const Motion& motion, double h, long calls_a_step, const E
 // (1)
 template <class T>
 Simulation semi_implicit_euler(const Motion& motion, const Method& method, const Effort& effort) {
-  Acceleration<T> acceleration(motion, method.form);
+  Acceleration<T> acceleration(motion, dynamics_of(method));
   VectorX<T> q, v, a(motion.robot.nv());
   const T h = static_cast<T>(method.step);
   return with_steps(motion, method.step, 1, effort, q, v, [&](double t) {
@@ -64,7 +64,7 @@ Simulation semi_implicit_euler(const Motion& motion, const Method& method, const
 template <class T>
 Simulation rk4(const Motion& motion, const Method& method, const Effort& effort) {
   const RobotModel& robot = motion.robot;
-  Acceleration<T> acceleration(motion, method.form);
+  Acceleration<T> acceleration(motion, dynamics_of(method));
   const double h = method.step;
   const T step = static_cast<T>(h);
   const T ahead[] = {T(0), step / 2, step / 2, step};
@@ -101,7 +101,7 @@ template <class T>
 Simulation implicit(const Motion& motion, const Method& method, const Effort& effort,
                     Scheme scheme) {
   const double h = method.step, ahead = scheme == Scheme::springs_at_end ? h : 0;
-  ImplicitStep<T> step(motion.robot, h, motion.terms, scheme, {.form = method.form});
+  ImplicitStep<T> step(motion.robot, h, motion.terms, scheme, dynamics_of(method));
   Torque<T> torque(motion);
   VectorX<T> q, v, a(motion.robot.nv());
   return with_steps(motion, h, 1, effort, q, v, [&](double t) {
@@ -113,7 +113,7 @@ template <class T>
 Simulation dopri5(const Motion& motion, const Method& method, const Effort& effort) {
   using State = std::vector<T>;
   const int nq = motion.robot.nq, nv = motion.robot.nv();
-  StateRate<T> rate(motion, method.form, effort.cap);
+  StateRate<T> rate(motion, dynamics_of(method), effort.cap);
   const auto f = [&](const State& x, State& derivative, T t) {
     rate(t, x.data(), derivative.data());
   };

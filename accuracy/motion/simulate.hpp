@@ -37,7 +37,7 @@ const char* to_string(Status status);
 struct Integrator {
   std::string name;
   bool adaptive;   // by tolerances, else by steps
-  bool of_mujoco;  // float64 alone, without a form
+  bool of_mujoco;  // float64 alone, without our dynamics
   bool float32;    // whether it has that precision
 };
 
@@ -50,9 +50,14 @@ bool has_cvode();
 struct Method {
   std::string integrator;
   bool float32 = false;
-  Form form = Form::conventional;
-  double step = 0;  // h [s], or the tolerance
+  bool last_bits = false;  // of its dynamics
+  double step = 0;         // h [s], or the tolerance
 };
+
+// What its dynamics are asked for.
+inline DynamicsOptions dynamics_of(const Method& method) {
+  return {.tolerance = method.last_bits ? std::optional(last_bits) : std::nullopt};
+}
 
 struct Effort {
   int repetitions = 5;    // at least, where a run is shorter than `long_run`

@@ -56,14 +56,14 @@ double amplified(ImplicitStep<double>& step, const std::vector<State>& states, i
 }
 
 template <class T>
-Row compared(const Reference& reference, const RobotModel& robot, Form form,
+Row compared(const Reference& reference, const RobotModel& robot, std::optional<double> tolerance,
              const std::vector<State>& states, double h) {
   Row row{.integrator = to_string(reference.integrator),
-          .variant = std::string("Fast, ") + to_string(form),
+          .variant = tolerance ? "Fast, last bits" : "Fast",
           .precision = std::is_same_v<T, float> ? "float32" : "float64",
           .bound = reference.bound};
   const StepTerms& terms = reference.terms;
-  ImplicitStep<T> step(robot, h, terms.terms(), terms.scheme(), {.form = form});
+  ImplicitStep<T> step(robot, h, terms.terms(), terms.scheme(), {.tolerance = tolerance});
   for (std::size_t i = 0; i < states.size(); ++i) {
     VectorX<T> a = VectorX<T>::Constant(robot.nv(), std::numeric_limits<T>::quiet_NaN());
     const VectorX<T> q = states[i].q.template cast<T>(), v = states[i].qd.template cast<T>(),
@@ -131,9 +131,10 @@ json compare_steps(const Scene& scene, const StepOptions& options, bool quiet) {
       lost = std::max(lost, unit_roundoff<double>() * largest / h / reference.a.back().norm());
     }
     reference.bound += lost;
-    for (const Form form : {Form::conventional, Form::certified}) {
-      rows.push_back(compared<double>(reference, robot, form, states, h));
-      if (fits_float(robot)) rows.push_back(compared<float>(reference, robot, form, states, h));
+    for (const std::optional<double> tolerance : {std::optional<double>(), {last_bits}}) {
+      rows.push_back(compared<double>(reference, robot, tolerance, states, h));
+      if (fits_float(robot))
+        rows.push_back(compared<float>(reference, robot, tolerance, states, h));
     }
   }
 

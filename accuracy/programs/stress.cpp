@@ -189,8 +189,8 @@ nlohmann::json listed(const std::vector<Family>& all) {
                                {"singular", !family.singular.empty()}});
   for (const auto& variant : registered_variants<double>()) {
     const VariantTraits& traits = variant.traits;
-    nlohmann::json form;  // null but for the fast path
-    if (traits.kind == VariantKind::fast) form = to_string(traits.form);
+    nlohmann::json tolerance;  // null but for the fast path where it is not the default
+    if (traits.tolerance) tolerance = *traits.tolerance;
     out["variants"].push_back({{"name", variant.name},
                                {"equation", variant.equation},
                                {"kind", to_string(traits.kind)},
@@ -198,7 +198,7 @@ nlohmann::json listed(const std::vector<Family>& all) {
                                {"in_world_frame", traits.in_world_frame},
                                {"dense", traits.dense},
                                {"mixed_precision", traits.mixed_precision},
-                               {"form", form},
+                               {"tolerance", tolerance},
                                {"citation", traits.citation}});
   }
   return out;

@@ -1,6 +1,6 @@
 // trajectories: error of a simulated motion at its end against the time that it took, by integrator,
-// step, precision and form (accuracy/motion/motion.hpp, simulate.hpp) -> one CSV, a simulation a row.
-//   robot,nv,seed,T,stiffness,damping_ratio,damping,integrator,precision,form,h,tolerance,steps,calls,
+// step, precision and dynamics (accuracy/motion/motion.hpp, simulate.hpp) -> one CSV, a simulation a row.
+//   robot,nv,seed,T,stiffness,damping_ratio,damping,integrator,precision,dynamics,h,tolerance,steps,calls,
 //   status,error_q,error_v,seconds_per_second,truth_q,truth_v
 // status: ok; unstable; given_up; or no_truth, one row of a motion that is left out since its true end
 // cannot be proven. What is empty does not apply. truth_q and truth_v bound the error of the truth.
@@ -26,15 +26,19 @@ namespace kalmarm::motion {
 namespace {
 
 const char* const head =
-    "robot,nv,seed,T,stiffness,damping_ratio,damping,integrator,precision,form,h,tolerance,steps,"
+    "robot,nv,seed,T,stiffness,damping_ratio,damping,integrator,precision,dynamics,h,tolerance,"
+    "steps,"
     "calls,status,error_q,error_v,seconds_per_second,truth_q,truth_v\n";
+
+const char* const by_default = "default";
+const char* const to_last_bits = "last_bits";
 
 struct Options {
   std::vector<std::string> scenes;
   LoadOptions read;
   std::vector<std::string> integrators;
   std::vector<std::string> precisions = {"float32", "float64"};
-  std::vector<std::string> forms = {"conventional"};
+  std::vector<std::string> dynamics = {by_default};
   std::vector<double> steps = {1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5};
   std::vector<double> tolerances = {1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10};
   std::vector<double> stiffness = {1e3, 1e5};
@@ -43,14 +47,6 @@ struct Options {
   MotionOptions motion;
   Effort effort;
 };
-
-std::vector<Form> forms_of(const Options& options) {
-  std::vector<Form> out;
-  for (const Form form : {Form::conventional, Form::certified})
-    if (std::ranges::find(options.forms, to_string(form)) != options.forms.end())
-      out.push_back(form);
-  return out;
-}
 
 // Of one robot that float32 holds or not.
 std::vector<Method> methods_of(const Options& options, bool fits) {
@@ -64,9 +60,10 @@ std::vector<Method> methods_of(const Options& options, bool fits) {
     for (const bool float32 : {true, false}) {
       if (!asked(options.precisions, float32 ? "float32" : "float64")) continue;
       if (float32 && !(integrator.float32 && fits)) continue;
-      for (const Form form : forms_of(options)) {
-        if (integrator.of_mujoco && form != forms_of(options).front()) continue;
-        for (const double step : steps) out.push_back({integrator.name, float32, form, step});
+      for (const std::string& dynamics : options.dynamics) {
+        if (integrator.of_mujoco && dynamics != options.dynamics.front()) continue;
+        for (const double step : steps)
+          out.push_back({integrator.name, float32, dynamics == to_last_bits, step});
       }
     }
   }
@@ -94,8 +91,10 @@ std::string row(const Integrator& integrator, const Method& method, const Motion
   const std::string of_ok =
       number(error.q) + ',' + number(error.v) + ',' + number(simulation.seconds / motion.duration);
   return method.integrator + ',' + (method.float32 ? "float32" : "float64") + ',' +
-         (integrator.of_mujoco ? "" : to_string(method.form)) + ',' +
-         (integrator.adaptive ? "," + number(method.step) : number(method.step) + ",") + ',' +
+         (integrator.of_mujoco ? ""
+          : method.last_bits   ? to_last_bits
+                               : by_default) +
+         ',' + (integrator.adaptive ? "," + number(method.step) : number(method.step) + ",") + ',' +
          std::to_string(simulation.steps) + ',' + std::to_string(simulation.calls) + ',' +
          to_string(status) + ',' + (status == Status::ok ? of_ok : ",,") + ',' +
          number(truth.difference.q) + ',' + number(truth.difference.v) + '\n';
@@ -215,9 +214,10 @@ int main(int argc, char** argv) {
       ->delimiter(',')
       ->check(CLI::IsMember({"float32", "float64"}))
       ->capture_default_str();
-  app.add_option("--form", options.forms, "conventional, certified or both")
+  app.add_option("--dynamics", options.dynamics,
+                 "by the default tolerance, to the last bits or both")
       ->delimiter(',')
-      ->check(CLI::IsMember({"conventional", "certified"}))
+      ->check(CLI::IsMember({motion::by_default, motion::to_last_bits}))
       ->capture_default_str();
   app.add_option("--integrator", options.integrators, "default: all")
       ->delimiter(',')

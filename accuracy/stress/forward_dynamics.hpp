@@ -16,9 +16,9 @@ class ForwardDynamics {
  public:
   ForwardDynamics(const RegisteredVariant<T>& variant, const Model<T>& model) {
     if (variant.traits.kind == VariantKind::fast)
-      fast_.emplace(
-          plain(model.template cast<double>()),
-          DynamicsOptions{.form = variant.traits.form, .question = {.want = {Want::acceleration}}});
+      fast_.emplace(plain(model.template cast<double>()),
+                    DynamicsOptions{.tolerance = variant.traits.tolerance,
+                                    .question = {.want = {Want::acceleration}}});
     else
       solver_ = variant.make(model);
   }

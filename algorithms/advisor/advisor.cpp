@@ -107,7 +107,7 @@ struct Advisor::Parts {
         now(std::move(clock)),
         rows(6 * static_cast<int>(question.frames.size())) {
     Dynamics<double> dynamics(
-        model, {.form = Form::certified, .question = question, .rules = model_rules()});
+        model, {.tolerance = last_bits, .question = question, .rules = model_rules()});
     asked = dynamics.asked();
     reference = std::make_unique<TrialBy<double>>(std::move(dynamics), question.want, rows, states);
     for (int i = 0; i < states.count; ++i) {
@@ -199,9 +199,9 @@ void Advisor::add(Candidate candidate) {
   parts_->entries.emplace_back();
 }
 
-void Advisor::add(Form form, const std::string& variant) {
-  const auto make = [this, form]<class T>(T) -> std::unique_ptr<Trial> {
-    Dynamics<T> dynamics(parts_->model, {.form = form, .question = parts_->question});
+void Advisor::add(std::optional<double> tolerance, const std::string& variant) {
+  const auto make = [this, tolerance]<class T>(T) -> std::unique_ptr<Trial> {
+    Dynamics<T> dynamics(parts_->model, {.tolerance = tolerance, .question = parts_->question});
     return std::make_unique<TrialBy<T>>(std::move(dynamics), parts_->question.want, parts_->rows,
                                         parts_->states);
   };
@@ -296,13 +296,17 @@ Recommendation recommend(const RobotModel& model, int count, const double* q, co
   const int nq = model.nq, nv = model.nv();
   Advisor advisor(model, options.question,
                   {count, nq, nv, rows(q, nq), rows(qd, nv), rows(tau, nv)});
-  const Form forms[] = {Form::conventional, Form::certified};
-  advisor.add(forms[0], "the conventional form");
-  advisor.add(forms[1], "the certified form");
+  advisor.add({}, "the default tolerance");
+  advisor.add(last_bits, "the last bits");
   const Advice advice = advisor.advise(options.tolerance);
   const Observation& seen = advisor.observe(advice.candidate);
-  return {.form = forms[advice.candidate / 2],
-          .precision = advisor.candidates()[advice.candidate].precision,
+  const Candidate& advised = advisor.candidates()[advice.candidate];
+  const bool refined = 2 * advice.candidate >= static_cast<int>(advisor.candidates().size());
+  const bool in_float = advised.precision == Precision::float32;
+  return {.tolerance = refined    ? last_bits
+                       : in_float ? default_tolerance<float>
+                                  : default_tolerance<double>,
+          .precision = advised.precision,
           .worst = seen.worst,
           .predicted = seen.predicted,
           .nanoseconds = advisor.nanoseconds(advice.candidate),

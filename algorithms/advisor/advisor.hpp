@@ -1,7 +1,7 @@
 // Which variant, and which precision, is enough for a robot in given states?
 //
 // Every candidate answers the question in every state and is compared with the reference, the
-// certified form in float64, which knows its own error, e_ref = Outcome::error: infinite where it
+// fast path in float64 to its last bits, which knows its own error, e_ref = Outcome::error: infinite where it
 // warns or fails.
 // A candidate's error in a state, x from the candidate and x_ref from the reference:
 //   acceleration, solve, inverse_dynamics   |x - x_ref| / |x_ref|                       (1)
@@ -29,6 +29,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -68,8 +69,8 @@ class Advisor {
 
   // In the order in which they are preferred.
   void add(Candidate candidate);
-  // A form of the fast path in both precisions.
-  void add(Form form, const std::string& variant);
+  // The fast path in both precisions; no tolerance: the default one of each.
+  void add(std::optional<double> tolerance, const std::string& variant);
 
   const std::vector<Candidate>& candidates() const;
   const Observation& observe(int candidate);  // once each: a call of every state

@@ -144,10 +144,10 @@ bool fits_float(const RobotModel& model) {
   return out;
 }
 
-void check_form(Form form) {
-  const int which = static_cast<int>(form);
-  if (which < 0 || which > static_cast<int>(Form::certified))
-    throw std::invalid_argument("options: form " + std::to_string(which) + " is none");
+void check_tolerance(double tolerance) {
+  if (!(tolerance >= last_bits && tolerance <= 1))
+    throw std::invalid_argument("options: tolerance " + short_text("%.3g", tolerance) +
+                                " is not within " + short_text("%.3g", last_bits) + " and 1");
 }
 
 void check_model(const RobotModel& model, double largest) { ModelCheck(model, largest).run(); }

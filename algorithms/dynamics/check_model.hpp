@@ -8,7 +8,7 @@ namespace kalmarm {
 // With the DoF: a model that contradicts itself, what no robot can be, a number above `largest`.
 void check_model(const RobotModel& model, double largest);
 
-void check_form(Form form);
+void check_tolerance(double tolerance);
 
 // Whether float holds all numbers of the links.
 bool fits_float(const RobotModel& model);

@@ -8,7 +8,8 @@ Dynamics<T>::Dynamics(const RobotModel& model, const DynamicsOptions& options)
           model,
           [&] {
             DynamicsOptions able = options;
-            const std::set<Rule> rules = rules_for(options.form);
+            const std::set<Rule> rules =
+                rules_for(options.tolerance.value_or(default_tolerance<T>));
             std::erase_if(able.rules, [&](Rule rule) { return !rules.contains(rule); });
             return able;
           }(),

@@ -14,13 +14,13 @@ namespace kalmarm {
 template <class T>
 Dynamics<T>::Dynamics(const RobotModel& model, const DynamicsOptions& options,
                       const MakeEngine<T>& make)
-    : nq_(model.nq), nv_(model.nv()), form_(options.form) {
-  check_form(form_);
+    : nq_(model.nq), nv_(model.nv()), tolerance_(options.tolerance.value_or(default_tolerance<T>)) {
+  check_tolerance(tolerance_);
   check_model(model, std::is_same_v<T, float> ? std::numeric_limits<float>::max()
                                               : std::numeric_limits<double>::max());
   execution_ =
       std::make_unique<Execution<T>>(make_plan(model_of(model), options.question, options.rules),
-                                     nq_, form_, options.triangles, make);
+                                     nq_, tolerance_, options.triangles, make);
   asked_ = execution_->asked();
   rows_ = execution_->rows();
 }

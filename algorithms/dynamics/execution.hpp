@@ -20,9 +20,9 @@ namespace kalmarm {
 template <class T>
 class Execution {
  public:
-  Execution(Plan plan, int nq, Form form, Triangles triangles, const MakeEngine<T>& make)
+  Execution(Plan plan, int nq, double tolerance, Triangles triangles, const MakeEngine<T>& make)
       : plan_(std::move(plan)),
-        form_(form),
+        tolerance_(tolerance),
         make_(make),
         nq_(nq),
         asked_(static_cast<int>(plan_.asked.size())),
@@ -37,7 +37,7 @@ class Execution {
     // What is copied is copied whole.
     if (!nothing_to_copy) triangles = Triangles::both;
     for (const Part& part : plan_.parts)
-      parts_.emplace_back(plan_, part, form, triangles, make, nothing_to_copy);
+      parts_.emplace_back(plan_, part, tolerance, triangles, make, nothing_to_copy);
     if (nothing_to_copy) whole_ = parts_[0].engine.get();
   }
 
@@ -354,7 +354,7 @@ class Execution {
   }
 
   Plan plan_;
-  Form form_;
+  double tolerance_;
   MakeEngine<T> make_;
   int nq_, asked_, rows_;
   bool at_rest_;

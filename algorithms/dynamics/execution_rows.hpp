@@ -401,7 +401,8 @@ void Execution<T>::reserve(Want what, int threads) {
   Plan plan = plan_;
   plan.question.want = {what};
   while (static_cast<int>(others(what).size()) < threads - 1)
-    others(what).push_back(std::make_unique<Execution>(plan, nq_, form_, Triangles::both, make_));
+    others(what).push_back(
+        std::make_unique<Execution>(plan, nq_, tolerance_, Triangles::both, make_));
 }
 
 template <class T>

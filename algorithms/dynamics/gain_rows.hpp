@@ -35,8 +35,8 @@ class GainsOfRows {
       : robot_(robot),
         of_damping_(static_cast<T>(h)),
         of_stiffness_(static_cast<T>(h * h_of_springs)),
-        form_(options.form),
-        rules_(rules_for(options.form)) {
+        tolerance_(options.tolerance.value_or(default_tolerance<T>)),
+        rules_(rules_for(tolerance_)) {
     std::erase_if(rules_, [&](Rule rule) {
       // Its kernel has no joint noise of a lane.
       return rule == Rule::translations || !options.rules.contains(rule);
@@ -130,15 +130,16 @@ class GainsOfRows {
     if (!changed) return;
     Question question;
     question.want = {Want::acceleration};
-    execution_ = std::make_unique<Execution<T>>(make_plan(model_of(robot_), question, rules_),
-                                                robot_.nq, form_, Triangles::both, make_engine<T>);
+    execution_ =
+        std::make_unique<Execution<T>>(make_plan(model_of(robot_), question, rules_), robot_.nq,
+                                       tolerance_, Triangles::both, make_engine<T>);
   }
 
   static constexpr std::ptrdiff_t repeated = 32;  // rows of own numbers, side by side
 
   RobotModel robot_;
   T of_damping_, of_stiffness_;
-  Form form_;
+  double tolerance_;
   std::set<Rule> rules_;
   std::vector<T> armature_, own_damping_, own_stiffness_, r_;
   std::vector<int> without_, springless_;  // DoF without noise in robot_; without springs

@@ -54,7 +54,7 @@ struct PartState {
   Eigen::LLT<MatrixX<T>> llt;
   std::vector<Rows> rows;  // of every worker
 
-  PartState(const Plan& plan, const Part& part, Form form, Triangles triangles,
+  PartState(const Plan& plan, const Part& part, double tolerance, Triangles triangles,
             const MakeEngine<T>& make, bool nothing_to_copy);
 
   // One state of a robot that has the joint noise r (nv), where this one has some: of an engine that
@@ -142,7 +142,7 @@ struct PartState {
 };
 
 template <class T>
-PartState<T>::PartState(const Plan& plan, const Part& part, Form form, Triangles triangles,
+PartState<T>::PartState(const Plan& plan, const Part& part, double tolerance, Triangles triangles,
                         const MakeEngine<T>& maker, bool nothing_to_copy)
     : make(maker),
       nq(part.reduction.model.nq()),
@@ -181,7 +181,7 @@ PartState<T>::PartState(const Plan& plan, const Part& part, Form form, Triangles
   }
 
   EngineOptions options;
-  options.form = form;
+  options.tolerance = tolerance;
   // Without partial answers the rest of M^-1 is read off the whole of it.
   options.triangles = plan.partial_answers ? triangles : Triangles::both;
   options.kernel = part.kernel;

@@ -309,8 +309,8 @@ const std::set<Rule>& model_rules() {
   return rules;
 }
 
-std::set<Rule> rules_for(Form form) {
-  if (form == Form::conventional) return all_rules();
+std::set<Rule> rules_for(double tolerance) {
+  if (tolerance >= least_tolerance_of_double) return all_rules();
   std::set<Rule> rules = model_rules();
   rules.insert({Rule::zero_terms, Rule::partial_answers});
   return rules;

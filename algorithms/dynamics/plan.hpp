@@ -54,9 +54,9 @@ struct Plan {
   bool partial_answers = false;  // the rule holds, whether or not it had something to leave out
 };
 
-// The rules that a form of the fast path can follow. Other variants follow those that give them a
+// The rules that the fast path can follow within a tolerance. Other variants follow those that give them a
 // smaller model: model_rules().
-std::set<Rule> rules_for(Form form);
+std::set<Rule> rules_for(double tolerance);
 const std::set<Rule>& model_rules();
 
 // Throws std::invalid_argument where the question contradicts itself or the model: DoF that are not

@@ -10,10 +10,10 @@ namespace {
 template <class T>
 class FastSolver final : public Solver<T> {
  public:
-  FastSolver(const Model<T>& model, Form form)
+  FastSolver(const Model<T>& model, std::optional<double> tolerance)
       : dynamics_(
             plain(model.template cast<double>()),
-            {.form = form,
+            {.tolerance = tolerance,
              .question = {.want = {Want::acceleration, Want::solve, Want::inverse, Want::mass}}}) {}
 
   Outcome acceleration(const VectorX<T>& q, const VectorX<T>& qd, const VectorX<T>& tau,
@@ -34,15 +34,16 @@ class FastSolver final : public Solver<T> {
 };
 
 template <class T>
-RegisteredVariant<T> variant(Form form, const char* name, const char* equation) {
+RegisteredVariant<T> variant(std::optional<double> tolerance, const char* name,
+                             const char* equation) {
   return {name,
           equation,
           {.kind = VariantKind::fast,
-           .form = form,
+           .tolerance = tolerance,
            .wants = {Want::acceleration, Want::solve, Want::inverse, Want::mass},
            .citation = "Rodriguez 1987; frames after Denavit and Hartenberg"},
-          [form](const Model<T>& model) {
-            return std::unique_ptr<Solver<T>>(std::make_unique<FastSolver<T>>(model, form));
+          [tolerance](const Model<T>& model) {
+            return std::unique_ptr<Solver<T>>(std::make_unique<FastSolver<T>>(model, tolerance));
           }};
 }
 
@@ -50,10 +51,10 @@ RegisteredVariant<T> variant(Form form, const char* name, const char* equation) 
 
 template <class T>
 std::vector<RegisteredVariant<T>> fast_variants() {
-  return {variant<T>(Form::conventional, "Fast<Conventional>",
+  return {variant<T>({}, "Fast<Conventional>",
                      "(3.6), (4.1) to (4.11), written out for frames on the axes"),
-          variant<T>(Form::certified, "Fast<Certified>",
-                     "the conventional form, refined by residuals in twice the precision")};
+          variant<T>(last_bits, "Fast<Certified>",
+                     "the same, refined by residuals in twice the precision")};
 }
 
 template std::vector<RegisteredVariant<float>> fast_variants<float>();

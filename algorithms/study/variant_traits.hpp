@@ -1,6 +1,7 @@
 // What a variant of the registry is and can do, so that no program has to read it off a name.
 #pragma once
 
+#include <optional>
 #include <set>
 #include <string>
 
@@ -47,11 +48,11 @@ constexpr const char* to_string(VariantKind kind) {
 
 struct VariantTraits {
   VariantKind kind;
-  bool contender = true;           // one to choose; else an exhibit of the accuracy laboratory
-  bool in_world_frame = false;     // P stands in the world's axes
-  bool dense = false;              // takes memory for nv x nv numbers, and time for nv^3
-  bool mixed_precision = false;    // has factors of a lower precision than its results
-  Form form = Form::conventional;  // of the fast path
+  bool contender = true;         // one to choose; else an exhibit of the accuracy laboratory
+  bool in_world_frame = false;   // P stands in the world's axes
+  bool dense = false;            // takes memory for nv x nv numbers, and time for nv^3
+  bool mixed_precision = false;  // has factors of a lower precision than its results
+  std::optional<double> tolerance = {};  // of the fast path; empty: its default
   std::set<Want> wants = {Want::acceleration, Want::solve, Want::inverse};  // by itself
   std::string citation = "";
 

@@ -141,9 +141,9 @@ void expect_no_allocation_once_made(const Model<double>& model, const DynamicsOp
 TYPED_TEST(Allocation, DynamicsAllocateOnlyWhenTheyAreMade) {
   for (const Model<double>& model :
        {floating_base(61), chain(61, 36), chain(61, 53), chain(61, 200), creature(61)})
-    for (const Form form : {Form::conventional, Form::certified}) {
-      SCOPED_TRACE(testing::Message() << model.nv() << " DoF, " << to_string(form));
-      DynamicsOptions options{.form = form, .rules = all_rules()};
+    for (const Tolerance tolerance : tolerances) {
+      SCOPED_TRACE(testing::Message() << model.nv() << " DoF, " << name_of(tolerance));
+      DynamicsOptions options{.tolerance = tolerance, .rules = all_rules()};
       options.question.frames = {{model.nv() - 1}, {model.nv() / 2}};
       expect_no_allocation_once_made<TypeParam>(model, options);
       if (model.nv() > 100) continue;

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <type_traits>
 
-#include "algorithms/study/flops/flops.hpp"
 #include "algorithms/dynamics/plan.hpp"
 #include "algorithms/model/plain.hpp"
+#include "algorithms/study/flops/flops.hpp"
 #include "benchmarks/peers/peer.hpp"
 #include "kalmarm/dynamics.hpp"
 
@@ -15,13 +15,13 @@ namespace {
 template <class T>
 class Fast final : public Peer {
  public:
-  Fast(const Model<double>& model, Form form)
-      : form_(form),
+  Fast(const Model<double>& model, std::optional<double> tolerance)
+      : refined_(tolerance.has_value()),
         robot_(plain(model),
-               {.form = form,
+               {.tolerance = tolerance,
                 .question = {.want = {Want::acceleration, Want::inverse_dynamics, Want::inverse,
                                       Want::mass, Want::derivatives}}}),
-        lower_(plain(model), {.form = form,
+        lower_(plain(model), {.tolerance = tolerance,
                               .question = {.want = {Want::inverse, Want::mass}},
                               .triangles = Triangles::lower}),
         nq_(model.nq()),
@@ -34,19 +34,17 @@ class Fast final : public Peer {
         dtau_(matrix_) {}
 
   std::string name() const override {
-    return std::string(form_ == Form::certified ? "Fast<Certified>" : "Fast<Conventional>") +
-           KALMARM_PEER_TAG;
+    return std::string(refined_ ? "Fast<Certified>" : "Fast<Conventional>") + KALMARM_PEER_TAG;
   }
   std::string version() const override { return ""; }
   bool is_float32() const override { return std::is_same_v<T, float>; }
   bool can(Task task) const override {
-    const bool has_forms = task == Task::acceleration || task == Task::inverse;
-    return has_forms || form_ == Form::conventional;
+    return !refined_ || task == Task::acceleration || task == Task::inverse;
   }
   bool has_batch(Task task) const override { return !is_triangle(task); }
   double flops(Task task, bool batch) const override {
-    if (task != Task::acceleration && form_ != Form::conventional) return 0;
-    return kalmarm::flops(robot_.plan(), want(task), form_, {.rows = batch});
+    if (task != Task::acceleration && refined_) return 0;
+    return kalmarm::flops(robot_.plan(), want(task), robot_.tolerance(), {.rows = batch});
   }
 
   void add_state(const double* q, const double* qd, const double* tau) override {
@@ -174,7 +172,7 @@ class Fast final : public Peer {
   }
   int states() const override { return static_cast<int>(q_.size()); }
 
-  Form form_;
+  bool refined_;
   Dynamics<T> robot_, lower_;
   int nq_, nv_;
   std::vector<VectorX<T>> q_, qd_, tau_;
@@ -192,8 +190,8 @@ class Fast final : public Peer {
 void kalmarm_peers(const kalmarm::Mechanism& mechanism, kalmarm::Peers& peers) {
   using namespace kalmarm;
   const Model<double>& model = *mechanism.model;
-  for (const Form form : {Form::conventional, Form::certified}) {
-    peers.push_back(std::make_unique<Fast<double>>(model, form));
-    peers.push_back(std::make_unique<Fast<float>>(model, form));
+  for (const std::optional<double> tolerance : {std::optional<double>(), {last_bits}}) {
+    peers.push_back(std::make_unique<Fast<double>>(model, tolerance));
+    peers.push_back(std::make_unique<Fast<float>>(model, tolerance));
   }
 }

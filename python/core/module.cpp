@@ -35,10 +35,6 @@ E named(const char* what, const std::string& name, std::initializer_list<E> valu
   throw nb::value_error((std::string(what) + " '" + name + "' is unknown: " + known).c_str());
 }
 
-Form form_of(const std::string& name) {
-  return named("form", name, {Form::conventional, Form::certified});
-}
-
 Want want_of(const std::string& name) {
   return named("question: want", name,
                {Want::acceleration, Want::inverse, Want::diagonal, Want::log_det, Want::mass,
@@ -157,8 +153,8 @@ void bind_model(nb::module_& m) {
 }
 
 void bind_answers(nb::module_& m) {
-  nb::class_<Recommendation>(m, "Recommendation", "Which form and which precision are enough.")
-      .def_prop_ro("form", [](const Recommendation& self) { return to_string(self.form); })
+  nb::class_<Recommendation>(m, "Recommendation", "Which tolerance and which precision are enough.")
+      .def_ro("tolerance", &Recommendation::tolerance, "Of `Robot`.")
       .def_prop_ro(
           "precision", [](const Recommendation& self) { return to_string(self.precision); },
           "'float32' or 'float64': the dtype to give.")
@@ -172,7 +168,7 @@ void bind_answers(nb::module_& m) {
       .def_ro("reason", &Recommendation::reason)
       .def("__repr__", [](const Recommendation& self) {
         return nb::str("<{}, {}: {}>")
-            .format(to_string(self.form), to_string(self.precision), self.reason);
+            .format(self.tolerance, to_string(self.precision), self.reason);
       });
 
   nb::class_<PlanSummary>(m, "Plan", "What the robot's question needs, and what is left out.")
@@ -235,11 +231,11 @@ void bind_robot(nb::module_& m) {
   nb::class_<Robot>(m, "Robot")
       .def(
           "__init__",
-          [](Robot* self, const RobotModel& model, const std::string& form,
+          [](Robot* self, const RobotModel& model, std::optional<double> tolerance,
              const std::vector<std::string>& wants, std::vector<int> asked,
              std::vector<Frame> frames, std::vector<int> locked, std::vector<double> q,
              bool at_rest, const std::optional<std::vector<std::string>>& rules) {
-            DynamicsOptions options{.form = form_of(form)};
+            DynamicsOptions options{.tolerance = tolerance};
             for (const std::string& want : wants) options.question.want.insert(want_of(want));
             options.question.dofs = std::move(asked);
             options.question.frames = std::move(frames);
@@ -252,14 +248,16 @@ void bind_robot(nb::module_& m) {
             }
             new (self) Robot(model, std::move(options));
           },
-          "model"_a, "form"_a, "wants"_a, "asked"_a, "frames"_a, "locked"_a, "q"_a, "at_rest"_a,
-          "rules"_a = nb::none())
+          "model"_a, "tolerance"_a.none(), "wants"_a, "asked"_a, "frames"_a, "locked"_a, "q"_a,
+          "at_rest"_a, "rules"_a = nb::none())
       .def_prop_ro(
           "nq", [](const Robot& self) { return self.model().nq; }, "Entries of q.")
       .def_prop_ro(
           "nv", [](const Robot& self) { return self.model().nv(); }, "Degrees of freedom.")
       .def_prop_ro("n", &Robot::asked, "DoF that results are about: nv, or as many as are asked.")
-      .def_prop_ro("form", [](const Robot& self) { return to_string(self.options().form); })
+      .def_prop_ro(
+          "tolerance", [](const Robot& self) { return self.options().tolerance; },
+          "That was asked for; None: the default one of an answer's dtype.")
       .def_prop_ro(
           "rules", [](const Robot& self) { return names_of(self.options().rules); },
           "By which work may be left out.")
@@ -346,6 +344,7 @@ NB_MODULE(_core, m) {
   m.doc() = "The compiled part of kalmarm.";
   m.attr("__version__") = KALMARM_VERSION;
   m.attr("mujoco_version") = KALMARM_MUJOCO_VERSION;  // of _files; "" where that is not built
+  m.attr("last_bits") = last_bits;
   m.def("instruction_set", &instruction_set,
         "What the kernels in use were compiled for: x86-64-v3 or -v4, the best that the "
         "processor has unless the environment variable KALMARM_INSTRUCTION_SET names a lower one; "

@@ -8,7 +8,7 @@ namespace {
 
 // The layout of the dtype.
 struct Record {
-  std::int8_t status;
+  std::int8_t status, rung;
   bool near_singular, recomputed, widened;
   std::int32_t joint, steps;
   double D, scale, error;
@@ -16,6 +16,7 @@ struct Record {
   Record() = default;
   explicit Record(const Outcome& o)
       : status(static_cast<std::int8_t>(o.status)),
+        rung(static_cast<std::int8_t>(o.rung)),
         near_singular(o.near_singular),
         recomputed(o.recomputed),
         widened(o.widened),
@@ -53,6 +54,7 @@ void bind_outcomes(nb::module_& module) {
     names.append(name), formats.append(format), offsets.append(offset);
   };
   add("status", "i1", offsetof(Record, status));
+  add("rung", "i1", offsetof(Record, rung));
   add("near_singular", "?", offsetof(Record, near_singular));
   add("recomputed", "?", offsetof(Record, recomputed));
   add("widened", "?", offsetof(Record, widened));

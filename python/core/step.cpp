@@ -53,8 +53,13 @@ nb::object answered(const Inputs& in, const nb::object& result, bool status,
 
 }  // namespace
 
-Step::Step(RobotModel model, double h, JointTerms terms, Scheme scheme, Form form)
-    : model_(std::move(model)), h_(h), terms_(std::move(terms)), scheme_(scheme), form_(form) {
+Step::Step(RobotModel model, double h, JointTerms terms, Scheme scheme,
+           std::optional<double> tolerance)
+    : model_(std::move(model)),
+      h_(h),
+      terms_(std::move(terms)),
+      scheme_(scheme),
+      tolerance_(tolerance) {
   if (model_.nv() == 0) throw nb::value_error("the robot has no joint, so no degree of freedom");
   static_cast<void>(workers<double>().take());  // refuses here what is bad
 }
@@ -173,14 +178,15 @@ void bind_step(nb::module_& m) {
           "__init__",
           [](Step* self, const RobotModel& model, double h, std::vector<double> damping,
              std::vector<double> stiffness, std::vector<double> reference,
-             const std::vector<Row>& rows, const std::string& scheme, bool certified) {
+             const std::vector<Row>& rows, const std::string& scheme,
+             std::optional<double> tolerance) {
             new (self) Step(
                 model, h,
                 {std::move(damping), std::move(stiffness), std::move(reference), coupled(rows)},
-                scheme_of(scheme), certified ? Form::certified : Form::conventional);
+                scheme_of(scheme), tolerance);
           },
           "model"_a, "h"_a, "damping"_a, "stiffness"_a, "reference"_a, "rows"_a, "scheme"_a,
-          "certified"_a)
+          "tolerance"_a.none())
       .def_prop_ro("h", &Step::h, "[s]")
       .def_prop_ro("scheme",
                    [](const Step& self) {
@@ -208,8 +214,8 @@ void bind_step(nb::module_& m) {
 q (..., nq), qd and tau (..., nv) -> a (..., nv).
 
 damping, stiffness, reference: (..., nv), of every state its own, in place of the step's. References
-cost nothing; dampers and springs 1.2 times the time of a step, but in the certified form every state
-then is a robot that is made anew. ValueError with the row and the DoF where one is
+cost nothing; dampers and springs 1.2 times the time of a step, but below a tolerance of 1e-12 every
+state then is a robot that is made anew. ValueError with the row and the DoF where one is
 negative or not finite, where a ball or free joint has a spring, and where dampers or springs stand
 beside rows of the step.)")
       .def("derivatives", &Step::derivatives, "q"_a, "qd"_a, "tau"_a, "out"_a = nb::none(), options,

@@ -11,7 +11,8 @@ namespace kalmarm::python {
 
 class Step {
  public:
-  Step(RobotModel model, double h, JointTerms terms, Scheme scheme, Form form);
+  Step(RobotModel model, double h, JointTerms terms, Scheme scheme,
+       std::optional<double> tolerance);
 
   double h() const { return h_; }
   Scheme scheme() const { return scheme_; }
@@ -44,14 +45,14 @@ class Step {
   }
   template <class T>
   ImplicitStep<T> made() const {
-    return {model_, h_, terms_, scheme_, {.form = form_}};
+    return {model_, h_, terms_, scheme_, {.tolerance = tolerance_}};
   }
 
   RobotModel model_;
   double h_;
   JointTerms terms_;
   Scheme scheme_;
-  Form form_;
+  std::optional<double> tolerance_;
   Pool<float> float_workers_{[this] { return made<float>(); }};
   Pool<double> double_workers_{[this] { return made<double>(); }};
 };

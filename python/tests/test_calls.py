@@ -248,10 +248,11 @@ def test_status_of_one_state_is_a_record(iiwa):
     assert 0 < outcome["error"] < 1e-12
     _, outcome = iiwa.inverse_mass_matrix(iiwa.random_state(0)[0], status=True)
     assert np.isnan(outcome["error"])  # none is estimated
-    certified = iiwa.replace(form="certified")
+    certified = iiwa.replace(tolerance=kalmarm.last_bits)
     _, outcomes = certified.forward_dynamics(*certified.random_state(0, 6), status=True)
     assert outcomes.shape == (6,)
     assert np.all(outcomes["error"] < 1e-15)
+    assert np.all(outcomes["rung"] == kalmarm.Rung.REFINED)
 
 
 def massless_tip() -> kalmarm.Robot:

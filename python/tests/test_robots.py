@@ -89,15 +89,15 @@ def test_at_rest_velocities_are_not_looked_at():
     )
 
 
-def test_forms_agree_and_are_named():
+def test_tolerances_agree_and_are_refused_beyond_the_last_bits():
     robot = load("panda")
     q, qd, tau = robot.random_state(4, 5)
     a = robot.forward_dynamics(q, qd, tau)
-    other = robot.replace(form="certified")
-    assert other.form == "certified"
+    other = robot.replace(tolerance=kalmarm.last_bits)
+    assert other.tolerance == kalmarm.last_bits and robot.tolerance is None
     np.testing.assert_allclose(other.forward_dynamics(q, qd, tau), a, rtol=1e-9)
-    with pytest.raises(ValueError, match="form 'best' is unknown: conventional, certified"):
-        robot.replace(form="best")
+    with pytest.raises(ValueError, match="tolerance 1e-17 is not within 8.88e-16 and 1"):
+        robot.replace(tolerance=1e-17).forward_dynamics(q, qd, tau)
     with pytest.raises(TypeError, match="no option is called 'shape'"):
         robot.replace(shape="best")
 
@@ -114,9 +114,9 @@ def test_unknown_names_are_refused_with_the_nearest():
         robot.replace(wants=["mass"]).inverse_mass_matrix(robot.q0)
 
 
-def test_repr_tells_size_form_precision_and_instruction_set():
-    text = repr(load("g1", form="certified"))
-    for part in ("g1", "35 DoF", "36 in q", "certified", "float32", kalmarm.instruction_set()):
+def test_repr_tells_size_tolerance_precision_and_instruction_set():
+    text = repr(load("g1", tolerance=1e-10))
+    for part in ("g1", "35 DoF", "36 in q", "within 1e-10", "float32", kalmarm.instruction_set()):
         assert part in text
 
 

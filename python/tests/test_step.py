@@ -119,11 +119,11 @@ def test_robot_of_a_step_has_its_mass_matrix(g1):
     np.testing.assert_allclose(X, step.derivatives(q, qd, tau).dtau, rtol=0, atol=1e-10 * X.max())
 
 
-def test_certified_form_is_the_robots(iiwa):
+def test_tolerance_is_the_robots(iiwa):
     state = iiwa.random_state(5, 30)
     both = [
         kalmarm.ImplicitStep(one, H, stiffness=1e6).acceleration(*state)
-        for one in (iiwa, iiwa.replace(form="certified"))
+        for one in (iiwa, iiwa.replace(tolerance=kalmarm.last_bits))
     ]
     assert 0 < relative(both[0], both[1]) < 1e-12
 
@@ -262,10 +262,10 @@ def with_gains(robot, n, dtype, seed=11):
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("form", ["conventional", "certified"])
-def test_gains_of_every_state_are_those_of_a_step_with_them(g1, dtype, form):
-    robot = g1.replace(form=form)
-    n = 3 if form == "certified" else 19
+@pytest.mark.parametrize("tolerance", [None, kalmarm.last_bits])
+def test_gains_of_every_state_are_those_of_a_step_with_them(g1, dtype, tolerance):
+    robot = g1.replace(tolerance=tolerance)
+    n = 19 if tolerance is None else 3
     state = robot.random_state(8, n, dtype=dtype)
     gains = with_gains(robot, n, dtype)
     step = kalmarm.ImplicitStep(robot, H)

@@ -35,7 +35,7 @@ class Simulation(NamedTuple):
     case: Case
     integrator: str
     precision: str
-    form: str  # of Kalmarm's dynamics, or empty
+    dynamics: str  # Kalmarm's, by default or to the last bits; or empty
     h: float | None  # s
     tolerance: float | None
     calls: int
@@ -47,7 +47,7 @@ class Simulation(NamedTuple):
 
     @property
     def variant(self) -> str:
-        return self.integrator + ("<certified>" if self.form == "certified" else "")
+        return self.integrator + ("<last bits>" if self.dynamics == "last_bits" else "")
 
     @property
     def error(self) -> float | None:
@@ -55,7 +55,7 @@ class Simulation(NamedTuple):
 
 
 COLUMNS = (
-    "robot,nv,seed,T,stiffness,damping_ratio,damping,integrator,precision,form,h,tolerance,steps,"
+    "robot,nv,seed,T,stiffness,damping_ratio,damping,integrator,precision,dynamics,h,tolerance,steps,"
     "calls,status,error_q,error_v,seconds_per_second,truth_q,truth_v"
 ).split(",")
 
@@ -89,7 +89,7 @@ def motion(row: dict) -> Simulation | Case:
         case,
         row["integrator"],
         row["precision"],
-        row["form"],
+        row["dynamics"],
         _positive(row, "h"),
         _positive(row, "tolerance"),
         count_in(row, "calls"),

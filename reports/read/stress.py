@@ -36,7 +36,6 @@ class Variant(NamedTuple):
     in_world_frame: bool
     dense: bool
     mixed_precision: bool
-    form: str  # of the fast path, else empty
     citation: str
 
 

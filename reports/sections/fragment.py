@@ -3,9 +3,9 @@
 import json
 import shlex
 
-FORMS = {
+TOLERANCES = {
     "Fast<Conventional>": "",
-    "Fast<Certified>": ", {.form = kalmarm::Form::certified}",
+    "Fast<Certified>": ", {.tolerance = kalmarm::last_bits}",
 }
 SCALARS = {"float32": "float", "float64": "double"}
 CALLS = {
@@ -17,8 +17,8 @@ CALLS = {
 def fragment(
     name: str, file: str, load_options: str, task: str, variant: str, precision: str
 ) -> str:
-    """Ten lines of C++ by the door, or `evaluate` where the door has no such form."""
-    if variant not in FORMS or precision not in SCALARS or task not in CALLS:
+    """Ten lines of C++ by the door, or `evaluate` where the door has no such variant."""
+    if variant not in TOLERANCES or precision not in SCALARS or task not in CALLS:
         first = ["build/bin/evaluate", name, "--variant", variant]
         second = ["--precision", precision, "--want", task, "--out", f"{name}.json"]
         return f"{shlex.join(first)} \\\n    {shlex.join(second)}"
@@ -32,7 +32,7 @@ def fragment(
 #include <vector>
 int main() {{
   const auto file = kalmarm::load_robot({load});
-  kalmarm::Dynamics<{scalar}> robot(file.model{FORMS[variant]});
+  kalmarm::Dynamics<{scalar}> robot(file.model{TOLERANCES[variant]});
   std::vector<{scalar}> q(file.home.begin(), file.home.end());
   std::vector<{scalar}> {vectors};
   return robot.{call} ? 0 : 1;

@@ -236,7 +236,7 @@ def variant(name: str) -> dict:
         "in_world_frame": "World" in name,
         "dense": kind in ("batch", "closed_form"),
         "mixed_precision": False,
-        "form": None,
+        "tolerance": None,
         "citation": "a paper",
     }
 

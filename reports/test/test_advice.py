@@ -60,7 +60,7 @@ def test_what_a_program_says_is_printed_as_a_sentence():
 def test_code_has_ten_lines_by_the_door_and_else_a_command():
     code = fragment("panda", "panda.urdf", "", "acceleration", "Fast<Certified>", "float32")
     assert len(code.splitlines()) == 10 and max(map(len, code.splitlines())) < 90
-    assert "Dynamics<float> robot(file.model, {.form = kalmarm::Form::certified});" in code
+    assert "Dynamics<float> robot(file.model, {.tolerance = kalmarm::last_bits});" in code
     assert 'load_robot("panda.urdf")' in code
     panda = ("panda", "panda.urdf", '{.floating = ""}', "inverse")
     code = fragment(*panda, "Fast<Conventional>", "float64")

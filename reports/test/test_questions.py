@@ -15,7 +15,7 @@ from sections import questions
 
 TITLE = "What a question does not need"
 RULES = (  # of Rule in algorithms/dynamics/question.hpp
-    "locked_joints untouched_trees massless_branches separate_trees translations planes zero_terms "
+    "locked_joints untouched_trees massless_branches separate_trees translations zero_terms "
     "rest partial_answers"
 ).split()
 
@@ -61,7 +61,7 @@ def test_bars_are_relative_to_the_whole_below_the_rules_that_acted(read):
         *("whole", "pruned", "alone"),
         None,
         "Planar arm: 4.00 times faster",
-        "motion in a plane: 3 of 6 dimensions",
+        "right angles and parallel axes: no turns",
         *("whole", "pruned"),
     ]
     bars = {(row["scene"], row["how"]): row for row in rows if "how" in row}

@@ -95,7 +95,7 @@ TEST(Advice, PredictionHoldsForOtherStatesOfEveryRobot) {
     const auto expect_within = [&]<class T>(T, double predicted) {
       const RobotModel robot = plain(s.scene.model);
       Dynamics<T> plainly(robot, {.question = s.question});
-      Dynamics<double> truly(robot, {.form = Form::certified, .question = s.question});
+      Dynamics<double> truly(robot, {.tolerance = last_bits, .question = s.question});
       VectorX<T> a(plainly.nv());
       VectorX<double> exact(plainly.nv());
       double worst = 0;

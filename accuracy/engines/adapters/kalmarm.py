@@ -1,4 +1,4 @@
-"""Kalmarm by its own Python package, both forms in both precisions."""
+"""Kalmarm by its own Python package, by default and to the last bits, in both precisions."""
 
 import warnings
 
@@ -14,8 +14,8 @@ class Adapter(Engine):
     name = "Kalmarm"
     package = "kalmarm"
     variants = {
-        "Kalmarm conventional": {"form": "conventional"},
-        "Kalmarm certified": {"form": "certified"},
+        "Kalmarm conventional": {"tolerance": None},
+        "Kalmarm certified": {"tolerance": kalmarm.last_bits},
     }
     precisions = ("float64", "float32")
     warning = RuntimeWarning
@@ -27,11 +27,11 @@ class Adapter(Engine):
         "derivatives": "Robot.forward_dynamics_derivatives",
     }
 
-    def __init__(self, mechanism: Mechanism, precision: str, form: str):
+    def __init__(self, mechanism: Mechanism, precision: str, tolerance: float | None):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # what a file has beyond M and the bias
             try:
-                self.robot = kalmarm.load(mechanism.mjcf, form=form, wants=WANTS)
+                self.robot = kalmarm.load(mechanism.mjcf, tolerance=tolerance, wants=WANTS)
             except kalmarm.LoadError as error:
                 raise Unsupported(str(error).splitlines()[0]) from None
         self.dtype = np.dtype(precision)

@@ -160,8 +160,8 @@ TEST(Recommend, ReasonNamesWhatIsRecommended) {
   EXPECT_TRUE(some.enough);
   EXPECT_LE(some.worst, some.predicted);
   EXPECT_LE(some.predicted, 1e-3);
-  const std::string form = some.form == Form::conventional ? "conventional" : "certified";
-  const std::string name = "the " + form + " form in " + to_string(some.precision);
+  const std::string asked = some.tolerance == last_bits ? "the last bits" : "the default tolerance";
+  const std::string name = asked + " in " + to_string(some.precision);
   EXPECT_TRUE(some.reason.starts_with(name)) << some.reason;
 }
 

@@ -88,14 +88,14 @@ TYPED_TEST(CoupledRowsOf, StepsSolveTheirEquation) {
   using T = TypeParam;
   for (const Family& family : robots())
     for (const Scheme scheme : schemes)
-      for (const Form form : {Form::conventional, Form::certified}) {
+      for (const Tolerance tolerance : tolerances) {
         const Model<double> model = rounded<T>(family.make(3));
-        SCOPED_TRACE(std::string(family.name) + ' ' + to_string(form));
+        SCOPED_TRACE(std::string(family.name) + ' ' + name_of(tolerance));
         const int nv = model.nv();
         const RobotModel robot = plain(model);
         const JointTerms terms = {.damping = dampers(model), .rows = some_rows(model, 5, 9)};
         const State<T> state = random_state(model, 11).template cast<T>();
-        ImplicitStep<T> step(robot, h, terms, scheme, {.form = form});
+        ImplicitStep<T> step(robot, h, terms, scheme, {.tolerance = tolerance});
         VectorX<T> a = poisoned<T>(nv);
         ASSERT_TRUE(step.acceleration(state.q, state.qd, state.tau, a));
 
@@ -206,12 +206,12 @@ TYPED_TEST(CoupledRowsOf, AnImposedLengthIsThereAfterOneStep) {
 TYPED_TEST(CoupledRowsOf, RowsOfStatesAreThoseOfOneState) {
   using T = TypeParam;
   using Rows = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  for (const Form form : {Form::conventional, Form::certified}) {
+  for (const Tolerance tolerance : tolerances) {
     const Model<double> model = rounded<T>(creature(2));
     const RobotModel robot = plain(model);
     const int nv = robot.nv(), count = 37;
     ImplicitStep<T> step(robot, h, {.rows = some_rows(model, 4, 1)}, Scheme::springs_at_end,
-                         {.form = form, .rules = {}});
+                         {.tolerance = tolerance, .rules = {}});
     Rows q(count, robot.nq), v(count, nv), tau(count, nv), a = poisoned<T>(count, nv);
     for (int i = 0; i < count; ++i) {
       const State<T> state = random_state(model, i).template cast<T>();

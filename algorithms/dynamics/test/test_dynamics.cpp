@@ -52,13 +52,13 @@ TYPED_TEST(Doors, ColumnsBesideAccelerationsAreThoseOfSolve) {
   using T = TypeParam;
   using Rows = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   for (const Family& family : robots())
-    for (const Form form : {Form::conventional, Form::certified})
+    for (const Tolerance tolerance : tolerances)
       for (const bool all : {false, true}) {
-        SCOPED_TRACE(std::string(family.name) + " " + to_string(form));
+        SCOPED_TRACE(std::string(family.name) + " " + name_of(tolerance));
         const Model<double> model = rounded<T>(family.make(3));
         const int nv = model.nv(), m = 3, count = 19;
-        Dynamics<T> robot =
-            dynamics_of<T>(model, {.form = form, .rules = all ? all_rules() : std::set<Rule>{}});
+        Dynamics<T> robot = dynamics_of<T>(
+            model, {.tolerance = tolerance, .rules = all ? all_rules() : std::set<Rule>{}});
         MatrixX<T> B = MatrixX<T>::Zero(nv, m), X = poisoned<T>(nv, m), expected = X;
         for (int j = 0; j < m; ++j) B(nv - 1 - j % nv, j) = T(1), B(0, j) += T(0.5);
         Rows q(count, robot.nq()), qd(count, nv), tau(count, nv), a = poisoned<T>(count, nv);
@@ -112,12 +112,12 @@ TYPED_TEST(Doors, ColumnsThatOverlapOrDoNotFitAreRefused) {
 TYPED_TEST(Doors, MassTimesItsInverseIsOne) {
   using T = TypeParam;
   for (const Family& family : robots())
-    for (const Form form : {Form::conventional, Form::certified}) {
-      SCOPED_TRACE(std::string(family.name) + " " + to_string(form));
+    for (const Tolerance tolerance : tolerances) {
+      SCOPED_TRACE(std::string(family.name) + " " + name_of(tolerance));
       const Model<double> model = family.make(3);
       const int nv = model.nv();
       const VectorX<T> q = random_state(model, 4).template cast<T>().q;
-      Dynamics<T> robot = dynamics_of<T>(model, {.form = form, .rules = all_rules()});
+      Dynamics<T> robot = dynamics_of<T>(model, {.tolerance = tolerance, .rules = all_rules()});
       MatrixX<T> M = poisoned<T>(nv, nv), X = M;
       robot.mass(q, M);
       ASSERT_TRUE(robot.inverse_mass(q, X));
@@ -138,12 +138,12 @@ TYPED_TEST(Doors, FactorsAreKeptWhateverElseIsAsked) {
   models.push_back(singular_mechanisms(1)[0].model);  // with a rotor, which is a suspect
   models.back().set_noise(3, 1e-9);
   for (const Model<double>& model : models)
-    for (const Form form : {Form::conventional, Form::certified}) {
+    for (const Tolerance tolerance : tolerances) {
       const int nv = model.nv();
       const State<T> here = random_state(model, 4).template cast<T>();
       const State<T> there = random_state(model, 5).template cast<T>();
       DynamicsOptions options{
-          .form = form, .question = about(all_but(nv, {}), model), .rules = all_rules()};
+          .tolerance = tolerance, .question = about(all_but(nv, {}), model), .rules = all_rules()};
       Dynamics<T> robot = dynamics_of<T>(model, options);
       VectorX<T> right = poisoned<T>(nv), x = right, y = right;
       MatrixX<T> X(nv, nv), J(18, 18);
@@ -204,19 +204,19 @@ Lock gimbal_lock(int trees) {
 TYPED_TEST(Doors, ASolveHasTheOutcomeOfItsFactors) {
   using T = TypeParam;
   for (const int trees : {1, 2})
-    for (const Form form : {Form::conventional, Form::certified}) {
-      SCOPED_TRACE(std::string(to_string(form)) + " of " + std::to_string(trees) + " trees");
+    for (const Tolerance tolerance : tolerances) {
+      SCOPED_TRACE(std::string(name_of(tolerance)) + " of " + std::to_string(trees) + " trees");
       Lock lock = gimbal_lock(trees);
       if (trees == 1) lock.q.array() -= 0.4;
       const VectorX<T> q = lock.q.template cast<T>(), regular = lock.elsewhere.template cast<T>();
       const int nv = lock.model.nv();
-      Dynamics<T> robot = dynamics_of<T>(lock.model, {.form = form});
+      Dynamics<T> robot = dynamics_of<T>(lock.model, {.tolerance = tolerance});
       MatrixX<T> X(nv, nv), tau = MatrixX<T>::Ones(nv, 3), x = poisoned<T>(nv, 3);
 
       ASSERT_TRUE(robot.factor(regular));
       const Outcome good = robot.solve(tau, x);
       EXPECT_TRUE(good && x.allFinite());
-      if (form == Form::certified) {
+      if (tolerance) {
         EXPECT_LE(good.error, 100 * unit_roundoff<T>());
       }
       tau(1, 2) = std::numeric_limits<T>::quiet_NaN();
@@ -307,10 +307,10 @@ void expect_rows_agree_on_every_count_of_threads(const Model<double>& model,
 
 TYPED_TEST(Doors, RowsAgreeToTheBitOnEveryCountOfThreads) {
   for (const Family& family : robots())
-    for (const Form form : {Form::conventional, Form::certified}) {
-      SCOPED_TRACE(std::string(family.name) + " " + to_string(form));
+    for (const Tolerance tolerance : tolerances) {
+      SCOPED_TRACE(std::string(family.name) + " " + name_of(tolerance));
       expect_rows_agree_on_every_count_of_threads<TypeParam>(
-          family.make(3), {.form = form,
+          family.make(3), {.tolerance = tolerance,
                            .question = {.want = {Want::acceleration, Want::inverse_dynamics}},
                            .rules = all_rules()});
     }
@@ -422,7 +422,7 @@ TYPED_TEST(Doors, ARobotWithoutJointsHasEmptyAnswers) {
 
 TEST(Dynamics, NamesItsInstructionSetAndForm) {
   EXPECT_NE(std::string(instruction_set()), "");
-  EXPECT_EQ(dynamics_of<double>(chain(1, 2), {.form = Form::certified}).form(), Form::certified);
+  EXPECT_EQ(dynamics_of<double>(chain(1, 2), {.tolerance = last_bits}).tolerance(), last_bits);
 }
 
 // That one part of several was answered by another rung is said, whatever a question adds.

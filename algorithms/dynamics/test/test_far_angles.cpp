@@ -12,8 +12,6 @@
 namespace kalmarm::test {
 namespace {
 
-constexpr Form forms[] = {Form::conventional, Form::certified};
-
 // Sizes of angles, by their decimal logarithms.
 struct Sizes {
   double least, largest;
@@ -81,23 +79,23 @@ TYPED_TEST(FarAngles, AccelerationsAreAsAccurateAsElsewhere) {
                                {"planar_two_link", planar_two_link},
                                {"planar_chain", [](std::uint64_t s) { return planar_chain(s); }},
                                {"planar_tree", planar_tree}})
-    for (const Form form : forms)
-      EXPECT_LE(this->worst(family.make(3), {.form = form}, sizes), 110)
-          << family.name << " " << to_string(form);
+    for (const Tolerance tolerance : tolerances)
+      EXPECT_LE(this->worst(family.make(3), {.tolerance = tolerance}, sizes), 110)
+          << family.name << " " << name_of(tolerance);
 }
 
 TYPED_TEST(FarAngles, ThatAreNotFiniteAreSaidToBe) {
   using T = TypeParam;
   for (const Model<double>& model : {chain(3), planar_chain(3)})
-    for (const Form form : forms)
+    for (const Tolerance tolerance : tolerances)
       for (const T x : {std::numeric_limits<T>::infinity(), std::numeric_limits<T>::quiet_NaN()}) {
-        Dynamics<T> robot = dynamics_of<T>(model, {.form = form});
+        Dynamics<T> robot = dynamics_of<T>(model, {.tolerance = tolerance});
         State<T> state = random_state(model, 1).template cast<T>();
         state.q[2] = x;
         VectorX<T> a = poisoned<T>(model.nv());
         EXPECT_EQ(robot.forward_dynamics(state.q, state.qd, state.tau, a).status,
                   Outcome::Status::not_finite)
-            << to_string(form) << " " << x;
+            << name_of(tolerance) << " " << x;
       }
 }
 

@@ -119,17 +119,18 @@ TYPED_TEST(StepsOfGainRows, AreThoseOfRobotsWithTheirGains) {
   using T = TypeParam;
   for (const Family& family : robots())
     for (const Scheme scheme : schemes)
-      for (const Form form : {Form::conventional, Form::certified}) {
+      for (const Tolerance tolerance : tolerances) {
         const Model<double> model = rounded<T>(family.make(2));
-        SCOPED_TRACE(std::string(family.name) + ' ' + to_string(form));
-        const int nv = model.nv(), count = form == Form::certified ? 3 : 21;
+        SCOPED_TRACE(std::string(family.name) + ' ' + name_of(tolerance));
+        const int nv = model.nv(), count = tolerance ? 3 : 21;
         Batch<T> batch(model, count, 7);
-        ImplicitStep<T> step(plain(model), h, {}, scheme, {.form = form});
+        ImplicitStep<T> step(plain(model), h, {}, scheme, {.tolerance = tolerance});
         ASSERT_EQ(step.acceleration(batch.q, batch.v, batch.tau, batch.gains(), batch.a,
                                     batch.outcomes, 2),
                   0);
         for (int i = 0; i < count; ++i) {
-          ImplicitStep<T> own(plain(model), h, terms_of(batch, i), scheme, {.form = form});
+          ImplicitStep<T> own(plain(model), h, terms_of(batch, i), scheme,
+                              {.tolerance = tolerance});
           VectorX<T> one = poisoned<T>(nv);
           const VectorX<T> q = batch.q.row(i), v = batch.v.row(i), tau = batch.tau.row(i);
           ASSERT_TRUE(own.acceleration(q, v, tau, one));

@@ -41,14 +41,14 @@ TYPED_TEST(ImplicitSteps, SolveTheirEquation) {
   const double h = 0.002;
   for (const Family& family : robots())
     for (const Scheme scheme : schemes)
-      for (const Form form : {Form::conventional, Form::certified}) {
+      for (const Tolerance tolerance : tolerances) {
         const Model<double> model = rounded<T>(family.make(3));
-        SCOPED_TRACE(std::string(family.name) + ' ' + to_string(form));
+        SCOPED_TRACE(std::string(family.name) + ' ' + name_of(tolerance));
         const int nv = model.nv();
         const RobotModel robot = plain(model);
         const JointTerms terms = some_terms(model, 7);
         const State<T> state = random_state(model, 11).template cast<T>();
-        ImplicitStep<T> step(robot, h, terms, scheme, {.form = form});
+        ImplicitStep<T> step(robot, h, terms, scheme, {.tolerance = tolerance});
         VectorX<T> a = poisoned<T>(nv);
         ASSERT_TRUE(step.acceleration(state.q, state.qd, state.tau, a));
 

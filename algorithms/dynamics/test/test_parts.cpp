@@ -129,10 +129,10 @@ void expect_part(const Answers& part, const Answers& whole, const std::vector<in
 TEST_P(Parts, AnswerAsTheWholeRobotDoes) {
   const double tolerance = 1e4 * precision.u;
   for (const Family& family : robots())
-    for (const Form form : {Form::conventional, Form::certified})
+    for (const Tolerance within : tolerances)
       for (const bool few : {false, true})
         for (const bool rules : {true, false}) {
-          SCOPED_TRACE(std::string(family.name) + " " + to_string(form) +
+          SCOPED_TRACE(std::string(family.name) + " " + name_of(within) +
                        (few ? ", two DoF" : ", most DoF") + (rules ? "" : ", no rules"));
           const Model<double> model = model_of(family);
           const State<double> state = state_of(model);
@@ -142,7 +142,7 @@ TEST_P(Parts, AnswerAsTheWholeRobotDoes) {
           const VectorX<double> load = some_of(state.tau, dofs);
           VectorX<double> whole_load = VectorX<double>::Zero(nv);
           whole_load(dofs) = load;
-          DynamicsOptions options{form, about({}, model), all_or_none(rules)};
+          DynamicsOptions options{within, about({}, model), all_or_none(rules)};
           const Answers whole = precision.answers(model, options, state, whole_load);
           options.question = about(dofs, model);
           expect_part(precision.answers(model, options, state, load), whole, dofs, tolerance);
@@ -207,17 +207,17 @@ void expect_derivatives(const Answers& is, const Model<double>& model,
 }
 
 TEST_P(Parts, OfLockedJointsAreTheMechanismOfTheOthers) {
-  const double tolerance = 2e5 * precision.u;
+  const double bound = 2e5 * precision.u;
   for (const Family& family : robots())
-    for (const Form form : {Form::conventional, Form::certified})
+    for (const Tolerance tolerance : tolerances)
       for (const bool rules : {true, false}) {
-        SCOPED_TRACE(std::string(family.name) + " " + to_string(form) +
+        SCOPED_TRACE(std::string(family.name) + " " + name_of(tolerance) +
                      (rules ? "" : ", no rules"));
         const Model<double> model = model_of(family);
         const std::vector<int> locked = some_locked(model), free = all_but(model.nv(), locked);
         ASSERT_FALSE(locked.empty());
         State<double> state = state_of(model), stands = state;
-        DynamicsOptions options{form, about({}, model), all_or_none(rules)};
+        DynamicsOptions options{tolerance, about({}, model), all_or_none(rules)};
         options.question.locked = locked;
         options.question.q.assign(stands.q.begin(), stands.q.end());
         // What the state says of a locked joint is not looked at.
@@ -228,8 +228,8 @@ TEST_P(Parts, OfLockedJointsAreTheMechanismOfTheOthers) {
           state.tau[k] = 9;
         }
         const Answers is = precision.answers(model, options, state, some_of(state.tau, free));
-        expect_mechanics(is, model, stands, free, tolerance);
-        expect_derivatives(is, model, options, state, free, std::max(tolerance, 1e-6));
+        expect_mechanics(is, model, stands, free, bound);
+        expect_derivatives(is, model, options, state, free, std::max(bound, 1e-6));
       }
 }
 

@@ -348,9 +348,8 @@ TEST(Dynamics, RefusesWhatNoRobotCanBe) {
             "robot model: DoF 'dof1': of one joint a DoF slides and another turns");
   EXPECT_NE(refused([](M& m) { m.links[2].coordinate = Coordinate::angle; }), "")
       << "two DoF of a position";
-  EXPECT_EQ(
-      refusal([] { (void)dynamics_of<double>(floating_base(5), {.form = static_cast<Form>(9)}); }),
-      "options: form 9 is none");
+  EXPECT_EQ(refusal([] { (void)dynamics_of<double>(floating_base(5), {.tolerance = 1e-17}); }),
+            "options: tolerance 1e-17 is not within 8.88e-16 and 1");
 }
 
 TEST(Dynamics, RefusesWhatItsScalarDoesNotHold) {

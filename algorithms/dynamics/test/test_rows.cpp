@@ -89,8 +89,8 @@ struct One {
   }
 };
 
-DynamicsOptions of_M(Form form = Form::conventional, std::set<Rule> rules = all_rules()) {
-  return {.form = form,
+DynamicsOptions of_M(Tolerance tolerance = {}, std::set<Rule> rules = all_rules()) {
+  return {.tolerance = tolerance,
           .question = {.want = {Want::mass, Want::inverse, Want::solve}},
           .rules = std::move(rules)};
 }
@@ -125,10 +125,10 @@ void expect_as_one_state(const Model<double>& model, const DynamicsOptions& opti
 TYPED_TEST(RowsOfM, AreWhatOneStateGets) {
   for (const Family& family : families_and_robots()) {
     if (std::string(family.name) == "massless_links") continue;  // errors there are not a few u
-    for (const Form form : {Form::conventional, Form::certified})
+    for (const Tolerance tolerance : tolerances)
       for (const std::set<Rule>& rules : {all_rules(), std::set<Rule>{}}) {
-        SCOPED_TRACE(std::string(family.name) + " " + to_string(form));
-        expect_as_one_state<TypeParam>(family.make(3), of_M(form, rules), 19);
+        SCOPED_TRACE(std::string(family.name) + " " + name_of(tolerance));
+        expect_as_one_state<TypeParam>(family.make(3), of_M(tolerance, rules), 19);
       }
   }
 }
@@ -156,7 +156,7 @@ TYPED_TEST(RowsOfM, AnswerQuestions) {
     for (const bool at_rest : {false, true}) {
       SCOPED_TRACE(family.name);
       const Model<double> model = family.make(3);
-      DynamicsOptions options = of_M(Form::conventional, all_rules());
+      DynamicsOptions options = of_M(Tolerance(), all_rules());
       options.question.locked = some_locked(model);
       options.question.at_rest = at_rest;
       const State<double> home = random_state(model, 9);
@@ -192,12 +192,12 @@ TYPED_TEST(RowsOfM, AgreeWithMultiPrecision) {
 TYPED_TEST(RowsOfM, AgreeToTheBitOnEveryCountOfThreads) {
   using T = TypeParam;
   for (const Family& family : robots())
-    for (const Form form : {Form::conventional, Form::certified})
+    for (const Tolerance tolerance : tolerances)
       for (const int count : {1, 64, 131}) {
-        SCOPED_TRACE(std::string(family.name) + " " + to_string(form));
+        SCOPED_TRACE(std::string(family.name) + " " + name_of(tolerance));
         const Model<double> model = family.make(3);
-        Dynamics<T> robot = dynamics_of<T>(model, of_M(form)),
-                    alone = dynamics_of<T>(model, of_M(form));
+        Dynamics<T> robot = dynamics_of<T>(model, of_M(tolerance)),
+                    alone = dynamics_of<T>(model, of_M(tolerance));
         Answers<T> right(alone, model, count), rows = right;
         right.ask(alone);
         for (const int threads : {1, 2, 3, 2}) {
@@ -287,12 +287,12 @@ TYPED_TEST(RowsOfM, ARowThatIsNotFiniteFailsAlone) {
   using T = TypeParam;
   constexpr T nan = std::numeric_limits<T>::quiet_NaN();
   for (const Family& family : robots())
-    for (const Form form : {Form::conventional, Form::certified})
+    for (const Tolerance tolerance : tolerances)
       for (const int at : {0, 4, 18}) {
         if (std::string(family.name) == "eight_slides") continue;  // whose M no position moves
-        SCOPED_TRACE(std::string(family.name) + " " + to_string(form));
+        SCOPED_TRACE(std::string(family.name) + " " + name_of(tolerance));
         const Model<double> model = family.make(3);
-        Dynamics<T> robot = dynamics_of<T>(model, of_M(form));
+        Dynamics<T> robot = dynamics_of<T>(model, of_M(tolerance));
         Answers<T> rows(robot, model, 19), undisturbed = rows;
         undisturbed.ask(robot);
         for (int i = 0; i < rows.nq; ++i) rows.q[at * rows.nq + i] = nan;

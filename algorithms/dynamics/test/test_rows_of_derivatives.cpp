@@ -24,8 +24,9 @@ class RowsOfDerivatives : public testing::Test {};
 using Precisions = testing::Types<float, double>;
 TYPED_TEST_SUITE(RowsOfDerivatives, Precisions, PrecisionName);
 
-DynamicsOptions of_derivatives(Form form = Form::conventional, std::set<Rule> rules = all_rules()) {
-  return {.form = form, .question = {.want = {Want::derivatives}}, .rules = std::move(rules)};
+DynamicsOptions of_derivatives(Tolerance tolerance = {}, std::set<Rule> rules = all_rules()) {
+  return {
+      .tolerance = tolerance, .question = {.want = {Want::derivatives}}, .rules = std::move(rules)};
 }
 
 // Of states, with guards behind the answers; poisoned before.
@@ -136,10 +137,10 @@ void expect_as_one_state(const Model<double>& model, const DynamicsOptions& opti
 TYPED_TEST(RowsOfDerivatives, AreWhatOneStateGets) {
   for (const Family& family : families_and_robots()) {
     if (std::string(family.name) == "massless_links") continue;  // errors there are not a few u
-    for (const Form form : {Form::conventional, Form::certified})
+    for (const Tolerance tolerance : tolerances)
       for (const std::set<Rule>& rules : {all_rules(), std::set<Rule>{}}) {
-        SCOPED_TRACE(std::string(family.name) + " " + to_string(form));
-        expect_as_one_state<TypeParam>(family.make(3), of_derivatives(form, rules), 19);
+        SCOPED_TRACE(std::string(family.name) + " " + name_of(tolerance));
+        expect_as_one_state<TypeParam>(family.make(3), of_derivatives(tolerance, rules), 19);
       }
   }
 }
@@ -171,7 +172,7 @@ TYPED_TEST(RowsOfDerivatives, AnswerQuestions) {
         SCOPED_TRACE(family.name);
         if (std::string(family.name) == "massless_links") continue;
         const Model<double> model = family.make(3);
-        DynamicsOptions options = of_derivatives(Form::conventional, all_rules());
+        DynamicsOptions options = of_derivatives(Tolerance(), all_rules());
         options.question.at_rest = at_rest;
         const State<double> home = random_state(model, 9);
         options.question.q.assign(home.q.begin(), home.q.end());
@@ -206,12 +207,12 @@ TYPED_TEST(RowsOfDerivatives, AgreeWithDifferencesOfTruth) {
 TYPED_TEST(RowsOfDerivatives, AgreeToTheBitOnEveryCountOfThreads) {
   using T = TypeParam;
   for (const Family& family : robots())
-    for (const Form form : {Form::conventional, Form::certified})
+    for (const Tolerance tolerance : tolerances)
       for (const int count : {1, 64, 131}) {
-        SCOPED_TRACE(std::string(family.name) + " " + to_string(form));
+        SCOPED_TRACE(std::string(family.name) + " " + name_of(tolerance));
         const Model<double> model = family.make(3);
-        Dynamics<T> robot = dynamics_of<T>(model, of_derivatives(form)),
-                    alone = dynamics_of<T>(model, of_derivatives(form));
+        Dynamics<T> robot = dynamics_of<T>(model, of_derivatives(tolerance)),
+                    alone = dynamics_of<T>(model, of_derivatives(tolerance));
         Answers<T> right(alone, model, count), rows = right;
         right.ask(alone);
         for (const int threads : {1, 2, 3, 2}) {
@@ -312,11 +313,11 @@ TYPED_TEST(RowsOfDerivatives, ARowThatIsNotFiniteFailsAlone) {
   using T = TypeParam;
   constexpr T nan = std::numeric_limits<T>::quiet_NaN();
   for (const Family& family : robots())
-    for (const Form form : {Form::conventional, Form::certified})
+    for (const Tolerance tolerance : tolerances)
       for (const int at : {0, 4, 18}) {
-        SCOPED_TRACE(std::string(family.name) + " " + to_string(form));
+        SCOPED_TRACE(std::string(family.name) + " " + name_of(tolerance));
         const Model<double> model = family.make(3);
-        Dynamics<T> robot = dynamics_of<T>(model, of_derivatives(form));
+        Dynamics<T> robot = dynamics_of<T>(model, of_derivatives(tolerance));
         Answers<T> rows(robot, model, 19), undisturbed = rows;
         undisturbed.ask(robot);
         rows.tau[at * rows.nv + rows.nv - 1] = nan;

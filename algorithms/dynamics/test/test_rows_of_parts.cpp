@@ -21,9 +21,9 @@ class RowsOfParts : public testing::Test {};
 using Precisions = testing::Types<float, double>;
 TYPED_TEST_SUITE(RowsOfParts, Precisions, PrecisionName);
 
-DynamicsOptions of_parts(const Model<double>& model, Form form = Form::conventional,
+DynamicsOptions of_parts(const Model<double>& model, Tolerance tolerance = {},
                          std::set<Rule> rules = all_rules()) {
-  return {.form = form,
+  return {.tolerance = tolerance,
           .question = {.want = {Want::diagonal, Want::log_det, Want::operational},
                        .frames = some_frames(model)},
           .rules = std::move(rules)};
@@ -121,11 +121,11 @@ void expect_as_one_state(const Model<double>& model, const DynamicsOptions& opti
 TYPED_TEST(RowsOfParts, AreWhatOneStateGets) {
   for (const Family& family : families_and_robots()) {
     if (std::string(family.name) == "massless_links") continue;  // errors there are not a few u
-    for (const Form form : {Form::conventional, Form::certified})
+    for (const Tolerance tolerance : tolerances)
       for (const std::set<Rule>& rules : {all_rules(), std::set<Rule>{}}) {
-        SCOPED_TRACE(std::string(family.name) + " " + to_string(form));
+        SCOPED_TRACE(std::string(family.name) + " " + name_of(tolerance));
         const Model<double> model = family.make(3);
-        expect_as_one_state<TypeParam>(model, of_parts(model, form, rules), 19);
+        expect_as_one_state<TypeParam>(model, of_parts(model, tolerance, rules), 19);
       }
   }
 }
@@ -144,7 +144,7 @@ TYPED_TEST(RowsOfParts, AnswerQuestions) {
   for (const Family& family : robots()) {
     SCOPED_TRACE(family.name);
     const Model<double> model = family.make(3);
-    DynamicsOptions options = of_parts(model, Form::conventional, all_rules());
+    DynamicsOptions options = of_parts(model, Tolerance(), all_rules());
     options.question.locked = some_locked(model);
     const State<double> home = random_state(model, 9);
     options.question.q.assign(home.q.begin(), home.q.end());

@@ -64,10 +64,10 @@ void expect_the_same_below(const Model<double>& model, DynamicsOptions options) 
 
 TYPED_TEST(LowerTriangle, IsThatOfBoth) {
   for (const Family& family : families_and_robots())
-    for (const Form form : {Form::conventional, Form::certified})
+    for (const Tolerance tolerance : tolerances)
       for (const std::set<Rule>& rules : {all_rules(), std::set<Rule>{}}) {
-        SCOPED_TRACE(std::string(family.name) + " " + to_string(form));
-        expect_the_same_below<TypeParam>(family.make(3), {.form = form, .rules = rules});
+        SCOPED_TRACE(std::string(family.name) + " " + name_of(tolerance));
+        expect_the_same_below<TypeParam>(family.make(3), {.tolerance = tolerance, .rules = rules});
       }
 }
 

@@ -25,7 +25,10 @@ class BoundedSolve {
   using S = typename Lanes<T>::Scalar;
 
   explicit BoundedSolve(const LoweredModel<S>& model)
-      : columns_(model), all_(model.nv(), 1), noise_(model) {}
+      : columns_(model),
+        all_(model.nv(), 1),
+        noise_(model),
+        unit_(square(S(rounding_constant) * unit_roundoff<S>()) / model.rounding_unit()) {}
 
   // The following, on factors; noise(): the part of the last bound that N has, not eps.
   template <class Factors>
@@ -99,7 +102,7 @@ class BoundedSolve {
   }
 
   // (c u)^2, for N in units of its weights.
-  static S unit() { return square(S(rounding_constant) * unit_roundoff<S>()) / rounding_unit<S>(); }
+  const S& unit() const { return unit_; }
 
   // (2)
   T bound(const T& trace) {
@@ -110,6 +113,7 @@ class BoundedSolve {
   ColumnsWorkspace<T> columns_;
   std::vector<char> all_;  // links: a path for any r
   ForceNoise<T> noise_;
+  S unit_;
   T energy_, sum_;  // of (1); N in units of the weights
   T of_noise_;      // N's part of the last bound
 };

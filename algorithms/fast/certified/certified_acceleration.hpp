@@ -78,7 +78,7 @@ class CertifiedSweep {
  private:
   // (1), with N by (2) of force_noise.hpp, or where that is coarse by (3) and (4) there.
   void add_rounding_of_residual(const CertifiedModels& models, const T* a, int lane, Verdict& out) {
-    const double u2 = roundoff_of_pairs, unit = rounding_unit<double>();
+    const double u2 = roundoff_of_pairs, unit = models.lowered.rounding_unit();
     const double limit = enough_of_residuals * unit_roundoff<double>();
     const double energy = unit * detail::number(sweep_.energy, lane);
     const int nv = models.lowered.nv();
@@ -133,6 +133,7 @@ class CertifiedSweep {
 
 inline Outcome outcome_of(const Verdict& refined) {
   Outcome out;
+  out.rung = Outcome::Rung::refined;
   out.error = refined.error;
   out.steps = refined.steps;
   return out;
@@ -165,6 +166,7 @@ class CertifiedAcceleration {
     if (!all_finite(nq, q) || !all_finite(nv, qd) || !all_finite(nv, tau))
       return {.status = Outcome::Status::not_finite};
     Outcome out = wide_.acceleration(q, qd, tau, a);
+    out.rung = Outcome::Rung::two_doubles;
     out.recomputed = static_cast<bool>(out);
     return out;
   }

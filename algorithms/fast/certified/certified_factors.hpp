@@ -90,7 +90,7 @@ class CertifiedFactors {
   Outcome solve(int columns, const double* taus, double* X) {
     const int nv = models_.lowered.nv();
     Outcome out = kept_;
-    if (by_wide_) return recomputed(wide_.solve(columns, taus, X));
+    if (by_wide_) return by_two_doubles(wide_.solve(columns, taus, X));
     out.error = 0;
     std::optional<Outcome> wide;  // factors for columns that do not settle
     const auto by_kept = bounded_.on(models_.lowered, factors_);
@@ -107,7 +107,7 @@ class CertifiedFactors {
         continue;
       }
       if (!wide) wide = wide_.factor(q_.data());
-      out = worse(out, recomputed(*wide ? wide_.solve(1, taus + start, X + start) : *wide));
+      out = worse(out, by_two_doubles(*wide ? wide_.solve(1, taus + start, X + start) : *wide));
     }
     return !out || all_finite(std::ptrdiff_t(columns) * nv, X)
                ? out
@@ -125,17 +125,19 @@ class CertifiedFactors {
     if (!all_finite(models_.lowered.nq(), q)) return {.status = Outcome::Status::not_finite};
     covariance_factor(models_.lowered, q, factors_);
     const double of_D =
-        factors_.margin > 0 ? error_of_D_let_pass<double> : second_.look(models_.lowered, q).bound;
+        factors_.margin > 0 ? models_.lowered.error_of_D() : second_.look(models_.lowered, q).bound;
     if (of_D < error_of_D_to_refine) {
       probes_.set_position(models_.twice, q);
       Outcome out;
+      out.rung = Outcome::Rung::refined;
       out.error = std::max(error(of_D), least_error_of_parts * 0x1p-53);
       if (out.error <= enough) return out;
     }
-    return recomputed(last());
+    return by_two_doubles(last());
   }
 
-  static Outcome recomputed(Outcome out) {
+  static Outcome by_two_doubles(Outcome out) {
+    out.rung = Outcome::Rung::two_doubles;
     out.recomputed = static_cast<bool>(out);
     return out;
   }

@@ -37,7 +37,7 @@ struct WideAcceleration::Sweeps {
   // T (N + E + G) (b u)^2 of the last sweep.
   double squares_of_rounding() {
     const T trace = forces.trace(model, sweep);
-    const double unit(rounding_unit<T>());
+    const double unit(model.rounding_unit());
     double noise = 0;
     forces.begin();
     for (int k = model.nv() - 1; k >= 0; --k)

@@ -2,16 +2,16 @@
 // an Outcome without a warning (Outcome::warns) that is no refusal.
 //
 //   call                   form           promised where silent                   norm
-//   acceleration           conventional   |da| <= largest_error_of_a |a|          Euclid's    (1)
+//   acceleration           conventional   |da| <= tolerance |a|                   Euclid's    (1)
 //                          and the rest   error ~ |da|_M / |a|_M                  energy      (2)
 //                          certified      error ~ |da| / |a|                      Euclid's    (3)
-//   M^-1, selected         conventional   every D within error_of_D_let_pass      Loewner's   (4)
+//   M^-1, selected         conventional   every D within a fifth of tolerance      Loewner's   (4)
 //   M^-1                   conventional   rounding of a column's own numbers
-//                                         |dX_ij| <= largest_error_of_a sqrt(X_ii X_jj) entries (6)
+//                                         |dX_ij| <= tolerance sqrt(X_ii X_jj) entries (6)
 //                          certified      |dX_ij| <= error sqrt(X_ii X_jj)        entries     (5)
 //   diagonal               certified      |dx_i| <= error x_i                     entries     (5)
 //   log det M              certified      |dL| <= error max(1, |L|)               number      (5)
-//   solve                  conventional   |dx| <= largest_error_of_a |x|, columns Euclid's    (1)
+//   solve                  conventional   |dx| <= tolerance |x|, columns Euclid's    (1)
 //                          certified      |dx| <= error |x|, columns alone        Euclid's    (5)
 //   derivatives            all            (4); no error is told
 //
@@ -24,20 +24,27 @@
 
 #include <type_traits>
 
+#include "kalmarm/tolerance.hpp"
+
 namespace kalmarm {
 
-template <class S>
-inline constexpr double largest_error_of_a = std::is_same_v<S, float> ? 1e-2 : 1e-6;
+// Of an answer that a tolerance allows, the share that its estimate may be where a rung answers: the rest is
+// left for what the sums do not count. Searches find at most 0.4 of what is accepted.
+inline constexpr double accepted_share = 0.1;
 
-// The estimate of an acceleration's error, or of a solve's, beyond which the next rung answers. A factor
-// of ten (float) and a hundred (double) below the promise is left for what the sums do not count: searches
-// find at most 0.4 of what is accepted here. No random state of the shipped robots comes near.
-template <class S>
-inline constexpr double accepted_error_of_a = std::is_same_v<S, float> ? 1e-3 : 1e-8;
+// The same of a D, over what is accepted of an answer. With less the inboard links of chains of 127 climb
+// from float in every state.
+inline constexpr double of_D_over_of_a = 2;
 
-// The same of a D. With less than 2e-3 the inboard links of chains of 127 climb from float in every state.
-template <class S>
-inline constexpr double error_of_D_let_pass = std::is_same_v<S, float> ? 2e-3 : 1e-8;
+constexpr double accepted_error_of_a(double tolerance) { return accepted_share * tolerance; }
+constexpr double error_of_D_let_pass(double tolerance) {
+  return of_D_over_of_a * accepted_error_of_a(tolerance);
+}
+
+// The tolerances from which rungs are tried: few states of ordinary robots have an estimate in float below
+// the share of the first, in double below that of the second.
+inline constexpr double least_tolerance_of_float = 1e-3;
+inline constexpr double least_tolerance_of_double = 1e-12;
 
 // Of D, where the factors refine or measure an answer: they have to be right to a digit.
 inline constexpr double error_of_D_to_refine = 1e-2;

@@ -32,9 +32,6 @@ inline constexpr double little_share = 0.01;
 // Beside gravity a smaller |a| is nothing.
 inline constexpr double least_beside_gravity = 0.01;
 
-// What rounding of the wider precision may do to factors of slides, as a share of what is promised of a.
-inline constexpr double share_of_wider_rounding = 0.1;
-
 // A weight for what a link cannot absorb: beyond any that a body has, and its square in range.
 inline constexpr double no_body = 1e30;
 

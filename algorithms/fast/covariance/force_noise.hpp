@@ -23,7 +23,7 @@
 // constant is known (LoweredModel::rounding_depends_on_state): a link between the hinges of one body has no
 // mass, and what its next joint meets is known by D alone. There N has (3) of the links that cannot absorb,
 // (2) of the others, T is that of the state, and so is each joint's own scale, mu(k) = 1 / v(k).
-// Weights, and so N, are in units of rounding_unit. (2) takes 18 flops a link.
+// Weights, and so N, are in units of LoweredModel::rounding_unit. (2) takes 18 flops a link.
 //
 // z- is a sum whose terms may cancel within one link: of a body that is turned about a point far
 // away, or nearly symmetric, b = (w x I w;  W h) is less than what it is summed from. With t(i) the
@@ -39,7 +39,7 @@
 //
 // An answer of forward dynamics is accepted where
 //   T (c u)^2 (N + E) < e^2 max(|a|, 0.01 |gravity|)^2                                   (8)
-// by (2), (6) and (7), with e = accepted_error_of_a (claims.hpp) and c = rounding_constant_of_a
+// by (2), (6) and (7), with e the error that is accepted (claims.hpp) and c = rounding_constant_of_a
 // (constants.hpp), an empirical constant. Beside gravity a smaller a is nothing. Any other answer, and
 // one of a sweep that fails the test of D (rounding_test.hpp), is left to the next rung. e is far below
 // what is promised, so that what no sum counts has room: an error eps of D alone moves a by
@@ -228,7 +228,7 @@ class ForceNoise {
     using std::min;
     const RoundingWeights<S>& weights = model.body(k).weights;
     const T two = T(S(2));
-    const S unit = rounding_unit<S>();
+    const S unit = model.rounding_unit();
     Traces Omega = {two * plus.turning, two * plus.moving};
     (model.link(k).slides ? Omega.moving : Omega.turning) += two * v;
     responses_[k] = {min(Omega.turning, T(weights.moment / unit)),
@@ -271,7 +271,7 @@ T ForceNoise<T>::charge(const LoweredModel<S>& model, const Factors& factors, in
   const RoundingWeights<S>& w = model.body(k).weights;
   const auto& at = factors.links[k];
   Traces sum = pending_[k];
-  const S unit = rounding_unit<S>();
+  const S unit = model.rounding_unit();
   const T own = absorbed(w, z) + (w.moment * sum.turning + w.force * sum.moving);
   const T two = T(S(2));
   if (w.counts) {

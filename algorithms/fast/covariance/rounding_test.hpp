@@ -1,18 +1,18 @@
 // The test of every sweep: can rounding have moved a D(k) by more than is let pass, 0.2 per cent in
-// float and 1e-8 in double (error_of_D_let_pass)?
+// float and 2e-9 in double, or what the tolerance asks (LoweredModel::error_of_D)?
 //
 // An error E of P-(k) is the exact P- of a mechanism whose body k is M(k) + E. So if every link
 // absorbs its errors, |E(k)| <= e M(k) with e < 1 in the order of positive semidefinite matrices,
 // then M of the mechanism, and every D, is right to a factor of 1 +- e, however many joints there
 // are: D is the least kinetic energy of unit acceleration. That is asked link by link with the
 // constant weights w of rounding_weights.hpp,
-//   e(k) = c u (sum over i of w(i) P(i,i) + trace(S M^-1)) < error_of_D_let_pass         (1)
+//   e(k) = c u (sum over i of w(i) P(i,i) + trace(S M^-1)) < error_of_D                  (1)
 // A link that does not absorb (massless, a point, or light beside what it carries) hands its
 // errors on to its parent as S, of which the traces of the moments and of the forces are known:
 //   S+ = psi S psi' <= 2 (S + h g g'),  h = H S H',  psi = I - gH                         (2)
 //   S(parent) += 2 (moment + |p|^2 force), force      phi S+ phi'
 // and D has to stand above them by itself,
-//   c u (h + N) < error_of_D_let_pass D                                                  (3)
+//   c u (h + N) < error_of_D D                                                  (3)
 // A state that fails both (1) and (3) at some joint is left to the next rung: margin <= 0. Where (1)
 // holds in all positions, w.tested is false, and
 // nothing is computed (rounding_weights.hpp): in float64 of most robots and of chains of 1000 links.
@@ -83,7 +83,7 @@ KALMARM_INLINE T hand_on(const RoundingWeights<S>& w, const T& e, const Articula
   const T left_moment = two * (pending.moment + moment + h * of_moments);
   const T left_force = two * (pending.force + force + h * of_forces);
   pending = {zero_where_less(e, most, left_moment), zero_where_less(e, most, left_force)};
-  return T(rounding_unit<typename Lanes<S>::Scalar>()) * h;
+  return T(w.unit) * h;
 }
 
 // (1) to (3), of a D.

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "algorithms/fast/engine/acceptance.hpp"
+#include "algorithms/fast/engine/engine.hpp"
 #include "algorithms/fast/engine/instances.hpp"
 #include "algorithms/fast/engine/row_block.hpp"
 
@@ -95,7 +96,8 @@ class AccelerationRows {
   void judge(const Worker& w, const Judged<P>& by, int first, int states, Outcome* outcomes,
              char* left_over) const {
     for (int lane = 0; lane < states; ++lane) {
-      outcomes[first + lane] = {.error = by.error[lane]};
+      outcomes[first + lane] = answered_in_lanes<S>();
+      outcomes[first + lane].error = by.error[lane];
       left_over[first + lane] = !acceptance_.accepts(w.swept.margin, by, lane);
     }
   }

@@ -30,9 +30,10 @@ struct Judged {
 template <class S>
 class Acceptance {
  public:
-  Acceptance(const RobotModel& robot, const LoweredModel<S>& lowered)
-      : allowed_(S(accepted_error_of_a<S> * accepted_error_of_a<S>) * rounding_unit<S>() /
-                 square(S(rounding_constant_of_a) * unit_roundoff<S>())),
+  Acceptance(const RobotModel& robot, const LoweredModel<S>& lowered, double tolerance)
+      : accepted_(square(S(accepted_error_of_a(tolerance)))),
+        unit_(lowered.rounding_unit()),
+        allowed_(accepted_ * unit_ / square(S(rounding_constant_of_a) * unit_roundoff<S>())),
         largest_variance_(lowered.largest_variance()),
         least_(S(least_beside_gravity * least_beside_gravity) * squares_of(robot.gravity)),
         least_size_(least_ * square(mean_root(lowered.least_inertias()))),
@@ -44,7 +45,7 @@ class Acceptance {
     using std::min, std::sqrt;
     const T nothing = of_a.squares * T(S(0));
     const T allowed = T(allowed_) / min(of_a.trace, T(largest_variance_));
-    const T sum = of_a.noise + T(rounding_unit<S>()) * of_a.energy;
+    const T sum = of_a.noise + T(unit_) * of_a.energy;
     const T size = larger(of_a.size, T(least_size_));
     const T of_sweeps = T(unit_of_error()) * sum / size;
     const T of_answer = T(square(unit_roundoff<S>())) * of_a.rounding / size;
@@ -66,17 +67,17 @@ class Acceptance {
 
   // Whether a lane's accelerations are accepted, by the margin of D that its sweep has left, and `by`.
   template <class T>
-  static bool accepts(const T& margin_of_D, const Judged<T>& by, int lane) {
+  bool accepts(const T& margin_of_D, const Judged<T>& by, int lane) const {
     const S D = detail::number(margin_of_D, lane), of_a = detail::number(by.margin, lane);
     const S error = detail::number(by.of_sweeps, lane);
-    return D > S(0) && of_a > S(0) && error <= square(S(accepted_error_of_a<S>));
+    return D > S(0) && of_a > S(0) && error <= accepted_;
   }
 
   // Whether columns of M^-1 pass (11), by the sum of D(k) X(k,k).
   bool accepts_columns(const S& energy) const { return accepts_all_of(energy + terms_); }
   // The same by all of S.
   bool accepts_all_of(const S& energy_of_columns) const {
-    return rounding_unit<S>() * energy_of_columns < allowed_;
+    return unit_ * energy_of_columns < allowed_;
   }
 
  private:
@@ -86,14 +87,13 @@ class Acceptance {
   }
 
   // (b u)^2, of N in units of its weights.
-  static S unit_of_error() {
-    return square(S(rounding_constant_of_error) * unit_roundoff<S>()) / rounding_unit<S>();
+  S unit_of_error() const {
+    return square(S(rounding_constant_of_error) * unit_roundoff<S>()) / unit_;
   }
 
   // The factor of E in (8'), in units of the weights.
-  static S of_unmeasured_D() {
-    return S((1 + square(rounding_constant_of_unmeasured_D / rounding_constant_of_a))) *
-           rounding_unit<S>();
+  S of_unmeasured_D() const {
+    return S((1 + square(rounding_constant_of_unmeasured_D / rounding_constant_of_a))) * unit_;
   }
 
   static S squares_of(const std::array<double, 3>& x) {
@@ -112,7 +112,8 @@ class Acceptance {
     return x.empty() ? S(0) : sum / S(x.size());
   }
 
-  S allowed_, largest_variance_;
+  S accepted_, unit_, allowed_;  // accepted_: e^2
+  S largest_variance_;
   S least_, least_size_;  // the least |a|^2 and |a|_s^2
   S terms_;               // (2) of terms_of_columns.hpp
 };

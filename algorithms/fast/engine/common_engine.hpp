@@ -19,6 +19,7 @@ namespace kalmarm {
 // warn where a D of their sweep may be wrong by 1 per cent, as `loss` says.
 inline Outcome of_derivatives(Outcome judged, const RoundingLoss& loss) {
   judged.error = Outcome{}.error;
+  judged.rung = Outcome::Rung::float64;
   if (loss.bound < error_of_D_to_refine || judged.near_singular) return judged;
   judged.near_singular = true;
   judged.joint = loss.joint;
@@ -31,8 +32,8 @@ class CommonEngine : public Engine<double> {
  public:
   CommonEngine(const RobotModel& robot, const EngineOptions& options)
       : model_(model_of(robot)),
-        lowered_(model_, options.zeros),
-        acceptance_(robot, lowered_),
+        lowered_(model_, options.zeros, error_of_D_let_pass(tolerance_of_sweeps(options))),
+        acceptance_(robot, lowered_, tolerance_of_sweeps(options)),
         rows_(lowered_, acceptance_, options.selection) {
     if (options.wants(Want::mass)) mass_.emplace(lowered_, options.triangles);
     if (options.wants(Want::inverse_dynamics)) inverse_dynamics_.emplace(lowered_);
@@ -98,6 +99,12 @@ class CommonEngine : public Engine<double> {
 
     explicit LossOfD(const LoweredModel<double>& model) : factors(model), bound(model) {}
   };
+
+  // What is refined in any case starts from a sweep like any other.
+  static double tolerance_of_sweeps(const EngineOptions& options) {
+    return options.tolerance < least_tolerance_of_double ? default_tolerance<double>
+                                                         : options.tolerance;
+  }
 
   Model<double> model_;
   LoweredModel<double> lowered_;

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <memory>
 #include <set>
+#include <type_traits>
 
 #include "algorithms/fast/lowering/zeros.hpp"
 #include "algorithms/model/selection.hpp"
@@ -26,7 +27,15 @@ inline Outcome worse(const Outcome& a, const Outcome& b) {
   Outcome out = rank(b) > rank(a) ? b : a;
   out.error = std::fmax(a.error, b.error);  // NaN: there is none
   out.recomputed = a.recomputed || b.recomputed;
+  out.rung = std::max(a.rung, b.rung);
   return out;
+}
+
+// Of lanes of S that answer.
+template <class S>
+Outcome answered_in_lanes() {
+  constexpr bool narrow = std::is_same_v<S, float>;
+  return {.rung = narrow ? Outcome::Rung::float_lanes : Outcome::Rung::float64};
 }
 
 template <class T>
@@ -129,7 +138,7 @@ enum class Kernel { spatial, spatial_at_rest, translational };
 const char* to_string(Kernel kernel);
 
 struct EngineOptions {
-  Form form = Form::conventional;
+  double tolerance = default_tolerance<double>;
   Kernel kernel = Kernel::spatial;
   Zeros zeros = Zeros::left_out;
   std::set<Want> want;                    // what memory is taken for

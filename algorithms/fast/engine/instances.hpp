@@ -27,7 +27,7 @@ using StateLanes = Pack<S, padding<S>>;
 
 #define KALMARM_LOWERING_INSTANCES(KIND, S) \
   KIND template class LoweredModel<S>;      \
-  KIND template LoweredModel<S>::LoweredModel(const Model<S>&, Zeros);
+  KIND template LoweredModel<S>::LoweredModel(const Model<S>&, Zeros, double);
 
 // Of numbers T: one state, or one in every lane.
 #define KALMARM_FORWARD_INSTANCES(KIND, S, T)                                                      \

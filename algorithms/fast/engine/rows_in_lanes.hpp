@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "algorithms/fast/engine/acceptance.hpp"
+#include "algorithms/fast/engine/engine.hpp"
 #include "algorithms/fast/engine/instances.hpp"
 #include "algorithms/fast/engine/row_block.hpp"
 #include "algorithms/fast/factors/log_det.hpp"
@@ -62,7 +63,7 @@ class RowsInLanes {
 
   void mass(int worker, int count, const S* q, S* M, Outcome* outcomes, char* left_over) {
     if (masses_.empty()) return leave(count, left_over);
-    std::fill_n(outcomes, count, Outcome{});
+    std::fill_n(outcomes, count, answered_in_lanes<S>());
     const std::ptrdiff_t nq = lowered_.nq(), size = square_of_nv();
     for_each_lanes(count, [&](int first, int states) {
       const auto check =
@@ -74,7 +75,7 @@ class RowsInLanes {
   void derivatives(int worker, int count, const S* q, const S* qd, const S* tau, S* da_dq,
                    S* da_dqd, S* da_dtau, S* a, Outcome* outcomes, char* left_over) {
     if (derivatives_.empty()) return leave(count, left_over);
-    std::fill_n(outcomes, count, Outcome{});
+    std::fill_n(outcomes, count, answered_in_lanes<S>());
     const std::ptrdiff_t nq = lowered_.nq(), nv = lowered_.nv(), size = square_of_nv();
     for_each_lanes(count, [&](int first, int states) {
       const auto of_row = [&](S* X) { return X ? X + first * size : nullptr; };
@@ -86,7 +87,7 @@ class RowsInLanes {
 
   void inverse(int worker, int count, const S* q, S* X, Outcome* outcomes, char* left_over) {
     if (inverses_.empty()) return leave(count, left_over);
-    std::fill_n(outcomes, count, Outcome{});
+    std::fill_n(outcomes, count, answered_in_lanes<S>());
     const std::ptrdiff_t nq = lowered_.nq(), size = square_of_nv();
     InverseOfRows<P>& rows = inverses_[worker];
     for_each_lanes(count, [&](int first, int states) {
@@ -101,7 +102,7 @@ class RowsInLanes {
   void solve(int worker, int count, const S* q, const S* tau, S* x, Outcome* outcomes,
              char* left_over) {
     if (solves_.empty()) return leave(count, left_over);
-    std::fill_n(outcomes, count, Outcome{});
+    std::fill_n(outcomes, count, answered_in_lanes<S>());
     const std::ptrdiff_t nq = lowered_.nq(), nv = lowered_.nv();
     Solves& w = solves_[worker];
     for_each_lanes(count, [&](int first, int states) {
@@ -117,7 +118,7 @@ class RowsInLanes {
 
   void diagonal(int worker, int count, const S* q, S* x, Outcome* outcomes, char* left_over) {
     if (diagonals_.empty()) return leave(count, left_over);
-    std::fill_n(outcomes, count, Outcome{});
+    std::fill_n(outcomes, count, answered_in_lanes<S>());
     const std::ptrdiff_t nq = lowered_.nq(), nv = lowered_.nv();
     Diagonals& w = diagonals_[worker];
     for_each_lanes(count, [&](int first, int states) {
@@ -131,7 +132,7 @@ class RowsInLanes {
 
   void log_det(int worker, int count, const S* q, S* x, Outcome* outcomes, char* left_over) {
     if (factors_.empty()) return leave(count, left_over);
-    std::fill_n(outcomes, count, Outcome{});
+    std::fill_n(outcomes, count, answered_in_lanes<S>());
     const std::ptrdiff_t nq = lowered_.nq();
     FactorsOfRows& w = factors_[worker];
     for_each_lanes(count, [&](int first, int states) {
@@ -145,7 +146,7 @@ class RowsInLanes {
 
   void selected(int worker, int count, const S* q, S* X, Outcome* outcomes, char* left_over) {
     if (selections_.empty()) return leave(count, left_over);
-    std::fill_n(outcomes, count, Outcome{});
+    std::fill_n(outcomes, count, answered_in_lanes<S>());
     const std::ptrdiff_t nq = lowered_.nq();
     const int size = selection_.size() * selection_.size();
     Selections& w = selections_[worker];

@@ -78,14 +78,4 @@ const char* to_string(Kernel kernel) {
   return "?";
 }
 
-const char* to_string(Form form) {
-  switch (form) {
-    case Form::conventional:
-      return "conventional";
-    case Form::certified:
-      return "certified";
-  }
-  return "?";
-}
-
 }  // namespace kalmarm

@@ -6,7 +6,7 @@ namespace kalmarm {
 namespace {
 
 std::unique_ptr<Engine<double>> make_double(const RobotModel& robot, const EngineOptions& options) {
-  if (options.form == Form::certified) return make_certified_engine(robot, options);
+  if (options.tolerance < least_tolerance_of_double) return make_certified_engine(robot, options);
   switch (options.kernel) {
     case Kernel::translational:
       return make_translational_engine(robot, options);

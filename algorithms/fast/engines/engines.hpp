@@ -6,7 +6,7 @@
 
 namespace kalmarm {
 
-// In double, by options.kernel and options.form, each in a file of its own.
+// In double, by options.kernel and options.tolerance, each in a file of its own.
 std::unique_ptr<Engine<double>> make_spatial_engine(const RobotModel& robot,
                                                     const EngineOptions& options);
 std::unique_ptr<Engine<double>> make_translational_engine(const RobotModel& robot,

@@ -171,7 +171,7 @@ class SpatialEngine final : public CommonEngine {
     set_derivatives(q, qd, tau, da_dq, da_dqd, da_dtau, a);
     const RoundingLoss loss = loss_of_derivatives(q);
     const bool finite = terms().check == 0;
-    if (finite && loss.bound < error_of_D_let_pass<double>) return {};
+    if (finite && loss.bound < lowered().error_of_D()) return {};
     const Outcome out = certified_->factor(q);
     if (out && !finite) return {.status = Outcome::Status::not_finite};
     return out ? of_derivatives(out, loss) : out;

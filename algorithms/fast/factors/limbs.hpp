@@ -126,6 +126,7 @@ class LimbsInLanes {
     set(to.moment, lane, w.moment);
     set(to.force, lane, w.force);
     set(to.reach, lane, w.reach);
+    set(to.unit, lane, w.unit);
     to.tested |= w.tested;
   }
 

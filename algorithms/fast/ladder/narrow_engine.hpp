@@ -31,14 +31,14 @@ class NarrowEngine final : public Engine<float> {
   template <class MakeWide>
   NarrowEngine(const RobotModel& robot, const EngineOptions& options, const MakeWide& make_wide)
       : model_(model_of(robot).template cast<float>()),
-        lowered_(model_, options.zeros),
-        acceptance_(robot, lowered_),
+        lowered_(model_, options.zeros, error_of_D_let_pass(options.tolerance)),
+        acceptance_(robot, lowered_, options.tolerance),
         rows_(lowered_, acceptance_, options.selection),
         accelerations_(lowered_, acceptance_, options.wants(Want::solve)),
-        in_lanes_(options.form == Form::conventional &&
+        in_lanes_(options.tolerance >= least_tolerance_of_float &&
                   (options.kernel == Kernel::spatial || options.kernel == Kernel::spatial_at_rest)),
         lower_(options.triangles == Triangles::lower),
-        wide_(make_wide(robot, options)),
+        wide_(make_wide(robot, in_double(options))),
         selected_(options.selection.size()),
         columns_(nv() * most_columns) {
     const auto wants = [&](Want want) { return options.wants(want); };
@@ -299,6 +299,12 @@ class NarrowEngine final : public Engine<float> {
   }
 
  private:
+  // Double gives its own default at no price.
+  static EngineOptions in_double(EngineOptions options) {
+    options.tolerance = std::min(options.tolerance, default_tolerance<double>);
+    return options;
+  }
+
   static constexpr int most_columns = FactorSolver<double>::lanes;
   // Of rows that climb: some blocks of lanes.
   static constexpr int rows_at_once = 4 * RowBlock<double>::lanes;

@@ -44,6 +44,7 @@ template <class S>
 struct RoundingWeights {
   S Axx = S(0), Ayy = S(0), Azz = S(0), Cxx = S(0), Cyy = S(0), Czz = S(0);  // of P's diagonal
   S moment = S(0), force = S(0);                                             // of what is pending
+  S unit = S(0);        // of all weights: c u over the error of a D that is let pass
   S reach = S(0);       // sum over axes of the largest p^2 of a child
   S bias = S(0);        // of w^4, for what cancels within a link's own bias (force_noise.hpp)
   bool tested = false;  // else nothing is lost in any position, here and outboard

@@ -37,8 +37,10 @@ namespace kalmarm {
 template <class S>
 class LoweredModel {
  public:
+  // error_of_D: that is let pass of a D (covariance/rounding_test.hpp).
   template <class Given>
-  explicit LoweredModel(const Model<Given>& model, Zeros zeros = Zeros::left_out);
+  explicit LoweredModel(const Model<Given>& model, Zeros zeros = Zeros::left_out,
+                        double error_of_D = error_of_D_let_pass(default_tolerance<S>));
 
   int nv() const { return static_cast<int>(links_.size()); }
   int nq() const { return nq_; }
@@ -47,6 +49,9 @@ class LoweredModel {
   int branch_count() const { return branch_count_; }
   const HingeAngles<S>& hinges() const { return hinges_; }
   const std::vector<LinkRun>& runs() const { return runs_; }
+  double error_of_D() const { return error_of_D_; }
+  // c u over that error, of which N and the weights are multiples.
+  S rounding_unit() const { return kalmarm::rounding_unit<S>(error_of_D_); }
   // Whether rounding of some P- can matter to a D in some position (rounding_weights.hpp).
   bool may_lose_D() const {
     return std::any_of(bodies_.begin(), bodies_.end(),
@@ -150,6 +155,7 @@ class LoweredModel {
   void set_link(const Model<W>& model, const detail::LinkFrame<W>& frame, int k);
 
   Zeros zeros_;
+  double error_of_D_;
   int nq_, matrices_ = 0, branch_count_ = 0;
   HingeAngles<S> hinges_;
   std::vector<LoweredLink<S>> links_;
@@ -164,8 +170,9 @@ class LoweredModel {
 
 template <class S>
 template <class Given>
-LoweredModel<S>::LoweredModel(const Model<Given>& model, Zeros zeros)
+LoweredModel<S>::LoweredModel(const Model<Given>& model, Zeros zeros, double error_of_D)
     : zeros_(zeros),
+      error_of_D_(error_of_D),
       nq_(model.nq()),
       links_(model.nv()),
       bodies_(model.nv()),
@@ -196,13 +203,14 @@ void LoweredModel<S>::lower(const Model<W>& model) {
   }
   for (int k = 0; k < model.nv(); ++k) set_link(model, frames[k], k);
   set_runs();
+  const auto unit = static_cast<double>(rounding_unit());
   const auto covariances = detail::free_covariances(links_, bodies_);
-  const auto largest = detail::WeightsOfLinks<S>::set(links_, runs_, covariances, bodies_);
+  const auto largest = detail::WeightsOfLinks<S>::set(links_, runs_, covariances, unit, bodies_);
   for (const LoweredBody<S>& body : bodies_) energy_of_gravity_ += body.m;
   energy_of_gravity_ *= S(model.gravity().squaredNorm());
   least_inertias_ = detail::least_inertias(links_, bodies_, runs_, uncommon_, covariances);
   largest_variance_ = S(detail::largest_variance(links_, bodies_, runs_, least_inertias_));
-  terms_of_columns_ = S(detail::terms_of_columns(links_, bodies_, least_inertias_, largest));
+  terms_of_columns_ = S(detail::terms_of_columns(links_, bodies_, least_inertias_, largest, unit));
   for (int k = 0; k < nv(); ++k) {
     const RoundingWeights<S>& w = bodies_[k].weights;
     const double inertia =

@@ -28,8 +28,8 @@ namespace kalmarm {
 
 // c of (1), times u, in units of the error that is let pass.
 template <class S>
-S rounding_unit() {
-  return S(rounding_constant_of_traces / error_of_D_let_pass<S>) * unit_roundoff<S>();
+S rounding_unit(double error_of_D) {
+  return S(rounding_constant_of_traces / error_of_D) * unit_roundoff<S>();
 }
 
 namespace detail {
@@ -60,18 +60,19 @@ struct Largest {
 template <class S>
 class WeightsOfLinks {
  public:
-  // Bodies are written to; covariances: free_covariances. Of runs at once, only the last DoF is tested.
+  // Bodies are written to; covariances: free_covariances; unit: rounding_unit. Of runs at once, only the
+  // last DoF is tested.
   static std::vector<Largest> set(const std::vector<LoweredLink<S>>& links,
                                   const std::vector<LinkRun>& runs,
                                   const std::vector<Eigen::Matrix<double, 6, 6>>& covariances,
-                                  std::vector<LoweredBody<S>>& bodies) {
+                                  double unit, std::vector<LoweredBody<S>>& bodies) {
     const int n = static_cast<int>(links.size());
     WeightsOfLinks all(links);
     std::vector<char> between(n, 0);
     for (const LinkRun& run : runs)
       for (int k = run.first; run.at_once && k < run.last; ++k) between[k] = 1;
     for (int k = 0; k < n; ++k) {
-      all.weigh(k, links, covariances[k], bodies[k]);
+      all.weigh(k, links, covariances[k], unit, bodies[k]);
       if (between[k]) bodies[k].weights.leave_to_the_last();
     }
     std::vector<Largest> largest(n);
@@ -115,7 +116,8 @@ class WeightsOfLinks {
   static double square(double x) { return x * x; }
 
   void weigh(int k, const std::vector<LoweredLink<S>>& links,
-             const Eigen::Matrix<double, 6, 6>& covariance, LoweredBody<S>& body) const {
+             const Eigen::Matrix<double, 6, 6>& covariance, double unit,
+             LoweredBody<S>& body) const {
     const LoweredLink<S>& link = links[k];
     const bool on_a_screw = link.kind == LoweredLink<S>::Kind::screws;
     const Children& children = children_[k];
@@ -142,9 +144,10 @@ class WeightsOfLinks {
 
     const bool absorbs = own.maxCoeff() > 0;
     const auto weight = [&](double x) {
-      return S(absorbs ? std::min(x * static_cast<double>(rounding_unit<S>()), no_body) : no_body);
+      return S(absorbs ? std::min(x * unit, no_body) : no_body);
     };
     RoundingWeights<S>& out = body.weights;
+    out.unit = S(unit);
     out.Axx = weight(w[0]);
     out.Ayy = weight(w[1]);
     out.Azz = weight(w[2]);

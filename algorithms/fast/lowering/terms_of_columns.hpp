@@ -21,9 +21,9 @@ namespace kalmarm::detail {
 template <class S>
 double terms_of_columns(const std::vector<LoweredLink<S>>& links,
                         const std::vector<LoweredBody<S>>& bodies,
-                        const std::vector<S>& least_inertias, const std::vector<Largest>& largest) {
+                        const std::vector<S>& least_inertias, const std::vector<Largest>& largest,
+                        double unit) {
   constexpr double infinite = std::numeric_limits<double>::infinity();
-  const double unit = static_cast<double>(rounding_unit<S>());
   const auto times = [](double a, double b) { return a == 0 || b == 0 ? 0.0 : a * b; };
   const auto most = [&](const S& weight) {
     return weight < S(no_body) ? static_cast<double>(weight) / unit : infinite;

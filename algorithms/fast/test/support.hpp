@@ -111,14 +111,22 @@ MatrixX<T> poisoned(int rows, int columns) {
   return MatrixX<T>::Constant(rows, columns, std::numeric_limits<T>::quiet_NaN());
 }
 
+// None: the default one of the precision.
+using Tolerance = std::optional<double>;
+inline const Tolerance tolerances[] = {{}, last_bits};
+
+inline std::string name_of(const Tolerance& tolerance) {
+  return tolerance ? "last bits" : "default tolerance";
+}
+
 // What a sweep answers itself: several trees in one.
 inline std::set<Rule> rules_of_sweeps() {
   return {Rule::zero_terms, Rule::rest, Rule::partial_answers};
 }
 
 // By the kernels of 6-D vectors, also for slides alone.
-inline DynamicsOptions spatial(std::set<Want> want, Form form = Form::conventional) {
-  return {form, {.want = std::move(want)}, rules_of_sweeps()};
+inline DynamicsOptions spatial(std::set<Want> want, Tolerance tolerance = {}) {
+  return {tolerance, {.want = std::move(want)}, rules_of_sweeps()};
 }
 
 // Of the robot whose parameters are rounded to T: on every rung the one that truth is of.

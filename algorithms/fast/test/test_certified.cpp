@@ -21,7 +21,7 @@ class Certified : public testing::Test {
   static constexpr double u = std::is_same_v<T, float> ? 0x1p-24 : 0x1p-53;
 
   static Dynamics<T> robot(const Model<double>& model, std::set<Want> want) {
-    return dynamics_of<T>(model, spatial(std::move(want), Form::certified));
+    return dynamics_of<T>(model, spatial(std::move(want), Tolerance(last_bits)));
   }
 };
 using Precisions = testing::Types<float, double>;
@@ -204,15 +204,15 @@ TYPED_TEST(Certified, SingularMechanismsAreRefusedAndRegularOnesAreNot) {
 // the certified form's factors, or as that form, the last resort. last_resort: no others are judged,
 // since one torque may miss an error (probe.hpp).
 template <class T>
-int expect_no_silent_error(const Model<double>& model, const VectorX<double>& position, Form form,
-                           bool last_resort = false) {
+int expect_no_silent_error(const Model<double>& model, const VectorX<double>& position,
+                           Tolerance tolerance, bool last_resort = false) {
   const auto u = static_cast<double>(unit_roundoff<T>());
   const int nv = model.nv();
   State<T> state = random_state(model, 7).template cast<T>();
   state.q = position.template cast<T>();
   const Truth truth(model, state.template cast<double>());
-  DynamicsOptions options =
-      spatial({Want::inverse, Want::solve, Want::diagonal, Want::log_det, Want::operational}, form);
+  DynamicsOptions options = spatial(
+      {Want::inverse, Want::solve, Want::diagonal, Want::log_det, Want::operational}, tolerance);
   const Selection selection{{}, {{nv - 1}, {nv / 2}}};
   options.question.frames = selection.frames;
   Dynamics<T> robot = dynamics_of<T>(model, options);
@@ -220,7 +220,7 @@ int expect_no_silent_error(const Model<double>& model, const VectorX<double>& po
   // most: what a right answer may lose that comes without an error.
   const auto judge = [&](const char* what, const Outcome& out, double error, double most) {
     suspects += out.recomputed;
-    if (out && (out.recomputed || form == Form::certified)) {
+    if (out && (out.recomputed || tolerance)) {
       EXPECT_GE(out.error, 0) << what;
     }
     if (!out || out.warns()) {
@@ -252,13 +252,13 @@ int expect_no_silent_error(const Model<double>& model, const VectorX<double>& po
 TYPED_TEST(Certified, NoAnswerIsSilentlyWrongHoweverHeavyTheTip) {
   using T = TypeParam;
   int suspects = 0;
-  for (const Form form : {Form::conventional, Form::certified})
+  for (const Tolerance tolerance : tolerances)
     for (const double ratio : {1e4, 1e8, 1e12, 1e16, 1e20})
       for (int seed = 0; seed < 4; ++seed) {
         SCOPED_TRACE(testing::Message()
-                     << to_string(form) << " ratio " << ratio << " seed " << seed);
+                     << name_of(tolerance) << " ratio " << ratio << " seed " << seed);
         const Model<double> model = rounded<T>(heavy_tip(seed, ratio));
-        suspects += expect_no_silent_error<T>(model, random_state(model, seed).q, form);
+        suspects += expect_no_silent_error<T>(model, random_state(model, seed).q, tolerance);
       }
   EXPECT_GT(suspects, 100);
 }
@@ -269,7 +269,7 @@ TEST(CertifiedInFloat64, WildMechanismsAreAnsweredRightByTheLastResort) {
     SCOPED_TRACE(seed);
     const Model<double> model = wild(seed);
     const VectorX<double> q = random_state(model, seed).q;
-    answers += expect_no_silent_error<double>(model, q, Form::certified, true);
+    answers += expect_no_silent_error<double>(model, q, Tolerance(last_bits), true);
   }
   EXPECT_GT(answers, 60);
 }
@@ -297,18 +297,19 @@ Mechanism gimbal_lock_but_for(double angle, double ref) {
 // angle, so that of the 50 digits of truth 18 are left at the least. Answers of the last resort are
 // as right as they say, others as errors.md has it.
 TEST(CertifiedInFloat64, FromSingularToRegularNothingIsSilentlyWrong) {
-  int refused = 0, warned = 0, answered = 0;
+  int refused = 0, warned = 0, answered = 0, by_two_doubles = 0;
   for (int exponent = -16; exponent <= -6; ++exponent) {
     const double angle = std::pow(10, exponent);
     for (const Mechanism& mechanism :
          {parallel_but_for(angle), gimbal_lock_but_for(angle, 0), gimbal_lock_but_for(angle, 0.3)})
-      for (const Form form : {Form::conventional, Form::certified}) {
+      for (const Tolerance tolerance : tolerances) {
         SCOPED_TRACE(testing::Message()
-                     << mechanism.name << " " << to_string(form) << " angle " << angle);
-        const bool certified = form == Form::certified;
-        if (certified) expect_no_silent_error<double>(mechanism.model, mechanism.q, form, true);
-        Dynamics<double> robot =
-            dynamics_of<double>(mechanism.model, spatial({Want::solve, Want::acceleration}, form));
+                     << mechanism.name << " " << name_of(tolerance) << " angle " << angle);
+        const bool certified = tolerance.has_value();
+        if (certified)
+          expect_no_silent_error<double>(mechanism.model, mechanism.q, tolerance, true);
+        Dynamics<double> robot = dynamics_of<double>(
+            mechanism.model, spatial({Want::solve, Want::acceleration}, tolerance));
         const State<double> drawn = random_state(mechanism.model, 7);
         VectorX<double> a = poisoned<double>(mechanism.model.nv());
         const Outcome out = robot.forward_dynamics(mechanism.q, drawn.qd, drawn.tau, a);
@@ -320,6 +321,7 @@ TEST(CertifiedInFloat64, FromSingularToRegularNothingIsSilentlyWrong) {
           continue;
         }
         (out.warns() ? warned : answered)++;
+        by_two_doubles += out.rung == Outcome::Rung::two_doubles;
         const Truth truth(mechanism.model, {mechanism.q, drawn.qd, drawn.tau});
         const double most = certified ? 1e-7 : 1e-6;
         EXPECT_LE(truth.relative(a),
@@ -330,6 +332,7 @@ TEST(CertifiedInFloat64, FromSingularToRegularNothingIsSilentlyWrong) {
   EXPECT_GT(refused, 4);
   EXPECT_GT(warned, 4);
   EXPECT_GT(answered, 40);
+  EXPECT_GT(by_two_doubles, 10);
 }
 
 TYPED_TEST(Certified, StatesThatAreNotFiniteAreSaidToBe) {

@@ -144,9 +144,9 @@ TYPED_TEST(DerivativesOf, SingularMechanismIsRefusedAndItsNeighbourIsNot) {
 // The error of an a, or of a solve that judged the state, is not theirs.
 TYPED_TEST(DerivativesOf, ClaimNoErrorAndWarnWhereAnInnovationCovarianceIsLost) {
   using T = TypeParam;
-  for (const Form form : {Form::conventional, Form::certified})
+  for (const Tolerance tolerance : tolerances)
     for (const double ratio : {1.0, 1e20}) {
-      SCOPED_TRACE(testing::Message() << to_string(form) << " ratio " << ratio);
+      SCOPED_TRACE(testing::Message() << name_of(tolerance) << " ratio " << ratio);
       const Model<double> even = chain(3, 12);
       std::vector<Joint<double>> joints;
       for (int k = 0; k < even.nv(); ++k) joints.push_back(even.joint(k));
@@ -155,7 +155,7 @@ TYPED_TEST(DerivativesOf, ClaimNoErrorAndWarnWhereAnInnovationCovarianceIsLost) 
       const State<T> state = random_state(model, 4).template cast<T>();
       AccelerationDerivatives<T> out(model.nv());
       const Outcome outcome =
-          dynamics_of<T>(model, spatial({Want::derivatives}, form))
+          dynamics_of<T>(model, spatial({Want::derivatives}, tolerance))
               .derivatives(state.q, state.qd, state.tau,
                            {.dq = out.dq, .dqd = out.dqd, .dtau = out.dtau}, out.a);
       ASSERT_TRUE(outcome);

@@ -93,9 +93,13 @@ TYPED_TEST(ErrorEstimateOf, IsAtLeastAQuarterOfTheErrorWhereMassesGrow) {
   EXPECT_GE(this->least(), 0.25);
 }
 
-// Of float nearly all of these climb. Roundings of one link may all have one sign: the worst of these 300 is 13 times the estimate.
+// Of float nearly all of these climb, and of the default tolerance of double nine in ten. Roundings of one link may all have one sign: the worst of these 300 is 13 times the estimate.
 TEST_F(ErrorEstimateInDouble, IsSeldomBelowAQuarterOfTheErrorOnWildMechanisms) {
-  for (int seed = 0; seed < 300; ++seed) this->look(wild(seed), random_state(wild(seed), seed));
+  for (int seed = 0; seed < 300; ++seed) {
+    DynamicsOptions options = spatial({Want::acceleration});
+    options.tolerance = 1e-7;
+    this->look(wild(seed), random_state(wild(seed), seed), options);
+  }
   EXPECT_GE(this->ratios_.size(), 50);
   EXPECT_LE(std::ranges::count_if(this->ratios_, [](double x) { return x < 0.25; }), 3);
   EXPECT_GE(this->least(), 0.03);
@@ -106,7 +110,7 @@ TEST_F(ErrorEstimateInDouble, OfSlidesAloneIsAtLeastHalfTheError) {
     for (int seed = 0; seed < 10; ++seed) {
       const Model<double> model = family.make(seed);
       this->look(model, random_state(model, seed),
-                 {Form::conventional, {.want = {Want::acceleration}}, {Rule::translations}});
+                 {{}, {.want = {Want::acceleration}}, {Rule::translations}});
     }
   EXPECT_GE(this->least(), 0.5);
   EXPECT_LE(this->median(), 150);

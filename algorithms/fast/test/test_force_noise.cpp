@@ -38,7 +38,7 @@ class ForceNoiseOf : public testing::Test {
     const double error = Truth(rounded<T>(drawn), state.template cast<double>()).relative(a) * size;
     ForceNoise<T> noise(model);
     const double all = noise.largest_variance(), here = noise.trace(model, ws);
-    const double unit = u * u / rounding_unit<T>();
+    const double unit = u * u / model.rounding_unit();
     double closer = 0;
     noise.begin();
     for (int k = model.nv() - 1; k >= 0; --k)
@@ -51,7 +51,7 @@ class ForceNoiseOf : public testing::Test {
     ++looked_at_;
   }
 
-  // Through the door: what is answered without a word is right to largest_error_of_a of |a|, or of a
+  // Through the door: what is answered without a word is right to the tolerance beside |a|, or a
   // hundredth of gravity.
   void expect_no_silent_error(const Model<double>& drawn, const State<double>& given) {
     const State<T> state = given.template cast<T>();
@@ -65,7 +65,7 @@ class ForceNoiseOf : public testing::Test {
     const double error =
         Truth(rounded<T>(drawn), state.template cast<double>()).relative(a) * a.norm();
     EXPECT_LE(error,
-              largest_error_of_a<T> * std::max<double>(a.norm(), 0.01 * drawn.gravity().norm()));
+              default_tolerance<T> * std::max<double>(a.norm(), 0.01 * drawn.gravity().norm()));
   }
 
   // S of (11) is at least what (7) says of any column of M^-1, which solving for it shows; of its second

@@ -46,10 +46,10 @@ struct Slide {
 // not show in T: of slides that are nearly coplanar one is rounded by u(W) size / D, and then the next
 // by size / D times as much. A search found accelerations wrong by 2e-6 at 6e-8, where only T counted.
 template <class T, class W>
-W sure_D_over_size() {
+W sure_D_over_size(double tolerance) {
   using std::max;
   using std::sqrt;
-  const W allowed = W(share_of_wider_rounding * largest_error_of_a<T>);
+  const W allowed = W(accepted_error_of_a(tolerance));
   return max(W(least_D_over_size<T>(1)),
              W(sqrt(W(rounding_constant) * unit_roundoff<W>() / allowed)));
 }
@@ -62,7 +62,7 @@ class TranslationalFactors {
   // threshold: a D below threshold times the masses it is made of is no sure one.
   template <class W>
   TranslationalFactors(const std::vector<Slide<W>>& slides, const Vector3<W>& gravity,
-                       const W& threshold = sure_D_over_size<T, W>())
+                       const W& threshold)
       : links_(slides.size()),
         inverse_(slides.size(), slides.size()),
         by_weight_(slides.size()),

@@ -1,6 +1,6 @@
 // Dynamics: the one way to ask for what a robot's dynamics are.
 //
-//   kalmarm::Dynamics<double> robot(model, {.form = kalmarm::Form::certified});
+//   kalmarm::Dynamics<double> robot(model, {.tolerance = 1e-12});
 //   kalmarm::Outcome outcome = robot.forward_dynamics(q, qd, tau, a);   // a is filled
 //
 // q holds nq numbers, every velocity, acceleration and torque nv; results about chosen joints hold
@@ -31,24 +31,17 @@
 #include "kalmarm/outcome.hpp"
 #include "kalmarm/question.hpp"
 #include "kalmarm/robot_model.hpp"
+#include "kalmarm/tolerance.hpp"
 #include "kalmarm/views.hpp"
 
 namespace kalmarm {
-
-enum class Form {
-  conventional,  // covariances P of the filter
-  certified,     // the same, refined by residuals in twice the precision: Outcome::error says how
-                 // wrong an answer is, mostly its last bit; 3 to 4 times the time in float64
-};
-
-KALMARM_EXPORT const char* to_string(Form form);
 
 // Of M and M^-1 of one state, by columns. `lower`: what is above the diagonal is not to be read, and
 // may be left as it was, which saves 28 to 42 per cent of the time of a chain of 500.
 enum class Triangles { both, lower };
 
 struct DynamicsOptions {
-  Form form = Form::conventional;
+  std::optional<double> tolerance = {};   // from last_bits to 1; empty: default_tolerance<T>
   Question question = {};                 // empty: everything about the whole robot
   std::set<Rule> rules = all_rules();     // by which work may be left out
   Triangles triangles = Triangles::both;  // that calls of one state have to fill
@@ -96,7 +89,7 @@ class KALMARM_EXPORT Dynamics {
   int nq() const { return nq_; }
   int nv() const { return nv_; }
   int asked() const { return asked_; }  // DoF asked about: nv() unless the question leaves some out
-  Form form() const { return form_; }
+  double tolerance() const { return tolerance_; }
   const Plan& plan() const;
 
   // a (asked) = M^-1 (tau - bias(q, qd)), gravity and armature included; Outcome::error says how
@@ -119,8 +112,7 @@ class KALMARM_EXPORT Dynamics {
   }
 
   // The same and X = M^-1 B (asked x m) of the columns of B, such as the transposed Jacobian of what is
-  // to be constrained; by the factors of the same sweep, where none of it is suspect and the form is
-  // conventional. The outcome is the worst of them all. Factors that were kept are made again when
+  // to be constrained; by the factors of the same sweep, where none of it climbs to another rung. The outcome is the worst of them all. Factors that were kept are made again when
   // they are asked for. Wants acceleration and solve. 465 n + 127 n m.
   Outcome forward_dynamics(VectorView<const T> q, VectorView<const T> qd, VectorView<const T> tau,
                            VectorView<T> a, MatrixView<const T> B, MatrixView<T> X) {
@@ -212,9 +204,9 @@ class KALMARM_EXPORT Dynamics {
 
   // x = M^-1 tau by the factors that are kept, of one vector (asked) or of every column of a matrix
   // (asked x m, column-major), which does not overlap x. The outcome is the worst of the factors',
-  // made again where another call has overwritten them, and the columns': a column that rounding may
-  // have moved far is answered by the certified form. Of those that it has answered the outcome has
-  // the worst error. After a factorisation that failed its outcome is returned, and x is filled with
+  // made again where another call has overwritten them, and the columns': a column whose
+  // estimated error is too large is answered by the next rung, and of such columns the outcome has the
+  // worst error. After a factorisation that failed its outcome is returned, and x is filled with
   // NaN. Before any: std::logic_error. 127 n m.
   Outcome solve(MatrixView<const T> tau, MatrixView<T> x) {
     return solve(checked_columns("solve", "tau", tau, "x", x), tau.data(), x.data());
@@ -367,7 +359,7 @@ class KALMARM_EXPORT Dynamics {
   Outcome operational(const T* q, T* X);
 
   int nq_ = 0, nv_ = 0, asked_ = 0, rows_ = 0;
-  Form form_ = Form::conventional;
+  double tolerance_ = default_tolerance<T>;
   std::unique_ptr<Execution<T>> execution_;
 };
 

@@ -13,7 +13,11 @@ struct [[nodiscard]] Outcome {
     not_finite,  // the result overflowed, or the state held a NaN
   };
 
+  // Which precision of the library answered; what a variant of the study answers says float64.
+  enum class Rung { float_lanes, float64, refined, two_doubles };
+
   Status status = Status::ok;
+  Rung rung = Rung::float64;
   bool near_singular = false;  // ok, but D(joint) may be wrong by 1 per cent or more
   bool recomputed = false;     // ok, by a wider precision than the first that was tried
   int joint = -1;    // DoF at which the factorisation stopped, or nearly did; -1 where it did not
@@ -40,6 +44,20 @@ inline const char* to_string(Outcome::Status status) {
       return "indefinite";
     case Outcome::Status::not_finite:
       return "not_finite";
+  }
+  return "?";
+}
+
+inline const char* to_string(Outcome::Rung rung) {
+  switch (rung) {
+    case Outcome::Rung::float_lanes:
+      return "float_lanes";
+    case Outcome::Rung::float64:
+      return "float64";
+    case Outcome::Rung::refined:
+      return "refined";
+    case Outcome::Rung::two_doubles:
+      return "two_doubles";
   }
   return "?";
 }

@@ -1,10 +1,10 @@
-// Which form and which precision are enough for a robot: measured on states that it will be in.
+// Which tolerance and which precision are enough for a robot: measured on states that it will be in.
 //
 //   const auto advice = kalmarm::recommend(model, q, qd, tau, {.tolerance = 1e-6});
 //   if (advice.precision == kalmarm::Precision::float32)
-//     kalmarm::Dynamics<float> robot(model, {.form = advice.form});
+//     kalmarm::Dynamics<float> robot(model, {.tolerance = advice.tolerance});
 //
-// All forms in both precisions answer the question in every state and are compared with an answer
+// Both precisions, by their default tolerance and to their last bits, answer the question in every state and are compared with an answer
 // that is right to the last bits of double, or says that it is not; the rule and its equations stand
 // in algorithms/advisor/advisor.hpp.
 #pragma once
@@ -29,7 +29,7 @@ struct RecommendOptions {
 };
 
 struct Recommendation {
-  Form form = Form::conventional;
+  double tolerance = default_tolerance<double>;  // of Dynamics
   Precision precision = Precision::float64;
   double worst = 0;        // error in these states; infinite where one has no answer or a warning
   double predicted = 0;    // what to expect in states like these

@@ -4,11 +4,11 @@
 #include <cmath>
 
 #include "algorithms/fast/derivatives/derivatives.hpp"
-#include "algorithms/study/flops/counted.hpp"
 #include "algorithms/fast/factors/blocks.hpp"
 #include "algorithms/fast/factors/columns.hpp"
 #include "algorithms/fast/rigid/mass.hpp"
 #include "algorithms/spatial/pack.hpp"
+#include "algorithms/study/flops/counted.hpp"
 
 namespace kalmarm {
 namespace {
@@ -101,14 +101,15 @@ double cholesky_flops(const LoweredModel<double>& model, const VectorX<double>& 
   return mass_flops(model, q, {}) + std::pow(model.nv(), 3) / 3;
 }
 
-double spatial_flops(const Plan& plan, const Part& part, Want want, Form form, CallKind call) {
+double spatial_flops(const Plan& plan, const Part& part, Want want, double tolerance,
+                     CallKind call) {
   const Model<double>& model = part.reduction.model;
   const VectorX<double> q = position_of(plan, part), zero = VectorX<double>::Zero(model.nv());
   if (want == Want::acceleration) {
     if (part.kernel == Kernel::spatial_at_rest)
       return acceleration_flops<AtRest>(model, q, zero, zero, part.zeros);
     const double sweep = acceleration_flops<CovarianceForm>(model, q, zero, zero, part.zeros);
-    if (form == Form::conventional) return sweep;
+    if (tolerance >= least_tolerance_of_double) return sweep;
     // The residual in pairs (spatial/pair.hpp), and a solution by factors that are kept.
     constexpr double a_flop_of_pairs = 6;
     return sweep + a_flop_of_pairs * inverse_dynamics_flops(model, q, part.zeros) +
@@ -142,7 +143,7 @@ double translational_flops(const Part& part, Want want) {
 
 }  // namespace
 
-double flops(const Plan& plan, Want want, Form form, CallKind call) {
+double flops(const Plan& plan, Want want, double tolerance, CallKind call) {
   double out = 0;
   for (const Part& part : plan.parts) {
     const Model<double>& model = part.reduction.model;
@@ -156,14 +157,15 @@ double flops(const Plan& plan, Want want, Form form, CallKind call) {
     else if (part.kernel == Kernel::translational)
       out += translational_flops(part, want);
     else
-      out += spatial_flops(plan, part, want, form, call);
+      out += spatial_flops(plan, part, want, tolerance, call);
   }
   return std::max(out, 1.0);
 }
 
-double flops_of(const Model<double>& model, Want want, Form form, CallKind call) {
-  std::set<Rule> rules = rules_for(form);
-  return flops(make_plan(model, {.want = {want}}, rules), want, form, call);
+double flops_of(const Model<double>& model, Want want, std::optional<double> tolerance,
+                CallKind call) {
+  const double within = tolerance.value_or(default_tolerance<double>);
+  return flops(make_plan(model, {.want = {want}}, rules_for(within)), want, within, call);
 }
 
 }  // namespace kalmarm

@@ -1,4 +1,4 @@
-// What a plan costs a call, by the fast path in one of its forms.
+// What a plan costs a call, by the fast path within a tolerance.
 #pragma once
 
 #include "algorithms/dynamics/plan.hpp"
@@ -15,9 +15,11 @@ struct CallKind {
 // precision: one state in float is answered in double. Sines and cosines are not counted. Each is counted by running it on one state, as many times as there are
 // columns. Only what goes by blocks and chosen blocks of M^-1 are as their headers
 // say, and so is M^-1 tau, one tau.
-double flops(const Plan& plan, Want want, Form form = Form::conventional, CallKind call = {});
+double flops(const Plan& plan, Want want, double tolerance = default_tolerance<double>,
+             CallKind call = {});
 
-// The same of a whole robot, by the default rules that the form can follow.
-double flops_of(const Model<double>& model, Want want, Form form, CallKind call = {});
+// The same of a whole robot, by the rules that can be followed within the tolerance; empty: the default.
+double flops_of(const Model<double>& model, Want want, std::optional<double> tolerance,
+                CallKind call = {});
 
 }  // namespace kalmarm

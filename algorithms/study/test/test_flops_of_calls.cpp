@@ -4,9 +4,9 @@
 
 #include <string>
 
-#include "algorithms/study/flops/flops.hpp"
 #include "algorithms/fast/claims/constants.hpp"
 #include "algorithms/spatial/pack.hpp"
+#include "algorithms/study/flops/flops.hpp"
 #include "algorithms/test/models.hpp"
 
 namespace kalmarm::test {
@@ -15,7 +15,7 @@ namespace {
 constexpr CallKind single = {}, rows = {.rows = true};
 
 double flops_of_form(const Model<double>& model, Want want, CallKind call = single) {
-  return flops_of(model, want, Form::conventional, call);
+  return flops_of(model, want, {}, call);
 }
 
 void expect_about(double flops, double promised, const std::string& what) {

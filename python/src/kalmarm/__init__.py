@@ -14,12 +14,13 @@ from ._core import (
     Recommendation,
     __version__,
     instruction_set,
+    last_bits,
     outcome_dtype,
 )
 from .builder import Builder
 from .files import LoadError, from_mujoco, load
 from .pinocchio import PinocchioStates, from_pinocchio
-from .robot import Actuator, CoupledRow, Robot, State, Status, Terms
+from .robot import Actuator, CoupledRow, Robot, Rung, State, Status, Terms
 from .step import ImplicitStep, Stepped
 
 __all__ = [
@@ -36,6 +37,7 @@ __all__ = [
     "Plan",
     "Recommendation",
     "Robot",
+    "Rung",
     "State",
     "Status",
     "Stepped",
@@ -44,6 +46,7 @@ __all__ = [
     "from_mujoco",
     "from_pinocchio",
     "instruction_set",
+    "last_bits",
     "load",
     "outcome_dtype",
 ]

@@ -26,6 +26,15 @@ class Status(enum.IntEnum):
     NOT_FINITE = 3  # the result overflowed, or the state held a NaN
 
 
+class Rung(enum.IntEnum):
+    """Which precision answered: the field "rung" of an outcome."""
+
+    FLOAT_LANES = 0
+    FLOAT64 = 1
+    REFINED = 2
+    TWO_DOUBLES = 3
+
+
 class State(NamedTuple):
     """Position, velocity and torques: (..., nq), (..., nv), (..., nv)."""
 
@@ -125,7 +134,7 @@ class Robot(_core.Robot):
         self,
         description: Description,
         *,
-        form: str = "conventional",
+        tolerance: float | None = None,
         wants: Iterable[str] = (),
         asked: Iterable[str | int] = (),
         frames: Iterable[str | Frame] = (),
@@ -136,8 +145,9 @@ class Robot(_core.Robot):
     ) -> None:
         """What is asked of the robot that the description describes.
 
-        form: "conventional"; or "certified", right to the last bits also where masses differ by
-            many powers of ten, for 3 to 4 times the time in float64 and twice it in float32.
+        tolerance: relative error that an answer without a warning may have, from `last_bits` to 1; None:
+            1e-2 in float32 and 1e-8 in float64. A wider precision answers where it has to; below 1e-12
+            every answer is refined, for 3 to 4 times the time.
         wants: "acceleration", "inverse", "diagonal", "log_det", "mass", "operational", "solve",
             "inverse_dynamics", "derivatives"; all unless told.
         asked: the joints that results are about; all that are free unless told.
@@ -152,7 +162,7 @@ class Robot(_core.Robot):
         position = description.q0 if q is None and locked_dofs else () if q is None else q
         super().__init__(
             description.model,
-            form,
+            tolerance,
             list(wants),
             dofs_of(names, asked),
             [_frame(description, frame) for frame in frames],
@@ -165,7 +175,7 @@ class Robot(_core.Robot):
         self._options = options
 
     def replace(self, **options: Any) -> Robot:
-        """The same robot with other options of `Robot`: form, asked, locked, at_rest, ..."""
+        """The same robot with other options of `Robot`: tolerance, asked, locked, at_rest, ..."""
         unknown_options = options.keys() - _OPTIONS
         if unknown_options:
             raise TypeError(f"replace: no option is called '{unknown_options.pop()}'")
@@ -255,7 +265,7 @@ class Robot(_core.Robot):
         count: int = 100,
         rng: np.random.Generator | int | None = 0,
     ) -> Recommendation:
-        """Which form and which dtype are enough, measured in the states q, qd, tau (..., in
+        """Which tolerance and which dtype are enough, measured in the states q, qd, tau (..., in
         float64), or in `count` random ones.
 
         tolerance: on |da| / |a|, and on M^-1 scaled by its diagonal. The robot's question counts,
@@ -268,8 +278,9 @@ class Robot(_core.Robot):
 
     def __repr__(self) -> str:
         some = "" if self.n == self.nv else f", {self.n} asked about"
+        within = "" if self.tolerance is None else f" within {self.tolerance:.3g}"
         return (
-            f"<kalmarm.Robot {self.name}: {self.nv} DoF{some}, {self.nq} in q, {self.form} form, "
+            f"<kalmarm.Robot {self.name}: {self.nv} DoF{some}, {self.nq} in q{within}, "
             f"float32 or float64 as its arrays, {_core.instruction_set()}>"
         )
 
@@ -277,7 +288,7 @@ class Robot(_core.Robot):
         raise TypeError("a Robot is not pickled: load it anew in the other process")
 
 
-_OPTIONS = {"form", "wants", "asked", "frames", "locked", "q", "at_rest", "rules"}
+_OPTIONS = {"tolerance", "wants", "asked", "frames", "locked", "q", "at_rest", "rules"}
 
 
 def _frame(description: Description, frame: str | Frame) -> Frame:

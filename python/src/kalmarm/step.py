@@ -57,7 +57,7 @@ class ImplicitStep(_core.ImplicitStep):
             the matrix. Those of `robot.terms`, the tendons of its file, unless given.
         scheme: "springs_at_end" or "springs_at_start".
 
-        The form is the robot's. ValueError where h, a damper or a spring is negative, a number is
+        The tolerance is the robot's. ValueError where h, a damper or a spring is negative, a number is
         not finite, a ball or free joint has a spring or is coupled, and where the robot's question
         leaves joints out.
         """
@@ -78,7 +78,7 @@ class ImplicitStep(_core.ImplicitStep):
                 for row in (terms.rows if rows is None else rows)
             ],
             scheme,
-            robot.form == "certified",
+            robot.tolerance,
         )
         self._robot = robot
 
