@@ -5,12 +5,12 @@
 #include <vector>
 
 #include "algorithms/fast/derivatives/derivatives.hpp"
-#include "algorithms/study/flops/counted.hpp"
 #include "algorithms/fast/factors/lambda.hpp"
 #include "algorithms/fast/factors/solve.hpp"
 #include "algorithms/fast/rigid/inverse_dynamics.hpp"
 #include "algorithms/fast/rigid/mass.hpp"
 #include "algorithms/fast/test/zero_terms_support.hpp"
+#include "algorithms/study/flops/counted.hpp"
 
 namespace kalmarm::test {
 namespace {
@@ -43,7 +43,8 @@ double flops_per_joint(const Model<double>& model) {
 }
 
 // What the test of D (rounding_test.hpp) takes of a link that can lose one in some position: 15 for (1) with what
-// is pending, 4 for traces, 3 for h, 16 for (2), 2 for (3) and 3 across the link. Chains of 31 have none.
+// is pending, 4 for traces, 3 for h, 16 for (2), 2 for (3) and 3 across the link. Of the chain of 31 two have to be tested
+// where D has to be right to 2e-9.
 double of_test(const Model<double>& model) {
   const LoweredModel<double> lowered(model);
   double tested = 0;
@@ -57,7 +58,7 @@ TEST(ForwardDynamicsFlops, HingeOfAChainCostsAtMost480) {
     expect_between(350, flops_per_joint<CovarianceForm>(model), 480 + of_test(model),
                    "flops_" + std::to_string(n));
   }
-  EXPECT_EQ(of_test(chain(1, 31)), 0);
+  EXPECT_LE(of_test(chain(1, 31)), 2 * 43.0 / 31);
   EXPECT_LE(flops_per_joint<CovarianceForm>(nearly_parallel(1e-5)), 480);
 }
 
