@@ -13,9 +13,9 @@
 #include <vector>
 
 #include "accuracy/programs/common/open_scene.hpp"
-#include "algorithms/study/flops/flops.hpp"
 #include "algorithms/dynamics/plan.hpp"
 #include "algorithms/model/plain.hpp"
+#include "algorithms/study/flops/flops.hpp"
 #include "benchmarks/case.hpp"
 #include "benchmarks/driver.hpp"
 #include "kalmarm/dynamics.hpp"

@@ -82,8 +82,8 @@ void TwiceResidual<T>::of(const Model& model, const T* high, const T* low, T* r)
 }
 
 extern template class LoweredModel<Pair<double>>;
-extern template LoweredModel<Pair<double>>::LoweredModel(const kalmarm::Model<Pair<double>>&,
-                                                         Zeros, double);
+extern template LoweredModel<Pair<double>>::LoweredModel(const kalmarm::Model<Pair<double>>&, Zeros,
+                                                         double);
 extern template class TwiceResidual<double>;
 extern template class TwiceResidual<Pack<double, padding<double>>>;
 

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "algorithms/study/flops/counted.hpp"
 #include "algorithms/fast/test/exact.hpp"
 #include "algorithms/fast/test/plain_filter.hpp"
 #include "algorithms/fast/test/support.hpp"
+#include "algorithms/study/flops/counted.hpp"
 #include "algorithms/study/solver.hpp"
 #include "algorithms/study/square_root/square_root.hpp"
 #include "algorithms/test/singular.hpp"
