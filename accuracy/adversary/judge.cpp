@@ -7,6 +7,7 @@
 #include "accuracy/adversary/exact.hpp"
 #include "accuracy/contenders/contender.hpp"
 #include "algorithms/dynamics/plan.hpp"
+#include "kalmarm/tolerance.hpp"
 #include "robots/loader/input_error.hpp"
 
 namespace kalmarm::adversary {
@@ -192,7 +193,9 @@ class JudgeOf final : public Judge {
 
 }  // namespace
 
-double promise(const std::string& precision) { return precision == "float32" ? 1e-2 : 1e-6; }
+double promise(const std::string& precision) {
+  return precision == "float32" ? default_tolerance<float> : default_tolerance<double>;
+}
 
 bool Verdict::claims() const { return outcome.error > 0 && std::isfinite(outcome.error); }
 

@@ -13,7 +13,7 @@
 // The caller says how wrong d(i) can be, |error of d(i)|^2 <= bound(i) (bounded_solve.hpp), so that
 //   |a - x(i+1)| <= sqrt(bound(i))                                                        (4)
 // but for what rounding does to r in twice the precision. That has to be below trust |x(i+1)|,
-// trust = 1e-7, else another step is taken, whose d is smaller.
+// trust = trusted_error, else another step is taken, whose d is smaller.
 //   |d(0)| <= far |x(i+1)|                                                                (5)
 // since d(0) is what rounding did to x(0), and does to the high parts of the residual. In pairs, what
 // cancels within a link keeps no more digits than double has (pair.hpp): far = 1e-9.

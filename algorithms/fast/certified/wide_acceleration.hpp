@@ -10,7 +10,7 @@
 // N where they make forces, but nothing that they compute: where rounding had moved a by more, they
 // would not agree. Without N a search found an acceleration of 4e-15 at velocities of 6 rad/s, made
 // by a cosine of 6e-17, wrong by 2e-13 where 1e-16 was told. Beside gravity g and velocities
-// u (g + |q'|^2), u of double, takes the place of a smaller |a|. An error above 1e-7 warns; where no
+// u (g + |q'|^2), u of double, takes the place of a smaller |a|. An error above 1e-8 warns; where no
 // digit of a D is left, M cannot be told from singular and there is no answer.
 #pragma once
 

@@ -1,19 +1,19 @@
 // What the calls of the fast path promise, in one place; docs/errors.md says it to users. `silent`:
 // an Outcome without a warning (Outcome::warns) that is no refusal.
 //
-//   call                   form           promised where silent                   norm
-//   acceleration           conventional   |da| <= tolerance |a|                   Euclid's    (1)
-//                          and the rest   error ~ |da|_M / |a|_M                  energy      (2)
-//                          certified      error ~ |da| / |a|                      Euclid's    (3)
-//   M^-1, selected         conventional   every D within a fifth of tolerance      Loewner's   (4)
-//   M^-1                   conventional   rounding of a column's own numbers
-//                                         |dX_ij| <= tolerance sqrt(X_ii X_jj) entries (6)
-//                          certified      |dX_ij| <= error sqrt(X_ii X_jj)        entries     (5)
-//   diagonal               certified      |dx_i| <= error x_i                     entries     (5)
-//   log det M              certified      |dL| <= error max(1, |L|)               number      (5)
-//   solve                  conventional   |dx| <= tolerance |x|, columns Euclid's    (1)
-//                          certified      |dx| <= error |x|, columns alone        Euclid's    (5)
-//   derivatives            all            (4); no error is told
+//   call            rung       promised where silent                        norm
+//   acceleration    first two  |da| <= tolerance |a|                        Euclid's    (1)
+//                              error ~ |da|_M / |a|_M                       energy      (2)
+//                   refined    error ~ |da| / |a|                           Euclid's    (3)
+//   M^-1, selected  first two  every D within a fifth of tolerance          Loewner's   (4)
+//   M^-1            first two  rounding of a column's own numbers
+//                              |dX_ij| <= tolerance sqrt(X_ii X_jj)         entries     (6)
+//                   refined    |dX_ij| <= error sqrt(X_ii X_jj)             entries     (5)
+//   diagonal        refined    |dx_i| <= error x_i                          entries     (5)
+//   log det M       refined    |dL| <= error max(1, |L|)                    number      (5)
+//   solve           first two  |dx| <= tolerance |x|, columns               Euclid's    (1)
+//                   refined    |dx| <= error |x|, columns alone             Euclid's    (5)
+//   derivatives     float64    (4); no error is told
 //
 // (1) by (8), (8') and (9) of force_noise.hpp, a beside a hundredth of gravity where |a| is less;
 // (2) by (10) there; (3) by (3) of refine.hpp, beside u (|gravity| + |qd|^2) where |a| is less: where
@@ -40,6 +40,11 @@ constexpr double accepted_error_of_a(double tolerance) { return accepted_share *
 constexpr double error_of_D_let_pass(double tolerance) {
   return of_D_over_of_a * accepted_error_of_a(tolerance);
 }
+
+// Refined answers: a bound of the last correction's error over |x|; and of what two doubles answer, the error
+// beyond which it warns.
+inline constexpr double trusted_error = accepted_error_of_a(default_tolerance<double>);
+inline constexpr double enough_in_two_doubles = default_tolerance<double>;
 
 // The tolerances from which rungs are tried: few states of ordinary robots have an estimate in float below
 // the share of the first, in double below that of the second.

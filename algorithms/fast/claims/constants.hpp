@@ -40,8 +40,6 @@ inline constexpr double no_body = 1e30;
 inline constexpr double first_contraction = 100;
 //   What a later step may leave of the one before.
 inline constexpr double worst_contraction = 0.3;
-//   A bound of the last correction's error over |x|, a tenth of what is promised of a.
-inline constexpr double trusted_error = 1e-7;
 //   The first correction over |x|, or over gravity_share of gravity: pairs keep no more digits of what
 //   cancels within a link than double has, which a search found at 1e-8.
 inline constexpr double farthest_start = 1e-9;
@@ -65,8 +63,6 @@ inline constexpr double enough_of_parts = 64;
 inline constexpr double least_error_of_parts = 4;
 // Of factors by which solves are refined.
 inline constexpr double enough_of_factors = 1e-3;
-// Of what is worked out in DoubleDouble; beyond, it warns.
-inline constexpr double enough_in_two_doubles = 1e-7;
 
 // Largest M and M^-1 of rows of states that are worked out with a state in every lane; larger ones go
 // state by state. With AVX-512 the block of lanes has 64 n^2 bytes, which are to lie in a cache of 1 MB.

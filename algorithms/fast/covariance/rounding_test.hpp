@@ -12,7 +12,7 @@
 //   S+ = psi S psi' <= 2 (S + h g g'),  h = H S H',  psi = I - gH                         (2)
 //   S(parent) += 2 (moment + |p|^2 force), force      phi S+ phi'
 // and D has to stand above them by itself,
-//   c u (h + N) < error_of_D D                                                  (3)
+//   c u (h + N) < error_of_D D                                                           (3)
 // A state that fails both (1) and (3) at some joint is left to the next rung: margin <= 0. Where (1)
 // holds in all positions, w.tested is false, and
 // nothing is computed (rounding_weights.hpp): in float64 of most robots and of chains of 1000 links.

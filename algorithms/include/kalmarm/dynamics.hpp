@@ -112,8 +112,8 @@ class KALMARM_EXPORT Dynamics {
   }
 
   // The same and X = M^-1 B (asked x m) of the columns of B, such as the transposed Jacobian of what is
-  // to be constrained; by the factors of the same sweep, where none of it climbs to another rung. The outcome is the worst of them all. Factors that were kept are made again when
-  // they are asked for. Wants acceleration and solve. 465 n + 127 n m.
+  // to be constrained; by the factors of the same sweep, where none of it climbs to another rung. The
+  // outcome is the worst of them all. Factors that were kept are made again when they are asked for. Wants acceleration and solve. 465 n + 127 n m.
   Outcome forward_dynamics(VectorView<const T> q, VectorView<const T> qd, VectorView<const T> tau,
                            VectorView<T> a, MatrixView<const T> B, MatrixView<T> X) {
     check("forward_dynamics", q, qd, "tau", tau, a.size(), asked_);

@@ -123,10 +123,10 @@ class KALMARM_EXPORT ImplicitStep {
                                  RowsView<T> a, std::span<Outcome> outcomes, int threads = 1);
 
   // Rows of states with gains of their own. References cost nothing; dampers and springs 1.2 times the
-  // time of a step, in the conventional form; in the certified one every row is a robot that is made
-  // anew. Throws std::invalid_argument with row and DoF where b or k is negative,
-  // where a number is not finite, where a ball or free joint has a spring, and where dampers or
-  // springs of rows stand beside terms that couple joints.
+  // time of a step; below a tolerance of 1e-12 every row is a robot that is made anew. Throws
+  // std::invalid_argument with row and DoF where b or k is negative, where a number is not finite, where
+  // a ball or free joint has a spring, and where dampers or springs of rows stand beside terms that couple
+  // joints.
   [[nodiscard]] int acceleration(RowsView<const T> q, RowsView<const T> v, RowsView<const T> tau,
                                  const GainRows<T>& gains, RowsView<T> a,
                                  std::span<Outcome> outcomes, int threads = 1);

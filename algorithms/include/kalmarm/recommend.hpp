@@ -4,9 +4,9 @@
 //   if (advice.precision == kalmarm::Precision::float32)
 //     kalmarm::Dynamics<float> robot(model, {.tolerance = advice.tolerance});
 //
-// Both precisions, by their default tolerance and to their last bits, answer the question in every state and are compared with an answer
-// that is right to the last bits of double, or says that it is not; the rule and its equations stand
-// in algorithms/advisor/advisor.hpp.
+// Both precisions, by their default tolerance and to their last bits, answer the question in every
+// state and are compared with an answer that is right to the last bits of double, or says that it is
+// not; the rule and its equations stand in algorithms/advisor/advisor.hpp.
 #pragma once
 
 #include <stdexcept>
