@@ -26,13 +26,13 @@ json to_json(const VectorX<double>& x) {
   return out;
 }
 
-// What is told, in the frames of the file's bodies (identifiability.hpp).
-struct Told {
+// A fit in the frames of the file's bodies (identifiability.hpp).
+struct InFileFrames {
   MatrixX<double> B, R, covariance;
   VectorX<double> units;
   BaseParameters base;
 
-  explicit Told(const Identification& done)
+  explicit InFileFrames(const Identification& done)
       : B(columns_of_file(done.scene, done.free)),
         R(done.fit.R * B.inverse()),
         covariance(B * done.fit.covariance * B.transpose()),
@@ -80,14 +80,15 @@ void add_prediction(const Identification& done, json& record) {
 }
 
 // What the data see, and what other motion would show.
-void add_identifiability(const Identification& done, const Told& told, Residual residual,
+void add_identifiability(const Identification& done, const InFileFrames& in_file, Residual residual,
                          json& record) {
-  const BaseParameters& base = told.base;
-  const Lost lost = lost_parameters(done.scene, done.start, done.free, residual, told.R);
-  const VectorX<double> moved = told.values(done, done.fit.robot) - told.values(done, done.start);
+  const BaseParameters& base = in_file.base;
+  const Lost lost = lost_parameters(done.scene, done.start, done.free, residual, in_file.R);
+  const VectorX<double> moved =
+      in_file.values(done, done.fit.robot) - in_file.values(done, done.start);
   std::vector<int> kept;
   for (const int column : base.unseen)
-    if (std::abs(moved[column]) <= 1e-9 * told.units[column]) kept.push_back(column);
+    if (std::abs(moved[column]) <= 1e-9 * in_file.units[column]) kept.push_back(column);
   record["rank"] = base.rank;
   record["condition"] = base.condition;
   record["unseen"] = picked(base.unseen, done.names);
@@ -105,15 +106,15 @@ void add_identifiability(const Identification& done, const Told& told, Residual 
         "parameters a long way");
 }
 
-void add_base_parameters(const Identification& done, const Told& told, json& record) {
-  const BaseParameters& base = told.base;
-  const VectorX<double>& units = told.units;
+void add_base_parameters(const Identification& done, const InFileFrames& in_file, json& record) {
+  const BaseParameters& base = in_file.base;
+  const VectorX<double>& units = in_file.units;
   const std::vector<std::string> words = in_words(base, done.names);
-  const VectorX<double> fitted = base.map * told.values(done, done.fit.robot);
+  const VectorX<double> fitted = base.map * in_file.values(done, done.fit.robot);
   const VectorX<double> deviation =
-      (base.map * told.covariance * base.map.transpose()).diagonal().cwiseMax(0).cwiseSqrt();
+      (base.map * in_file.covariance * base.map.transpose()).diagonal().cwiseMax(0).cwiseSqrt();
   std::optional<VectorX<double>> truth;
-  if (done.truth) truth = base.map * told.values(done, *done.truth);
+  if (done.truth) truth = base.map * in_file.values(done, *done.truth);
   json& out = record["base_parameters"] = json::array();
   for (int i = 0; i < base.rank; ++i) {
     json entry{{"name", words[i]},
@@ -133,10 +134,10 @@ void add_base_parameters(const Identification& done, const Told& told, json& rec
     return error;
   };
   record["base_error"] = worst(fitted);
-  record["base_error_of_start"] = worst(base.map * told.values(done, done.start));
+  record["base_error_of_start"] = worst(base.map * in_file.values(done, done.start));
   for (std::size_t i = 0; i < done.fit.iterations.size(); ++i)
     record["iterations"][i]["base_error"] =
-        worst(base.map * (told.B * done.fit.iterations[i].values));
+        worst(base.map * (in_file.B * done.fit.iterations[i].values));
 }
 
 void add_physics(const Identification& done, json& record) {
@@ -169,16 +170,16 @@ json record_of(const Identification& done, const IdentificationOptions& options)
     record["warnings"].push_back("the solver has not converged: " + result.message);
   if (!result.usable) return record;
   record["residual_rms"] = result.sigma;
-  const Told told(done);
-  record["values"] = to_json(told.values(done, result.robot));
-  record["start"] = to_json(told.values(done, done.start));
-  if (done.truth) record["truth"] = to_json(told.values(done, *done.truth));
+  const InFileFrames in_file(done);
+  record["values"] = to_json(in_file.values(done, result.robot));
+  record["start"] = to_json(in_file.values(done, done.start));
+  if (done.truth) record["truth"] = to_json(in_file.values(done, *done.truth));
   record["torque_nrmse"] = {{"start", done.before.total},
                             {"fitted", done.after.total},
                             {"joints", to_json(done.after.joints)}};
   add_prediction(done, record);
-  add_identifiability(done, told, options.fit.residual, record);
-  add_base_parameters(done, told, record);
+  add_identifiability(done, in_file, options.fit.residual, record);
+  add_base_parameters(done, in_file, record);
   add_physics(done, record);
   return record;
 }

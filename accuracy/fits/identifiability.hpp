@@ -7,7 +7,7 @@
 //   beta = theta_1 + R1^-1 R2 theta_2        theta = U P (theta_1; theta_2), in units
 // and nothing else. The singular values of J with columns of unit length decide the rank.
 //
-// A fit has the parameters of a link in its own axes, z along the joint. What is told of them is told in
+// A fit has the parameters of a link in its own axes, z along the joint. They are reported in
 // the frames of the file's bodies: theta_file = B theta, J_file = J B^-1.
 #pragma once
 

@@ -58,7 +58,7 @@ TEST(Tolerance, IsThatOfThePrecisionUnlessTold) {
 }
 
 // Masses over twelve decades, of which two rungs answer some: without a warning |da| is within the
-// tolerance and the rounding of the answer to T. Only where gravity is little beside |a| is that the norm.
+// tolerance and the rounding of the answer to T.
 TYPED_TEST(ToleranceOf, WildMechanismsIsKept) {
   using T = TypeParam;
   std::vector<int> answered(4, 0);

@@ -13,7 +13,7 @@
 //   log det M       refined    |dL| <= error max(1, |L|)                    number      (5)
 //   solve           first two  |dx| <= tolerance |x|, columns               Euclid's    (1)
 //                   refined    |dx| <= error |x|, columns alone             Euclid's    (5)
-//   derivatives     float64    (4); no error is told
+//   derivatives     float64    (4); no error is estimated
 //
 // (1) by (8), (8') and (9) of force_noise.hpp, a beside a hundredth of gravity where |a| is less;
 // (2) by (10) there; (3) by (3) of refine.hpp, beside u (|gravity| + |qd|^2) where |a| is less: where
