@@ -56,7 +56,7 @@ Dynamics<T> make_robot(const Contender& by, const Scene& scene, const DynamicsOp
   if constexpr (std::is_floating_point_v<T>)
     if (is_fast(by.variant))  // truth is of the robot whose parameters are rounded to T
       return Dynamics<T>(plain(scene.model.template cast<T>().template cast<double>()), asked);
-  return Dynamics<T>(plain(scene.model), asked, engines_by<T>([&](const Model<T>& part) {
+  return Dynamics<T>(plain(scene.model), asked, engines_by<T>([by, scene](const Model<T>& part) {
                        return make_contender<T>(by, scene, part);
                      }));
 }

@@ -71,7 +71,7 @@ void Tally::add(std::uint64_t seed, double mass_ratio, const std::string& precis
 void Tally::count(const Group& group, const Record& record, double error) {
   Counts& counts = groups_.try_emplace(group, memory_.get()).first->second;
   ++counts.status[to_string(record.outcome.status)];
-  counts.recomputed += record.outcome.recomputed;
+  counts.recomputed += record.outcome.rung > Outcome::Rung::float64;
   const bool claims = group.measure == "relative" && claiming_.contains(group.variant);
   if (claims && !counts.beyond_claim) counts.beyond_claim = 0;
   if (!record.outcome) return;

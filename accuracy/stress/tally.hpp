@@ -5,8 +5,8 @@
 // decades of kS and of the mass ratio, heaviest over lightest body. It counts outcomes by status,
 // and errors in bins (error_bins.hpp) of answers that are ok: silent or warned, by Outcome::warns().
 //
-//   recomputed     outcomes of a fast path's guard that took the first answer for suspect, right or
-//                  not, and let the certified form answer: Outcome::recomputed
+//   recomputed     outcomes of the fast path that a rung above double gave, whether double's own answer
+//                  was right or not: Outcome::rung
 //   beyond_claim   silent answers of variants that claim an error, the certified ones, with
 //                    error > 4 max(claim, u)                                               (1)
 //                  both as Outcome::error tells them. A claim below u counts as u, to which the

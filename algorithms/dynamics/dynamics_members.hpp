@@ -5,7 +5,7 @@
 #include <functional>
 
 #include "algorithms/dynamics/check_model.hpp"
-#include "algorithms/dynamics/execution_rows.hpp"
+#include "algorithms/dynamics/execution.hpp"
 #include "algorithms/model/plain.hpp"
 #include "kalmarm/dynamics.hpp"
 
@@ -21,8 +21,8 @@ Dynamics<T>::Dynamics(const RobotModel& model, const DynamicsOptions& options,
   execution_ =
       std::make_unique<Execution<T>>(make_plan(model_of(model), options.question, options.rules),
                                      nq_, tolerance_, options.triangles, make);
-  asked_ = execution_->asked();
-  rows_ = execution_->rows();
+  asked_ = static_cast<int>(execution_->width().n);
+  rows_ = static_cast<int>(execution_->width().k);
 }
 
 template <class T>
@@ -92,74 +92,13 @@ void Dynamics<T>::check_derivatives(const Derivatives<T>& out) const {
 }
 
 template <class T>
-Outcome Dynamics<T>::forward_dynamics(const T* q, const T* qd, const T* tau, T* a) {
-  return execution().forward_dynamics(q, qd, tau, a);
+Outcome Dynamics<T>::answer(const Call<T>& call) {
+  return execution().answer(call);
 }
 template <class T>
-int Dynamics<T>::forward_dynamics(int count, const T* q, const T* qd, const T* tau, T* a,
-                                  Outcome* outcomes, int threads) {
-  return execution().forward_dynamics(count, q, qd, tau, a, outcomes, std::max(threads, 1));
-}
-template <class T>
-Outcome Dynamics<T>::forward_dynamics(const T* q, const T* qd, const T* tau, T* a, int m,
-                                      const T* B, T* X) {
-  return execution().forward_dynamics(q, qd, tau, a, m, B, X);
-}
-template <class T>
-int Dynamics<T>::forward_dynamics(int count, const T* q, const T* qd, const T* tau, T* a, int m,
-                                  const T* B, T* X, Outcome* outcomes, int threads) {
-  return execution().forward_dynamics(count, q, qd, tau, a, m, B, X, outcomes,
-                                      std::max(threads, 1));
-}
-template <class T>
-void Dynamics<T>::inverse_dynamics(const T* q, const T* qd, const T* qdd, T* tau) {
-  execution().inverse_dynamics(q, qd, qdd, tau);
-}
-template <class T>
-void Dynamics<T>::inverse_dynamics(int count, const T* q, const T* qd, const T* qdd, T* tau,
-                                   int threads) {
-  execution().inverse_dynamics(count, q, qd, qdd, tau, std::max(threads, 1));
-}
-template <class T>
-void Dynamics<T>::mass(const T* q, T* M) {
-  execution().mass(q, M);
-}
-template <class T>
-Outcome Dynamics<T>::inverse_mass(const T* q, T* X) {
-  return execution().inverse(q, X);
-}
-template <class T>
-int Dynamics<T>::mass(int count, const T* q, T* M, Outcome* outcomes, int threads) {
-  return execution().mass(count, q, M, outcomes, std::max(threads, 1));
-}
-template <class T>
-int Dynamics<T>::inverse_mass(int count, const T* q, T* X, Outcome* outcomes, int threads) {
-  return execution().inverse(count, q, X, outcomes, std::max(threads, 1));
-}
-template <class T>
-int Dynamics<T>::solve(int count, const T* q, const T* tau, T* x, Outcome* outcomes, int threads) {
-  return execution().solve(count, q, tau, x, outcomes, std::max(threads, 1));
-}
-template <class T>
-int Dynamics<T>::diagonal(int count, const T* q, T* x, Outcome* outcomes, int threads) {
-  return execution().diagonal(count, q, x, outcomes, std::max(threads, 1));
-}
-template <class T>
-int Dynamics<T>::log_det(int count, const T* q, T* x, Outcome* outcomes, int threads) {
-  return execution().log_det(count, q, x, outcomes, std::max(threads, 1));
-}
-template <class T>
-int Dynamics<T>::operational(int count, const T* q, T* X, Outcome* outcomes, int threads) {
-  return execution().operational(count, q, X, outcomes, std::max(threads, 1));
-}
-template <class T>
-int Dynamics<T>::derivatives(int count, const T* q, const T* qd, const T* tau,
-                             const DerivativeRows<T>& out, T* a, Outcome* outcomes, int threads) {
-  const auto data = [](const std::optional<RowsView<T>>& rows) {
-    return rows ? rows->data() : nullptr;
-  };
-  return execution().derivatives(count, q, qd, tau, data(out.dq), data(out.dqd), data(out.dtau), a,
-                                 outcomes, std::max(threads, 1));
+int Dynamics<T>::answer_rows(std::ptrdiff_t count, const Call<T>& call, Outcome* outcomes,
+                             int threads) {
+  return execution().answer_rows(static_cast<int>(count), call, outcomes, std::max(threads, 1));
 }
 template <class T>
 Outcome Dynamics<T>::factor(const T* q) {
@@ -168,23 +107,6 @@ Outcome Dynamics<T>::factor(const T* q) {
 template <class T>
 Outcome Dynamics<T>::solve(int columns, const T* taus, T* X) {
   return execution().solve(columns, taus, X);
-}
-template <class T>
-Outcome Dynamics<T>::derivatives(const T* q, const T* qd, const T* tau, const Derivatives<T>& out,
-                                 T* a) {
-  return execution().derivatives(q, qd, tau, out.dq.data(), out.dqd.data(), out.dtau.data(), a);
-}
-template <class T>
-Outcome Dynamics<T>::diagonal(const T* q, T* x) {
-  return execution().diagonal(q, x);
-}
-template <class T>
-Outcome Dynamics<T>::log_det(const T* q, T& x) {
-  return execution().log_det(q, x);
-}
-template <class T>
-Outcome Dynamics<T>::operational(const T* q, T* X) {
-  return execution().operational(q, X);
 }
 
 }  // namespace kalmarm

@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-#include "algorithms/dynamics/execution_rows.hpp"
+#include "algorithms/dynamics/execution.hpp"
 #include "algorithms/fast/claims/constants.hpp"
 #include "algorithms/model/plain.hpp"
 #include "algorithms/model/short_text.hpp"
@@ -78,8 +78,10 @@ class GainsOfRows {
   int acceleration(std::ptrdiff_t rows, const T* q, const T* v, const T* tau, const T* damping,
                    const T* stiffness, T* a, Outcome* outcomes, int threads) {
     set_noise(rows, damping, stiffness);
-    return execution_->forward_dynamics(static_cast<int>(rows), q, v, tau, r_.data(), a, outcomes,
-                                        std::max(threads, 1));
+    return execution_->answer_rows(
+        static_cast<int>(rows),
+        {.want = Want::acceleration, .q = q, .qd = v, .tau = tau, .out = a, .r = r_.data()},
+        outcomes, std::max(threads, 1));
   }
 
  private:

@@ -1,10 +1,18 @@
-// A part of a plan at work: its engine, its state, and what is copied to and from it.
+// A part of a plan at work: its engine, and for every worker its states and what is copied to and from
+// them.
+//
+// What the engine is asked is what the whole robot is asked, but for what an engine does not have
+// (Engine::answers_in_part), or of which joints that are locked by their noise are no part:
+//   M^-1                      a block of M^-1 alone, where that is all that is asked for
+//   its diagonal, J M^-1 J'   else M^-1, of which they are read
+//   log det M                 else M, by Cholesky: 2 sum of log L(k,k)
 #pragma once
 
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "algorithms/dynamics/copies.hpp"
@@ -15,170 +23,164 @@
 namespace kalmarm {
 
 template <class T>
-struct PartState {
-  static constexpr int rows_at_once = 64;  // states that are gathered at once
-
-  struct Rows {
-    std::vector<T> q, qd, tau_or_qdd, out, r, log_det;
-    // Where the engine may have rows of them: M, M^-1, J M^-1 J', or one after the other three derivatives.
-    std::vector<T> matrices;
-    std::vector<Outcome> outcomes;
-    std::vector<char> left_over;
-  };
-
-  struct Kinematics {
-    Model<T> model;
-    LinkKinematics<T> kin;
-
-    explicit Kinematics(const Model<T>& m) : model(m), kin(model) {}
-  };
-
-  RobotModel robot;  // that the engine is made of,
-  EngineOptions made_by;
-  MakeEngine<T> make;
-  std::unique_ptr<Engine<T>> engine;
-  bool in_part = false;
-  bool block = false;   // M^-1 by `selected`: not all of it is asked for
-  bool sums_D = false;  // log det M by it: no D is that of a locked joint
-  bool at_rest = false;
-  int nq, nv, selected = 0;
-  std::vector<int> dofs;  // of the whole
-  std::vector<Site<T>> sites;
-  std::unique_ptr<Kinematics> kinematics;  // of the sites, where M^-1 is formed
-  Copies q_in, v_in;                       // state of the whole -> of the part
-  std::vector<int> free_dofs;              // of the part: those that are not locked
-  Copies asked;                            // DoF of the part -> of the result
-  Copies block_out, frames_out;            // row of `selected`, or of J -> row of the result
-  VectorX<T> q, qd, tau_or_qdd, a;
-  MatrixX<T> X, selection, J, XJ, M, derivatives[3];
-  Eigen::LLT<MatrixX<T>> llt;
-  std::vector<Rows> rows;  // of every worker
-
+class PartState {
+ public:
   PartState(const Plan& plan, const Part& part, double tolerance, Triangles triangles,
-            const MakeEngine<T>& make, bool nothing_to_copy);
+            const MakeEngine<T>& make);
 
-  // One state of a robot that has the joint noise r (nv), where this one has some: of an engine that
-  // is made for it.
-  Outcome of_noise(const T* r, const T* q_part, const T* qd_part, const T* tau, T* out) const {
-    RobotModel noisy = robot;
-    for (int k = 0; k < nv; ++k)
-      if (double& armature = noisy.links[k].armature; armature > 0)
-        armature = static_cast<double>(r[k]);
-    EngineOptions options = made_by;
-    options.want = {Want::acceleration};
-    options.selection = {};
-    return make(noisy, options)->forward_dynamics(q_part, qd_part, tau, out);
+  Engine<T>& engine() { return *engine_; }
+  // Whether the engine is asked just that.
+  bool asks_engine(Want want) const { return asked_of_engine(want) == want; }
+
+  // Memory of so many workers for so many states of `want` at once.
+  void reserve(Want want, int workers, int states);
+  // That of the engine, for rows.
+  void reserve_engine(Want want, int workers) {
+    if (asks(want)) engine_->reserve_workers(asked_of_engine(want), workers);
   }
 
-  void gather_q(const T* from) { q_in(from, q.data()); }
-
-  void gather(const T* q_whole, const T* qd_whole, const T* tau_or_qdd_whole) {
-    q_in(q_whole, q.data());
-    if (!at_rest) v_in(qd_whole, qd.data());
-    v_in(tau_or_qdd_whole, tau_or_qdd.data());
+  // As many states of `want` as lie in a cache together.
+  int states_at_once(Want want) const {
+    const std::ptrdiff_t numbers =
+        want == Want::derivatives ? 3 * part_.n * part_.n : part_.out(asked_of_engine(want));
+    return static_cast<int>(
+        std::clamp<std::ptrdiff_t>(most_states * most_rows_in_lanes * most_rows_in_lanes /
+                                       std::max(numbers, std::ptrdiff_t(1)),
+                                   1, most_states));
   }
 
-  // r_rows: joint noise, null where the robot's is taken.
-  void gather_rows(Rows& r, int states, const T* q_rows, std::ptrdiff_t q_width, const T* qd_rows,
-                   const T* tau_or_qdd_rows, std::ptrdiff_t v_width,
-                   const T* r_rows = nullptr) const {
+  // What `call` of the whole robot, whose rows are so wide, asks of this part, copied to where its result
+  // is zero elsewhere: of one state, or of rows.
+  Outcome answer(const Call<T>& call, const Widths& whole) {
+    if (!asks(call.want)) return {};
+    Worker& w = workers_[0];
+    const Call<T> asked = gather(w, 1, call, whole);
+    const Outcome out = of_whole(engine_->answer(asked));
+    return scatter(w, asked, call, whole, out);
+  }
+  void answer_rows(int worker, int states, const Call<T>& call, const Widths& whole,
+                   Outcome* outcomes) {
+    if (!asks(call.want)) return;
+    Worker& w = workers_[worker];
+    const Call<T> asked = gather(w, states, call, whole);
+    engine_->answer_rows(worker, states, asked, w.outcomes.data());
     for (int i = 0; i < states; ++i) {
-      q_in(q_rows + i * q_width, r.q.data() + i * nq);
-      if (!at_rest) v_in(qd_rows + i * v_width, r.qd.data() + i * nv);
-      v_in(tau_or_qdd_rows + i * v_width, r.tau_or_qdd.data() + i * nv);
-      if (r_rows) v_in(r_rows + i * v_width, r.r.data() + i * nv);
+      const Outcome out = scatter(w, asked.from(i, part_), call.from(i, whole), whole,
+                                  outcomes ? of_whole(w.outcomes[i]) : Outcome{});
+      if (outcomes) outcomes[i] = worse(outcomes[i], out);
     }
   }
 
-  void gather_q(Rows& r, int states, const T* q_rows, std::ptrdiff_t q_width) const {
-    for (int i = 0; i < states; ++i) q_in(q_rows + i * q_width, r.q.data() + i * nq);
+  Outcome factor(const T* q) {
+    q_in_(q, workers_[0].q.data());
+    return of_whole(engine_->factor(workers_[0].q.data()));
   }
 
-  // Torques of DoF that are not asked about are zero.
-  void gather_asked(Rows& r, int states, const T* tau_rows, std::ptrdiff_t tau_width) const {
-    std::fill_n(r.tau_or_qdd.data(), std::ptrdiff_t(states) * nv, T(0));
-    for (int i = 0; i < states; ++i)
-      asked.back(tau_rows + i * tau_width, r.tau_or_qdd.data() + i * nv);
+  // By the factors of the last `factor`; torques of joints that are not asked about are zero.
+  Outcome solve(const T* tau, T* x) {
+    Worker& w = workers_[0];
+    std::fill(w.tau.begin(), w.tau.end(), T(0));
+    asked_.back(tau, w.tau.data());
+    const Outcome out = of_whole(engine_->solve(1, w.tau.data(), w.out.data()));
+    asked_(w.out.data(), x);
+    return out;
   }
+
+ private:
+  static constexpr std::ptrdiff_t most_states = 64;
+
+  // For what is read off M^-1 or M.
+  struct Reading {
+    Model<T> model;
+    LinkKinematics<T> kin;
+    VectorX<T> q;
+    MatrixX<T> J, XJ, JXJ, M;
+    Eigen::LLT<MatrixX<T>> llt;
+
+    explicit Reading(const Model<T>& of_part) : model(of_part), kin(model), q(model.nq()) {}
+  };
+
+  struct Worker {
+    std::vector<T> q, qd, tau, r, out;
+    std::vector<T> derivatives[3];
+    std::vector<Outcome> outcomes;
+    std::unique_ptr<Reading> reading;
+  };
+
+  // A part without frames has nothing to say of them.
+  bool asks(Want want) const { return want != Want::operational || !sites_.empty(); }
+
+  Want asked_of_engine(Want want) const {
+    switch (want) {
+      case Want::inverse:
+        return block_ ? Want::operational : want;
+      case Want::diagonal:
+      case Want::operational:
+        return in_part_ ? want : Want::inverse;
+      case Want::log_det:
+        return sums_D_ ? want : Want::mass;
+      default:
+        return want;
+    }
+  }
+
+  Call<T> gather(Worker& w, int states, const Call<T>& call, const Widths& whole) const;
+  Outcome scatter(Worker& w, const Call<T>& part, const Call<T>& call, const Widths& whole,
+                  Outcome out) const;
 
   Outcome of_whole(Outcome outcome) const {
-    if (outcome.joint >= 0) outcome.joint = dofs[outcome.joint];
+    if (outcome.joint >= 0) outcome.joint = dofs_[outcome.joint];
     return outcome;
   }
 
-  // Memory for the rows of so many workers.
-  void reserve_rows(Want what, int workers) {
-    while (static_cast<int>(rows.size()) < workers) {
-      Rows& r = rows.emplace_back();
-      for (int i = 0; i < rows_at_once; ++i) r.q.insert(r.q.end(), q.begin(), q.end());
-      r.qd.assign(std::size_t(rows_at_once) * nv, T(0));
-      r.tau_or_qdd = r.out = r.r = r.qd;
-      r.log_det.resize(rows_at_once);
-      r.outcomes.resize(rows_at_once);
-      r.left_over.resize(rows_at_once);
-    }
-    const std::size_t size = rows_at_once * numbers_of_matrices(what);
-    for (Rows& r : rows) r.matrices.resize(std::max(r.matrices.size(), size));
-  }
+  void read_operational(Reading& reading, const Call<T>& part, T* X, std::ptrdiff_t rows) const;
+  Outcome read_log_det(Reading& reading, const T* M, T& x) const;
 
-  // Of a row of `what`; 0 where rows have no matrices or are not worked out together.
-  std::size_t numbers_of_matrices(Want what) const {
-    const std::size_t size = std::size_t(nv) * nv;
-    switch (what) {
-      case Want::mass:
-      case Want::inverse:
-        return block || nv > most_rows_in_lanes ? 0 : size;
-      case Want::operational:
-        return std::size_t(selected) * selected;
-      case Want::derivatives:
-        return nv > most_derivatives_in_lanes ? 0 : 3 * size;
-      default:
-        return 0;
-    }
-  }
-
-  // Of all DoF that are free.
-  Outcome log_det_by_cholesky(T& x);
+  std::unique_ptr<Engine<T>> engine_;
+  bool in_part_ = false;
+  bool block_ = false;   // of M^-1 not all is asked for
+  bool sums_D_ = false;  // log det M by it: no D is that of a locked joint
+  bool at_rest_ = false;
+  Widths part_;
+  Model<double> model_;
+  VectorX<T> q_;           // where what is locked by noise stands
+  std::vector<int> dofs_;  // of the whole
+  std::vector<Site<T>> sites_;
+  Copies q_in_, v_in_;             // state of the whole -> of the part
+  std::vector<int> free_dofs_;     // of the part: those that are not locked
+  Copies asked_;                   // DoF of the part -> of the result
+  Copies block_out_, frames_out_;  // row of the engine's selection, or of J -> row of the result
+  std::vector<Worker> workers_;
 };
 
 template <class T>
 PartState<T>::PartState(const Plan& plan, const Part& part, double tolerance, Triangles triangles,
-                        const MakeEngine<T>& maker, bool nothing_to_copy)
-    : make(maker),
-      nq(part.reduction.model.nq()),
-      nv(part.reduction.model.nv()),
-      dofs(part.reduction.dofs),
-      q(nq),
-      qd(VectorX<T>::Zero(nv)),
-      tau_or_qdd(qd),
-      a(nv) {
-  const auto wants = [&](Want what) { return plan.question.want.contains(what); };
+                        const MakeEngine<T>& make)
+    : at_rest_(plan.question.at_rest),
+      part_{part.reduction.model.nq(), part.reduction.model.nv(), part.reduction.model.nv(), 0},
+      model_(part.reduction.model),
+      q_(part_.nq),
+      dofs_(part.reduction.dofs) {
   const Reduction& reduction = part.reduction;
   const Question& question = plan.question;
-  Model<double> model = reduction.model;
+  const auto wants = [&](Want what) { return question.want.contains(what); };
   // Large enough for g = P H' / D to vanish beside 1, small enough for g^2 not to underflow.
   const T infinite = T(1) / (unit_roundoff<T>() * unit_roundoff<T>());
   const double infinite_noise = infinite < T(1e300) ? static_cast<double>(infinite) : 1e300;
-  std::vector<char> locked(plan.nv, 0);
-  for (const int k : question.locked) locked[k] = 1;
-  bool holds_locked = false;
-  for (int k = 0; k < model.nv(); ++k)
-    if (locked[reduction.dofs[k]]) {
-      model.set_noise(k, infinite_noise);
-      holds_locked = true;
-    }
-
-  at_rest = question.at_rest;
   // What is locked by noise keeps its place and stands still.
-  for (int i = 0; i < nq; ++i) q[i] = T(question.q[reduction.q_whole[i]]);
-  for (int k = 0; k < nv; ++k) {
-    if (locked[reduction.dofs[k]]) continue;
-    free_dofs.push_back(k);
-    v_in.add(reduction.dofs[k], k);
-    const Joint<double>& joint = model.joint(k);
+  for (int i = 0; i < part_.nq; ++i) q_[i] = T(question.q[reduction.q_whole[i]]);
+  for (int k = 0; k < model_.nv(); ++k) {
+    if (std::binary_search(question.locked.begin(), question.locked.end(), dofs_[k])) {
+      model_.set_noise(k, infinite_noise);
+      continue;
+    }
+    free_dofs_.push_back(k);
+    v_in_.add(dofs_[k], k);
+    const Joint<double>& joint = model_.joint(k);
     for (int i = 0; i < q_entries(joint.coordinate); ++i)
-      q_in.add(reduction.q_whole[joint.q_index + i], joint.q_index + i);
+      q_in_.add(reduction.q_whole[joint.q_index + i], joint.q_index + i);
   }
+  const bool holds_locked = static_cast<int>(free_dofs_.size()) < model_.nv();
 
   EngineOptions options;
   options.tolerance = tolerance;
@@ -187,66 +189,150 @@ PartState<T>::PartState(const Plan& plan, const Part& part, double tolerance, Tr
   options.kernel = part.kernel;
   options.zeros = part.zeros;
   options.want = question.want;
-  if (part.block) options.selection.dofs = part.asked;
-  if (wants(Want::operational)) options.selection.frames = part.frames;
-  if (!plan.partial_answers || holds_locked) {
-    if (wants(Want::log_det)) options.want.insert(Want::mass);
+  if (plan.partial_answers) {
+    if (part.block) options.selection.dofs = part.asked;
+    if (part.block) options.want.insert(Want::operational);
+    if (wants(Want::operational)) options.selection.frames = part.frames;
+  } else if (wants(Want::diagonal) || wants(Want::operational)) {
+    options.want.insert(Want::inverse);
   }
-  if (!plan.partial_answers) {
-    options.selection = {};
-    if (wants(Want::diagonal) || wants(Want::operational)) options.want.insert(Want::inverse);
-  }
-  robot = plain(model);
-  made_by = options;
-  engine = make(robot, options);
-  in_part = plan.partial_answers && engine->answers_in_part();
-  block = in_part && part.block;
-  sums_D = in_part && !holds_locked;
+  if ((!plan.partial_answers || holds_locked) && wants(Want::log_det))
+    options.want.insert(Want::mass);
+  engine_ = make(plain(model_), options);
+  in_part_ = plan.partial_answers && engine_->answers_in_part();
+  block_ = in_part_ && part.block;
+  sums_D_ = in_part_ && !holds_locked;
 
   int row = 0;
   for (const int k : part.asked) {
-    const int place =
-        static_cast<int>(std::lower_bound(plan.asked.begin(), plan.asked.end(), reduction.dofs[k]) -
-                         plan.asked.begin());
-    asked.add(k, place);
-    if (block) block_out.add(row++, place);
+    const int place = static_cast<int>(
+        std::lower_bound(plan.asked.begin(), plan.asked.end(), dofs_[k]) - plan.asked.begin());
+    asked_.add(k, place);
+    if (block_) block_out_.add(row++, place);
   }
   if (wants(Want::operational)) {
     for (const int frame : part.frame_index)
-      for (int i = 0; i < 6; ++i) frames_out.add(row++, 6 * frame + i);
-    for (const Frame& frame : part.frames) sites.push_back(site_of(frame).template cast<T>());
+      for (int i = 0; i < 6; ++i) frames_out_.add(row++, 6 * frame + i);
+    for (const Frame& frame : part.frames) sites_.push_back(site_of(frame).template cast<T>());
   }
-  selected = row;
-  selection.resize(row, row);
-  if (!in_part && !sites.empty()) {
-    kinematics = std::make_unique<Kinematics>(model.template cast<T>());
-    J.resize(6 * static_cast<int>(sites.size()), nv);
-    XJ.resize(nv, J.rows());
-  }
-  const bool by_cholesky = wants(Want::log_det) && !sums_D;
-  const bool copies = !nothing_to_copy;
-  const bool whole = (copies && wants(Want::inverse) && !block) || (copies && wants(Want::mass)) ||
-                     by_cholesky ||
-                     (!in_part && (wants(Want::diagonal) || wants(Want::operational)));
-  if (whole) X.resize(nv, nv);
-  if (copies && wants(Want::derivatives))
-    for (MatrixX<T>& X : derivatives) X.resize(nv, nv);
-  if (by_cholesky) {
-    M.resize(free_dofs.size(), free_dofs.size());
-    llt = Eigen::LLT<MatrixX<T>>(M.rows());
+  part_.k = row;
+}
+
+template <class T>
+void PartState<T>::reserve(Want want, int workers, int states) {
+  const auto grow = [states](std::vector<T>& x, std::ptrdiff_t numbers) {
+    x.resize(std::max<std::size_t>(x.size(), states * numbers));
+  };
+  const Want of_engine = asked_of_engine(want);
+  if (static_cast<int>(workers_.size()) < workers) workers_.resize(workers);
+  for (int i = 0; i < workers; ++i) {
+    Worker& w = workers_[i];
+    while (static_cast<std::ptrdiff_t>(w.q.size()) < states * part_.nq)
+      w.q.insert(w.q.end(), q_.begin(), q_.end());
+    for (std::vector<T>* const x : {&w.qd, &w.tau, &w.r}) grow(*x, part_.nv);
+    // A solve of one state has a vector, whatever is asked.
+    grow(w.out, std::max(part_.out(of_engine), part_.nv));
+    if (want == Want::derivatives)
+      for (std::vector<T>& X : w.derivatives) grow(X, part_.n * part_.n);
+    w.outcomes.resize(std::max<std::size_t>(w.outcomes.size(), states));
+    if (of_engine != want && !block_ && !w.reading)
+      w.reading = std::make_unique<Reading>(model_.template cast<T>());
   }
 }
 
 template <class T>
-Outcome PartState<T>::log_det_by_cholesky(T& x) {
+Call<T> PartState<T>::gather(Worker& w, int states, const Call<T>& call,
+                             const Widths& whole) const {
+  Call<T> out{.want = asked_of_engine(call.want), .q = w.q.data(), .out = w.out.data()};
+  for (int i = 0; i < states; ++i) {
+    const Call<T> from = call.from(i, whole);
+    q_in_(from.q, w.q.data() + i * part_.nq);
+    if (from.qd && !at_rest_) v_in_(from.qd, w.qd.data() + i * part_.nv);
+    T* const tau = w.tau.data() + i * part_.nv;
+    if (call.want == Want::solve) {
+      std::fill_n(tau, part_.nv, T(0));
+      asked_.back(from.tau, tau);
+    } else if (from.tau) {
+      v_in_(from.tau, tau);
+    }
+    if (from.r) v_in_(from.r, w.r.data() + i * part_.nv);
+  }
+  if (call.qd) out.qd = w.qd.data();
+  if (call.tau) out.tau = w.tau.data();
+  if (call.r) out.r = w.r.data();
+  for (std::size_t i = 0; i < call.derivatives.size(); ++i)
+    if (call.derivatives[i]) out.derivatives[i] = w.derivatives[i].data();
+  return out;
+}
+
+// Of one state.
+template <class T>
+Outcome PartState<T>::scatter(Worker& w, const Call<T>& part, const Call<T>& call,
+                              const Widths& whole, Outcome out) const {
+  const int nv = static_cast<int>(part_.nv), n = static_cast<int>(whole.n);
+  switch (call.want) {
+    case Want::mass:
+      asked_.block(part.out, nv, call.out, n);
+      return out;
+    case Want::inverse:
+      if (block_)
+        block_out_.block(part.out, static_cast<int>(part_.k), call.out, n);
+      else
+        asked_.block(part.out, nv, call.out, n);
+      return out;
+    case Want::diagonal:
+      if (!in_part_)
+        for (int k = 0; k < nv; ++k) part.out[k] = part.out[k * (part_.nv + 1)];
+      asked_(part.out, call.out);
+      return out;
+    case Want::log_det: {
+      T x = sums_D_ ? *part.out : T(0);
+      if (!sums_D_) out = read_log_det(*w.reading, part.out, x);
+      *call.out += x;
+      return out;
+    }
+    case Want::operational:
+      if (in_part_)
+        frames_out_.block(part.out, static_cast<int>(part_.k), call.out, static_cast<int>(whole.k));
+      else
+        read_operational(*w.reading, part, call.out, whole.k);
+      return out;
+    case Want::derivatives:
+      for (std::size_t i = 0; i < call.derivatives.size(); ++i)
+        if (call.derivatives[i]) asked_.block(part.derivatives[i], nv, call.derivatives[i], n);
+      asked_(part.out, call.out);
+      return out;
+    default:
+      asked_(part.out, call.out);
+      return out;
+  }
+}
+
+template <class T>
+void PartState<T>::read_operational(Reading& r, const Call<T>& part, T* X,
+                                    std::ptrdiff_t rows) const {
+  const Eigen::Map<const MatrixX<T>> inverse(part.out, part_.nv, part_.nv);
+  r.q = Eigen::Map<const VectorX<T>>(part.q, part_.nq);
+  set_position(r.model, r.q, r.kin);
+  r.J.resize(6 * static_cast<int>(sites_.size()), part_.nv);
+  site_jacobian<T>(r.model, r.kin, sites_, r.J);
+  r.XJ.noalias() = inverse * r.J.transpose();
+  r.JXJ.noalias() = r.J * r.XJ;
+  frames_out_.block(r.JXJ.data(), static_cast<int>(r.JXJ.rows()), X, static_cast<int>(rows));
+}
+
+// Of all DoF that are free.
+template <class T>
+Outcome PartState<T>::read_log_det(Reading& r, const T* M, T& x) const {
   using std::log;
-  engine->mass(q.data(), X.data());
-  for (int j = 0; j < M.cols(); ++j)
-    for (int i = 0; i < M.rows(); ++i) M(i, j) = X(free_dofs[i], free_dofs[j]);
-  llt.compute(M);
-  if (llt.info() != Eigen::Success) return {.status = Outcome::Status::indefinite};
+  const auto n = static_cast<Eigen::Index>(free_dofs_.size());
+  r.M.resize(n, n);
+  for (Eigen::Index j = 0; j < n; ++j)
+    for (Eigen::Index i = 0; i < n; ++i) r.M(i, j) = M[free_dofs_[j] * part_.nv + free_dofs_[i]];
+  r.llt.compute(r.M);
+  if (r.llt.info() != Eigen::Success) return {.status = Outcome::Status::indefinite};
   x = T(0);
-  for (int k = 0; k < M.rows(); ++k) x += T(2) * log(llt.matrixLLT()(k, k));
+  for (Eigen::Index k = 0; k < n; ++k) x += T(2) * log(r.llt.matrixLLT()(k, k));
   return {};
 }
 

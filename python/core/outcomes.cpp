@@ -9,7 +9,7 @@ namespace {
 // The layout of the dtype.
 struct Record {
   std::int8_t status, rung;
-  bool near_singular, recomputed, widened;
+  bool near_singular, widened;
   std::int32_t joint, steps;
   double D, scale, error;
 
@@ -18,7 +18,6 @@ struct Record {
       : status(static_cast<std::int8_t>(o.status)),
         rung(static_cast<std::int8_t>(o.rung)),
         near_singular(o.near_singular),
-        recomputed(o.recomputed),
         widened(o.widened),
         joint(o.joint),
         steps(o.steps),
@@ -56,7 +55,6 @@ void bind_outcomes(nb::module_& module) {
   add("status", "i1", offsetof(Record, status));
   add("rung", "i1", offsetof(Record, rung));
   add("near_singular", "?", offsetof(Record, near_singular));
-  add("recomputed", "?", offsetof(Record, recomputed));
   add("widened", "?", offsetof(Record, widened));
   add("joint", "i4", offsetof(Record, joint));
   add("steps", "i4", offsetof(Record, steps));

@@ -46,9 +46,10 @@ TEST(Tally, TellsWarningsFromSilence) {
   EXPECT_EQ(counts.warned.bins, (std::pmr::map<int, std::uint64_t>{{-64, 2}}));
 }
 
-TEST(Tally, CountsWhatTheCertifiedFormAnsweredInstead) {
+TEST(Tally, CountsWhatARungAboveDoubleAnswered) {
   Record silent = answer(1), refused = answer(nan);
-  silent.outcome.recomputed = refused.outcome.recomputed = true;
+  silent.outcome.rung = Outcome::Rung::refined;
+  refused.outcome.rung = Outcome::Rung::two_doubles;
   refused.outcome.status = Outcome::Status::singular;
   EXPECT_EQ(counted({silent, answer(1), refused}).groups().at(dynamics).recomputed, 2u);
 }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "algorithms/dynamics/test/door_support.hpp"
+#include "algorithms/fast/engine/engine.hpp"
 #include "algorithms/fast/test/mechanisms_that_lose.hpp"
 #include "algorithms/test/dense_mechanics.hpp"
 #include "kalmarm/implicit_step.hpp"
@@ -204,7 +205,7 @@ TYPED_TEST(StepsOfGainRows, MayHaveReferencesBesideCoupledJoints) {
 // look or the certified form with its own joint noise.
 TYPED_TEST(StepsOfGainRows, AreRightWhereRoundingSpoilsASweep) {
   using T = TypeParam;
-  const Model<double> model = rounded<T>(growing(2, 1e6));
+  const Model<double> model = rounded<T>(growing(2, std::is_same_v<T, float> ? 1e6 : 1e13));
   const int nv = model.nv(), count = 33;
   Batch<T> batch(model, count, 4);
   batch.damping *= T(1e-3);
@@ -235,11 +236,9 @@ TYPED_TEST(StepsOfGainRows, AreRightWhereRoundingSpoilsASweep) {
     EXPECT_LE(static_cast<double>(size(a - truth) / size(truth)),
               4 * batch.outcomes[i].error + 1e3 * static_cast<double>(unit_roundoff<T>()))
         << i;
-    looked_at += batch.outcomes[i].recomputed;
+    looked_at += batch.outcomes[i].rung > answered_in_lanes<T>().rung;
   }
-  if (std::is_same_v<T, float>) {
-    EXPECT_GT(looked_at, 0);
-  }
+  EXPECT_GT(looked_at, 0);
 }
 
 TEST(StepsOfGainRowsRefuse, WhatNoGainsAre) {

@@ -10,11 +10,18 @@
 #include <vector>
 
 #include "algorithms/dynamics/test/door_support.hpp"
+#include "algorithms/fast/engine/engine.hpp"
 #include "algorithms/fast/test/mechanisms_that_lose.hpp"
 #include "algorithms/test/singular.hpp"
 
 namespace kalmarm::test {
 namespace {
+
+// Whether another rung than the first that lanes of T have gave the answer to a row.
+template <class T>
+bool climbed(const Outcome& row) {
+  return row.rung > answered_in_lanes<T>().rung;
+}
 
 template <class T>
 class RowsOfM : public testing::Test {};
@@ -239,7 +246,7 @@ TYPED_TEST(RowsOfM, ASuspectDoesNotTouchItsNeighbours) {
             EXPECT_EQ(rows.of_x[i].status, Outcome::Status::singular);
             EXPECT_TRUE(std::ranges::count(mechanism.joints, rows.of_X[i].joint));
           } else {
-            EXPECT_TRUE(rows.of_X[i].recomputed && rows.of_x[i].recomputed);
+            EXPECT_TRUE(climbed<T>(rows.of_X[i]) && climbed<T>(rows.of_x[i]));
             EXPECT_TRUE(rows.X_of(i) == right.X && rows.x_of(i) == right.x);
             State<double> s = rounded<T>(random_state(model, i));
             s.q = q.template cast<double>();
@@ -255,7 +262,7 @@ TYPED_TEST(RowsOfM, ASuspectDoesNotTouchItsNeighbours) {
 TYPED_TEST(RowsOfM, AreAsRightAsPromisedWhereDigitsAreLost) {
   using T = TypeParam;
   const double promised = std::is_same_v<T, float> ? 1e-2 : 1e-6;
-  int recomputed = 0, believed = 0;
+  int climbs = 0, believed = 0;
   std::vector<Model<double>> models{com_inboard(12), com_inboard(30)};
   for (int seed = 0; seed < 20; ++seed) models.push_back(wild(seed));
   for (const double heaviest : {1e3, 1e6, 1e9}) {
@@ -271,15 +278,15 @@ TYPED_TEST(RowsOfM, AreAsRightAsPromisedWhereDigitsAreLost) {
       const One<T> right(one, rows.q_of(i), rows.tau_of(i));
       EXPECT_EQ(rows.of_X[i].status, right.of_X.status);
       EXPECT_EQ(rows.of_x[i].status, right.of_x.status);
-      recomputed += rows.of_X[i].recomputed;
-      believed += rows.of_X[i] && !rows.of_X[i].recomputed;
+      climbs += climbed<T>(rows.of_X[i]);
+      believed += rows.of_X[i] && !climbed<T>(rows.of_X[i]);
       if (!rows.of_X[i] || rows.of_X[i].warns()) continue;
       EXPECT_LE(scaled(rows.X_of(i), right.X), 2 * promised) << i;
       if (!rows.of_x[i] || rows.of_x[i].warns()) continue;
       EXPECT_LE((rows.x_of(i) - right.x).norm(), 2 * promised * right.x.norm()) << i;
     }
   }
-  EXPECT_GT(recomputed, 0);
+  EXPECT_GT(climbs, 0);
   EXPECT_GT(believed, 0);
 }
 

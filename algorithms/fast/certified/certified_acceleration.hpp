@@ -139,12 +139,6 @@ inline Outcome outcome_of(const Verdict& refined) {
   return out;
 }
 
-inline bool all_finite(std::ptrdiff_t count, const double* x) {
-  double check = 0;
-  for (std::ptrdiff_t i = 0; i < count; ++i) check += x[i] * 0;
-  return check == 0;
-}
-
 class CertifiedAcceleration {
  public:
   explicit CertifiedAcceleration(const CertifiedModels& models)
@@ -159,15 +153,14 @@ class CertifiedAcceleration {
                                                         : last_resort(models, q, qd, tau, a);
   }
 
-  // The same without the sweep.
+  // The same in two doubles, with joint noise r (nv) where it is given (WideAcceleration).
   Outcome last_resort(const CertifiedModels& models, const double* q, const double* qd,
-                      const double* tau, double* a) {
+                      const double* tau, double* a, const double* r = nullptr) {
     const int nq = models.lowered.nq(), nv = models.lowered.nv();
     if (!all_finite(nq, q) || !all_finite(nv, qd) || !all_finite(nv, tau))
       return {.status = Outcome::Status::not_finite};
-    Outcome out = wide_.acceleration(q, qd, tau, a);
+    Outcome out = wide_.acceleration(q, qd, tau, a, r);
     out.rung = Outcome::Rung::two_doubles;
-    out.recomputed = static_cast<bool>(out);
     return out;
   }
 

@@ -4,69 +4,84 @@
 #include <vector>
 
 #include "algorithms/fast/certified/certified_factors.hpp"
+#include "algorithms/fast/certified/certified_rows.hpp"
 
 namespace kalmarm {
 
+std::shared_ptr<const CertifiedModels> make_certified_models(const LoweredModel<double>& lowered,
+                                                             const RobotModel& robot) {
+  return std::make_shared<const CertifiedModels>(lowered, robot);
+}
+
 struct CertifiedAnswer::Parts {
-  CertifiedModels models;
+  std::shared_ptr<const CertifiedModels> models;
   std::optional<CertifiedAcceleration> acceleration;
+  std::optional<CertifiedRows> rows;
   std::optional<CertifiedFactors> factors;
   std::vector<double> kept_q;       // of columns
   std::optional<Outcome> kept;      // of factors there
   std::vector<double> no_velocity;  // (nv) of robots at rest, else empty
 
-  Parts(const RobotModel& robot, const LoweredModel<double>& lowered, const EngineOptions& options,
-        bool at_rest)
-      : models(lowered, robot), kept_q(lowered.nq()), no_velocity(at_rest ? lowered.nv() : 0, 0.0) {
-    if (options.wants(Want::acceleration)) acceleration.emplace(models);
-    if (options.wants_factors() || options.wants(Want::derivatives))
-      factors.emplace(models, options);
+  Parts(std::shared_ptr<const CertifiedModels> of_robot, const EngineOptions& options, bool at_rest)
+      : models(std::move(of_robot)),
+        kept_q(models->lowered.nq()),
+        no_velocity(at_rest ? models->lowered.nv() : 0, 0.0) {
+    const bool derivatives = options.wants(Want::derivatives);
+    if (derivatives || options.wants(Want::acceleration)) acceleration.emplace(*models);
+    if (derivatives || options.wants_factors()) factors.emplace(*models, options);
+  }
+
+  const double* velocity(const Call<double>& call) const {
+    return no_velocity.empty() ? call.qd : no_velocity.data();
   }
 };
 
-CertifiedAnswer::CertifiedAnswer(const RobotModel& robot, const LoweredModel<double>& lowered,
+CertifiedAnswer::CertifiedAnswer(std::shared_ptr<const CertifiedModels> models,
                                  const EngineOptions& options, bool at_rest)
-    : parts_(std::make_unique<Parts>(robot, lowered, options, at_rest)) {}
+    : parts_(std::make_unique<Parts>(std::move(models), options, at_rest)) {}
 
 CertifiedAnswer::CertifiedAnswer(CertifiedAnswer&&) noexcept = default;
+CertifiedAnswer& CertifiedAnswer::operator=(CertifiedAnswer&&) noexcept = default;
 CertifiedAnswer::~CertifiedAnswer() = default;
 
-namespace {
-
-Outcome recomputed(Outcome out) {
-  out.recomputed = static_cast<bool>(out);
-  return out;
-}
-
-}  // namespace
-
-Outcome CertifiedAnswer::acceleration(const double* q, const double* qd, const double* tau,
-                                      double* a) {
+Outcome CertifiedAnswer::answer(const Call<double>& call) {
   Parts& parts = *parts_;
-  const double* const moving = parts.no_velocity.empty() ? qd : parts.no_velocity.data();
-  return recomputed(parts.acceleration->acceleration(parts.models, q, moving, tau, a));
+  switch (call.want) {
+    case Want::acceleration:
+    case Want::derivatives: {
+      const double* const qd = parts.velocity(call);
+      return call.r
+                 ? parts.acceleration->last_resort(*parts.models, call.q, qd, call.tau, call.out,
+                                                   call.r)
+                 : parts.acceleration->acceleration(*parts.models, call.q, qd, call.tau, call.out);
+    }
+    case Want::inverse:
+      return parts.factors->inverse(call.q, call.out);
+    case Want::diagonal:
+      return parts.factors->diagonal(call.q, call.out);
+    case Want::log_det:
+      return parts.factors->log_det(call.q, *call.out);
+    default:
+      return parts.factors->selected(call.q, call.out);
+  }
 }
 
-Outcome CertifiedAnswer::inverse(const double* q, double* X) {
-  return recomputed(parts_->factors->inverse(q, X));
-}
-
-Outcome CertifiedAnswer::factor(const double* q) { return recomputed(parts_->factors->factor(q)); }
+Outcome CertifiedAnswer::factor(const double* q) { return parts_->factors->factor(q); }
 
 Outcome CertifiedAnswer::solve(int columns, const double* taus, double* X) {
-  return recomputed(parts_->factors->solve(columns, taus, X));
+  return parts_->factors->solve(columns, taus, X);
 }
 
-Outcome CertifiedAnswer::diagonal(const double* q, double* x) {
-  return recomputed(parts_->factors->diagonal(q, x));
+void CertifiedAnswer::reserve_rows() {
+  if (!parts_->rows) parts_->rows.emplace(*parts_->models);
 }
 
-Outcome CertifiedAnswer::log_det(const double* q, double& x) {
-  return recomputed(parts_->factors->log_det(q, x));
-}
-
-Outcome CertifiedAnswer::selected(const double* q, double* X) {
-  return recomputed(parts_->factors->selected(q, X));
+void CertifiedAnswer::answer_rows(int count, const Call<double>& call, Outcome* outcomes,
+                                  const char* left_over) {
+  Parts& parts = *parts_;
+  Call<double> moving = call;
+  if (!parts.no_velocity.empty()) moving.qd = nullptr;
+  parts.rows->answer(count, moving, outcomes, left_over, *parts.acceleration);
 }
 
 void CertifiedAnswer::keep(const double* q) {
@@ -77,7 +92,7 @@ void CertifiedAnswer::keep(const double* q) {
 
 Outcome CertifiedAnswer::column(const double* tau, double* x) {
   Parts& parts = *parts_;
-  if (!all_finite(parts.models.lowered.nv(), tau)) return {.status = Outcome::Status::not_finite};
+  if (!all_finite(parts.models->lowered.nv(), tau)) return {.status = Outcome::Status::not_finite};
   if (!parts.kept) parts.kept = factor(parts.kept_q.data());
   return *parts.kept ? solve(1, tau, x) : *parts.kept;
 }

@@ -1,6 +1,6 @@
-// The certified form's answers to a state of which a kernel's own numbers do not say that its answer
-// can be used. A warning or a refusal is then the certified form's, and Outcome::error its estimate;
-// Outcome::recomputed is set.
+// Answers refined by residuals in twice the precision, and by two doubles where that does not do: to states
+// of which a kernel's own numbers do not say that its answer can be used, or to all of them. A warning or a
+// refusal is then theirs, and Outcome::error their estimate.
 #pragma once
 
 #include <memory>
@@ -10,23 +10,31 @@
 
 namespace kalmarm {
 
+struct CertifiedModels;
+// `lowered` is kept by reference.
+std::shared_ptr<const CertifiedModels> make_certified_models(const LoweredModel<double>& lowered,
+                                                             const RobotModel& robot);
+
+// The memory of one worker.
 class CertifiedAnswer {
  public:
-  // What is made is what options.want names, and factors for derivatives, which are judged by them.
-  // `lowered` is kept by reference. at_rest: of robots that never move, whose qd is not looked at.
-  CertifiedAnswer(const RobotModel& robot, const LoweredModel<double>& lowered,
-                  const EngineOptions& options, bool at_rest);
+  // What is made is what options.want names, and for derivatives accelerations and factors. at_rest: of
+  // robots that never move, whose qd is not looked at.
+  CertifiedAnswer(std::shared_ptr<const CertifiedModels> models, const EngineOptions& options,
+                  bool at_rest);
   CertifiedAnswer(CertifiedAnswer&&) noexcept;
+  CertifiedAnswer& operator=(CertifiedAnswer&&) noexcept;
   ~CertifiedAnswer();
 
-  // As those of Engine.
-  Outcome acceleration(const double* q, const double* qd, const double* tau, double* a);
-  Outcome inverse(const double* q, double* X);
+  // As those of Engine. With joint noise a is that of two doubles.
+  Outcome answer(const Call<double>& call);
   Outcome factor(const double* q);
   Outcome solve(int columns, const double* taus, double* X);
-  Outcome diagonal(const double* q, double* x);
-  Outcome log_det(const double* q, double& x);
-  Outcome selected(const double* q, double* X);
+
+  // Accelerations of the rows that are left over, a state in every lane, in memory that reserve_rows has
+  // taken.
+  void reserve_rows();
+  void answer_rows(int count, const Call<double>& call, Outcome* outcomes, const char* left_over);
 
   // Columns x = M^-1 tau at a position that is kept: its factors are made for the first.
   void keep(const double* q);

@@ -32,7 +32,17 @@ struct WideAcceleration::Sweeps {
         a(qd),
         r(qd),
         d(qd),
-        gravity(std::hypot(robot.gravity[0], robot.gravity[1], robot.gravity[2])) {}
+        gravity(std::hypot(robot.gravity[0], robot.gravity[1], robot.gravity[2])) {
+    for (int k = 0; k < model.nv(); ++k) own_noise.push_back(model.body(k).r);
+  }
+
+  // What is derived from a robot's own noise, its weights, holds for more of it.
+  void set_noise(const double* noise) {
+    if (!noise && !noisy) return;
+    noisy = noise;
+    for (int k = 0; k < model.nv(); ++k)
+      if (own_noise[k] > T(0)) model.set_noise(k, noise ? T(noise[k]) : own_noise[k]);
+  }
 
   // T (N + E + G) (b u)^2 of the last sweep.
   double squares_of_rounding() {
@@ -55,6 +65,8 @@ struct WideAcceleration::Sweeps {
   ForceNoise<T> forces;
   WideTest test;
   std::vector<T> q, qd, tau, a, r, d;
+  std::vector<T> own_noise;
+  bool noisy = false;  // the model has that of a call
   double gravity;
 };
 
@@ -65,8 +77,9 @@ WideAcceleration::WideAcceleration(WideAcceleration&&) noexcept = default;
 WideAcceleration::~WideAcceleration() = default;
 
 Outcome WideAcceleration::acceleration(const double* q, const double* qd, const double* tau,
-                                       double* a) {
+                                       double* a, const double* r) {
   Sweeps& w = *sweeps_;
+  w.set_noise(r);
   const int nv = w.model.nv();
   std::copy_n(q, w.q.size(), w.q.begin());
   std::copy_n(qd, nv, w.qd.begin());

@@ -27,8 +27,10 @@ class WideAcceleration {
   WideAcceleration(WideAcceleration&&) noexcept;
   ~WideAcceleration();
 
-  // a (nv) from q (nq), qd (nv), tau (nv), all finite, and its error by (1).
-  Outcome acceleration(const double* q, const double* qd, const double* tau, double* a);
+  // a (nv) from q (nq), qd (nv), tau (nv), all finite, and its error by (1). r (nv): joint noise in the
+  // place of the robot's, of joints that have some and not less; null: the robot's.
+  Outcome acceleration(const double* q, const double* qd, const double* tau, double* a,
+                       const double* r = nullptr);
 
  private:
   struct Sweeps;

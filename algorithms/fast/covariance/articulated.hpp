@@ -10,57 +10,10 @@
 
 #include <type_traits>
 
-#include "algorithms/fast/lowering/lowered_model.hpp"
+#include "algorithms/fast/kinematics/sixfold.hpp"
 #include "algorithms/spatial/inlining.hpp"
 
 namespace kalmarm {
-
-// A number that is known to be zero: the compiler removes every term with it.
-struct Zero {
-  friend Zero operator+(Zero, Zero) { return {}; }
-  friend Zero operator-(Zero, Zero) { return {}; }
-  friend Zero operator*(Zero, Zero) { return {}; }
-};
-template <class T>
-T operator+(const T& x, Zero) {
-  return x;
-}
-template <class T>
-T operator+(Zero, const T& x) {
-  return x;
-}
-template <class T>
-T operator-(const T& x, Zero) {
-  return x;
-}
-template <class T>
-T operator-(Zero, const T& x) {
-  return -x;
-}
-template <class T>
-Zero operator*(const T&, Zero) {
-  return {};
-}
-template <class T>
-Zero operator*(Zero, const T&) {
-  return {};
-}
-
-// Moment (x, y, z) and force (u, v, w), or their motions.
-template <class T>
-struct Sixfold {
-  T x, y, z, u, v, w;
-};
-
-template <class T>
-KALMARM_INLINE void add(Sixfold<T>& to, const Sixfold<T>& from) {
-  to.x += from.x;
-  to.y += from.y;
-  to.z += from.z;
-  to.u += from.u;
-  to.v += from.v;
-  to.w += from.w;
-}
 
 // R: type of A's and B's row z, L: of B's and C's column z. Zero where the joint turns, or slides.
 template <class T, class R = T, class L = T>

@@ -11,23 +11,12 @@
 #pragma once
 
 #include "algorithms/fast/covariance/articulated.hpp"
+#include "algorithms/fast/kinematics/moves.hpp"
 #include "algorithms/spatial/inlining.hpp"
 
 namespace kalmarm {
 
-// (x, y) turned by (c, s), and back.
-template <class T, class X, class Y, class C>
-KALMARM_INLINE void turn(const Direction<C>& by, const X& x, const Y& y, T& out_x, T& out_y) {
-  const T new_x = by.c * x - by.s * y;
-  out_y = by.s * x + by.c * y;
-  out_x = new_x;
-}
-template <class T, class C>
-KALMARM_INLINE void turn_back(const Direction<C>& by, T& x, T& y) {
-  const T new_x = by.c * x + by.s * y;
-  y = by.c * y - by.s * x;
-  x = new_x;
-}
+// Of rows that are known to be zero.
 template <class C>
 KALMARM_INLINE void turn(const Direction<C>&, Zero, Zero, Zero&, Zero&) {}
 
@@ -159,11 +148,6 @@ KALMARM_INLINE void translate_y(const D& b, Articulated<T>& P) {
   P.Axy = P.Axy + b * P.Byz;
 }
 
-template <class T>
-struct Rotation {
-  T R[3][3];
-};
-
 // R X R'. 90 flops.
 template <class T>
 void conjugate(const Rotation<T>& by, const T (&X)[3][3], T (&out)[3][3]) {
@@ -193,10 +177,6 @@ template <class T>
 Articulated<T> cycle(const Articulated<T>& P) {
   return {P.Azz, P.Axz, P.Axx, P.Ayz, P.Axy, P.Ayy, P.Bzz, P.Bzx, P.Bxz, P.Bxx, P.Bzy,
           P.Bxy, P.Byz, P.Byx, P.Byy, P.Czz, P.Cxz, P.Cxx, P.Cyz, P.Cxy, P.Cyy};
-}
-template <class T>
-KALMARM_INLINE Sixfold<T> cycle(const Sixfold<T>& z) {
-  return {z.z, z.x, z.y, z.w, z.u, z.v};
 }
 
 }  // namespace kalmarm

@@ -1,6 +1,6 @@
 // What the sums that a sweep leaves say of its answer: the estimated error, and whether it is small
 // enough to be used. Of one state or one in every lane; a lane that is not accepted climbs to the next
-// rung (ladder/narrow_engine.hpp, engines/spatial_engine.hpp).
+// rung (ladder/narrow_engine.hpp, ladder/spatial_state.hpp).
 //
 // A sweep leaves for every lane: margin, positive where rounding cannot have moved a D far; for
 // accelerations AccelerationSums, for solves N, E and |x|^2 of force_noise.hpp, for the rest check,

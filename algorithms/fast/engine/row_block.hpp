@@ -1,11 +1,11 @@
 // Rows of states, which are taken lanes at a time: the memory of one worker.
 #pragma once
 
-#include <algorithm>
 #include <vector>
 
 #include "algorithms/fast/engine/instances.hpp"
 #include "algorithms/spatial/lanes.hpp"
+#include "kalmarm/call.hpp"
 
 namespace kalmarm {
 
@@ -14,24 +14,20 @@ struct RowBlock {
   using P = StateLanes<S>;
   static constexpr int lanes = Lanes<P>::count;
 
-  std::vector<P> q, qd, tau_or_qdd, out;
+  std::vector<P> q, qd, tau, out;
 
   explicit RowBlock(const LoweredModel<S>& model)
-      : q(model.nq()), qd(model.nv()), tau_or_qdd(model.nv()), out(model.nv()) {}
+      : q(model.nq()), qd(model.nv()), tau(model.nv()), out(model.nv()) {}
 
-  // f(first, states, store) of every block of rows; store() copies `out` to where the answers go.
-  template <class F>
-  void for_each(const LoweredModel<S>& model, int count, const S* q_rows, const S* qd_rows,
-                const S* tau_or_qdd_rows, S* out_rows, const F& f) {
-    const int nq = model.nq(), nv = model.nv();
-    for (int first = 0; first < count; first += lanes) {
-      const int left = count - first, states = std::min(lanes, left);
-      const std::ptrdiff_t i = first;
-      to_lanes(q_rows + i * nq, nq, states, left, q);
-      to_lanes(qd_rows + i * nv, nv, states, left, qd);
-      to_lanes(tau_or_qdd_rows + i * nv, nv, states, left, tau_or_qdd);
-      f(first, states, [&] { from_lanes(out, nv, states, out_rows + i * nv); });
-    }
+  // The first states of call's rows, of `left` that can be read.
+  void load(const LoweredModel<S>& model, const Call<S>& call, int states, int left) {
+    to_lanes(call.q, model.nq(), states, left, q);
+    to_lanes(call.qd, model.nv(), states, left, qd);
+    to_lanes(call.tau, model.nv(), states, left, tau);
+  }
+
+  void store(int states, S* rows) const {
+    from_lanes(out, static_cast<int>(out.size()), states, rows);
   }
 };
 

@@ -1,10 +1,11 @@
-// Rows of states in lanes, all calls but accelerations (acceleration_rows.hpp): a state in every lane of
-// a pack, and from the sums of a lane whether its answer is accepted (engine/acceptance.hpp). left_over[i]
-// is set where that of row i is not, and everywhere where no memory was reserved: another rung is to be
-// asked. Pointers are those of Engine.
+// Rows of states in lanes: a state in every lane of a pack, accelerations by the sweep of the form F
+// (forms.hpp), and from the sums of a lane whether its answer is accepted (acceptance.hpp). left_over[i] is
+// set where that of row i is not, and everywhere where no memory was reserved: another rung is to be
+// asked.
 #pragma once
 
 #include <algorithm>
+#include <optional>
 #include <vector>
 
 #include "algorithms/fast/engine/acceptance.hpp"
@@ -16,16 +17,25 @@
 
 namespace kalmarm {
 
-template <class S>
+template <class S, class F>
 class RowsInLanes {
  public:
-  // Both are kept by reference.
-  RowsInLanes(const LoweredModel<S>& lowered, const Acceptance<S>& acceptance, Selection selection)
-      : lowered_(lowered), acceptance_(acceptance), selection_(std::move(selection)) {}
+  // Both models are kept by reference. solves: accelerations may come with columns.
+  RowsInLanes(const LoweredModel<S>& lowered, const Acceptance<S>& acceptance, Selection selection,
+              bool solves)
+      : lowered_(lowered),
+        acceptance_(acceptance),
+        selection_(std::move(selection)),
+        solves_(solves),
+        width_{lowered.nq(), lowered.nv(), lowered.nv(), selection_.size()} {}
 
-  // Memory of so many workers for rows of `what`; matrices that are larger than pay off get none.
-  void reserve(Want what, int count) {
-    switch (what) {
+  // Memory of so many workers for rows of `want`; matrices that are larger than pay off get none.
+  void reserve(Want want, int count) {
+    switch (want) {
+      case Want::acceleration:
+        while (static_cast<int>(accelerations_.size()) < count)
+          accelerations_.emplace_back(lowered_, solves_);
+        return;
       case Want::inverse_dynamics:
         return reserve(torques_, count);
       case Want::mass:
@@ -38,7 +48,7 @@ class RowsInLanes {
         if (MatrixBlock<P>::takes(lowered_.nv())) reserve(inverses_, count);
         return;
       case Want::solve:
-        return reserve(solves_, count);
+        return reserve(solves_of_rows_, count);
       case Want::diagonal:
         return reserve(diagonals_, count);
       case Want::log_det:
@@ -47,126 +57,66 @@ class RowsInLanes {
         while (static_cast<int>(selections_.size()) < count)
           selections_.emplace_back(lowered_, selection_);
         return;
-      case Want::acceleration:
-        return;
     }
   }
 
-  void inverse_dynamics(int worker, int count, const S* q, const S* qd, const S* qdd, S* tau) {
-    Torques& w = torques_[worker];
-    w.rows.for_each(lowered_, count, q, qd, qdd, tau, [&](int, int, const auto& store) {
-      fast_inverse_dynamics(lowered_, w.rows.q.data(), w.rows.qd.data(), w.rows.tau_or_qdd.data(),
-                            w.workspace, w.rows.out.data());
-      store();
-    });
-  }
-
-  void mass(int worker, int count, const S* q, S* M, Outcome* outcomes, char* left_over) {
-    if (masses_.empty()) return leave(count, left_over);
-    std::fill_n(outcomes, count, answered_in_lanes<S>());
-    const std::ptrdiff_t nq = lowered_.nq(), size = square_of_nv();
-    for_each_lanes(count, [&](int first, int states) {
-      const auto check =
-          masses_[worker].fill(lowered_, q + first * nq, states, count - first, M + first * size);
-      for (int i = 0; i < states; ++i) left_over[first + i] = check[i] != S(0);
-    });
-  }
-
-  void derivatives(int worker, int count, const S* q, const S* qd, const S* tau, S* da_dq,
-                   S* da_dqd, S* da_dtau, S* a, Outcome* outcomes, char* left_over) {
-    if (derivatives_.empty()) return leave(count, left_over);
-    std::fill_n(outcomes, count, answered_in_lanes<S>());
-    const std::ptrdiff_t nq = lowered_.nq(), nv = lowered_.nv(), size = square_of_nv();
-    for_each_lanes(count, [&](int first, int states) {
-      const auto of_row = [&](S* X) { return X ? X + first * size : nullptr; };
-      derivatives_[worker].fill(lowered_, q + first * nq, qd + first * nv, tau + first * nv, states,
-                                count - first, of_row(da_dq), of_row(da_dqd), of_row(da_dtau),
-                                a + first * nv, left_over + first);
-    });
-  }
-
-  void inverse(int worker, int count, const S* q, S* X, Outcome* outcomes, char* left_over) {
-    if (inverses_.empty()) return leave(count, left_over);
-    std::fill_n(outcomes, count, answered_in_lanes<S>());
-    const std::ptrdiff_t nq = lowered_.nq(), size = square_of_nv();
-    InverseOfRows<P>& rows = inverses_[worker];
-    for_each_lanes(count, [&](int first, int states) {
-      const auto check =
-          rows.fill(lowered_, q + first * nq, states, count - first, X + first * size);
-      for (int i = 0; i < states; ++i)
-        left_over[first + i] = !(check[i] == S(0) && rows.factors().margin[i] > S(0) &&
-                                 acceptance_.accepts_columns(rows.energy()[i]));
-    });
-  }
-
-  void solve(int worker, int count, const S* q, const S* tau, S* x, Outcome* outcomes,
-             char* left_over) {
-    if (solves_.empty()) return leave(count, left_over);
-    std::fill_n(outcomes, count, answered_in_lanes<S>());
-    const std::ptrdiff_t nq = lowered_.nq(), nv = lowered_.nv();
-    Solves& w = solves_[worker];
-    for_each_lanes(count, [&](int first, int states) {
-      const int left = count - first;
-      w.factor(lowered_, q + first * nq, states, left);
-      to_lanes(tau + first * nv, static_cast<int>(nv), states, left, w.columns.x());
-      const auto sums = w.columns.solve(lowered_, w.factors, w.columns.x());
-      from_lanes(w.columns.x(), static_cast<int>(nv), states, x + first * nv);
-      for (int i = 0; i < states; ++i)
-        left_over[first + i] = !(w.factors.margin[i] > S(0) && acceptance_.accepts(sums, i));
-    });
-  }
-
-  void diagonal(int worker, int count, const S* q, S* x, Outcome* outcomes, char* left_over) {
-    if (diagonals_.empty()) return leave(count, left_over);
-    std::fill_n(outcomes, count, answered_in_lanes<S>());
-    const std::ptrdiff_t nq = lowered_.nq(), nv = lowered_.nv();
-    Diagonals& w = diagonals_[worker];
-    for_each_lanes(count, [&](int first, int states) {
-      w.factor(lowered_, q + first * nq, states, count - first);
-      const auto check = w.diagonal.fill(lowered_, w.factors, w.x.data());
-      from_lanes(w.x, static_cast<int>(nv), states, x + first * nv);
-      for (int i = 0; i < states; ++i)
-        left_over[first + i] = !(check[i] == S(0) && w.factors.margin[i] > S(0));
-    });
-  }
-
-  void log_det(int worker, int count, const S* q, S* x, Outcome* outcomes, char* left_over) {
-    if (factors_.empty()) return leave(count, left_over);
-    std::fill_n(outcomes, count, answered_in_lanes<S>());
-    const std::ptrdiff_t nq = lowered_.nq();
-    FactorsOfRows& w = factors_[worker];
-    for_each_lanes(count, [&](int first, int states) {
-      w.factor(lowered_, q + first * nq, states, count - first);
-      for (int i = 0; i < states; ++i) {
-        S& y = x[first + i] = kalmarm::log_det(w.factors, i);
-        left_over[first + i] = !(y * S(0) == S(0) && w.factors.margin[i] > S(0));
-      }
-    });
-  }
-
-  void selected(int worker, int count, const S* q, S* X, Outcome* outcomes, char* left_over) {
-    if (selections_.empty()) return leave(count, left_over);
-    std::fill_n(outcomes, count, answered_in_lanes<S>());
-    const std::ptrdiff_t nq = lowered_.nq();
-    const int size = selection_.size() * selection_.size();
-    Selections& w = selections_[worker];
-    for_each_lanes(count, [&](int first, int states) {
-      w.factor(lowered_, q + first * nq, states, count - first);
-      const auto check = w.columns.fill(lowered_, w.factors, w.X.data());
-      from_lanes(w.X, size, states, X + std::ptrdiff_t(first) * size);
-      for (int i = 0; i < states; ++i)
-        left_over[first + i] = !(check[i] == S(0) && w.factors.margin[i] > S(0));
-    });
+  void answer(int worker, int count, const Call<S>& call, Outcome* outcomes, char* left_over) {
+    const auto answer = [&](auto& workers, const auto& of_lanes) {
+      std::fill_n(left_over, count, char(workers.empty()));
+      if (workers.empty()) return;
+      if (outcomes) std::fill_n(outcomes, count, answered_in_lanes<S>());
+      for (int first = 0; first < count; first += lanes)
+        of_lanes(workers[worker],
+                 Rows{call.from(first, width_), std::min(lanes, count - first), count - first,
+                      outcomes ? outcomes + first : nullptr, left_over + first});
+    };
+    switch (call.want) {
+      case Want::acceleration:
+        return answer(accelerations_, [&](auto& w, const Rows& rows) { acceleration(w, rows); });
+      case Want::inverse_dynamics:
+        return answer(torques_, [&](auto& w, const Rows& rows) { inverse_dynamics(w, rows); });
+      case Want::mass:
+        return answer(masses_, [&](auto& w, const Rows& rows) { mass(w, rows); });
+      case Want::derivatives:
+        return answer(derivatives_, [&](auto& w, const Rows& rows) { derivatives(w, rows); });
+      case Want::inverse:
+        return answer(inverses_, [&](auto& w, const Rows& rows) { inverse(w, rows); });
+      case Want::solve:
+        return answer(solves_of_rows_, [&](auto& w, const Rows& rows) { solve(w, rows); });
+      case Want::diagonal:
+        return answer(diagonals_, [&](auto& w, const Rows& rows) { diagonal(w, rows); });
+      case Want::log_det:
+        return answer(factors_, [&](auto& w, const Rows& rows) { log_det(w, rows); });
+      case Want::operational:
+        return answer(selections_, [&](auto& w, const Rows& rows) { selected(w, rows); });
+    }
   }
 
  private:
   using P = StateLanes<S>;
+  static constexpr int lanes = RowBlock<S>::lanes;
 
-  struct Torques {
+  // What fills the lanes once.
+  struct Rows {
+    Call<S> call;
+    int states, left;  // of `left` rows that can be read
+    Outcome* outcomes;
+    char* left_over;
+  };
+
+  struct Accelerations : RowBlock<S> {
+    typename F::template Workspace<P> swept;
+    std::optional<RowSolver<P>> columns;
+    std::vector<P> r;  // joint noise, from the first call with it on
+
+    Accelerations(const LoweredModel<S>& model, bool solves) : RowBlock<S>(model), swept(model) {
+      if (solves) columns.emplace(model);
+    }
+  };
+  struct Torques : RowBlock<S> {
     InverseDynamicsWorkspace<P> workspace;
-    RowBlock<S> rows;
 
-    explicit Torques(const LoweredModel<S>& model) : workspace(model), rows(model) {}
+    explicit Torques(const LoweredModel<S>& model) : RowBlock<S>(model), workspace(model) {}
   };
   struct FactorsOfRows {
     std::vector<P> q;
@@ -174,8 +124,8 @@ class RowsInLanes {
 
     explicit FactorsOfRows(const LoweredModel<S>& model) : q(model.nq()), factors(model) {}
 
-    void factor(const LoweredModel<S>& model, const S* rows, int states, int left) {
-      to_lanes(rows, model.nq(), states, left, q);
+    void factor(const LoweredModel<S>& model, const Rows& rows) {
+      to_lanes(rows.call.q, model.nq(), rows.states, rows.left, q);
       covariance_factor(model, q.data(), factors);
     }
   };
@@ -201,15 +151,106 @@ class RowsInLanes {
         : FactorsOfRows(model), diagonal(model, InverseDiagonal<P>::Terms::fewest), x(model.nv()) {}
   };
 
-  static void leave(int count, char* left_over) { std::fill_n(left_over, count, char(1)); }
+  void acceleration(Accelerations& w, const Rows& rows) {
+    const Call<S>& call = rows.call;
+    w.load(lowered_, call, rows.states, rows.left);
+    const Judged<P> by = acceptance_.judge(call.r ? with_noise(w, rows) : swept(w));
+    w.store(rows.states, call.out);
+    for (int i = 0; i < rows.states; ++i) {
+      rows.outcomes[i].error = by.error[i];
+      rows.left_over[i] = !acceptance_.accepts(w.swept.margin, by, i);
+    }
+    if (call.B) columns(w, rows);
+  }
 
-  std::ptrdiff_t square_of_nv() const { return std::ptrdiff_t(lowered_.nv()) * lowered_.nv(); }
+  AccelerationSums<P> swept(Accelerations& w) const {
+    F::acceleration(lowered_, w.q.data(), w.qd.data(), w.tau.data(), w.swept, w.out.data());
+    return F::sums(w.swept);
+  }
 
-  // f(first, states) of rows that are taken lanes at a time.
-  template <class F>
-  static void for_each_lanes(int count, const F& f) {
-    constexpr int lanes = RowBlock<S>::lanes;
-    for (int first = 0; first < count; first += lanes) f(first, std::min(lanes, count - first));
+  AccelerationSums<P> with_noise(Accelerations& w, const Rows& rows) const {
+    w.r.resize(lowered_.nv());
+    to_lanes(rows.call.r, lowered_.nv(), rows.states, rows.left, w.r);
+    covariance_acceleration(lowered_, w.q.data(), w.qd.data(), w.tau.data(), w.r.data(), w.swept,
+                            w.out.data());
+    AccelerationSums<P> sums = F::sums(w.swept);
+    sums.trace = w.swept.trace;
+    return sums;
+  }
+
+  // X = M^-1 B by the factors of the same sweep.
+  void columns(Accelerations& w, const Rows& rows) const {
+    const std::ptrdiff_t nv = lowered_.nv();
+    for (int j = 0; j < rows.call.m; ++j) {
+      const auto sums = w.columns->solve(lowered_, w.swept, rows.call.B + j * nv);
+      for (int i = 0; i < rows.states; ++i) {
+        S* const x = rows.call.X + (i * rows.call.m + j) * nv;
+        for (int k = 0; k < nv; ++k) x[k] = w.columns->x()[k][i];
+        rows.left_over[i] |= !acceptance_.accepts(sums, i);
+      }
+    }
+  }
+
+  void inverse_dynamics(Torques& w, const Rows& rows) const {
+    w.load(lowered_, rows.call, rows.states, rows.left);
+    fast_inverse_dynamics(lowered_, w.q.data(), w.qd.data(), w.tau.data(), w.workspace,
+                          w.out.data());
+    w.store(rows.states, rows.call.out);
+  }
+
+  void mass(MassOfRows<P>& w, const Rows& rows) const {
+    const P check = w.fill(lowered_, rows.call.q, rows.states, rows.left, rows.call.out);
+    accept(rows, [&](int i) { return check[i] == S(0); });
+  }
+
+  void derivatives(DerivativesOfRows<P>& w, const Rows& rows) const {
+    const Call<S>& call = rows.call;
+    w.fill(lowered_, call.q, call.qd, call.tau, rows.states, rows.left, call.derivatives[0],
+           call.derivatives[1], call.derivatives[2], call.out, rows.left_over);
+  }
+
+  void inverse(InverseOfRows<P>& w, const Rows& rows) const {
+    const P check = w.fill(lowered_, rows.call.q, rows.states, rows.left, rows.call.out);
+    accept(rows, [&](int i) {
+      return check[i] == S(0) && w.factors().margin[i] > S(0) &&
+             acceptance_.accepts_columns(w.energy()[i]);
+    });
+  }
+
+  void solve(Solves& w, const Rows& rows) const {
+    const int nv = lowered_.nv();
+    w.factor(lowered_, rows);
+    to_lanes(rows.call.tau, nv, rows.states, rows.left, w.columns.x());
+    const auto sums = w.columns.solve(lowered_, w.factors, w.columns.x());
+    from_lanes(w.columns.x(), nv, rows.states, rows.call.out);
+    accept(rows, [&](int i) { return w.factors.margin[i] > S(0) && acceptance_.accepts(sums, i); });
+  }
+
+  void diagonal(Diagonals& w, const Rows& rows) const {
+    w.factor(lowered_, rows);
+    const P check = w.diagonal.fill(lowered_, w.factors, w.x.data());
+    from_lanes(w.x, lowered_.nv(), rows.states, rows.call.out);
+    accept(rows, [&](int i) { return check[i] == S(0) && w.factors.margin[i] > S(0); });
+  }
+
+  void log_det(FactorsOfRows& w, const Rows& rows) const {
+    w.factor(lowered_, rows);
+    accept(rows, [&](int i) {
+      const S x = rows.call.out[i] = kalmarm::log_det(w.factors, i);
+      return x * S(0) == S(0) && w.factors.margin[i] > S(0);
+    });
+  }
+
+  void selected(Selections& w, const Rows& rows) const {
+    w.factor(lowered_, rows);
+    const P check = w.columns.fill(lowered_, w.factors, w.X.data());
+    from_lanes(w.X, static_cast<int>(w.X.size()), rows.states, rows.call.out);
+    accept(rows, [&](int i) { return check[i] == S(0) && w.factors.margin[i] > S(0); });
+  }
+
+  template <class Accepted>
+  static void accept(const Rows& rows, const Accepted& accepted) {
+    for (int i = 0; i < rows.states; ++i) rows.left_over[i] = !accepted(i);
   }
 
   template <class Worker>
@@ -220,12 +261,15 @@ class RowsInLanes {
   const LoweredModel<S>& lowered_;
   const Acceptance<S>& acceptance_;
   Selection selection_;
+  bool solves_;
+  Widths width_;
   // Of every worker:
+  std::vector<Accelerations> accelerations_;
   std::vector<Torques> torques_;
   std::vector<MassOfRows<P>> masses_;
   std::vector<DerivativesOfRows<P>> derivatives_;
   std::vector<InverseOfRows<P>> inverses_;
-  std::vector<Solves> solves_;
+  std::vector<Solves> solves_of_rows_;
   std::vector<Diagonals> diagonals_;
   std::vector<Selections> selections_;
   std::vector<FactorsOfRows> factors_;

@@ -6,14 +6,9 @@ namespace kalmarm {
 namespace {
 
 std::unique_ptr<Engine<double>> make_double(const RobotModel& robot, const EngineOptions& options) {
-  if (options.tolerance < least_tolerance_of_double) return make_certified_engine(robot, options);
-  switch (options.kernel) {
-    case Kernel::translational:
-      return make_translational_engine(robot, options);
-    case Kernel::spatial_at_rest:
-    case Kernel::spatial:
-      break;
-  }
+  const bool refined = options.tolerance < least_tolerance_of_double;
+  if (options.kernel == Kernel::translational && !refined)
+    return make_translational_engine(robot, options);
   return make_spatial_engine(robot, options);
 }
 

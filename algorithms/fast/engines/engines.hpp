@@ -6,13 +6,11 @@
 
 namespace kalmarm {
 
-// In double, by options.kernel and options.tolerance, each in a file of its own.
+// In double, each in a file of its own.
 std::unique_ptr<Engine<double>> make_spatial_engine(const RobotModel& robot,
                                                     const EngineOptions& options);
 std::unique_ptr<Engine<double>> make_translational_engine(const RobotModel& robot,
                                                           const EngineOptions& options);
-std::unique_ptr<Engine<double>> make_certified_engine(const RobotModel& robot,
-                                                      const EngineOptions& options);
 
 struct Engines {
   std::unique_ptr<Engine<float>> (*make_float)(const RobotModel&, const EngineOptions&);

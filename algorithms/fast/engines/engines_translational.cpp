@@ -1,11 +1,11 @@
 #include "algorithms/fast/engines/engines.hpp"
-#include "algorithms/fast/translational/translational_engine.hpp"
+#include "algorithms/fast/translational/translational_state.hpp"
 
 namespace kalmarm {
 
 std::unique_ptr<Engine<double>> make_translational_engine(const RobotModel& robot,
                                                           const EngineOptions& options) {
-  return std::make_unique<TranslationalEngine>(robot, options);
+  return std::make_unique<EngineInDouble<TranslationalState, AtRest>>(robot, options);
 }
 
 }  // namespace kalmarm

@@ -8,130 +8,15 @@
 // lane in each, at an aligned hinge (lowered_model.hpp).
 #pragma once
 
-#include <array>
 #include <vector>
 
 #include "algorithms/fast/factors/factors.hpp"
-#include "algorithms/fast/factors/lower_triangle.hpp"
+#include "algorithms/fast/kinematics/column_lanes.hpp"
 #include "algorithms/spatial/inlining.hpp"
-#include "algorithms/spatial/pack.hpp"
 
 namespace kalmarm {
 
-template <class T>
-struct ColumnsWorkspace {
-  struct Branch {
-    Sixfold<T> z, l;
-  };
-
-  std::vector<T> e;
-  std::vector<Branch> branches;
-
-  template <class S>
-  explicit ColumnsWorkspace(const LoweredModel<S>& model)
-      : e(model.nv()), branches(model.branch_count()) {}
-};
-
-// Of every chunk of columns (lower_triangle.hpp) the links between them and the base.
-class ColumnPaths {
- public:
-  template <class Lowered>
-  ColumnPaths(const Lowered& model, int columns, int lanes) {
-    for_each_chunk(columns, lanes, [&](int first, int count) {
-      std::vector<char>& path = paths_.emplace_back(model.nv(), 0);
-      for (int k = first + count - 1; k >= 0; --k) {
-        if (k >= first) path[k] = 1;
-        if (path[k] && model.link(k).parent >= 0) path[model.link(k).parent] = 1;
-      }
-    });
-  }
-
-  const char* operator[](int chunk) const { return paths_[chunk].data(); }
-
- private:
-  std::vector<std::vector<char>> paths_;
-};
-
 namespace detail {
-
-// 1 in lane i, if there is one.
-template <class T>
-struct Unit {
-  static T lane(int i) { return T(i == 0 ? 1 : 0); }
-};
-template <class S, int n>
-struct Unit<Pack<S, n>> {
-  KALMARM_INLINE static Pack<S, n> lane(int i) {
-    static constexpr auto one_among_zeros = [] {
-      std::array<S, 2 * n + 1> numbers{};
-      numbers[n] = S(1);
-      return numbers;
-    }();
-    return Pack<S, n>::load(&one_among_zeros[n - (i < 0 ? -1 : i < n ? i : n)]);
-  }
-};
-
-// What is worked out at once: n columns of one state, or, where T has a state in every lane, one of each.
-template <class T, int n>
-struct ColumnsOf {
-  using Lane = Pack<T, n>;
-  static constexpr int count = n;
-
-  KALMARM_INLINE static Lane unit(int i) { return Unit<Lane>::lane(i); }  // 1 in column i
-  KALMARM_INLINE static T column(const Lane& x, int i) { return x[i]; }
-};
-template <class S, int states, int n>
-struct ColumnsOf<Pack<S, states>, n> {
-  using Lane = Pack<S, states>;
-  static constexpr int count = 1;
-
-  KALMARM_INLINE static Lane unit(int i) { return Lane(S(i == 0)); }
-  KALMARM_INLINE static const Lane& column(const Lane& x, int) { return x; }
-};
-
-// Number by number: gcc keeps in memory what is assigned as a whole.
-template <class T>
-KALMARM_INLINE void set_zero(Sixfold<T>& x) {
-  x.x = x.y = x.z = x.u = x.v = x.w = T(0);
-}
-template <class T>
-KALMARM_INLINE void assign(Sixfold<T>& to, const Sixfold<T>& from) {
-  to.x = from.x;
-  to.y = from.y;
-  to.z = from.z;
-  to.u = from.u;
-  to.v = from.v;
-  to.w = from.w;
-}
-template <class T>
-KALMARM_INLINE void cycle(T& x, T& y, T& z) {
-  const T first = x;
-  x = z;
-  z = y;
-  y = first;
-}
-
-// phi z+, for several columns at once.
-template <class T, class S, class U>
-KALMARM_INLINE void force_to_parent(const LoweredModel<S>& model, const LoweredLink<S>& link,
-                                    const Placements<U>& placed, const U& d, Sixfold<T>& z) {
-  using Kind = typename LoweredLink<S>::Kind;
-  switch (link.kind) {
-    case Kind::screws:
-      if (link.slides)
-        force_to_parent(model, link, model.uncommon(link).turn, d, z);
-      else
-        force_to_parent(model, link, placed.direction(link), link.d, z);
-      break;
-    case Kind::matrix:
-      force_to_parent(placed.matrices[link.varying], z);
-      break;
-    case Kind::cyclic:
-      cycle(z.x, z.y, z.z);
-      cycle(z.u, z.v, z.w);
-      break;
-  }
-}
 
 // z- becomes z+; e is returned. at: d, g and 1 / D of link k.
 template <class T, class S, class Link>

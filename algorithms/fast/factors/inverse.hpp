@@ -8,9 +8,9 @@
 // as zero (flush_subnormals.hpp): beside sqrt(M^-1(m,m) M^-1(j,j)) it is nothing.
 #pragma once
 
-#include "algorithms/fast/factors/blocks.hpp"
 #include "algorithms/fast/factors/columns.hpp"
 #include "algorithms/fast/factors/lambda.hpp"
+#include "algorithms/fast/kinematics/blocks.hpp"
 #include "algorithms/spatial/flush_subnormals.hpp"
 
 namespace kalmarm {

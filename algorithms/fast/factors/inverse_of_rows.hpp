@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "algorithms/fast/factors/columns.hpp"
-#include "algorithms/fast/factors/matrix_block.hpp"
+#include "algorithms/fast/kinematics/matrix_block.hpp"
 #include "algorithms/spatial/flush_subnormals.hpp"
 #include "algorithms/spatial/lanes.hpp"
 

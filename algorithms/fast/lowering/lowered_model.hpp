@@ -66,6 +66,8 @@ class LoweredModel {
   }
   const LoweredLink<S>& link(int k) const { return links_[k]; }
   const LoweredBody<S>& body(int k) const { return bodies_[k]; }
+  // Of a joint that has some, and not less: what was derived from the robot's own still holds.
+  void set_noise(int k, const S& r) { bodies_[k].r = r; }
   // Axx to Czz of the links' weights, link after link.
   const std::vector<S>& weights() const { return weights_; }
   // mu(k) of least_inertia.hpp, nv of them [kg m^2, of a slide kg].

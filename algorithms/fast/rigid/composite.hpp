@@ -9,7 +9,7 @@
 
 #include <vector>
 
-#include "algorithms/fast/covariance/filter.hpp"
+#include "algorithms/fast/kinematics/placements.hpp"
 #include "algorithms/spatial/inlining.hpp"
 
 namespace kalmarm {

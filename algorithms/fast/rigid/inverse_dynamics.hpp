@@ -21,7 +21,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "algorithms/fast/factors/columns.hpp"
+#include "algorithms/fast/kinematics/placements.hpp"
 #include "algorithms/spatial/inlining.hpp"
 #include "algorithms/spatial/lanes.hpp"
 

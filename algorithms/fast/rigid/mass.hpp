@@ -9,7 +9,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "algorithms/fast/factors/blocks.hpp"
+#include "algorithms/fast/kinematics/blocks.hpp"
 #include "algorithms/fast/rigid/column_schedule.hpp"
 #include "algorithms/fast/rigid/composite.hpp"
 #include "algorithms/spatial/inlining.hpp"

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "algorithms/fast/factors/matrix_block.hpp"
+#include "algorithms/fast/kinematics/matrix_block.hpp"
 #include "algorithms/fast/rigid/mass.hpp"
 #include "algorithms/spatial/lanes.hpp"
 

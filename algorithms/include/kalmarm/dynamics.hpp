@@ -27,6 +27,7 @@
 #include <span>
 #include <string>
 
+#include "kalmarm/call.hpp"
 #include "kalmarm/export.hpp"
 #include "kalmarm/outcome.hpp"
 #include "kalmarm/question.hpp"
@@ -97,7 +98,11 @@ class KALMARM_EXPORT Dynamics {
   Outcome forward_dynamics(VectorView<const T> q, VectorView<const T> qd, VectorView<const T> tau,
                            VectorView<T> a) {
     check("forward_dynamics", q, qd, "tau", tau, a.size(), asked_);
-    return forward_dynamics(q.data(), qd.data(), tau.data(), a.data());
+    return answer({.want = Want::acceleration,
+                   .q = q.data(),
+                   .qd = qd.data(),
+                   .tau = tau.data(),
+                   .out = a.data()});
   }
 
   // Rows of states, one outcome each, on `threads` cores. Returns how many failed, whose rows are
@@ -107,8 +112,13 @@ class KALMARM_EXPORT Dynamics {
                                      std::span<Outcome> outcomes, int threads = 1) {
     const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
     check("forward_dynamics", count, q, qd, "tau", tau, a, asked_);
-    return forward_dynamics(static_cast<int>(count), q.data(), qd.data(), tau.data(), a.data(),
-                            outcomes.data(), threads);
+    return answer_rows(count,
+                       {.want = Want::acceleration,
+                        .q = q.data(),
+                        .qd = qd.data(),
+                        .tau = tau.data(),
+                        .out = a.data()},
+                       outcomes.data(), threads);
   }
 
   // The same and X = M^-1 B (asked x m) of the columns of B, such as the transposed Jacobian of what is
@@ -118,7 +128,14 @@ class KALMARM_EXPORT Dynamics {
                            VectorView<T> a, MatrixView<const T> B, MatrixView<T> X) {
     check("forward_dynamics", q, qd, "tau", tau, a.size(), asked_);
     const int m = checked_columns("forward_dynamics", "B", B, "X", X);
-    return forward_dynamics(q.data(), qd.data(), tau.data(), a.data(), m, B.data(), X.data());
+    return answer({.want = Want::acceleration,
+                   .q = q.data(),
+                   .qd = qd.data(),
+                   .tau = tau.data(),
+                   .out = a.data(),
+                   .m = m,
+                   .B = B.data(),
+                   .X = X.data()});
   }
 
   // Rows of states: X (asked x rows m) has the m columns of a row side by side. Those that are suspect
@@ -130,15 +147,23 @@ class KALMARM_EXPORT Dynamics {
     const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
     check("forward_dynamics", count, q, qd, "tau", tau, a, asked_);
     const int m = checked_columns("forward_dynamics", "B", B, "X", X, count);
-    return forward_dynamics(static_cast<int>(count), q.data(), qd.data(), tau.data(), a.data(), m,
-                            B.data(), X.data(), outcomes.data(), threads);
+    return answer_rows(count,
+                       {.want = Want::acceleration,
+                        .q = q.data(),
+                        .qd = qd.data(),
+                        .tau = tau.data(),
+                        .out = a.data(),
+                        .m = m,
+                        .B = B.data(),
+                        .X = X.data()},
+                       outcomes.data(), threads);
   }
 
   // tau (asked) = M qdd + bias(q, qd), gravity and armature included. 171 n.
   void inverse_dynamics(VectorView<const T> q, VectorView<const T> qd, VectorView<const T> qdd,
                         VectorView<T> tau) {
     check("inverse_dynamics", q, qd, "qdd", qdd, tau.size(), asked_);
-    inverse_dynamics(q.data(), qd.data(), qdd.data(), tau.data());
+    torques(q.data(), qd.data(), qdd.data(), tau.data());
   }
 
   // The same of rows of states, on `threads` cores.
@@ -146,27 +171,33 @@ class KALMARM_EXPORT Dynamics {
                         RowsView<T> tau, int threads) {
     const std::ptrdiff_t count = nq_ > 0 ? q.size() / nq_ : 0;
     check("inverse_dynamics", count, q, qd, "qdd", qdd, tau, asked_);
-    inverse_dynamics(static_cast<int>(count), q.data(), qd.data(), qdd.data(), tau.data(), threads);
+    (void)answer_rows(count,
+                      {.want = Want::inverse_dynamics,
+                       .q = q.data(),
+                       .qd = qd.data(),
+                       .tau = qdd.data(),
+                       .out = tau.data()},
+                      nullptr, threads);
   }
 
   // tau (asked) = bias(q, qd): velocity terms and gravity, the torques of qdd = 0. 171 n.
   void bias(VectorView<const T> q, VectorView<const T> qd, VectorView<T> tau) {
     check("bias", q, qd, "qd", qd, tau.size(), asked_);
-    inverse_dynamics(q.data(), qd.data(), nullptr, tau.data());
+    torques(q.data(), qd.data(), nullptr, tau.data());
   }
 
   // tau (asked): the torques that hold the robot against gravity. 171 n.
   void gravity(VectorView<const T> q, VectorView<T> tau) {
     check("gravity", "q", q.size(), nq_);
     check("gravity", "tau", tau.size(), asked_);
-    inverse_dynamics(q.data(), nullptr, nullptr, tau.data());
+    torques(q.data(), nullptr, nullptr, tau.data());
   }
 
   // M (asked x asked), symmetric to the last bit. 80 n + 16 n^2.
   void mass(VectorView<const T> q, MatrixView<T> M) {
     check("mass", "q", q.size(), nq_);
     check("mass", "M", M, asked_);
-    mass(q.data(), M.data());
+    (void)answer({.want = Want::mass, .q = q.data(), .out = M.data()});
   }
 
   // Rows of states, M (asked x asked) of each in a row of `M`, both triangles, one outcome each, on
@@ -176,14 +207,15 @@ class KALMARM_EXPORT Dynamics {
     const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
     check("mass", "q", count, q, nq_);
     check("mass", "M", count, M, std::ptrdiff_t(asked_) * asked_);
-    return mass(static_cast<int>(count), q.data(), M.data(), outcomes.data(), threads);
+    return answer_rows(count, {.want = Want::mass, .q = q.data(), .out = M.data()}, outcomes.data(),
+                       threads);
   }
 
   // M^-1 (asked x asked), symmetric to the last bit. 195 n + 44 n^2.
   Outcome inverse_mass(VectorView<const T> q, MatrixView<T> X) {
     check("inverse_mass", "q", q.size(), nq_);
     check("inverse_mass", "X", X, asked_);
-    return inverse_mass(q.data(), X.data());
+    return answer({.want = Want::inverse, .q = q.data(), .out = X.data()});
   }
 
   // Rows of states, M^-1 (asked x asked) of each in a row of X, both triangles, one outcome each, on
@@ -193,7 +225,8 @@ class KALMARM_EXPORT Dynamics {
     const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
     check("inverse_mass", "q", count, q, nq_);
     check("inverse_mass", "X", count, X, std::ptrdiff_t(asked_) * asked_);
-    return inverse_mass(static_cast<int>(count), q.data(), X.data(), outcomes.data(), threads);
+    return answer_rows(count, {.want = Want::inverse, .q = q.data(), .out = X.data()},
+                       outcomes.data(), threads);
   }
 
   // Factors of M at q, which are kept for any number of solves. 195 n.
@@ -222,7 +255,9 @@ class KALMARM_EXPORT Dynamics {
     check("solve", "tau", count, tau, asked_);
     check("solve", "x", count, x, asked_);
     refuse_overlap("solve", "tau", tau.data(), tau.size(), "x", x.data(), x.size());
-    return solve(static_cast<int>(count), q.data(), tau.data(), x.data(), outcomes.data(), threads);
+    return answer_rows(count,
+                       {.want = Want::solve, .q = q.data(), .tau = tau.data(), .out = x.data()},
+                       outcomes.data(), threads);
   }
 
   // Derivatives of forward dynamics, and a itself (asked). Outcome::error is NaN. 1300 n + 60 n^2.
@@ -230,7 +265,12 @@ class KALMARM_EXPORT Dynamics {
                       const Derivatives<T>& out, VectorView<T> a) {
     check("derivatives", q, qd, "tau", tau, a.size(), asked_);
     check_derivatives(out);
-    return derivatives(q.data(), qd.data(), tau.data(), out, a.data());
+    return answer({.want = Want::derivatives,
+                   .q = q.data(),
+                   .qd = qd.data(),
+                   .tau = tau.data(),
+                   .out = a.data(),
+                   .derivatives = {out.dq.data(), out.dqd.data(), out.dtau.data()}});
   }
 
   // Rows of states, one outcome each, on `threads` cores; a (asked) of each in a row. Returns how many
@@ -241,7 +281,16 @@ class KALMARM_EXPORT Dynamics {
     const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
     check("derivatives", count, q, qd, "tau", tau, a, asked_);
     check_derivatives(count, out);
-    return derivatives(static_cast<int>(count), q.data(), qd.data(), tau.data(), out, a.data(),
+    const auto data = [](const std::optional<RowsView<T>>& rows) {
+      return rows ? rows->data() : nullptr;
+    };
+    return answer_rows(count,
+                       {.want = Want::derivatives,
+                        .q = q.data(),
+                        .qd = qd.data(),
+                        .tau = tau.data(),
+                        .out = a.data(),
+                        .derivatives = {data(out.dq), data(out.dqd), data(out.dtau)}},
                        outcomes.data(), threads);
   }
 
@@ -249,7 +298,7 @@ class KALMARM_EXPORT Dynamics {
   Outcome diagonal(VectorView<const T> q, VectorView<T> x) {
     check("diagonal", "q", q.size(), nq_);
     check("diagonal", "x", x.size(), asked_);
-    return diagonal(q.data(), x.data());
+    return answer({.want = Want::diagonal, .q = q.data(), .out = x.data()});
   }
 
   // Rows of states, x (asked) of each in a row, one outcome each, on `threads` cores; so are those of
@@ -260,13 +309,14 @@ class KALMARM_EXPORT Dynamics {
     const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
     check("diagonal", "q", count, q, nq_);
     check("diagonal", "x", count, x, asked_);
-    return diagonal(static_cast<int>(count), q.data(), x.data(), outcomes.data(), threads);
+    return answer_rows(count, {.want = Want::diagonal, .q = q.data(), .out = x.data()},
+                       outcomes.data(), threads);
   }
 
   // x = log det M of the joints that are free. 195 n.
   Outcome log_det(VectorView<const T> q, T& x) {
     check("log_det", "q", q.size(), nq_);
-    return log_det(q.data(), x);
+    return answer({.want = Want::log_det, .q = q.data(), .out = &x});
   }
 
   [[nodiscard]] int log_det(RowsView<const T> q, RowsView<T> x, std::span<Outcome> outcomes,
@@ -274,14 +324,15 @@ class KALMARM_EXPORT Dynamics {
     const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
     check("log_det", "q", count, q, nq_);
     check("log_det", "x", count, x, 1);
-    return log_det(static_cast<int>(count), q.data(), x.data(), outcomes.data(), threads);
+    return answer_rows(count, {.want = Want::log_det, .q = q.data(), .out = x.data()},
+                       outcomes.data(), threads);
   }
 
   // X = J M^-1 J' of the question's frames, 6 rows each: (angular; linear) in a frame's axes.
   Outcome operational(VectorView<const T> q, MatrixView<T> X) {
     check("operational", "q", q.size(), nq_);
     check("operational", "X", X, rows_);
-    return operational(q.data(), X.data());
+    return answer({.want = Want::operational, .q = q.data(), .out = X.data()});
   }
 
   [[nodiscard]] int operational(RowsView<const T> q, RowsView<T> X, std::span<Outcome> outcomes,
@@ -289,7 +340,8 @@ class KALMARM_EXPORT Dynamics {
     const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
     check("operational", "q", count, q, nq_);
     check("operational", "X", count, X, std::ptrdiff_t(rows_) * rows_);
-    return operational(static_cast<int>(count), q.data(), X.data(), outcomes.data(), threads);
+    return answer_rows(count, {.want = Want::operational, .q = q.data(), .out = X.data()},
+                       outcomes.data(), threads);
   }
 
  private:
@@ -333,30 +385,14 @@ class KALMARM_EXPORT Dynamics {
 
   Execution<T>& execution() const;  // throws std::logic_error where it was moved away
 
-  Outcome forward_dynamics(const T* q, const T* qd, const T* tau, T* a);
-  int forward_dynamics(int count, const T* q, const T* qd, const T* tau, T* a, Outcome* outcomes,
-                       int threads);
-  Outcome forward_dynamics(const T* q, const T* qd, const T* tau, T* a, int m, const T* B, T* X);
-  int forward_dynamics(int count, const T* q, const T* qd, const T* tau, T* a, int m, const T* B,
-                       T* X, Outcome* outcomes, int threads);
-  void inverse_dynamics(const T* q, const T* qd, const T* qdd, T* tau);
-  void inverse_dynamics(int count, const T* q, const T* qd, const T* qdd, T* tau, int threads);
-  void mass(const T* q, T* M);
-  Outcome inverse_mass(const T* q, T* X);
-  int mass(int count, const T* q, T* M, Outcome* outcomes, int threads);
-  int inverse_mass(int count, const T* q, T* X, Outcome* outcomes, int threads);
-  int solve(int count, const T* q, const T* tau, T* x, Outcome* outcomes, int threads);
-  int diagonal(int count, const T* q, T* x, Outcome* outcomes, int threads);
-  int log_det(int count, const T* q, T* x, Outcome* outcomes, int threads);
-  int operational(int count, const T* q, T* X, Outcome* outcomes, int threads);
-  int derivatives(int count, const T* q, const T* qd, const T* tau, const DerivativeRows<T>& out,
-                  T* a, Outcome* outcomes, int threads);
+  // The torques of qdd, the last two null where they are zero.
+  void torques(const T* q, const T* qd, const T* qdd, T* tau) {
+    (void)answer({.want = Want::inverse_dynamics, .q = q, .qd = qd, .tau = qdd, .out = tau});
+  }
+  Outcome answer(const Call<T>& call);
+  int answer_rows(std::ptrdiff_t count, const Call<T>& call, Outcome* outcomes, int threads);
   Outcome factor(const T* q);
   Outcome solve(int columns, const T* taus, T* X);
-  Outcome derivatives(const T* q, const T* qd, const T* tau, const Derivatives<T>& out, T* a);
-  Outcome diagonal(const T* q, T* x);
-  Outcome log_det(const T* q, T& x);
-  Outcome operational(const T* q, T* X);
 
   int nq_ = 0, nv_ = 0, asked_ = 0, rows_ = 0;
   double tolerance_ = default_tolerance<T>;

@@ -13,13 +13,13 @@ struct [[nodiscard]] Outcome {
     not_finite,  // the result overflowed, or the state held a NaN
   };
 
-  // Which precision of the library answered; what a variant of the study answers says float64.
+  // Which precision of the library answered. A variant of the study says refined where D was looked at in a
+  // wider one, else float64.
   enum class Rung { float_lanes, float64, refined, two_doubles };
 
   Status status = Status::ok;
   Rung rung = Rung::float64;
   bool near_singular = false;  // ok, but D(joint) may be wrong by 1 per cent or more
-  bool recomputed = false;     // ok, by a wider precision than the first that was tried
   int joint = -1;    // DoF at which the factorisation stopped, or nearly did; -1 where it did not
   double D = 0;      // its innovation covariance, or Cholesky pivot [kg m^2 or kg]
   double scale = 0;  // what D was compared with, same unit: its size, or the error that it may have

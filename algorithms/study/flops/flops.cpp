@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "algorithms/fast/derivatives/derivatives.hpp"
-#include "algorithms/fast/factors/blocks.hpp"
+#include "algorithms/fast/kinematics/blocks.hpp"
 #include "algorithms/fast/factors/columns.hpp"
 #include "algorithms/fast/rigid/mass.hpp"
 #include "algorithms/spatial/pack.hpp"

@@ -121,7 +121,7 @@ class SingularityTest {
     }
     if (!singular) return singular;
     Outcome out = nearest.warning();
-    out.recomputed = true;
+    out.rung = Outcome::Rung::refined;
     return out;
   }
 

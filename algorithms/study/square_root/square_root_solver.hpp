@@ -57,7 +57,7 @@ class SquareRootSolver final : public Solver<T> {
     Outcome out;
     if (!(margin > T(0))) {
       out = by_arrays_.factor(q);
-      out.recomputed = static_cast<bool>(out);
+      out.rung = Outcome::Rung::refined;
     }
     return out && !finite ? Outcome{.status = Outcome::Status::not_finite} : out;
   }

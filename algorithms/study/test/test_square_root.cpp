@@ -262,7 +262,6 @@ TYPED_TEST(SquareRootIn, SingularMechanismIsReportedAndRegularOneIsNot) {
       const Outcome outcome = outcome_of(mechanism);
       EXPECT_EQ(outcome.status, Outcome::Status::singular) << mechanism.name << " seed " << seed;
       EXPECT_TRUE(std::ranges::count(mechanism.joints, outcome.joint)) << mechanism.name;
-      EXPECT_FALSE(outcome.recomputed);
     }
     for (const Mechanism& mechanism : regular_mechanisms(seed))
       EXPECT_TRUE(outcome_of(mechanism)) << mechanism.name << " seed " << seed;
@@ -278,7 +277,7 @@ TYPED_TEST(SquareRootIn, ModerateLoadsAreNoSuspects) {
     const auto solver = solver_of<T>(model);
     VectorX<T> a = poisoned<T>(model.nv());
     const Outcome outcome = solver->acceleration(state.q, state.qd, state.tau, a);
-    EXPECT_TRUE(outcome && !outcome.recomputed) << "seed " << seed;
+    EXPECT_TRUE(outcome && outcome.rung == Outcome::Rung::float64) << "seed " << seed;
   }
 }
 

@@ -100,7 +100,7 @@ std::set<std::string> climbs_from_double(const Scene& scene, int states) {
   MatrixX<double> X(robot.nv(), robot.nv());
   std::set<std::string> climbs;
   const auto look = [&](const char* call, const Outcome& out) {
-    if (!out || out.recomputed || out.warns()) climbs.insert(call);
+    if (!out || out.rung > Outcome::Rung::float64 || out.warns()) climbs.insert(call);
   };
   for (const State& at : random_states(scene, states, 1)) {
     look("forward_dynamics", robot.forward_dynamics(at.q, at.qd, at.tau, a));
@@ -131,7 +131,7 @@ std::set<std::string> climbs_from_lanes(const Scene& scene, int states) {
   std::set<std::string> climbs;
   const auto look = [&](const char* call, int failed) {
     for (const Outcome& out : outcomes)
-      if (failed > 0 || out.recomputed || out.warns()) climbs.insert(call);
+      if (failed > 0 || out.rung > Outcome::Rung::float_lanes || out.warns()) climbs.insert(call);
   };
   look("forward_dynamics", robot.forward_dynamics(q, qd, tau, x, outcomes));
   look("solve", robot.solve(q, tau, x, outcomes));

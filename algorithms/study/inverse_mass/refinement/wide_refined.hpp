@@ -9,7 +9,7 @@
 // M^^-1 r has no such digit where T cannot hold r: r is small next to what its rounding moves, and
 // above kappa ~ 1/u that of a joint torque is enough. M^^ may even be so stiff along an error that
 // |d| comes down and the error does not. So where |d| does not come down to the last bits, or D was
-// so small that the test for singularity had to look (outcome.recomputed), M is factored in the wider
+// so small that the test for singularity had to look (Outcome::Rung::refined), M is factored in the wider
 // precision too, and x starts again from there. It is said (outcome.widened). Of wild mechanisms a
 // quarter needs it in float32, of robots none was seen to.
 #pragma once
@@ -35,7 +35,7 @@ struct WideResidualScheme {
   struct Workspace {
     typename V::template Workspace<T> inner;
     VectorX<T> rhs, scaled_d;
-    bool recomputed = false;
+    bool looked_at = false;
     Model<Wider<T>> model;
     LinkKinematics<Wider<T>> kin;
     Residual<Wider<T>> residual;
@@ -62,7 +62,7 @@ struct WideResidualScheme {
     set_position(ws.model, kin.q, ws.kin);
     ws.widened.reset();
     const Outcome outcome = V::factor(model, kin, ws.inner);
-    ws.recomputed = outcome.recomputed;
+    ws.looked_at = outcome.rung > Outcome::Rung::float64;
     return outcome;
   }
 
@@ -76,7 +76,7 @@ struct WideResidualScheme {
     const Refinement narrow = refine_by<Equation, T>(
         [&](const VectorX<T>& rhs, VectorX<T>& d) { V::solve(model, kin, rhs, ws.inner, d); },
         ws.rhs, ws.scaled_d, ws, loop, x);
-    if (!ws.recomputed && narrow.error <= settled * unit_roundoff<T>()) return narrow;
+    if (!ws.looked_at && narrow.error <= settled * unit_roundoff<T>()) return narrow;
 
     if (!ws.widened) ws.widened = V::factor(ws.model, ws.kin, ws.wide_inner);
     if (!*ws.widened) return narrow;

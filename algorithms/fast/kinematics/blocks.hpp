@@ -16,7 +16,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "algorithms/fast/factors/columns.hpp"
+#include "algorithms/fast/kinematics/column_lanes.hpp"
 #include "kalmarm/dynamics.hpp"
 
 namespace kalmarm {

@@ -1,0 +1,77 @@
+// Accelerations of chosen rows of states, refined a state in every lane (certified_acceleration.hpp); what
+// its own factors do not settle is answered in two doubles, one state after another.
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "algorithms/fast/certified/certified_acceleration.hpp"
+#include "algorithms/fast/engine/row_block.hpp"
+
+namespace kalmarm {
+
+class CertifiedRows {
+ public:
+  explicit CertifiedRows(const CertifiedModels& models)
+      : models_(models),
+        width_{models.lowered.nq(), models.lowered.nv(), models.lowered.nv(), 0},
+        sweep_(models),
+        lanes_(models.lowered),
+        q_(lanes * width_.nq),
+        qd_(lanes * width_.nv, 0.0),
+        tau_(qd_),
+        a_(qd_) {
+    chosen_.reserve(lanes);
+  }
+
+  // Of every row whose `choice` is set; call.qd is null where all are at rest.
+  void answer(int count, const Call<double>& call, Outcome* outcomes, const char* choice,
+              CertifiedAcceleration& one) {
+    for (int next = 0; next < count;) {
+      chosen_.clear();
+      for (; next < count && static_cast<int>(chosen_.size()) < lanes; ++next)
+        if (choice[next]) chosen_.push_back(next);
+      if (!chosen_.empty()) refine(call, outcomes, one);
+    }
+  }
+
+ private:
+  using Block = RowBlock<double>;
+  static constexpr int lanes = Block::lanes;
+
+  void refine(const Call<double>& call, Outcome* outcomes, CertifiedAcceleration& one) {
+    const int states = static_cast<int>(chosen_.size());
+    gather(call.q, width_.nq, q_);
+    if (call.qd) gather(call.qd, width_.nv, qd_);
+    gather(call.tau, width_.nv, tau_);
+    const Call<double> gathered{
+        .want = call.want, .q = q_.data(), .qd = qd_.data(), .tau = tau_.data()};
+    lanes_.load(models_.lowered, gathered, states, lanes);
+    Verdict refined[lanes];
+    sweep_.acceleration(models_, lanes_.q.data(), lanes_.qd.data(), lanes_.tau.data(), states,
+                        lanes_.out.data(), refined);
+    lanes_.store(states, a_.data());
+    for (int i = 0; i < states; ++i) {
+      const Call<double> state = gathered.from(i, width_);
+      double* const a = a_.data() + i * width_.nv;
+      outcomes[chosen_[i]] = refined[i].settled && sweep_.trusted(models_, state.q, i)
+                                 ? outcome_of(refined[i])
+                                 : one.last_resort(models_, state.q, state.qd, state.tau, a);
+      std::copy_n(a, width_.nv, call.out + chosen_[i] * width_.nv);
+    }
+  }
+
+  void gather(const double* rows, std::ptrdiff_t width, std::vector<double>& to) const {
+    double* next = to.data();
+    for (const int row : chosen_) next = std::copy_n(rows + row * width, width, next);
+  }
+
+  const CertifiedModels& models_;
+  Widths width_;
+  CertifiedSweep<StateLanes<double>> sweep_;
+  Block lanes_;
+  std::vector<double> q_, qd_, tau_, a_;  // of as many rows as there are lanes
+  std::vector<int> chosen_;
+};
+
+}  // namespace kalmarm

@@ -1,0 +1,111 @@
+// An engine in double: what a robot gives once (ModelsInDouble), lanes for rows of states
+// (rows_in_lanes.hpp), and the memory of every worker for one state after another, which answers the rows
+// that lanes leave over too. A call of one state is worker 0's.
+#pragma once
+
+#include <memory>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "algorithms/fast/certified/certified_answer.hpp"
+#include "algorithms/fast/engine/acceptance.hpp"
+#include "algorithms/fast/engine/engine.hpp"
+#include "algorithms/fast/engine/rows_in_lanes.hpp"
+#include "algorithms/model/plain.hpp"
+
+namespace kalmarm {
+
+struct ModelsInDouble {
+  RobotModel robot;
+  EngineOptions options;
+  bool refined;  // every answer is
+  Model<double> model;
+  LoweredModel<double> lowered;
+  Acceptance<double> acceptance;
+  std::shared_ptr<const CertifiedModels> certified;
+
+  ModelsInDouble(const RobotModel& of_robot, const EngineOptions& of_engine)
+      : robot(of_robot),
+        options(of_engine),
+        refined(options.tolerance < least_tolerance_of_double),
+        model(model_of(robot)),
+        lowered(model, options.zeros, error_of_D_let_pass(tolerance_of_sweeps())),
+        acceptance(robot, lowered, tolerance_of_sweeps()),
+        certified(make_certified_models(lowered, robot)) {}
+  ModelsInDouble(const ModelsInDouble&) = delete;
+
+  // Of what wants `want` alone.
+  EngineOptions options_for(std::set<Want> want) const {
+    EngineOptions out = options;
+    out.want = std::move(want);
+    if (!out.wants(Want::operational)) out.selection = {};
+    return out;
+  }
+
+ private:
+  // What is refined in any case starts from a sweep like any other.
+  double tolerance_of_sweeps() const {
+    return refined ? default_tolerance<double> : options.tolerance;
+  }
+};
+
+// State, of one worker: State(const ModelsInDouble&, const EngineOptions&); answer, factor and solve as
+// those of Engine; takes_lanes(want): whether rows are answered in lanes, by the sweep of F;
+// answer_rows(count, call, outcomes, left_over) answers those that are left over, in memory that
+// reserve_rows(want) has taken.
+template <class State, class F>
+class EngineInDouble final : public Engine<double> {
+ public:
+  EngineInDouble(const RobotModel& robot, const EngineOptions& options)
+      : models_(robot, options),
+        lanes_(models_.lowered, models_.acceptance, options.selection, options.wants(Want::solve)) {
+    workers_.emplace_back(models_, options);
+  }
+
+  bool answers_in_part() const override { return true; }
+
+  Outcome answer(const Call<double>& call) override { return workers_[0].state.answer(call); }
+  Outcome factor(const double* q) override { return workers_[0].state.factor(q); }
+  Outcome solve(int columns, const double* taus, double* X) override {
+    return workers_[0].state.solve(columns, taus, X);
+  }
+
+  void reserve_workers(Want want, int count) override {
+    if (workers_[0].state.takes_lanes(want)) lanes_.reserve(want, count);
+    for (int i = 1; i < count; ++i) {
+      std::set<Want> wanted = {want};
+      if (i < static_cast<int>(workers_.size())) {
+        if (workers_[i].wanted.contains(want)) continue;
+        wanted.merge(workers_[i].wanted);
+        workers_[i] = Worker(models_, models_.options_for(wanted));
+      } else {
+        workers_.emplace_back(models_, models_.options_for(wanted));
+      }
+    }
+    for (int i = 0; i < count; ++i) workers_[i].state.reserve_rows(want);
+  }
+
+  void answer_rows(int worker, int count, const Call<double>& call, Outcome* outcomes) override {
+    Worker& w = workers_[worker];
+    w.left_over.resize(count);
+    lanes_.answer(worker, count, call, outcomes, w.left_over.data());
+    w.state.answer_rows(count, call, outcomes, w.left_over.data());
+  }
+
+ private:
+  struct Worker {
+    std::set<Want> wanted;
+    State state;
+    std::vector<char> left_over;
+
+    Worker(const ModelsInDouble& models, const EngineOptions& options)
+        : wanted(options.want), state(models, options) {}
+  };
+
+  ModelsInDouble models_;
+  RowsInLanes<double, F> lanes_;
+  std::vector<Worker> workers_;
+};
+
+}  // namespace kalmarm
