@@ -113,9 +113,9 @@ def median_and_worst(rows: list[dict], style: Style, choices: dict[str, str], to
     stresses = chart.transform_filter("datum.stressed > datum.worst")
     beside = {"aria": False, "opacity": 1}  # the dot says the same
     layers = [
-        states.mark_rule(strokeWidth=2, aria=False).encode(x=x, y=error, y2="worst:Q", **colour),
+        states.mark_rule(strokeWidth=2, aria=False).encode(x=x, y=error, y2=alt.Y2("worst:Q"), **colour),
         stresses.mark_rule(strokeWidth=1, strokeDash=[2, 3], aria=False).encode(
-            x=x, y=worst, y2="stressed:Q", **colour
+            x=x, y=worst, y2=alt.Y2("stressed:Q"), **colour
         ),
         states.mark_point(shape="stroke", size=140, strokeWidth=2, **beside).encode(
             x=x, y=worst, **colour
@@ -129,7 +129,7 @@ def median_and_worst(rows: list[dict], style: Style, choices: dict[str, str], to
         layers[0] = layers[0].add_params(alt.param(name=TOLERANCE, value=choices[TOLERANCE]))
         layers += [
             ring.mark_point(shape="circle", size=320, strokeWidth=1.5, **beside).encode(
-                x=x, y=error, color=alt.value("currentColor")
+                x=x, y=error, color=alt.ColorValue("currentColor")
             ),
             *_asked(tolerances, scale),
         ]
@@ -146,7 +146,7 @@ def _asked(tolerances: list[float], scale) -> list:
     name = line.transform_calculate(name="'asked: ' + datum.asked")
     return [
         line.mark_rule(color="currentColor", strokeDash=[6, 4], opacity=0.6),
-        name.mark_text(align="right", dy=-6).encode(x=alt.value("width"), text="name:N"),
+        name.mark_text(align="right", dy=-6).encode(x=alt.XValue("width"), text=alt.Text("name:N")),
     ]
 
 
@@ -196,7 +196,7 @@ def against_load(rows: list[dict], style: Style, choices: dict[str, str], unit: 
     layers = [lines, marks, names(drawn)]
     if any(row["share"] for row in rows):
         refused = chart.transform_filter("datum.share > 0").encode(
-            x=x, y=alt.value(BAND / 2), color=encoding["color"], tooltip=encoding["tooltip"]
+            x=x, y=alt.YValue(BAND / 2), color=encoding["color"], tooltip=encoding["tooltip"]
         )
         cross = refused.mark_point(shape="cross", angle=45, filled=True, size=90, opacity=1)
         layers = [*strip(0, "refused"), cross, *layers]

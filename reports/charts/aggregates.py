@@ -82,7 +82,7 @@ def ratios(rows: list[dict], style: Style, choices: dict[str, str]):
     encoding = series(style, RATIO_TOOLTIPS)
     one = alt.Chart(alt.InlineData(values=[{"one": 1}])).encode(y=alt.Y("one:Q", scale=scale))
     noise = drawn.mark_rule(strokeWidth=1, aria=False, opacity=0.7).encode(
-        x=x, y=alt.Y("low:Q", axis=axis, scale=scale), y2="high:Q", color=encoding["color"]
+        x=x, y=alt.Y("low:Q", axis=axis, scale=scale), y2=alt.Y2("high:Q"), color=encoding["color"]
     )
     placed = drawn.encode(x=x, y=y, **encoding)
     return alt.layer(

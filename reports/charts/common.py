@@ -163,10 +163,10 @@ def strip(top: float, label: str) -> list:
     one = alt.Chart(alt.InlineData(values=[{}]))
     return [
         one.mark_rect(color="currentColor", opacity=0.06).encode(
-            x=alt.value(0), x2=alt.value("width"), y=alt.value(top), y2=alt.value(top + BAND)
+            x=alt.XValue(0), x2=alt.X2Value("width"), y=alt.YValue(top), y2=alt.Y2Value(top + BAND)
         ),
         one.mark_text(text=label, align="right", dx=-7).encode(
-            x=alt.value(0), y=alt.value(top + BAND / 2)
+            x=alt.XValue(0), y=alt.YValue(top + BAND / 2)
         ),
     ]
 

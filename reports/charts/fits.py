@@ -69,8 +69,8 @@ def work_precision(jacobians: list[Jacobian], style: Style):
     )
     y = alt.Y("error:Q", axis=log_axis("y", "relative error", NUMBER), scale=error_scale(rows))
     drawn = filtered({}).encode(x=x, y=y, **_series(style, JACOBIAN_TOOLTIPS))
-    line = drawn.mark_line(strokeWidth=1.25, opacity=0.7).encode(order="n:Q")
-    name = drawn.mark_text(align="left", dx=7, dy=-7).encode(text="n:N")
+    line = drawn.mark_line(strokeWidth=1.25, opacity=0.7).encode(order=alt.Order("n:Q"))
+    name = drawn.mark_text(align="left", dx=7, dy=-7).encode(text=alt.Text("n:N"))
     return alt.layer(line, _marks(drawn, style), name, names(drawn), **frame(rows))
 
 
@@ -140,9 +140,9 @@ def intervals(fit: Identification):
         color="currentColor", opacity=0.5
     )
     return alt.layer(
-        truth.encode(y="y:Q"),
-        drawn.mark_rule(strokeWidth=1.5).encode(y=alt.Y("low:Q", title=title), y2="high:Q"),
-        drawn.mark_point(shape="circle", filled=True, size=40, opacity=1).encode(y="fitted:Q"),
+        truth.encode(y=alt.Y("y:Q")),
+        drawn.mark_rule(strokeWidth=1.5).encode(y=alt.Y("low:Q", title=title), y2=alt.Y2("high:Q")),
+        drawn.mark_point(shape="circle", filled=True, size=40, opacity=1).encode(y=alt.Y("fitted:Q")),
         **frame(rows),
     )
 

@@ -75,12 +75,12 @@ def before_and_after(blocks: list[tuple[str, list[str], list[dict]]]):
     words = {"align": "left", "baseline": "middle"}
     return alt.layer(
         bars.mark_bar(cornerRadius=1).encode(color=colour, tooltip=tooltip),
-        bars.mark_text(**words, dx=5).encode(text="time_text:N"),
+        bars.mark_text(**words, dx=5).encode(text=alt.Text("time_text:N")),
         chart.transform_filter("isValid(datum.heading)")
         .mark_text(**words, fontWeight=600)
-        .encode(x=alt.value(0), text="heading:N"),
+        .encode(x=alt.XValue(0), text=alt.Text("heading:N")),
         chart.transform_filter("isValid(datum.remark)")
         .mark_text(**words, opacity=0.8)
-        .encode(x=alt.value(0), text="remark:N"),
+        .encode(x=alt.XValue(0), text=alt.Text("remark:N")),
         **frame(rows) | {"height": LINE * len(lines)},
     )

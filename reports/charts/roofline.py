@@ -109,15 +109,15 @@ def roofline(placed: list[Placed], style: Style, choices: dict[str, str]):
     calls = chart.transform_filter("isValid(datum.rate)")
     lines = chart.transform_filter("isValid(datum.y2)")
     ink = {"color": "currentColor"}
-    peaks = lines.transform_filter("datum.kind === 'peak'").encode(**at("x2", "y2"), text="text:N")
+    peaks = lines.transform_filter("datum.kind === 'peak'").encode(**at("x2", "y2"), text=alt.Text("text:N"))
     copies = lines.transform_filter("datum.kind === 'bandwidth'")
-    copies = copies.encode(**at("x", "y"), text="text:N")
+    copies = copies.encode(**at("x", "y"), text=alt.Text("text:N"))
     dots = {"filled": True, "size": 70, "opacity": 1, "stroke": style.page, "strokeWidth": 0.75}
     return alt.layer(
-        lines.encode(**at("x", "y"), x2="x2:Q", y2="y2:Q").mark_rule(opacity=0.6, **ink),
+        lines.encode(**at("x", "y"), x2=alt.X2("x2:Q"), y2=alt.Y2("y2:Q")).mark_rule(opacity=0.6, **ink),
         peaks.mark_text(align="right", dx=-4, dy=-6),
         copies.mark_text(align="left", dx=4, dy=14),
-        calls.encode(**at("intensity", "rate"), y2="roof:Q").mark_rule(
+        calls.encode(**at("intensity", "rate"), y2=alt.Y2("roof:Q")).mark_rule(
             opacity=0.35, strokeDash=[2, 3], **ink
         ),
         calls.encode(**at("intensity", "rate"), **series(style, TOOLTIPS)).mark_point(

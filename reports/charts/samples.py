@@ -83,17 +83,17 @@ def against(bands: list[Band], style: Style, choices: dict[str, str], what: str)
     on_scale = placed.transform_filter(f"datum.error > {floor}").encode(y=y)
     sampled = on_scale.transform_filter("datum.samples > 0 && datum.low > 0")
     layers = [
-        sampled.encode(y=alt.Y("low:Q", **error), y2="high:Q").mark_area(opacity=0.25),
+        sampled.encode(y=alt.Y("low:Q", **error), y2=alt.Y2("high:Q")).mark_area(opacity=0.25),
         sampled.mark_line(strokeWidth=1.5, opacity=0.8),
         on_scale.encode(shape=shape).mark_point(**look),
         names(on_scale),
     ]
     if any(row["error"] <= floor for row in values):
-        middle = alt.value(HEIGHT - BAND / 2)
+        middle = alt.YValue(HEIGHT - BAND / 2)
         exact = chart.transform_filter(f"datum.error <= {floor}").encode(y=middle)
         points = exact.transform_filter(f"datum.{what} > 0").encode(x=x, shape=shape)
         rule = exact.transform_filter(f"datum.{what} === 0")
-        name = rule.encode(x=alt.value("width"), text="variant:N")
+        name = rule.encode(x=alt.XValue("width"), text=alt.Text("variant:N"))
         layers += [
             *strip(HEIGHT - BAND, below),
             rule.mark_rule(strokeWidth=1.5, strokeDash=[6, 3]),

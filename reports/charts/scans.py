@@ -119,7 +119,7 @@ def _errors(
     drawn = drawn.encode(x=x, y=y, **_colour(style, tooltips))
     dash = alt.StrokeDash(f"{line}:N", scale=_looks(lines, DASHES), legend=None)
     shape = alt.Shape(f"{line}:N", scale=_looks(lines, SHAPES.values()), legend=None)
-    path = drawn.mark_line(strokeWidth=1.25, opacity=0.7).encode(strokeDash=dash, order="n:Q")
+    path = drawn.mark_line(strokeWidth=1.25, opacity=0.7).encode(strokeDash=dash, order=alt.Order("n:Q"))
     look = {"filled": True, "size": 55, "opacity": 1, "stroke": style.page, "strokeWidth": 0.5}
     marks = drawn.mark_point(**look).encode(shape=shape)
     return alt.layer(path, marks, names(drawn), **frame(rows))
@@ -171,7 +171,7 @@ def time_on_processors(
     drawn = filtered(choices).transform_filter("datum.time > 0")
     drawn = drawn.encode(y=y, **_colour(style, PROCESSOR_TOOLTIPS))
     placed = drawn.encode(x=x)
-    curves = placed.transform_filter("datum.kind === 'predicted'").encode(detail="links:N")
+    curves = placed.transform_filter("datum.kind === 'predicted'").encode(detail=alt.Detail("links:N"))
     dash = alt.StrokeDash("other:N", scale=_looks([0, 1], DASHES), legend=None)
     levels = drawn.transform_filter("datum.kind === 'on one processor'")
     measured = placed.transform_filter("datum.kind === 'measured'")

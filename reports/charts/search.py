@@ -134,7 +134,7 @@ def mechanisms(rows: list[dict], style: Style, choices: dict[str, str]):
     tooltip = [alt.Tooltip(f"{name}:N", title=title) for name, title in BODY_TOOLTIPS.items()]
     drawn = filtered(choices)
     lines = drawn.mark_rule(strokeWidth=1.5, opacity=0.6, color="currentColor").encode(
-        **there, x2="x", y2="y"
+        **there, x2=alt.X2("x"), y2=alt.Y2("y")
     )
     joints = drawn.mark_point(filled=True, opacity=1).encode(
         **here,
@@ -144,14 +144,14 @@ def mechanisms(rows: list[dict], style: Style, choices: dict[str, str]):
         tooltip=tooltip,
     )
     room = alt.expr(f"width > {LABELLED} ? 1 : 0")
-    masses = drawn.mark_text(dy=19, fontSize=9, opacity=room).encode(**here, text="mass_text:N")
+    masses = drawn.mark_text(dy=19, fontSize=9, opacity=room).encode(**here, text=alt.Text("mass_text:N"))
     middle = drawn.transform_calculate(
         x="(datum.x + datum.from_x) / 2", y="(datum.y + datum.from_y) / 2"
     )
-    lengths = middle.mark_text(dy=-6, fontSize=9, opacity=room).encode(**here, text="label:N")
+    lengths = middle.mark_text(dy=-6, fontSize=9, opacity=room).encode(**here, text=alt.Text("label:N"))
     first = drawn.transform_filter("isValid(datum.title)")
     titles = first.mark_text(align="left", dy=-22, fontSize=11).encode(
-        x=alt.value(0), y=there["y"], text="title:N"
+        x=alt.XValue(0), y=there["y"], text=alt.Text("title:N")
     )
     chart = alt.layer(lines, joints, masses, lengths, titles, **frame(rows))
     return chart.properties(height=LANE * (lanes + 0.3))

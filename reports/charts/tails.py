@@ -44,9 +44,9 @@ def _probabilities(
     scale = alt.Scale(type="log", nice=False, padding=8)
     y = alt.Y("probability:Q", axis=log_axis("y", y_title, NUMBER), scale=scale)
     seen = filtered(choices).transform_filter("datum.probability > 0")
-    band = seen.mark_area(opacity=0.15).encode(x=x, y=alt.Y("low:Q", scale=scale), y2="high:Q")
+    band = seen.mark_area(opacity=0.15).encode(x=x, y=alt.Y("low:Q", scale=scale), y2=alt.Y2("high:Q"))
     band = band.encode(
-        color=alt.Color("variant:N", scale=style.colour, legend=None), detail="precision:N"
+        color=alt.Color("variant:N", scale=style.colour, legend=None), detail=alt.Detail("precision:N")
     )
     drawn = seen.encode(x=x, y=y, **series(style, TOOLTIPS))
     dash = alt.StrokeDash("precision:N", scale=style.dash, legend=None)

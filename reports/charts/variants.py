@@ -102,18 +102,18 @@ def bands(chart, values: list[dict], x, encoding: dict) -> list:
     if any(row.get("share") for row in values):
         without_shape = {name: channel for name, channel in encoding.items() if name != "shape"}
         failures = chart.transform_filter("datum.share > 0").encode(
-            **without_shape, y=alt.value(BAND / 2)
+            **without_shape, y=alt.YValue(BAND / 2)
         )
         layers += [
             *strip(0, "failed"),
             failures.mark_point(shape="cross", angle=45, filled=True, size=110, opacity=1),
         ]
         if x.shorthand.startswith("time"):
-            shares = failures.encode(text="share_text:N").mark_text(align="left", dx=8)
+            shares = failures.encode(text=alt.Text("share_text:N")).mark_text(align="left", dx=8)
             layers.append(shares)
     if any(row["error"] == 0 for row in values):
         exact = chart.transform_filter("datum.error === 0").encode(
-            **encoding, y=alt.value(HEIGHT - BAND / 2)
+            **encoding, y=alt.YValue(HEIGHT - BAND / 2)
         )
         layers += [*strip(HEIGHT - BAND, "0"), exact.mark_point(filled=True, size=80, opacity=1)]
     return layers
@@ -136,7 +136,7 @@ def _front(chart, x, y) -> list:
         .encode(x=x, y=y)
     )
     look = {"color": "currentColor", "opacity": 0.5, "strokeWidth": 1.5}
-    last = front.transform_filter("datum.error === datum.lowest").encode(x2=alt.value("width"))
+    last = front.transform_filter("datum.error === datum.lowest").encode(x2=alt.X2Value("width"))
     return [front.mark_line(interpolate="step-after", **look), last.mark_rule(**look)]
 
 
@@ -208,13 +208,13 @@ def share_of_peak(rows: list[dict], style: Style, choices: dict[str, str]):
         scale=alt.Scale(domain=[0, top], nice=False),
     )
     drawn = filtered(choices).encode(
-        x=_size_axis(rows), y=y, detail="name:N", **series(style, PEAK_TOOLTIPS)
+        x=_size_axis(rows), y=y, detail=alt.Detail("name:N"), **series(style, PEAK_TOOLTIPS)
     )
-    peak = alt.Chart(alt.InlineData(values=[{"peak": 1}])).encode(y="peak:Q")
+    peak = alt.Chart(alt.InlineData(values=[{"peak": 1}])).encode(y=alt.Y("peak:Q"))
     ceiling = [
         peak.mark_rule(color="currentColor", opacity=0.6),
         peak.mark_text(text="peak of fused multiply-adds", align="left", dy=9).encode(
-            x=alt.value(4)
+            x=alt.XValue(4)
         ),
     ]
     return alt.layer(*ceiling, *curves(drawn, style), **frame(rows))
@@ -229,7 +229,7 @@ def condition(rows: list[dict]):
             axis=log_axis("y", "condition number", NUMBER),
             scale=alt.Scale(type="log", nice=False, padding=12),
         ),
-        detail="number:N",
+        detail=alt.Detail("number:N"),
     )
     tooltip = [alt.Tooltip(f"{name}:N", title=title) for name, title in CONDITION_TOOLTIPS.items()]
     last = max(row["n"] for row in rows)
@@ -244,5 +244,5 @@ def condition(rows: list[dict]):
         ends, [(-10, -4), (4, 32), (4, 46)]
     ):  # the upper name above its line, others below
         name = chart.transform_filter(f"datum.n == {last} && datum.number == '{end['number']}'")
-        layers.append(name.mark_text(align="right", dx=left, dy=down).encode(text="number:N"))
+        layers.append(name.mark_text(align="right", dx=left, dy=down).encode(text=alt.Text("number:N")))
     return alt.layer(*layers, **frame(rows))

@@ -12,7 +12,7 @@ import math
 from statistics import median
 from typing import NamedTuple
 
-from scipy.stats import binom
+from scipy.special import bdtrik  # scipy.stats takes a second more to import
 
 from read.replicates import Numbers
 from summary.tails import CONFIDENCE
@@ -35,7 +35,7 @@ def median_limits(
 ) -> tuple[float, float] | None:
     """(1) with the largest j, or nothing where no j is enough."""
     n = len(ordered)
-    j = int(binom.ppf((1 - confidence) / 2, n, 0.5))  # P(B < j) is less, P(B < j + 1) is not
+    j = math.ceil(bdtrik((1 - confidence) / 2, n, 0.5))  # P(B < j) is less, P(B < j + 1) is not
     return (ordered[j - 1], ordered[n - j]) if j else None
 
 

@@ -13,7 +13,7 @@ import math
 from collections import defaultdict
 from dataclasses import dataclass, field
 
-from scipy.stats import beta
+from scipy.special import betaincinv  # scipy.stats takes a second more to import
 
 from read.campaign import OCTAVE, Campaign, Counts
 
@@ -25,13 +25,13 @@ WRONG = 2 ** (WRONG_BIN / OCTAVE)  # its edge: what is more wrong is no answer
 def limits(k: int, n: int, confidence: float = CONFIDENCE) -> tuple[float, float]:
     """Two-sided (1), (2)."""
     tail = (1 - confidence) / 2
-    low = float(beta.ppf(tail, k, n - k + 1)) if k else 0.0
+    low = float(betaincinv(k, n - k + 1, tail)) if k else 0.0
     return low, upper_limit(k, n, 1 - tail)
 
 
 def upper_limit(k: int, n: int, confidence: float = CONFIDENCE) -> float:
     """One-sided (2): 1 - (1 - confidence)^(1/n) where k = 0, about 3 / n at 95 %."""
-    return float(beta.ppf(confidence, k + 1, n - k)) if k < n else 1.0
+    return float(betaincinv(k + 1, n - k, confidence)) if k < n else 1.0
 
 
 @dataclass

@@ -135,7 +135,9 @@ def take(tmp_path):
             (tmp_path / f"{other}-b.json").write_text(json.dumps(DOCUMENTS[other]))
         if kind == "stress":
             (tmp_path / "families-b.json").write_text(json.dumps(fake_stress.described()))
-        (tmp_path / f"{kind}-a.{'json' if kind in DOCUMENTS else 'csv'}").write_bytes(content)
+        file = tmp_path / f"{kind}-a.{'json' if kind in DOCUMENTS else 'csv'}"
+        file.unlink(missing_ok=True)  # ext4 waits for the disk where a file is written over
+        file.write_bytes(content)
         return load(tmp_path)
 
     return take
