@@ -165,7 +165,7 @@ std::vector<Batch<T>> batches(std::shared_ptr<const Case> c, std::optional<doubl
 template <class T>
 void add_all(std::shared_ptr<const Case> c) {
   const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  for (const RegisteredVariant<T>& variant : fast_variants<T>())
+  for (const RegisteredVariant<T>& variant : ladder_variants<T>())
     for (const Batch<T>& batch : batches<T>(c, variant.traits.tolerance)) {
       add(batch, variant.name, variant.traits.tolerance, 1, c);
       add(batch, variant.name + "@all cores", variant.traits.tolerance, cores, c);

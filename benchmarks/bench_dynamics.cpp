@@ -28,7 +28,7 @@ template <class T>
 void add(const RegisteredVariant<T>& variant, std::shared_ptr<const Case> c,
          std::shared_ptr<const Pool<T>> pool) {
   std::shared_ptr<Solver<T>> solver = variant.make(c->scene.model.cast<T>());
-  const double flops = variant.traits.kind == VariantKind::fast
+  const double flops = variant.traits.kind == VariantKind::ladder
                            ? flops_of(c->scene.model, Want::acceleration, variant.traits.tolerance)
                            : 0;
   auto a = std::make_shared<VectorX<T>>(c->scene.model.nv());
@@ -57,7 +57,7 @@ template <class T>
 void add_all(std::shared_ptr<const Case> c) {
   auto pool = std::make_shared<const Pool<T>>(c->states);
   for (const RegisteredVariant<T>& variant : registered_variants<T>())
-    if (variant.traits.kind == VariantKind::fast || variant.name == "Sequential<Conventional>")
+    if (variant.traits.kind == VariantKind::ladder || variant.name == "Sequential<Conventional>")
       add<T>(variant, c, pool);
 }
 

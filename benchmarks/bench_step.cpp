@@ -176,7 +176,7 @@ struct Gains {
 template <class T>
 void add_fast(const Shared<Steps>& steps) {
   const auto pool = std::make_shared<const Pool<T>>(steps->base.states);
-  for (const RegisteredVariant<T>& variant : fast_variants<T>()) {
+  for (const RegisteredVariant<T>& variant : ladder_variants<T>()) {
     const DynamicsOptions options = {.tolerance = variant.traits.tolerance,
                                      .question = {.want = {Want::acceleration}}};
     const auto robot = std::make_shared<Dynamics<T>>(steps->robot, options);

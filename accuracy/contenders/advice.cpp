@@ -12,7 +12,7 @@ namespace {
 
 constexpr int largest_dense = 200;  // DoF
 // Nothing is promised of it (docs/errors.md).
-constexpr const char* not_for_use = "Fast<SquareRoot>";
+constexpr const char* not_for_use = "AxisFrames<SquareRoot>";
 
 TrialStates rows_of(const Scene& scene, const std::vector<State>& states) {
   TrialStates out;
@@ -30,7 +30,7 @@ TrialStates rows_of(const Scene& scene, const std::vector<State>& states) {
   return out;
 }
 
-bool is_fast(const VariantTraits& traits) { return traits.kind == VariantKind::fast; }
+bool is_fast(const VariantTraits& traits) { return traits.kind == VariantKind::ladder; }
 
 // The registry's contenders, the fast path first.
 std::vector<RegisteredVariant<double>> contenders(int nv) {

@@ -25,8 +25,8 @@
 namespace kalmarm::limits {
 
 // The conventional form of the fast path, a Cholesky factorisation and the certified form.
-inline constexpr std::array variants = {"Fast<Conventional>", "Batch<SparseLTDL>",
-                                        "Fast<Certified>"};
+inline constexpr std::array variants = {"Ladder<default>", "Batch<SparseLTDL>",
+                                        "Ladder<last_bits>"};
 inline constexpr int searched_variants = 2;  // the first; the last is as accurate as its judge
 
 struct Answer {

@@ -67,7 +67,7 @@ std::string errs(double worst) {
   return worst > 0 ? "errs by " + short_text("%.1e", worst) + " at most" : "errs in no state tried";
 }
 
-// "for acceleration to 1e-6 take Fast<Conventional> in float32", of the tolerance in the middle.
+// "for acceleration to 1e-6 take Ladder<default> in float32", of the tolerance in the middle.
 std::string sentence_of(const json& tasks) {
   std::string out;
   for (const auto& [task, advice] : tasks.items()) {

@@ -15,7 +15,7 @@ template <class T>
 class ForwardDynamics {
  public:
   ForwardDynamics(const RegisteredVariant<T>& variant, const Model<T>& model) {
-    if (variant.traits.kind == VariantKind::fast)
+    if (variant.traits.kind == VariantKind::ladder)
       fast_.emplace(plain(model.template cast<double>()),
                     DynamicsOptions{.tolerance = variant.traits.tolerance,
                                     .question = {.want = {Want::acceleration}}});

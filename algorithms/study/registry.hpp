@@ -179,7 +179,7 @@ std::vector<RegisteredVariant<T>> registered_variants(Want want) {
        .citation = "Walker and Orin 1982, composite rigid bodies"});
   Contenders::for_each(add);
   if constexpr (std::is_floating_point_v<T>) {
-    for (RegisteredVariant<T>& variant : fast_variants<T>())
+    for (RegisteredVariant<T>& variant : ladder_variants<T>())
       if (variant.traits.gives(want)) out.push_back(variant);
     if (RegisteredVariant<T> variant = square_root_variant<T>(); variant.traits.gives(want))
       out.push_back(variant);

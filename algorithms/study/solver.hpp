@@ -66,9 +66,9 @@ struct RegisteredVariant {
 template <class T>
 std::vector<RegisteredVariant<T>> registered_variants(Want want = Want::inverse);
 
-// Those of the fast path, which are among them: float and double, registry_fast.cpp.
+// Those of the fast path, which are among them: float and double, registry_ladder.cpp.
 template <class T>
-std::vector<RegisteredVariant<T>> fast_variants();
+std::vector<RegisteredVariant<T>> ladder_variants();
 
 // The square-root form on the fast path's frames, which is among them likewise: registry_square_root.cpp.
 template <class T>

@@ -19,7 +19,7 @@ enum class VariantKind {
   stacked,        // an orthogonal factorisation of all equations at once
   refined,        // another variant, and the residual of its answer
   scan,           // runs of links, combined two by two
-  fast,           // the filter on frames that lie on the axes: Dynamics
+  ladder,         // Dynamics at a tolerance: the first precision that is enough
 };
 
 constexpr const char* to_string(VariantKind kind) {
@@ -40,8 +40,8 @@ constexpr const char* to_string(VariantKind kind) {
       return "refined";
     case VariantKind::scan:
       return "scan";
-    case VariantKind::fast:
-      return "fast";
+    case VariantKind::ladder:
+      return "ladder";
   }
   return "";
 }

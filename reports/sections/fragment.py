@@ -4,8 +4,8 @@ import json
 import shlex
 
 TOLERANCES = {
-    "Fast<Conventional>": "",
-    "Fast<Certified>": ", {.tolerance = kalmarm::last_bits}",
+    "Ladder<default>": "",
+    "Ladder<last_bits>": ", {.tolerance = kalmarm::last_bits}",
 }
 SCALARS = {"float32": "float", "float64": "double"}
 CALLS = {

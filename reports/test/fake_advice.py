@@ -4,8 +4,8 @@ import random
 
 EPSILON = {"float32": 6e-8, "float64": 1.1e-16}
 VARIANTS = {  # time in ns at 7 degrees of freedom; error in units of epsilon
-    "Fast<Conventional>": (170, 4),
-    "Fast<SquareRoot>": (330, 3),
+    "Ladder<default>": (170, 4),
+    "AxisFrames<SquareRoot>": (330, 3),
     "Batch<EigenLLT>": (620, 30),
     "Batch<SparseLTDL>": (510, 40),
     "Sequential<Conventional>": (450, 4),
@@ -76,7 +76,7 @@ def recommend(scene: str) -> dict:
         "nv": int(scene.split(":")[1]),
         "states": STATES,
         "seed": 1,
-        "sentence": f"Take Fast<Conventional> in float32 for {scene}: right to 5 digits.",
+        "sentence": f"Take Ladder<default> in float32 for {scene}: right to 5 digits.",
         "tasks": tasks,
     }
 

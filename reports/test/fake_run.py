@@ -25,10 +25,10 @@ VARIANTS = {  # time in ns at 7 degrees of freedom, orders of growth of time and
     "Sequential<ArrayMGS>": (1700, 1.05, 0.4),
     "Sequential<UD>": (1250, 1.03, 0.5),
     "ClosedForm<Conventional>": (980, 2.0, 0.9),
-    "Fast<Conventional>": (170, 1.02, 0.9),
+    "Ladder<default>": (170, 1.02, 0.9),
     "MuJoCo": (540, 2.4, 2.0),
 }
-GIVING_MASS = ("CRBA", "Fast<Conventional>", "MuJoCo")
+GIVING_MASS = ("CRBA", "Ladder<default>", "MuJoCo")
 ROBOTS = {
     "two_link": 2,
     "puma560": 6,
@@ -206,7 +206,7 @@ def _mujoco(scene: str, dice: random.Random) -> dict:
         "mass": mass,
         "mass_variants": [
             {"variant": "CRBA", "mass": {"max": mass["max"], "median": mass["median"]}},
-            {"variant": "Fast<Conventional>", "mass": {"max": 4.5e-16, "median": 1.5e-16}},
+            {"variant": "Ladder<default>", "mass": {"max": 4.5e-16, "median": 1.5e-16}},
         ],
         "variants": variants,
         "pass": mass["max"] <= mass["bound"],

@@ -17,8 +17,8 @@
 namespace kalmarm::adversary {
 namespace {
 
-const std::string folder = KALMARM_FOUND_DIR, certified = "Fast<Certified>",
-                  conventional = "Fast<Conventional>";
+const std::string folder = KALMARM_FOUND_DIR, certified = "Ladder<last_bits>",
+                  conventional = "Ladder<default>";
 
 struct Found {
   Case asked;

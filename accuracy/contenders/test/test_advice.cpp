@@ -111,7 +111,7 @@ TEST(Advice, PredictionHoldsForOtherStatesOfEveryRobot) {
     };
     const auto predicted = [&](const char* precision) {
       const Setting asked(load_scene(name), Want::acceleration, 200, precision);
-      EXPECT_EQ(asked.advisor->candidates().front().variant, "Fast<Conventional>");
+      EXPECT_EQ(asked.advisor->candidates().front().variant, "Ladder<default>");
       return asked.advisor->observe(0).predicted;
     };
     expect_within(float(), predicted("float32"));
@@ -126,7 +126,7 @@ TEST(Advice, FastPathInFloat32IsWithin5em5OnEveryShippedRobot) {
   for (const std::string& robot : shipped_robots()) {
     Setting s(load_scene(robot), Want::acceleration, 200, "float32");
     const Candidate& first = s.advisor->candidates().front();
-    EXPECT_EQ(first.variant, "Fast<Conventional>");
+    EXPECT_EQ(first.variant, "Ladder<default>");
     EXPECT_EQ(first.precision, Precision::float32);
     EXPECT_LE(s.advisor->observe(0).predicted, 5e-5) << robot;
     EXPECT_GT(s.advisor->observe(0).predicted, unit_roundoff<float>()) << robot;
@@ -146,8 +146,8 @@ TEST(Advice, CandidatesAreThoseThatAreForUse) {
     const Setting s(load_scene("panda"), Want::acceleration, 1, precision);
     int fast = 0;
     for (const Candidate& candidate : s.advisor->candidates()) {
-      EXPECT_NE(candidate.variant, "Fast<SquareRoot>");
-      if (!candidate.variant.starts_with("Fast<")) continue;
+      EXPECT_NE(candidate.variant, "AxisFrames<SquareRoot>");
+      if (!candidate.variant.starts_with("Ladder<")) continue;
       ++fast;
       EXPECT_EQ(to_string(candidate.precision), *precision ? std::string(precision) : "float64");
     }
