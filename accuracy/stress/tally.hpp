@@ -5,9 +5,9 @@
 // decades of kS and of the mass ratio, heaviest over lightest body. It counts outcomes by status,
 // and errors in bins (error_bins.hpp) of answers that are ok: silent or warned, by Outcome::warns().
 //
-//   recomputed     outcomes of a fast path's guard that took the first answer for suspect, right or
-//                  not, and let the certified form answer: Outcome::recomputed
-//   beyond_claim   silent answers of variants that claim an error, the certified ones, with
+//   recomputed     outcomes of the ladder that a wider precision than the first answered, since the first one's
+//                  estimated error was too large: Outcome::recomputed
+//   beyond_claim   silent answers of variants that claim an error, the refined ones, with
 //                    error > 4 max(claim, u)                                               (1)
 //                  both as Outcome::error tells them. A claim below u counts as u, to which the
 //                  answer is rounded

@@ -1,5 +1,12 @@
-// The fast path as variants of the registry: one Dynamics behind the interface of the study, so
-// that programs, benchmarks and tests judge it like any other.
+// The ladder as variants of the registry, so that programs, benchmarks and tests judge it like any
+// other: Dynamics at a tolerance, what a user gets, and the last of its rungs by itself.
+//
+// At tolerance 1 double answers alone but where no digit of a D is left, so that no rung of it
+// alone is needed; nor of refined double, which is what last_bits gives of all but a few mechanisms
+// (Outcome::rung says of which).
+#include "algorithms/fast/certified/wide_acceleration.hpp"
+#include "algorithms/fast/certified/wide_factors.hpp"
+#include "algorithms/fast/claims/claims.hpp"
 #include "algorithms/model/plain.hpp"
 #include "algorithms/study/solver.hpp"
 #include "kalmarm/dynamics.hpp"
@@ -8,9 +15,9 @@ namespace kalmarm {
 namespace {
 
 template <class T>
-class FastSolver final : public Solver<T> {
+class LadderSolver final : public Solver<T> {
  public:
-  FastSolver(const Model<T>& model, std::optional<double> tolerance)
+  LadderSolver(const Model<T>& model, std::optional<double> tolerance)
       : dynamics_(
             plain(model.template cast<double>()),
             {.tolerance = tolerance,
@@ -33,17 +40,73 @@ class FastSolver final : public Solver<T> {
   Dynamics<T> dynamics_;
 };
 
+// Two doubles for one number, of states that are finite; others are refused, as Dynamics does.
+class TwoDoublesSolver final : public Solver<double> {
+ public:
+  explicit TwoDoublesSolver(const Model<double>& model)
+      : acceleration_(plain(model)), factors_(plain(model), of_factors()) {}
+
+  Outcome acceleration(const VectorX<double>& q, const VectorX<double>& qd,
+                       const VectorX<double>& tau, VectorX<double>& a) override {
+    if (!q.allFinite() || !qd.allFinite() || !tau.allFinite()) return not_finite;
+    return acceleration_.acceleration(q.data(), qd.data(), tau.data(), a.data());
+  }
+  Outcome factor(const VectorX<double>& q) override {
+    return q.allFinite() ? factors_.factor(q.data()) : not_finite;
+  }
+  void solve(const VectorX<double>& tau, VectorX<double>& x) override {
+    (void)factors_.solve(1, tau.data(), x.data());
+  }
+  Outcome inverse(const VectorX<double>& q, MatrixX<double>& X) override {
+    return q.allFinite() ? factors_.inverse(q.data(), X.data()) : not_finite;
+  }
+  void mass(const VectorX<double>&, MatrixX<double>& M) override {
+    M.setConstant(std::numeric_limits<double>::quiet_NaN());
+  }
+
+ private:
+  static EngineOptions of_factors() {
+    EngineOptions out;
+    out.want = {Want::solve, Want::inverse};
+    return out;
+  }
+
+  static constexpr Outcome not_finite{.status = Outcome::Status::not_finite};
+
+  WideAcceleration acceleration_;
+  WideFactors factors_;
+};
+
+constexpr const char* citation = "Rodriguez 1987; frames after Denavit and Hartenberg";
+
+struct Tolerance {
+  const char* name;
+  std::optional<double> value;  // empty: the default
+  bool contender = false;
+};
+constexpr Tolerance tolerances[] = {{"Ladder<default>", {}, true},
+                                    {"Ladder<last_bits>", last_bits, true},
+                                    {"Ladder<1>", 1.0},
+                                    {"Ladder<1e-3>", 1e-3},
+                                    {"Ladder<1e-6>", 1e-6},
+                                    {"Ladder<1e-9>", 1e-9},
+                                    {"Ladder<1e-12>", 1e-12}};
+
 template <class T>
-RegisteredVariant<T> variant(std::optional<double> tolerance, const char* name,
-                             const char* equation) {
-  return {name,
-          equation,
+RegisteredVariant<T> ladder_at(const Tolerance& asked) {
+  const std::optional<double> tolerance = asked.value;
+  const bool refined = tolerance && *tolerance < least_tolerance_of_double;
+  return {asked.name,
+          refined ? "(3.6), (4.1) to (4.11), refined by residuals in twice the precision"
+                  : "(3.6), (4.1) to (4.11), written out for frames on the axes",
           {.kind = VariantKind::ladder,
+           .contender = asked.contender,
            .tolerance = tolerance,
+           .refined = refined,
            .wants = {Want::acceleration, Want::solve, Want::inverse, Want::mass},
-           .citation = "Rodriguez 1987; frames after Denavit and Hartenberg"},
+           .citation = citation},
           [tolerance](const Model<T>& model) {
-            return std::unique_ptr<Solver<T>>(std::make_unique<FastSolver<T>>(model, tolerance));
+            return std::unique_ptr<Solver<T>>(std::make_unique<LadderSolver<T>>(model, tolerance));
           }};
 }
 
@@ -51,10 +114,19 @@ RegisteredVariant<T> variant(std::optional<double> tolerance, const char* name,
 
 template <class T>
 std::vector<RegisteredVariant<T>> ladder_variants() {
-  return {variant<T>({}, "Ladder<default>",
-                     "(3.6), (4.1) to (4.11), written out for frames on the axes"),
-          variant<T>(last_bits, "Ladder<last_bits>",
-                     "the same, refined by residuals in twice the precision")};
+  std::vector<RegisteredVariant<T>> out;
+  for (const Tolerance& one : tolerances)
+    if (one.contender || *one.value > unit_roundoff<T>()) out.push_back(ladder_at<T>(one));
+  return out;
+}
+
+RegisteredVariant<double> two_doubles_variant() {
+  return {"Rung<two_doubles>",
+          "(3.6), (4.1) to (4.11) in two doubles for one number",
+          {.kind = VariantKind::rung, .contender = false, .citation = citation},
+          [](const Model<double>& model) {
+            return std::unique_ptr<Solver<double>>(std::make_unique<TwoDoublesSolver>(model));
+          }};
 }
 
 template std::vector<RegisteredVariant<float>> ladder_variants<float>();
