@@ -65,8 +65,10 @@ def _choice(tolerance: float, contenders: list[dict]) -> dict:
 
 def recommend(scene: str) -> dict:
     tasks = {}
-    for task in ("acceleration", "inverse"):
+    for task in ("acceleration", "acceleration_batch", "inverse"):
         contenders = _contenders(scene, task)
+        if task.endswith("_batch"):  # the ladder alone has calls of rows
+            contenders = [it for it in contenders if it["variant"].startswith("Ladder<")]
         choices = [_choice(tolerance, contenders) for tolerance in TOLERANCES]
         tasks[task] = {"contenders": contenders, "choices": choices}
     return {
@@ -76,7 +78,7 @@ def recommend(scene: str) -> dict:
         "nv": int(scene.split(":")[1]),
         "states": STATES,
         "seed": 1,
-        "sentence": f"Take Ladder<default> in float32 for {scene}: right to 5 digits.",
+        "sentence": f"Take Dynamics<double> for {scene}: right to 13 digits.",
         "tasks": tasks,
     }
 

@@ -143,4 +143,6 @@ def batch(scene: str) -> list[dict]:
             seconds = _seconds("acceleration", int(scene.split(":")[1]), dice) / OURS[variant]
             rows += _batch(variant, scene, precision, seconds, dice)
             rows += _batch(f"{variant}@all cores", scene, precision, seconds / 1.9, dice)
+            if variant == "Ladder<default>":
+                rows += _batch("Ladder<1e-3>", scene, precision, seconds, dice)
     return rows
