@@ -95,6 +95,9 @@ constexpr Tolerance tolerances[] = {{"Ladder<default>", {}, true},
 template <class T>
 RegisteredVariant<T> ladder_at(const Tolerance& asked) {
   const std::optional<double> tolerance = asked.value;
+  // M is the same at every tolerance.
+  std::set<Want> wants = {Want::acceleration, Want::solve, Want::inverse};
+  if (asked.contender) wants.insert(Want::mass);
   const bool refined = tolerance && *tolerance < least_tolerance_of_double;
   return {asked.name,
           refined ? "(3.6), (4.1) to (4.11), refined by residuals in twice the precision"
@@ -103,7 +106,7 @@ RegisteredVariant<T> ladder_at(const Tolerance& asked) {
            .contender = asked.contender,
            .tolerance = tolerance,
            .refined = refined,
-           .wants = {Want::acceleration, Want::solve, Want::inverse, Want::mass},
+           .wants = std::move(wants),
            .citation = citation},
           [tolerance](const Model<T>& model) {
             return std::unique_ptr<Solver<T>>(std::make_unique<LadderSolver<T>>(model, tolerance));

@@ -17,7 +17,7 @@ from charts.common import (
     log_axis,
     view,
 )
-from charts.groups import GROUPS, first_series
+from charts.groups import first_series, group
 from charts.text import error_text
 from charts.variants import TOOLTIPS, bands, point_rows
 from read.ladder import DEFAULT, LAST_BITS, is_ladder, tolerance
@@ -55,7 +55,8 @@ def rows(found: list[Point], task: str) -> list[dict]:
             row["tolerance"] += f" ({error_text(within)})"
         out.append(row)
     _label(out)
-    named = first_series([(it.variant, it.precision) for it in others], most=len(GROUPS))
+    series = [(it.variant, it.precision) for it in others]
+    named = first_series(series, most=len({group(variant) for variant, _ in series}))
     for row in point_rows(others):
         known = (row["variant"], row["precision"]) in named
         out.append(
@@ -68,8 +69,8 @@ def _label(ladder: list[dict]) -> None:
     """Tolerances that the same rung answers have the same error: one label, at the slowest."""
     same = {}
     for row in ladder:
-        same.setdefault((row["precision"], row["error"]), []).append(row)
-    for (precision, _), those in same.items():
+        same.setdefault((row["precision"], row["error"], "rank" in row), []).append(row)
+    for (precision, *_), those in same.items():
         names = [tolerance_name(row["variant"]) for row in those]
         span = names[0] if len(names) == 1 else f"{names[0]} … {names[-1]}"
         slowest = max(those, key=lambda row: row["time"])

@@ -15,6 +15,13 @@ TASKS = {  # and what others answer in their place
     "inverse": "inverse",
     "inverse_batch": "inverse",
 }
+SHORT = {
+    "acceleration": "a",
+    "acceleration_batch": "a in batches",
+    "inverse": "M⁻¹",
+    "inverse_batch": "M⁻¹ in batches",
+}
+TITLE = "The ladder: error against run time"
 
 
 def section(data: Data) -> Section | None:
@@ -37,7 +44,7 @@ def section(data: Data) -> Section | None:
     drawn = [row for (_, task), own in found.items() for row in ladder_charts.rows(own, task)]
     shown = {choice.signal: choice.first for choice in choices}
     return Section(
-        "The ladder: error against run time",
+        TITLE if len(robots) > 1 else f"{TITLE} for {scene_name(first)}",
         [
             "Each coloured mark is Dynamics at a tolerance: the first precision whose estimated "
             "error is within it answers. Tolerances that one precision answers alike share a "
@@ -112,7 +119,7 @@ def _table(robot: str, found: dict, tasks: list[str], first: bool) -> Table:
     return Table(
         f"{scene_name(robot)}: median time of a state and median relative error, by tolerance",
         ["Precision", "Tolerance"]
-        + [name for task in tasks for name in (f"{task_text(task)}: time", "Error")],
+        + [f"{SHORT[task]}: {what}" for task in tasks for what in ("time", "error")],
         rows,
         "ll" + "rr" * len(tasks),
         shown={SCENE: robot},
