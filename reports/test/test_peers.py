@@ -54,7 +54,7 @@ def test_each_time_is_set_against_the_best_peer(read):
     assert overview == [["arm:7", "float64", *ours, *best, "2.50 times faster"]]
     assert bars["arm, N = 7: Acceleration a = M⁻¹(τ − bias)"] == [
         [
-            "<strong>Fast&lt;Conventional&gt;</strong>",
+            "<strong>Ladder&lt;default&gt;</strong>",
             "400 ns",
             "2.50 times faster",
             "float64",
@@ -62,7 +62,7 @@ def test_each_time_is_set_against_the_best_peer(read):
         ],
         ["Pinocchio<LOCAL>@clang", "1.00 µs", "best peer", "float64", "peer"],
         [
-            "<strong>Fast&lt;SquareRoot&gt;</strong>",
+            "<strong>AxisFrames&lt;SquareRoot&gt;</strong>",
             "1.60 µs",
             "1.60 times slower",
             "float64",
@@ -162,10 +162,10 @@ def test_the_fast_path_is_set_against_one_state_of_the_plain_variant(read):
     (table,) = fast_path.section(data).tables
     assert table.rows == [
         ["arm:7", plain, "float64", "2.00 µs", "1.0", "–", "–"],
+        ["arm:7", "AxisFrames<SquareRoot>", "float64", "refused", "–", "–", "–"],
         ["arm:7", "Ladder<default>", "float32", "400 ns", "–", "–", "–"],
         ["arm:7", "Ladder<default>", "float64", "500 ns", "4.0", "100 ns", "20.0"],
         ["arm:7", "Ladder<default>@all cores", "float64", "–", "–", "50.0 ns", "40.0"],
-        ["arm:7", "AxisFrames<SquareRoot>", "float64", "refused", "–", "–", "–"],
     ]
 
 

@@ -92,7 +92,10 @@ class Unit:
     def options(self, effort: Effort) -> list[str]:
         match self.kind:
             case "times" | "batch":
-                return [*self.ladder, *benchmark_options(effort, effort.repetitions, effort.min_time)]
+                return [
+                    *self.ladder,
+                    *benchmark_options(effort, effort.repetitions, effort.min_time),
+                ]
             case "dynamics" | "peers":
                 return benchmark_options(effort, effort.repetitions, effort.min_time)
             case "estimation":
