@@ -1,13 +1,15 @@
-// bench_batch: time of 1024 states of one robot in one call, by the fast path in its forms, on one core
+// bench_batch: time of 1024 states of one robot in one call, by the ladder at its tolerances, on one core
 // and on all: forward dynamics, M, M^-1, its diagonal, M^-1 tau and derivatives.
 //
 // Names are task/variant/scene/precision; tasks are acceleration_batch, mass_batch, inverse_batch,
 // diagonal_batch, solve_batch and derivatives_batch; a variant that ends in "@all cores" takes as many
-// threads as there are. M and derivatives are the same for all forms. Matrices of 1024 states that take more than 256 MiB are left out.
+// threads as there are. M and derivatives are the same at all
+// tolerances; with --ladder accelerations and M^-1 are timed at those of exhibits too. Matrices of 1024 states that take more than 256 MiB are left out.
 // Everything is verified before it is timed (case.hpp). Counters: flops of a state (sines and
 // cosines are not counted), flops per second, time per state.
 #include <benchmark/benchmark.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <functional>
 #include <limits>
@@ -35,9 +37,9 @@ constexpr const char* timed_call =
     "terms, gravity, the test for singularity. Matrices have both triangles. Memory is taken "
     "before.";
 
-// Of a longer chain the last resort answers nearly every certified diagonal and M^-1, at milliseconds a
+// Of a longer chain the last resort answers nearly every refined diagonal and M^-1, at milliseconds a
 // state: a benchmark would take minutes.
-constexpr int most_certified = 40;
+constexpr int most_refined = 40;
 
 template <class T>
 struct Batch {
@@ -79,16 +81,16 @@ void add(const Batch<T>& batch, const std::string& variant, std::optional<double
 }
 
 template <class T>
-std::vector<Batch<T>> batches(std::shared_ptr<const Case> c, std::optional<double> tolerance) {
+std::vector<Batch<T>> batches(std::shared_ptr<const Case> c, const VariantTraits& traits) {
   const auto pool = std::make_shared<const Pool<T>>(c->states);
   const Model<double>& model = c->scene.model;
   const int nv = model.nv();
   const std::ptrdiff_t size = std::ptrdiff_t(nv) * nv;
-  // Of other forms' factors the flops are not known.
+  // Of refined factors the flops are not known.
   const auto flops = [&](Want want) {
-    const bool known = want == Want::acceleration || !tolerance;
+    const bool known = want == Want::acceleration || !traits.refined;
     const CallKind call = {.rows = true};
-    return known ? flops_of(model, want, tolerance, call) : 0.0;
+    return known ? flops_of(model, want, traits.tolerance, call) : 0.0;
   };
   using Rows = std::vector<T>;
   using Outcomes = std::vector<Outcome>;
@@ -113,7 +115,7 @@ std::vector<Batch<T>> batches(std::shared_ptr<const Case> c, std::optional<doubl
                    return c->template compare<T>(c->X[i] * c->states[i].tau, vector(x, i),
                                                  c->condition[i]);
                  }});
-  if (tolerance && nv > most_certified) return out;
+  if (traits.refined && nv > most_refined) return out;
   out.push_back({"diagonal_batch", Want::diagonal, nv, 0,
                  [=](Dynamics<T>& robot, Rows& x, Outcomes& outcomes, int threads) {
                    return robot.diagonal(pool->q_rows, x, outcomes, threads);
@@ -130,7 +132,7 @@ std::vector<Batch<T>> batches(std::shared_ptr<const Case> c, std::optional<doubl
                  [=](int i, const Rows& X) {
                    return c->template compare<T>(c->X[i], matrix(X, i), c->condition[i]);
                  }});
-  if (tolerance) return out;
+  if (traits.refined) return out;
   out.push_back(
       {"mass_batch", Want::mass, size, flops(Want::mass),
        [=](Dynamics<T>& robot, Rows& M, Outcomes& outcomes, int threads) {
@@ -163,20 +165,24 @@ std::vector<Batch<T>> batches(std::shared_ptr<const Case> c, std::optional<doubl
 }
 
 template <class T>
-void add_all(std::shared_ptr<const Case> c) {
+void add_all(std::shared_ptr<const Case> c, bool every_tolerance) {
   const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  for (const RegisteredVariant<T>& variant : fast_variants<T>())
-    for (const Batch<T>& batch : batches<T>(c, variant.traits.tolerance)) {
-      add(batch, variant.name, variant.traits.tolerance, 1, c);
-      add(batch, variant.name + "@all cores", variant.traits.tolerance, cores, c);
+  for (const RegisteredVariant<T>& variant : ladder_variants<T>()) {
+    const VariantTraits& traits = variant.traits;
+    if (!traits.contender && !every_tolerance) continue;
+    for (const Batch<T>& batch : batches<T>(c, traits)) {
+      const bool in_figure = batch.want == Want::acceleration || batch.want == Want::inverse;
+      if (traits.contender || in_figure) add(batch, variant.name, traits.tolerance, 1, c);
+      if (traits.contender) add(batch, variant.name + "@all cores", traits.tolerance, cores, c);
     }
+  }
 }
 
-void add_scenes(const std::vector<Scene>& scenes, std::uint64_t seed) {
+void add_scenes(const std::vector<Scene>& scenes, std::uint64_t seed, bool every_tolerance) {
   for (const Scene& scene : scenes) {
     const auto c = std::make_shared<const Case>(scene, seed);
-    add_all<double>(c);
-    add_all<float>(c);
+    add_all<double>(c, every_tolerance);
+    add_all<float>(c, every_tolerance);
   }
 }
 
@@ -185,7 +191,15 @@ void add_scenes(const std::vector<Scene>& scenes, std::uint64_t seed) {
 
 int main(int argc, char** argv) {
   using namespace kalmarm;
-  return Driver{"bench_batch", "Time of the dynamics of many states in one call by the fast path.",
-                timed_call}
-      .run(argc, argv, add_scenes);
+  bool every_tolerance = false;
+  return Driver{"bench_batch", "Time of the dynamics of many states in one call by the ladder.",
+                timed_call, "[--ladder] "}
+      .run(
+          argc, argv,
+          [&](const std::vector<Scene>& scenes, std::uint64_t seed) {
+            add_scenes(scenes, seed, every_tolerance);
+          },
+          [&](CLI::App& app) {
+            app.add_flag("--ladder", every_tolerance, "a and M^-1 at every tolerance");
+          });
 }

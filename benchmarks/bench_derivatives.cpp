@@ -130,7 +130,7 @@ void add(const std::string& variant, double lost, std::shared_ptr<const Case> c,
 template <class T>
 void add_all(std::shared_ptr<const Case> c) {
   const auto pool = std::make_shared<const Pool<T>>(c->states);
-  add<T, Analytic<T>>("Fast<Conventional>", 1, c, pool);
+  add<T, Analytic<T>>("Ladder<default>", 1, c, pool);
   add<T, Differences<T>>("Differences", 1 / std::sqrt(static_cast<double>(unit_roundoff<T>())), c,
                          pool);
 }

@@ -1,8 +1,8 @@
-// bench_dynamics: time of forward dynamics of one state by the fast path, in its conventional form
-// and its square-root form, against Sequential<Conventional>. Batches: bench_batch.
+// bench_dynamics: time of forward dynamics of one state by the ladder at the tolerances that are
+// contenders, against Sequential<Conventional>. Batches: bench_batch.
 //
 // Names are task/variant/scene/precision. Everything is verified before it is timed (case.hpp).
-// Counters: flops of a call (fast path only; sines and cosines are not counted), and flops per
+// Counters: flops of a call (the ladder only; sines and cosines are not counted), and flops per
 // second.
 #include <benchmark/benchmark.h>
 
@@ -28,7 +28,7 @@ template <class T>
 void add(const RegisteredVariant<T>& variant, std::shared_ptr<const Case> c,
          std::shared_ptr<const Pool<T>> pool) {
   std::shared_ptr<Solver<T>> solver = variant.make(c->scene.model.cast<T>());
-  const double flops = variant.traits.kind == VariantKind::fast
+  const double flops = variant.traits.kind == VariantKind::ladder
                            ? flops_of(c->scene.model, Want::acceleration, variant.traits.tolerance)
                            : 0;
   auto a = std::make_shared<VectorX<T>>(c->scene.model.nv());
@@ -57,7 +57,8 @@ template <class T>
 void add_all(std::shared_ptr<const Case> c) {
   auto pool = std::make_shared<const Pool<T>>(c->states);
   for (const RegisteredVariant<T>& variant : registered_variants<T>())
-    if (variant.traits.kind == VariantKind::fast || variant.name == "Sequential<Conventional>")
+    if ((variant.traits.kind == VariantKind::ladder && variant.traits.contender) ||
+        variant.name == "Sequential<Conventional>")
       add<T>(variant, c, pool);
 }
 
@@ -74,6 +75,6 @@ void add_scenes(const std::vector<Scene>& scenes, std::uint64_t seed) {
 
 int main(int argc, char** argv) {
   using namespace kalmarm;
-  return Driver{"bench_dynamics", "Time of forward dynamics by the fast path.", timed_call}.run(
+  return Driver{"bench_dynamics", "Time of forward dynamics by the ladder.", timed_call}.run(
       argc, argv, add_scenes);
 }

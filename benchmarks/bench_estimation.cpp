@@ -165,7 +165,7 @@ void add_fast_path(int links, std::uint64_t seed) {
     return (wide(c->a) - expected).norm() <= bound * expected.norm() ? "" : "wrong acceleration";
   };
   const std::string precision = std::is_same_v<T, float> ? "float32" : "float64";
-  add("acceleration/Fast<Conventional>/" + c->scene.name + "/" + precision, links, verify,
+  add("acceleration/Ladder<default>/" + c->scene.name + "/" + precision, links, verify,
       [c] { benchmark::DoNotOptimize(c->call()); });
 }
 

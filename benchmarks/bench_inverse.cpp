@@ -94,25 +94,34 @@ void add_solver(const std::string& name, const VariantTraits& traits,
         });
 }
 
+// Which of the exhibits are timed too.
+struct Also {
+  bool exhibits = false, ladder = false;
+
+  bool times(const VariantTraits& traits) const {
+    return exhibits || (ladder && is_of_ladder(traits.kind));
+  }
+};
+
 template <class T>
 void add_variants(std::shared_ptr<const Case> c, std::shared_ptr<const Pool<T>> pool,
-                  bool exhibits) {
+                  const Also& also) {
   const Model<T> model = c->scene.model.cast<T>();
   for (const RegisteredVariant<T>& variant : registered_variants<T>(Want::mass))
     if (!variant.traits.gives(Want::inverse))
       add_solver<T>(variant.name, variant.traits, variant.make(model), c, pool);
   for (const RegisteredVariant<T>& variant : registered_variants<T>())
-    if (variant.traits.contender || (exhibits && variant.takes(model)))
+    if (variant.traits.contender || (also.times(variant.traits) && variant.takes(model)))
       add_solver<T>(variant.name, variant.traits, variant.make(model), c, pool);
 }
 
-void add_scenes(const std::vector<Scene>& scenes, std::uint64_t seed, bool exhibits) {
+void add_scenes(const std::vector<Scene>& scenes, std::uint64_t seed, const Also& also) {
   for (const Scene& scene : scenes) {
     auto c = std::make_shared<const Case>(scene, seed);
     auto float64 = std::make_shared<const Pool<double>>(c->states);
     auto float32 = std::make_shared<const Pool<float>>(c->states);
-    add_variants<double>(c, float64, exhibits);
-    add_variants<float>(c, float32, exhibits);
+    add_variants<double>(c, float64, also);
+    add_variants<float>(c, float32, also);
     add_solver<double>("MuJoCo", mujoco_traits(),
                        std::make_shared<MujocoSolver>(mujoco_of(c->scene)), c, float64);
   }
@@ -128,15 +137,16 @@ void add_scenes(const std::vector<Scene>& scenes, std::uint64_t seed, bool exhib
 
 int main(int argc, char** argv) {
   using namespace kalmarm;
-  bool exhibits = false;
+  Also also;
   return Driver{"bench_inverse", "Time of forward dynamics, M^-1 and M for every variant.",
-                timed_call, "[--exhibits] "}
+                timed_call, "[--exhibits] [--ladder] "}
       .run(
           argc, argv,
           [&](const std::vector<Scene>& scenes, std::uint64_t seed) {
-            add_scenes(scenes, seed, exhibits);
+            add_scenes(scenes, seed, also);
           },
           [&](CLI::App& app) {
-            app.add_flag("--exhibits", exhibits, "the accuracy laboratory's variants too");
+            app.add_flag("--exhibits", also.exhibits, "the accuracy laboratory's variants too");
+            app.add_flag("--ladder", also.ladder, "of these the ladder's tolerances and rungs");
           });
 }

@@ -165,7 +165,7 @@ void add_all(const Options& options) {
   for (int links = 100; links <= options.largest; links *= 10) {
     const auto c = std::make_shared<const Case>(family, links, options.seed);
     add_kinematics(c);
-    add("Fast<Conventional>", c,
+    add("Ladder<default>", c,
         [](const Model<double>& model) { return std::make_unique<FastPath>(model); });
     add_sequential<Sequential<Conventional>>(c);
     add_scan<Scan<scan::Conventional>>(c, options);

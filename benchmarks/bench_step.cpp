@@ -176,7 +176,8 @@ struct Gains {
 template <class T>
 void add_fast(const Shared<Steps>& steps) {
   const auto pool = std::make_shared<const Pool<T>>(steps->base.states);
-  for (const RegisteredVariant<T>& variant : fast_variants<T>()) {
+  for (const RegisteredVariant<T>& variant : ladder_variants<T>()) {
+    if (!variant.traits.contender) continue;
     const DynamicsOptions options = {.tolerance = variant.traits.tolerance,
                                      .question = {.want = {Want::acceleration}}};
     const auto robot = std::make_shared<Dynamics<T>>(steps->robot, options);
@@ -198,7 +199,7 @@ void add_fast(const Shared<Steps>& steps) {
                   return step->acceleration(pool->q_rows, pool->qd_rows, pool->tau_rows, a,
                                             outcomes);
                 });
-    if (!variant.traits.tolerance) {
+    if (!variant.traits.refined) {
       const auto gains = std::make_shared<const Gains<T>>(steps->terms);
       add_rows<T>("gains_batch", variant.name, steps, steps->at_end,
                   [=](std::vector<T>& a, std::vector<Outcome>& outcomes) {

@@ -17,7 +17,7 @@ struct Asked {
   double condition = usual_condition;  // K (judge.hpp)
 
   const char* method() const { return searches ? "search" : "random"; }
-  // Of file names: "Fast-Conventional-float32-search-1", with the task, the goal, the kernel and
+  // Of file names: "Ladder-default-float32-search-1", with the task, the goal, the kernel and
   // rows after the precision where they are not the usual ones: "-inverse-claim".
   std::string slug() const;
 };

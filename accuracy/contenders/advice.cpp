@@ -11,8 +11,6 @@ namespace kalmarm {
 namespace {
 
 constexpr int largest_dense = 200;  // DoF
-// Nothing is promised of it (docs/errors.md).
-constexpr const char* not_for_use = "Fast<SquareRoot>";
 
 TrialStates rows_of(const Scene& scene, const std::vector<State>& states) {
   TrialStates out;
@@ -30,46 +28,47 @@ TrialStates rows_of(const Scene& scene, const std::vector<State>& states) {
   return out;
 }
 
-bool is_fast(const VariantTraits& traits) { return traits.kind == VariantKind::fast; }
+bool is_ladder(const VariantTraits& traits) { return traits.kind == VariantKind::ladder; }
 
-// The registry's contenders, the fast path first.
-std::vector<RegisteredVariant<double>> contenders(int nv) {
-  std::vector<RegisteredVariant<double>> fast, others;
+// The registry's contenders, the ladder first.
+std::vector<RegisteredVariant<double>> contenders(int nv, Calls calls) {
+  std::vector<RegisteredVariant<double>> ladder, others;
   for (const auto& variant : registered_variants<double>()) {
     const VariantTraits& traits = variant.traits;
     if (!traits.contender || (traits.dense && nv > largest_dense)) continue;
-    if (variant.name == not_for_use) continue;
-    (is_fast(traits) ? fast : others).push_back(variant);
+    (is_ladder(traits) ? ladder : others).push_back(variant);
   }
-  fast.insert(fast.end(), others.begin(), others.end());
-  return fast;
+  if (calls == Calls::of_one_state) ladder.insert(ladder.end(), others.begin(), others.end());
+  return ladder;
 }
 
 }  // namespace
 
 std::unique_ptr<Advisor> make_advisor(const Scene& scene, const QuestionOptions& asked,
                                       const Question& question, const std::vector<State>& states,
-                                      const std::string& precision) {
+                                      const std::string& precision, Calls calls) {
   auto out = std::make_unique<Advisor>(plain(scene.model), question, rows_of(scene, states));
   const bool held = fits_float(plain(scene.model));
   if (!held && precision == to_string(Precision::float32))
     throw InputError(scene.name + ": float32 does not hold a number of its file");
-  const auto add = [&]<class T>(T, const std::string& variant, Precision in) {
-    const Contender by{variant, to_string(in)};
+  const bool in_rows = calls == Calls::of_rows;
+  const auto add = [&]<class T>(T, const RegisteredVariant<double>& variant, Precision in) {
+    const Contender by{variant.name, to_string(in)};
     if (!precision.empty() && precision != by.precision) return;
     if (in == Precision::float32 && !held) return;
     const Advisor* const advisor = out.get();
-    out->add({variant, in, [&scene, &asked, advisor, by]() -> std::unique_ptr<Trial> {
-                const DynamicsOptions options = asked_of(by, asked, advisor->question());
-                return std::make_unique<TrialBy<T>>(
-                    make_robot<T>(by, scene, options), options.question.want,
-                    6 * static_cast<int>(options.question.frames.size()), advisor->states());
-              }});
+    const auto make = [&scene, &asked, advisor, by, in_rows] {
+      const DynamicsOptions options = asked_of(by, asked, advisor->question());
+      return make_trial(make_robot<T>(by, scene, options), options.question.want,
+                        6 * static_cast<int>(options.question.frames.size()), advisor->states(),
+                        in_rows);
+    };
+    out->add({variant.name, in, make, is_ladder(variant.traits)});
   };
-  for (const auto& variant : contenders(scene.model.nv())) {
-    const bool answers_in_double = is_fast(variant.traits) && precision.empty();
-    if (!answers_in_double) add(float(), variant.name, Precision::float32);
-    add(double(), variant.name, Precision::float64);
+  for (const auto& variant : contenders(scene.model.nv(), calls)) {
+    const bool answers_in_double = is_ladder(variant.traits) && !in_rows && precision.empty();
+    if (!answers_in_double) add(float(), variant, Precision::float32);
+    add(double(), variant, Precision::float64);
   }
   return out;
 }

@@ -26,7 +26,7 @@ std::optional<VariantTraits> traits_of(const std::string& variant) {
 
 bool is_fast(const std::string& variant) {
   const std::optional<VariantTraits> traits = traits_of(variant);
-  return traits && traits->kind == VariantKind::fast;
+  return traits && traits->kind == VariantKind::ladder;
 }
 
 }  // namespace

@@ -2,7 +2,7 @@
 
 panda  chain:31  my_robot.urdf     a scene of any program
 iiwa14+payload=1e4                 the same under a stress of `limits`
-found/Fast-SquareRoot-float32      what the adversary found, with its state
+found/AxisFrames-SquareRoot-float32      what the adversary found, with its state
 finds/MuJoCo-Warp-float32          what a search of arms found of an engine, with its state
 """
 

@@ -71,7 +71,7 @@ template <class T>
 Judge<T>::Judge(const Model<double>& model, Want task)
     : task_(task),
       reference_(make_solver<double>(judge_of<T>, model)),
-      plain_(make_solver<double>("Fast<Conventional>", model)),
+      plain_(make_solver<double>("Ladder<default>", model)),
       zero_(VectorX<double>::Zero(model.nv())),
       a_(zero_),
       gravity_(zero_),

@@ -24,9 +24,9 @@
 
 namespace kalmarm::limits {
 
-// The conventional form of the fast path, a Cholesky factorisation and the certified form.
-inline constexpr std::array variants = {"Fast<Conventional>", "Batch<SparseLTDL>",
-                                        "Fast<Certified>"};
+// The ladder at its default tolerance, a Cholesky factorisation, and the ladder to the last bits.
+inline constexpr std::array variants = {"Ladder<default>", "Batch<SparseLTDL>",
+                                        "Ladder<last_bits>"};
 inline constexpr int searched_variants = 2;  // the first; the last is as accurate as its judge
 
 struct Answer {

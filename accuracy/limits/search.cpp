@@ -99,7 +99,7 @@ class Search {
       found.tallies.push_back(worst.tally);
       if (worst.error >= 0) found.states.push_back(worst.state);
     }
-    found.tallies.emplace_back();  // the certified form
+    found.tallies.emplace_back();  // last_bits
     found.evaluations += states_;
   }
 

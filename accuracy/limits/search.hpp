@@ -12,7 +12,7 @@
 // searched is where a free body is and how it is turned: M knows nothing of it. Every variant of
 // the precision is judged in every state.
 //
-// What is found is the worst of all verified answers, those of the certified form in the same states
+// What is found is the worst of all verified answers, those to the last bits in the same states
 // among them.
 #pragma once
 

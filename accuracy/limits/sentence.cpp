@@ -12,18 +12,18 @@ constexpr int fewest_digits = 3;
 
 // As in Found::tallies.
 constexpr int precision_step = static_cast<int>(variants.size());
-constexpr int fast_float32 = 0, fast_float64 = precision_step,
-              certified_float64 = 2 * precision_step - 1;
-constexpr std::array in_order = {fast_float32, fast_float64, certified_float64};
+constexpr int default_float32 = 0, default_float64 = precision_step,
+              last_bits_float64 = 2 * precision_step - 1;
+constexpr std::array in_order = {default_float32, default_float64, last_bits_float64};
 
 bool is_float32(int contender) { return contender < precision_step; }
 
 int most_digits(int contender) { return is_float32(contender) ? 5 : 9; }
 
 std::string name(int contender) {
-  return contender == fast_float32   ? "float32"
-         : contender == fast_float64 ? "float64"
-                                     : "the certified form in float64";
+  return contender == default_float32   ? "float32"
+         : contender == default_float64 ? "float64"
+                                        : "float64 to the last bits";
 }
 
 std::string digits_text(int digits) {
@@ -59,8 +59,8 @@ std::string beyond(const std::vector<const Swept*>& all, const std::vector<const
   });
   if (better == in_order.end()) return "; beyond that no form is right to as many";
   const std::string out = "; beyond that take " + name(*better);
-  const int wide = digits_everywhere(all, fast_float64);
-  if (*better != fast_float64 || wide < promise.digits) return out;
+  const int wide = digits_everywhere(all, default_float64);
+  if (*better != default_float64 || wide < promise.digits) return out;
   return out + ", right to " + digits_text(wide) + " in all that was searched";
 }
 
@@ -111,8 +111,8 @@ std::string sentence_of(const std::vector<Swept>& swept) {
   }
 
   std::string out;
-  if (promise.contender != fast_float32)
-    out = "float32 keeps " + digits_text(digits_kept(swept[0], 0, fast_float32)) +
+  if (promise.contender != default_float32)
+    out = "float32 keeps " + digits_text(digits_kept(swept[0], 0, default_float32)) +
           " of the robot as given; ";
   out += name(promise.contender) + " is right to " + digits_text(promise.digits);
   std::string never;  // a limit

@@ -2,8 +2,8 @@
 //
 // Right to d digits: in both tasks, no state that was searched was refused, and no error is larger
 // than 10^-d. The rule:
-//   1. The promise is about the first of Fast<Conventional> in float32 and in float64 and
-//      Fast<Certified> in float64 that is right to at least 3 digits on the robot as given; d is the
+//   1. The promise is about the first of Ladder<default> in float32 and in float64 and
+//      Ladder<last_bits> in float64 that is right to at least 3 digits on the robot as given; d is the
 //      number of its digits there, at most 5 in float32, 9 in float64. Where it is not the first,
 //      the sentence begins with what float32 keeps.
 //   2. A stress is a limit where the promise does not hold at all of its values. It holds up to the

@@ -51,7 +51,7 @@ double quotient(const S& error, const S& size) {
   return error == S(0) ? 0 : static_cast<double>(S(error / size));
 }
 
-// |da| / |a| as the certified form tells it in Outcome::error: an acceleration below `nothing`,
+// |da| / |a| as Outcome::error of refined answers has it: an acceleration below `nothing`,
 // u (|gravity| + |qd|^2), is nothing, and its error is told beside that (fast/claims/claims.hpp).
 template <class S>
 double error_as_told(const S& da, const S& a, const S& nothing) {

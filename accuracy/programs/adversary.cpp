@@ -77,7 +77,7 @@ void complete(Search& search, const Options& options, Progress& progress) {
   }
 }
 
-// In words: "Fast<Certified> float32 inverse claim search".
+// In words: "Ladder<last_bits> float32 inverse claim search".
 std::string words(const Asked& asked) {
   std::string out = asked.of.variant + ' ' + asked.of.precision + ' ' + to_string(asked.of.task) +
                     ' ' + to_string(asked.of.goal);

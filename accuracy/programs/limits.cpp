@@ -109,11 +109,11 @@ void print(const json& out) {
   for (std::size_t task = 0; task < tasks.size(); ++task) {
     std::printf("  ");
     for (std::size_t i = 0; i < precisions.size(); ++i)
-      for (const char* form : {"fast", "chol", "cert"}) std::printf(" %5s", form);
+      for (const char* form : {"dflt", "chol", "last"}) std::printf(" %5s", form);
   }
   std::printf("\n");
   for (const json& stress : out["stresses"]) print_stress(stress);
-  std::printf("\nfast, chol, cert: %s, %s, %s\n", variants[0], variants[1], variants[2]);
+  std::printf("\ndflt, chol, last: %s, %s, %s\n", variants[0], variants[1], variants[2]);
   std::printf("\n%s\n", out["sentence"].get<std::string>().c_str());
 }
 

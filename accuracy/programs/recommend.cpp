@@ -1,5 +1,6 @@
-// recommend: which variant and which precision to take for a robot, task by task and tolerance by
-// tolerance (algorithms/advisor/advisor.hpp), with what every contender lost and took.
+// recommend: at which tolerance Dynamics is enough for a robot, task by task and error by error asked
+// for (algorithms/advisor/advisor.hpp), with the error and time of every contender. Of rows of
+// states, tasks that end in _batch, float32 may be enough.
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -41,13 +42,13 @@ json described(Advisor& advisor, int candidate) {
           {"warnings", seen.warnings}};
 }
 
-json advice_on(const Options& options, const Scene& scene, const std::string& task) {
+json advice_on(const Options& options, const Scene& scene, const std::string& task, Calls calls) {
   QuestionOptions asked = options.question;
   asked.want = {task};
   const Question question = question_of(scene, asked);
   std::vector<State> states = random_states(scene, options.random, options.seed);
   for (State& state : states) state = asked_state(scene, question, std::move(state));
-  const auto advisor = make_advisor(scene, asked, question, states);
+  const auto advisor = make_advisor(scene, asked, question, states, "", calls);
   json out = {{"contenders", json::array()}, {"choices", json::array()}};
   for (const double tolerance : options.tolerances) {
     const Advice advice = advise(*advisor, tolerance);
@@ -63,25 +64,36 @@ json advice_on(const Options& options, const Scene& scene, const std::string& ta
   return out;
 }
 
+const std::string of_rows = "_batch";  // ends a task
+
 std::string errs(double worst) {
   return worst > 0 ? "errs by " + short_text("%.1e", worst) + " at most" : "errs in no state tried";
 }
 
-// "for acceleration to 1e-6 take Fast<Conventional> in float32", of the tolerance in the middle.
+// As it is written: "Dynamics<double>", "Dynamics<double> {.tolerance = last_bits}".
+std::string door(const json& choice) {
+  const std::string scalar = choice["precision"] == "float32" ? "float" : "double";
+  const bool by_default = choice["variant"] == ladder_variants<double>().front().name;
+  return "Dynamics<" + scalar + '>' + (by_default ? "" : " {.tolerance = last_bits}");
+}
+
+// "for acceleration to 1e-6 take Dynamics<double>", of the error in the middle; of rows after a task.
 std::string sentence_of(const json& tasks) {
   std::string out;
   for (const auto& [task, advice] : tasks.items()) {
     const json& choices = advice["choices"];
     const json& choice = choices[choices.size() / 2];
+    const bool rows = task.ends_with(of_rows);
     const std::string what =
-        choice["variant"].get<std::string>() + " in " + choice["precision"].get<std::string>();
+        rows ? "rows of " + task.substr(0, task.size() - of_rows.size()) : task;
     if (!out.empty()) out += "; ";
     if (choice["enough"])
-      out += "for " + task + " to " + short_text("%.3g", choice["tolerance"]) + " take " + what +
-             " (" + time_text(choice["nanoseconds"]) + " a call, " + errs(choice["worst"]) + ')';
+      out += "for " + what + " to " + short_text("%.3g", choice["tolerance"]) + " take " +
+             door(choice) + " (" + time_text(choice["nanoseconds"]) + " a state, " +
+             errs(choice["worst"]) + ')';
     else
-      out += "for " + task + " nothing reaches " + short_text("%.3g", choice["tolerance"]) + ": " +
-             what + " comes nearest";
+      out += "for " + what + " nothing reaches " + short_text("%.3g", choice["tolerance"]) + ": " +
+             door(choice) + " comes nearest";
   }
   return out;
 }
@@ -89,12 +101,10 @@ std::string sentence_of(const json& tasks) {
 void print(const json& tasks, const std::string& sentence) {
   std::printf("%s\n", sentence.c_str());
   for (const auto& [task, advice] : tasks.items()) {
-    std::printf("\n%-12s %-10s %-42s %-9s %9s %9s\n", task.c_str(), "tolerance", "take", "in",
-                "predicted", "us");
+    std::printf("\n%-18s %-10s %-42s %9s %9s\n", task.c_str(), "error", "take", "predicted", "us");
     for (const json& choice : advice["choices"])
-      std::printf("%-12s %-10.3g %-42s %-9s %9.1e %9.3g%s\n", "", choice["tolerance"].get<double>(),
-                  choice["variant"].get<std::string>().c_str(),
-                  choice["precision"].get<std::string>().c_str(), choice["predicted"].get<double>(),
+      std::printf("%-18s %-10.3g %-42s %9.1e %9.3g%s\n", "", choice["tolerance"].get<double>(),
+                  door(choice).c_str(), choice["predicted"].get<double>(),
                   choice["nanoseconds"].get<double>() / 1e3,
                   choice["enough"].get<bool>() ? "" : "  not enough");
   }
@@ -105,10 +115,12 @@ int run(const Options& options) {
   OutputFile file = json_output(options.json_file);
   json tasks;
   {
-    Progress progress(static_cast<int>(options.want.size()));
+    Progress progress(2 * static_cast<int>(options.want.size()));
     for (const std::string& task : options.want) {
       progress.step(task);
-      tasks[task] = advice_on(options, scene, task);
+      tasks[task] = advice_on(options, scene, task, Calls::of_one_state);
+      progress.step(task + of_rows);
+      tasks[task + of_rows] = advice_on(options, scene, task, Calls::of_rows);
     }
   }
   const std::string sentence = sentence_of(tasks);
@@ -130,7 +142,8 @@ int run(const Options& options) {
 
 int main(int argc, char** argv) {
   using namespace kalmarm;
-  CLI::App app("Which variant and which precision to take for a robot, and why.", "recommend");
+  CLI::App app("Which tolerance is enough for a robot, for rows in which precision, and why.",
+               "recommend");
   Options options;
   add_scene(app, options.scene, options.read)->required();
   app.add_option("--want", options.want, "any of acceleration, inverse, diagonal, log_det, mass")
@@ -138,7 +151,7 @@ int main(int argc, char** argv) {
       ->allow_extra_args(false)
       ->check(CLI::IsMember({"acceleration", "inverse", "diagonal", "log_det", "mass"}))
       ->capture_default_str();
-  app.add_option("--tolerance", options.tolerances, "relative errors that may be left")
+  app.add_option("--tolerance", options.tolerances, "relative errors asked for")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(positive())

@@ -3,6 +3,8 @@
 //   scene,n,variant,precision,task,state,measure,value,outcome
 // Parameters and states are rounded to a precision first, and truth is exact for what was rounded.
 // How far the truth may be from it at most is proven (truth.hpp): measure truth_width.
+// With --ladder exhibits of the ladder are measured too, and the same states as rows of one call at
+// every tolerance: tasks acceleration_batch and inverse_batch.
 // MuJoCo runs on its own parameters, from which the model's were lowered with rounding.
 // Outputs hold NaN before every call. A failure keeps its rows, with value nan and its outcome. A
 // scene that is singular once rounded to float32 has no truth there: all its rows are failures.
@@ -21,7 +23,9 @@
 #include "accuracy/programs/common/progress.hpp"
 #include "accuracy/programs/common/ranges.hpp"
 #include "accuracy/truth/truth_cache.hpp"
+#include "algorithms/model/plain.hpp"
 #include "algorithms/study/solver.hpp"
+#include "kalmarm/dynamics.hpp"
 #include "robots/scene/mujoco_solver.hpp"
 
 namespace kalmarm {
@@ -67,15 +71,50 @@ struct Contender {
   std::shared_ptr<Solver<T>> solver;
 };
 
+// All states, answered by the ladder at a tolerance in one call a task.
+template <class T>
+struct AnsweredRows {
+  std::string name;
+  std::vector<Outcome> of_a, of_X;
+  std::vector<T> a, X;
+
+  AnsweredRows(const RegisteredVariant<T>& variant, const Model<T>& model,
+               const std::vector<State>& states)
+      : name(variant.name),
+        of_a(states.size()),
+        of_X(states.size()),
+        a(states.size() * model.nv(), std::numeric_limits<T>::quiet_NaN()),
+        X(a.size() * model.nv(), std::numeric_limits<T>::quiet_NaN()) {
+    Dynamics<T> robot(plain(model.template cast<double>()),
+                      {.tolerance = variant.traits.tolerance,
+                       .question = {.want = {Want::acceleration, Want::inverse}}});
+    std::vector<T> q, qd, tau;
+    for (const State& state : states) {
+      q.insert(q.end(), state.q.begin(), state.q.end());
+      qd.insert(qd.end(), state.qd.begin(), state.qd.end());
+      tau.insert(tau.end(), state.tau.begin(), state.tau.end());
+    }
+    // Outcomes say which failed.
+    (void)robot.forward_dynamics(q, qd, tau, a, of_a);
+    (void)robot.inverse_mass(q, X, of_X);
+  }
+};
+
 template <class T>
 struct Contenders {
   std::vector<Contender<T>> mass, solvers;
+  std::vector<AnsweredRows<T>> rows;
 
-  Contenders(const Scene& scene, const Model<T>& model) {
+  Contenders(const Scene& scene, const Model<T>& model, const std::vector<State>& states,
+             bool ladder) {
     for (const RegisteredVariant<T>& variant : registered_variants<T>(Want::mass))
-      mass.push_back({variant.name, variant.make(model)});
+      if (variant.traits.contender) mass.push_back({variant.name, variant.make(model)});
     for (const RegisteredVariant<T>& variant : registered_variants<T>())
-      if (variant.traits.contender) solvers.push_back({variant.name, variant.make(model)});
+      if (variant.traits.contender || (ladder && is_of_ladder(variant.traits.kind)))
+        solvers.push_back({variant.name, variant.make(model)});
+    if (ladder)
+      for (const RegisteredVariant<T>& variant : ladder_variants<T>())
+        rows.emplace_back(variant, model, states);
     if constexpr (std::is_same_v<T, double>) {
       const auto mujoco = std::make_shared<MujocoSolver>(mujoco_of(scene));
       mass.push_back({"MuJoCo", mujoco});
@@ -109,15 +148,36 @@ void add_failures(const Contenders<T>& contenders, const Outcome& outcome, Table
     table.add(contender.name, "acceleration", outcome, {{"relative", nan}, {"energy", nan}});
     table.add(contender.name, "inverse", outcome, {{"relative", nan}, {"scaled", nan}});
   }
+  for (const AnsweredRows<T>& rows : contenders.rows) {
+    table.add(rows.name, "acceleration_batch", outcome, {{"relative", nan}, {"energy", nan}});
+    table.add(rows.name, "inverse_batch", outcome, {{"relative", nan}, {"scaled", nan}});
+  }
+}
+
+// On failure the result counts as NaN.
+template <class T>
+void add_acceleration(const std::string& name, const char* task, const Outcome& outcome,
+                      VectorX<T> a, const Truth<T>& exact, Table& table) {
+  if (!outcome) a.setConstant(std::numeric_limits<T>::quiet_NaN());
+  const AccelerationError e = acceleration_error(a, exact.responses[0].a, exact.M);
+  table.add(name, task, outcome, {{"relative", e.relative}, {"energy", e.energy}});
 }
 
 template <class T>
-void measure(const Scene& scene, const std::vector<State>& states, Progress& progress,
+void add_inverse(const std::string& name, const char* task, const Outcome& outcome, MatrixX<T> X,
+                 const Truth<T>& exact, Table& table) {
+  if (!outcome) X.setConstant(std::numeric_limits<T>::quiet_NaN());
+  const MatrixError e = matrix_error(X, exact.X);
+  table.add(name, task, outcome, {{"relative", e.relative}, {"scaled", e.scaled}});
+}
+
+template <class T>
+void measure(const Scene& scene, const std::vector<State>& states, bool ladder, Progress& progress,
              Table& table) {
   constexpr T nan = std::numeric_limits<T>::quiet_NaN();
   const Model<T> model = scene.model.cast<T>();
   const int nv = model.nv();
-  Contenders<T> contenders(scene, model);
+  Contenders<T> contenders(scene, model, states, ladder);
   for (std::size_t i = 0; i < states.size(); ++i) {
     const std::string where = scene.name + " " + precision_name<T> + " state " + std::to_string(i);
     progress.step(where);
@@ -143,18 +203,17 @@ void measure(const Scene& scene, const std::vector<State>& states, Progress& pro
     }
     for (const Contender<T>& contender : contenders.solvers) {
       VectorX<T> a = VectorX<T>::Constant(nv, nan);
-      Outcome outcome = contender.solver->acceleration(q, qd, tau, a);
-      if (!outcome) a.setConstant(nan);
-      const AccelerationError ea = acceleration_error(a, exact.responses[0].a, exact.M);
-      table.add(contender.name, "acceleration", outcome,
-                {{"relative", ea.relative}, {"energy", ea.energy}});
-
+      const Outcome of_a = contender.solver->acceleration(q, qd, tau, a);
+      add_acceleration(contender.name, "acceleration", of_a, std::move(a), exact, table);
       MatrixX<T> X = MatrixX<T>::Constant(nv, nv, nan);
-      outcome = contender.solver->inverse(q, X);
-      if (!outcome) X.setConstant(nan);
-      const MatrixError ex = matrix_error(X, exact.X);
-      table.add(contender.name, "inverse", outcome,
-                {{"relative", ex.relative}, {"scaled", ex.scaled}});
+      const Outcome of_X = contender.solver->inverse(q, X);
+      add_inverse(contender.name, "inverse", of_X, std::move(X), exact, table);
+    }
+    for (const AnsweredRows<T>& rows : contenders.rows) {
+      add_acceleration<T>(rows.name, "acceleration_batch", rows.of_a[i],
+                          Eigen::Map<const VectorX<T>>(&rows.a[i * nv], nv), exact, table);
+      add_inverse<T>(rows.name, "inverse_batch", rows.of_X[i],
+                     Eigen::Map<const MatrixX<T>>(&rows.X[i * nv * nv], nv, nv), exact, table);
     }
   }
 }
@@ -171,12 +230,14 @@ int main(int argc, char** argv) {
   LoadOptions read;
   int count = 10;
   std::uint64_t seed = 1;
+  bool ladder = false;
   std::string out;
   add_scene(app, names, read)->required();
   app.add_option("--states", count, "random states of each scene")
       ->check(between(1, 1000000))
       ->capture_default_str();
   app.add_option("--seed", seed, "of the states")->check(any_seed())->capture_default_str();
+  app.add_flag("--ladder", ladder, "also every tolerance of the ladder, of one state and rows");
   app.add_option("--out", out, "CSV file to write")->required();
 
   return run_program(app, argc, argv, [&] {
@@ -193,8 +254,8 @@ int main(int argc, char** argv) {
     Table table;
     for (const Scene& scene : scenes) {
       const std::vector<State> states = random_states(scene, count, seed);
-      measure<float>(scene, states, progress, table);
-      measure<double>(scene, states, progress, table);
+      measure<float>(scene, states, ladder, progress, table);
+      measure<double>(scene, states, ladder, progress, table);
     }
     file.write(table.text());
     return 0;

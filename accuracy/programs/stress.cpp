@@ -189,7 +189,7 @@ nlohmann::json listed(const std::vector<Family>& all) {
                                {"singular", !family.singular.empty()}});
   for (const auto& variant : registered_variants<double>()) {
     const VariantTraits& traits = variant.traits;
-    nlohmann::json tolerance;  // null but for the fast path where it is not the default
+    nlohmann::json tolerance;  // null but of the ladder where it is not the default
     if (traits.tolerance) tolerance = *traits.tolerance;
     out["variants"].push_back({{"name", variant.name},
                                {"equation", variant.equation},

@@ -1,4 +1,4 @@
-// A variant on one model, asked for accelerations alone. The fast path is then made in half the
+// A variant on one model, asked for accelerations alone. The ladder is then made in half the
 // time of its Solver, which is asked for M^-1 and M as well, and gives the same accelerations.
 #pragma once
 
@@ -15,21 +15,22 @@ template <class T>
 class ForwardDynamics {
  public:
   ForwardDynamics(const RegisteredVariant<T>& variant, const Model<T>& model) {
-    if (variant.traits.kind == VariantKind::fast)
-      fast_.emplace(plain(model.template cast<double>()),
-                    DynamicsOptions{.tolerance = variant.traits.tolerance,
-                                    .question = {.want = {Want::acceleration}}});
+    if (variant.traits.kind == VariantKind::ladder)
+      ladder_.emplace(plain(model.template cast<double>()),
+                      DynamicsOptions{.tolerance = variant.traits.tolerance,
+                                      .question = {.want = {Want::acceleration}}});
     else
       solver_ = variant.make(model);
   }
 
   Outcome acceleration(const VectorX<T>& q, const VectorX<T>& qd, const VectorX<T>& tau,
                        VectorX<T>& a) {
-    return fast_ ? fast_->forward_dynamics(q, qd, tau, a) : solver_->acceleration(q, qd, tau, a);
+    return ladder_ ? ladder_->forward_dynamics(q, qd, tau, a)
+                   : solver_->acceleration(q, qd, tau, a);
   }
 
  private:
-  std::optional<Dynamics<T>> fast_;
+  std::optional<Dynamics<T>> ladder_;
   std::unique_ptr<Solver<T>> solver_;
 };
 

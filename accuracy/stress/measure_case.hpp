@@ -58,7 +58,7 @@ struct Record {
   double kS = none;  // of the task, whatever the outcome
   double relative = none, energy = none, componentwise = none, backward = none,
          oettli_prager = none, eta = none, unrefined = none;
-  double told = none;  // the error as Outcome::error of the certified form tells it (measures.hpp)
+  double told = none;  // the error as Outcome::error of refined answers has it (measures.hpp)
   double P_min = none, P_constraint = none, P_asymmetry = none;
 };
 

@@ -21,8 +21,7 @@ using nlohmann::json;
 std::set<std::string> claiming_variants() {
   std::set<std::string> out;
   for (const auto& variant : registered_variants<double>())
-    if (variant.traits.kind == VariantKind::fast && variant.traits.tolerance)
-      out.insert(variant.name);
+    if (variant.traits.refined) out.insert(variant.name);
   return out;
 }
 

@@ -7,7 +7,7 @@
 //
 //   recomputed     outcomes of the fast path that a rung above double gave, whether double's own answer
 //                  was right or not: Outcome::rung
-//   beyond_claim   silent answers of variants that claim an error, the certified ones, with
+//   beyond_claim   silent answers of variants that claim an error, the refined ones, with
 //                    error > 4 max(claim, u)                                               (1)
 //                  both as Outcome::error tells them. A claim below u counts as u, to which the
 //                  answer is rounded

@@ -175,8 +175,7 @@ struct Advisor::Parts {
         Entry& one = entry(i);
         if (round > 0 && one.nanoseconds * count > patience) continue;
         const double start = now();
-        for (int state = 0; state < count; ++state)
-          static_cast<void>(one.trial->answer(state));  // how long, not how well
+        one.trial->answer_first(count);  // how long, not how well
         const double mean = (now() - start) / count;
         if (round == 0 || mean < one.nanoseconds) one.nanoseconds = mean;
       }
@@ -199,13 +198,13 @@ void Advisor::add(Candidate candidate) {
   parts_->entries.emplace_back();
 }
 
-void Advisor::add(std::optional<double> tolerance, const std::string& variant) {
-  const auto make = [this, tolerance]<class T>(T) -> std::unique_ptr<Trial> {
+void Advisor::add(std::optional<double> tolerance, const std::string& variant, bool in_rows) {
+  const auto make = [this, tolerance, in_rows]<class T>(T) {
     Dynamics<T> dynamics(parts_->model, {.tolerance = tolerance, .question = parts_->question});
-    return std::make_unique<TrialBy<T>>(std::move(dynamics), parts_->question.want, parts_->rows,
-                                        parts_->states);
+    return make_trial(std::move(dynamics), parts_->question.want, parts_->rows, parts_->states,
+                      in_rows);
   };
-  if (fits_float(parts_->model))
+  if (in_rows && fits_float(parts_->model))
     add({variant, Precision::float32, [make] { return make(float()); }});
   add({variant, Precision::float64, [make] { return make(double()); }});
 }
@@ -236,13 +235,13 @@ std::string name_of(const Candidate& candidate) {
 }  // namespace
 
 Advice Advisor::advise(double tolerance) {
-  const int count = static_cast<int>(parts_->candidates.size());
   if (!(tolerance >= unit_roundoff<double>()))
     throw std::invalid_argument("tolerance " + short_text("%.3g", tolerance) +
                                 " is below the roundoff of float64, " +
                                 short_text("%.3g", unit_roundoff<double>()));
-  std::vector<int> by_time(count);
-  for (int i = 0; i < count; ++i) by_time[i] = i;
+  std::vector<int> by_time;
+  for (int i = 0; i < static_cast<int>(parts_->candidates.size()); ++i)
+    if (parts_->candidates[i].advised) by_time.push_back(i);
   std::ranges::stable_sort(by_time, {}, [&](int i) { return nanoseconds(i); });
 
   Advice out;
@@ -296,8 +295,8 @@ Recommendation recommend(const RobotModel& model, int count, const double* q, co
   const int nq = model.nq, nv = model.nv();
   Advisor advisor(model, options.question,
                   {count, nq, nv, rows(q, nq), rows(qd, nv), rows(tau, nv)});
-  advisor.add({}, "the default tolerance");
-  advisor.add(last_bits, "the last bits");
+  advisor.add({}, "the default tolerance", options.rows);
+  advisor.add(last_bits, "the last bits", options.rows);
   const Advice advice = advisor.advise(options.tolerance);
   const Observation& seen = advisor.observe(advice.candidate);
   const Candidate& advised = advisor.candidates()[advice.candidate];

@@ -1,7 +1,8 @@
-// Which variant, and which precision, is enough for a robot in given states?
+// Which tolerance of Dynamics is enough for a robot in given states, and for rows of states, which
+// lanes of float32 may answer, which precision?
 //
-// Every candidate answers the question in every state and is compared with the reference, the
-// fast path in float64 to its last bits, which knows its own error, e_ref = Outcome::error: infinite where it
+// Every candidate answers the question in every state and is compared with the reference, Dynamics
+// in float64 to its last bits, which knows its own error, e_ref = Outcome::error: infinite where it
 // warns or fails.
 // A candidate's error in a state, x from the candidate and x_ref from the reference:
 //   acceleration, solve, inverse_dynamics   |x - x_ref| / |x_ref|                       (1)
@@ -13,7 +14,8 @@
 //   predicted = margin max(u, worst error) + max e_ref                                  (5)
 // with u of the candidate's precision.
 //
-// Of the candidates predicted within the tolerance the fastest is advised; of those whose times
+// Of the candidates predicted within the tolerance the fastest is advised, but for those that are there
+// to be compared with; of those whose times
 // differ by no more than a clock can tell on a shared machine (`alike`) the first in the list:
 // float32 stands before float64, since in batches it takes half the time.
 //
@@ -42,6 +44,7 @@ struct Candidate {
   std::string variant;
   Precision precision;
   std::function<std::unique_ptr<Trial>()> make;
+  bool advised = true;  // or else compared with alone
 };
 
 // Over all states.
@@ -69,8 +72,9 @@ class Advisor {
 
   // In the order in which they are preferred.
   void add(Candidate candidate);
-  // The fast path in both precisions; no tolerance: the default one of each.
-  void add(std::optional<double> tolerance, const std::string& variant);
+  // Dynamics in float64, and of rows in float32 before it, since lanes of float32 answer rows alone;
+  // no tolerance: the default one of each.
+  void add(std::optional<double> tolerance, const std::string& variant, bool in_rows);
 
   const std::vector<Candidate>& candidates() const;
   const Observation& observe(int candidate);  // once each: a call of every state

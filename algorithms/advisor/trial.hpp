@@ -24,6 +24,11 @@ class Trial {
   // All that is wanted in a state. The first outcome that fails or warns, or else the last.
   virtual Outcome answer(int state) = 0;
 
+  // The first `count` states, as they are timed.
+  virtual void answer_first(int count) {
+    for (int state = 0; state < count; ++state) static_cast<void>(answer(state));
+  }
+
   // One after another what the last answer gave, in the order of Want.
   virtual VectorX<double> result() const = 0;
 
@@ -123,5 +128,111 @@ class TrialBy final : public Trial {
   std::vector<T> q_, qd_, tau_;
   VectorX<T> result_;
 };
+
+// The same of rows: all states in one call, which lanes answer.
+template <class T>
+class TrialOfRows final : public Trial {
+ public:
+  TrialOfRows(Dynamics<T> robot, const std::set<Want>& wants, int rows_of_J,
+              const TrialStates& states)
+      : robot_(std::move(robot)),
+        states_(states.count),
+        nq_(states.nq),
+        nv_(states.nv),
+        q_(states.q.begin(), states.q.end()),
+        qd_(states.qd.begin(), states.qd.end()),
+        tau_(states.tau.begin(), states.tau.end()),
+        outcomes_(states.count) {
+    for (const Want want : wants) {
+      const int width = trial_size(want, robot_.asked(), rows_of_J);
+      results_.push_back({want, width, std::vector<T>(std::size_t(width) * states_)});
+    }
+    poison();
+  }
+
+  Outcome answer(int state) override {
+    if (!answered_) answer_first(states_);
+    answered_ = true;
+    state_ = state;
+    return outcomes_[state];
+  }
+
+  void answer_first(int count) override {
+    outcomes_.assign(states_, Outcome());
+    std::vector<Outcome> next(count);
+    for (Result& result : results_) {
+      answer(count, result, next);
+      for (int i = 0; i < count; ++i)
+        if (outcomes_[i] && !outcomes_[i].warns()) outcomes_[i] = next[i];
+    }
+  }
+
+  VectorX<double> result() const override {
+    std::vector<double> out;
+    for (const Result& result : results_) {
+      const auto row = result.rows.begin() + std::ptrdiff_t(state_) * result.width;
+      out.insert(out.end(), row, row + result.width);
+    }
+    return Eigen::Map<const VectorX<double>>(out.data(), static_cast<Eigen::Index>(out.size()));
+  }
+
+  // Before the call alone: it answers every state.
+  void poison() override {
+    if (answered_) return;
+    for (Result& result : results_)
+      std::fill(result.rows.begin(), result.rows.end(), std::numeric_limits<T>::quiet_NaN());
+  }
+
+ private:
+  struct Result {
+    Want want;
+    int width;
+    std::vector<T> rows;
+  };
+
+  void answer(int count, Result& result, std::vector<Outcome>& outcomes) {
+    const RowsView<const T> q(q_.data(), count, nq_), qd(qd_.data(), count, nv_),
+        tau(tau_.data(), count, nv_);
+    const RowsView<T> out(result.rows.data(), count, result.width);
+    // Outcomes say which rows failed.
+    switch (result.want) {
+      case Want::acceleration:
+        return void(robot_.forward_dynamics(q, qd, tau, out, outcomes));
+      case Want::inverse:
+        return void(robot_.inverse_mass(q, out, outcomes));
+      case Want::diagonal:
+        return void(robot_.diagonal(q, out, outcomes));
+      case Want::log_det:
+        return void(robot_.log_det(q, out, outcomes));
+      case Want::operational:
+        return void(robot_.operational(q, out, outcomes));
+      case Want::mass:
+        return void(robot_.mass(q, out, outcomes));
+      case Want::solve:
+        return void(robot_.solve(q, tau, out, outcomes));
+      case Want::inverse_dynamics:
+        outcomes.assign(count, Outcome());
+        return robot_.inverse_dynamics(q, qd, tau, out, 1);
+      case Want::derivatives:
+        break;
+    }
+  }
+
+  Dynamics<T> robot_;
+  int states_, nq_, nv_;
+  std::vector<T> q_, qd_, tau_;
+  std::vector<Outcome> outcomes_;
+  std::vector<Result> results_;
+  bool answered_ = false;
+  int state_ = 0;
+};
+
+// One call a state, or one of all of them.
+template <class T>
+std::unique_ptr<Trial> make_trial(Dynamics<T> robot, const std::set<Want>& wants, int rows_of_J,
+                                  const TrialStates& states, bool in_rows) {
+  if (in_rows) return std::make_unique<TrialOfRows<T>>(std::move(robot), wants, rows_of_J, states);
+  return std::make_unique<TrialBy<T>>(std::move(robot), wants, rows_of_J, states);
+}
 
 }  // namespace kalmarm

@@ -179,11 +179,18 @@ std::vector<RegisteredVariant<T>> registered_variants(Want want) {
        .citation = "Walker and Orin 1982, composite rigid bodies"});
   Contenders::for_each(add);
   if constexpr (std::is_floating_point_v<T>) {
-    for (RegisteredVariant<T>& variant : fast_variants<T>())
-      if (variant.traits.gives(want)) out.push_back(variant);
+    std::vector<RegisteredVariant<T>> ladder = ladder_variants<T>();
+    if constexpr (std::is_same_v<T, double>) ladder.push_back(two_doubles_variant());
+    const auto add_ladder = [&] {
+      for (const RegisteredVariant<T>& variant : ladder)
+        if (variant.traits.contender == contender && variant.traits.gives(want))
+          out.push_back(variant);
+    };
+    add_ladder();
     if (RegisteredVariant<T> variant = square_root_variant<T>(); variant.traits.gives(want))
       out.push_back(variant);
     contender = false;
+    add_ladder();
     Exhibits::for_each(add);
   }
   return out;

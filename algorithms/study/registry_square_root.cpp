@@ -6,7 +6,7 @@ namespace kalmarm {
 
 template <class T>
 RegisteredVariant<T> square_root_variant() {
-  return {"Fast<SquareRoot>",
+  return {"AxisFrames<SquareRoot>",
           "(3.6), (4.1) to (4.11) in square roots: rows of Gauss' principle",
           {.kind = VariantKind::sequential,
            .citation = "Rodriguez 1987; fast Givens steps after Gentleman 1973"},

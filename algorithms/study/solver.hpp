@@ -66,9 +66,11 @@ struct RegisteredVariant {
 template <class T>
 std::vector<RegisteredVariant<T>> registered_variants(Want want = Want::inverse);
 
-// Those of the fast path, which are among them: float and double, registry_fast.cpp.
+// The ladder at its tolerances, which is among them, contenders first: float and double,
+// registry_ladder.cpp. So is its last rung alone.
 template <class T>
-std::vector<RegisteredVariant<T>> fast_variants();
+std::vector<RegisteredVariant<T>> ladder_variants();
+RegisteredVariant<double> two_doubles_variant();
 
 // The square-root form on the fast path's frames, which is among them likewise: registry_square_root.cpp.
 template <class T>

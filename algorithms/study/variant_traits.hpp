@@ -19,7 +19,8 @@ enum class VariantKind {
   stacked,        // an orthogonal factorisation of all equations at once
   refined,        // another variant, and the residual of its answer
   scan,           // runs of links, combined two by two
-  fast,           // the filter on frames that lie on the axes: Dynamics
+  ladder,         // Dynamics at a tolerance: the first precision that is enough
+  rung,           // one precision of the ladder alone
 };
 
 constexpr const char* to_string(VariantKind kind) {
@@ -40,10 +41,16 @@ constexpr const char* to_string(VariantKind kind) {
       return "refined";
     case VariantKind::scan:
       return "scan";
-    case VariantKind::fast:
-      return "fast";
+    case VariantKind::ladder:
+      return "ladder";
+    case VariantKind::rung:
+      return "rung";
   }
   return "";
+}
+
+constexpr bool is_of_ladder(VariantKind kind) {
+  return kind == VariantKind::ladder || kind == VariantKind::rung;
 }
 
 struct VariantTraits {
@@ -52,7 +59,9 @@ struct VariantTraits {
   bool in_world_frame = false;   // P stands in the world's axes
   bool dense = false;            // takes memory for nv x nv numbers, and time for nv^3
   bool mixed_precision = false;  // has factors of a lower precision than its results
-  std::optional<double> tolerance = {};  // of the fast path; empty: its default
+  std::optional<double> tolerance = {};  // of the ladder; empty: its default
+  // Of the ladder: answers are refined in any case, and Outcome::error is in the norm of the task.
+  bool refined = false;
   std::set<Want> wants = {Want::acceleration, Want::solve, Want::inverse};  // by itself
   std::string citation = "";
 

@@ -34,7 +34,7 @@ class Fast final : public Peer {
         dtau_(matrix_) {}
 
   std::string name() const override {
-    return std::string(refined_ ? "Fast<Certified>" : "Fast<Conventional>") + KALMARM_PEER_TAG;
+    return std::string(refined_ ? "Ladder<last_bits>" : "Ladder<default>") + KALMARM_PEER_TAG;
   }
   std::string version() const override { return ""; }
   bool is_float32() const override { return std::is_same_v<T, float>; }

@@ -6,8 +6,8 @@ from itertools import zip_longest
 from charts.palette import family
 
 MOST = 8  # series that are shown at first
-FAST, CHOLESKY, FILTERS, ROOTS, REFINED, PEERS = GROUPS = (
-    "Fast path",
+LADDER, CHOLESKY, FILTERS, ROOTS, REFINED, PEERS = GROUPS = (
+    "Ladder",
     "Cholesky",
     "Filters",
     "Square roots",
@@ -21,16 +21,15 @@ ENGINES = (  # beside these in the section of engines
     *("Newton", "Genesis"),
 )
 _PATTERNS = (  # the first that fits
-    (FAST, "Fast<|Kalmarm"),
+    (LADDER, "Ladder<|Kalmarm"),
     (REFINED, "Refined<|WideRefined<|MixedPrecision<"),
-    (ROOTS, r"FactoredBias<|StackedQR|Scan<SquareRoot>|.*\b(Array\w+|Potter|UD)\b"),
+    (ROOTS, r"FactoredBias<|StackedQR|AxisFrames<|Scan<SquareRoot>|.*\b(Array\w+|Potter|UD)\b"),
     (CHOLESKY, "Batch<|CRBA"),
     (FILTERS, "Sequential<|ClosedForm<|Scan<"),
 )
 _FIRST = (  # within a group; others follow by name
-    "Fast<Conventional>",
-    "Fast<SquareRoot>",
-    "Fast<Certified>",
+    "Ladder<default>",
+    "Ladder<last_bits>",
     "Batch<EigenLLT>",
     "Sequential<Conventional>",
     "Sequential<ArrayMGS>",
@@ -56,14 +55,14 @@ def grouped(variants) -> dict[str, list[str]]:
 
 def first_series(series, before=(), most: int = MOST) -> set[tuple[str, str]]:
     """At most so many pairs of variant and precision: those `before`, one of each group, the rest
-    of the fast path, then of all groups in turn."""
+    of the ladder, then of all groups in turn."""
     members = {name: [] for name in (*GROUPS, OTHERS)}
     for pair in sorted(set(series), key=lambda pair: (pair[1] != "float64", *_rank(pair[0]))):
         members[group(pair[0])].append(pair)
-    members[FAST].sort(key=lambda pair: _rank(pair[0]))
+    members[LADDER].sort(key=lambda pair: _rank(pair[0]))
     order = [pair for pair in before if pair in set(series)]
     order += [pairs[0] for pairs in members.values() if pairs]
-    order += members[FAST][1:]
+    order += members[LADDER][1:]
     order += [pair for turn in zip_longest(*members.values()) for pair in turn if pair]
     return set(list(dict.fromkeys(order))[:most])
 

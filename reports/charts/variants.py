@@ -56,7 +56,7 @@ PEAK_TOOLTIPS = {
 }
 
 
-def _values(points: list[Point]) -> list[dict]:
+def point_rows(points: list[Point]) -> list[dict]:
     """Rows for Vega: numbers that place a mark, texts that its tooltip shows."""
     return [
         {
@@ -149,7 +149,7 @@ def work_precision(
 ):
     """One mark a variant and precision; `scales` begins Vega's names of the chart's scales, `every`
     shows all series at first."""
-    values = [row for row in _values(points) if row["time"] is not None]
+    values = [row for row in point_rows(points) if row["time"] is not None]
     if not every:
         mark_first(values, "view")
     x = alt.X(
@@ -174,7 +174,7 @@ def work_precision(
 
 def against_size(points: list[Point], style: Style, choices: dict[str, str], what: str):
     """Error or time against N; `what` is the row's field."""
-    values = [row for row in _values(points) if row[what] is not None or row["share"]]
+    values = [row for row in point_rows(points) if row[what] is not None or row["share"]]
     mark_last(mark_first(values, "view"), what, "n")
     x = _size_axis(values)
     chart = filtered(choices)

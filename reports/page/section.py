@@ -71,6 +71,7 @@ class Section:
     choices: list[Choice] = field(default_factory=list)
     variants: list[str] = field(default_factory=list)  # legend entries, with precisions
     precisions: list[str] = field(default_factory=list)
+    coloured: list[str] = field(default_factory=list)  # variants with colours, but without a legend
     figures: list[Figure] = field(default_factory=list)
     tables: list[Table] = field(default_factory=list)
     answers: list[Answer] = field(default_factory=list)

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from read.values import count, number, optional, text
 
-ADVISED = ("acceleration", "inverse")
+ADVISED = ("acceleration", "acceleration_batch", "inverse", "inverse_batch")
 
 
 class Contender(NamedTuple):

@@ -253,6 +253,8 @@ class Data:
     harness: list[Time] = field(
         default_factory=list
     )  # timings of no scene: what timing itself takes
+    ladder_errors: list[Error] = field(default_factory=list)  # of the first figure (read/ladder.py)
+    ladder_times: list[Time] = field(default_factory=list)
     mujoco: list[dict] = field(default_factory=list)
     contexts: list[dict] = field(default_factory=list)
     papers: list[Paper] = field(default_factory=list)

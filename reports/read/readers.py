@@ -10,6 +10,7 @@ from read import (
     benchmarks,
     campaign_files,
     engines,
+    ladder,
     motions,
     paper,
     replicate_files,
@@ -338,6 +339,7 @@ def load(directory: Path | None, files: list[Path] | None = None) -> Data:
         raise DataError(f"{directory or 'the files given'}: no data")
     refuse_repeats(data)
     refuse_unlisted(data)
+    ladder.set_apart(data)
     return data
 
 

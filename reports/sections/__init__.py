@@ -15,6 +15,7 @@ from sections import (
     glance,
     identification,
     jacobians,
+    ladder,
     limitations,
     looking,
     method,
@@ -34,6 +35,7 @@ from sections import (
 )
 
 SECTIONS = [
+    ladder.section,
     answer.section,
     compared.section,
     stress.section,

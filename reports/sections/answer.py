@@ -4,10 +4,12 @@ import math
 
 from charts import advice as advice_charts
 from charts.common import SCENE, TOLERANCE, VIEW, Style
+from charts.ladder import tolerance_name
 from charts.text import sentence, task_text, time_text, tolerance_text
 from page.section import Answer, Choice, Figure, Section
 from read.advice import ADVISED, Advice, Contender, Limits, Pick
 from read.data import Data, scene_name
+from read.ladder import is_ladder
 from sections import advice_tables
 from sections.advice_tables import TITLE
 from sections.fragment import fragment
@@ -164,15 +166,22 @@ def _picked(advice: Advice, task: str, picks: list[Pick]) -> list[Answer]:
         tolerances = [tolerance_text(it.tolerance) for it in picks if it[1:6] == pick[1:6]]
         digits = f"{_digits(pick.predicted)} predicted, {_digits(pick.worst)} at worst"
         numbers = [
-            ("Variant", f"{pick.variant}, {pick.precision}"),
+            _taken(pick),
             (f"Digits, of {advice.states} states", digits),
-            ("Time of a call", time_text(pick.nanoseconds)),
+            ("Time of a state", time_text(pick.nanoseconds)),
         ]
         name = scene_name(advice.robot)
         file = advice.file or f"{name}.xml"
         code = fragment(name, file, advice.load_options, task, pick.variant, pick.precision)
         answers.append(Answer([], numbers, code, shown=own | {TOLERANCE: tolerances}))
     return answers
+
+
+def _taken(pick: Pick) -> tuple[str, str]:
+    """A tolerance and a precision of Dynamics; older runs were advised other variants too."""
+    if is_ladder(pick.variant):
+        return "Tolerance", f"{tolerance_name(pick.variant)}, {pick.precision}"
+    return "Variant", f"{pick.variant}, {pick.precision}"
 
 
 def _said(pick: Pick) -> str:

@@ -17,7 +17,7 @@ FIRST = "dynamics, else random"
 NEAREST = ("dynamics", "random", "white")
 MANY = 12  # with more variants a choice of some of them comes first
 GROUPS = {  # of variants, by their kind
-    "fast": "Fast path",
+    "ladder": "Ladder",
     "sequential": "Filters",
     "factored_bias": "Filters",
     "closed_form": "Closed form",

@@ -58,8 +58,8 @@ def _paragraphs(campaign: Campaign) -> list[str]:
         "in a million has one of 95 % by itself, also where none was seen. A warning is false "
         "where the answer is less wrong than that, and missing from each silent failure. Beyond 4 "
         "claims: silent answers of a variant that claims an error, with more than four times "
-        "that error. Recomputed: the guard of a fast form took its answer for suspect, right or "
-        "not, and the certified form answered.",
+        "that error. Recomputed: the first precision's estimated error was above the tolerance, "
+        "and a wider one answered.",
         "kS is how much the answer changes with relative changes of the mechanism’s parameters: a "
         "failure at a small one is the variant’s own.",
     ]

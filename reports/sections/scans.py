@@ -10,7 +10,7 @@ from read.data import Data, scene_name
 from sections.method import distinct
 from summary.scans import Machine, Scanned, checks, is_scan, machine, scanned
 
-FAST = "Fast<Conventional>"
+FAST = "Ladder<default>"
 
 
 def section(data: Data) -> Section | None:

@@ -7,7 +7,7 @@ from collections import Counter
 from pathlib import Path
 
 TASKS = ("dynamics", "white")
-VARIANTS = ("Fast<Certified>", "Fast<Conventional>")
+VARIANTS = ("Ladder<last_bits>", "Ladder<default>")
 PRECISIONS = ("float32", "float64")
 U = {"float32": 2.0**-24, "float64": 2.0**-53}
 WORST = 5

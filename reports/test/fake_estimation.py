@@ -64,7 +64,7 @@ QUANTITIES = ["M", "P", "D", "Lambda"]
 SAMPLES = [64 * 2**i for i in range(9)]
 REPLICAS = 8
 TASKS = {  # time in ns at one link, order, largest size
-    "acceleration/Fast<Conventional>": (55, 1, 100000),
+    "acceleration/Ladder<default>": (55, 1, 100000),
     "covariances/recursion": (420, 1, 100000),
     "filter_smoother/recursion": (180, 1, 100000),
     "log_det_gradient/recursion": (510, 1, 100000),

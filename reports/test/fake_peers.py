@@ -14,9 +14,9 @@ TASKS = {  # time in ns and its order of a peer at 7 degrees of freedom
     "derivatives": (3000, 2),
 }
 OURS = {  # how many times faster than that
-    "Fast<Conventional>": 2.75,
-    "Fast<Conventional>@clang": 2.8,
-    "Fast<SquareRoot>": 1.4,
+    "Ladder<default>": 2.75,
+    "Ladder<default>@clang": 2.8,
+    "AxisFrames<SquareRoot>": 1.4,
     "Sequential<Conventional>": 0.6,
 }
 PEERS = {
@@ -28,7 +28,7 @@ PEERS = {
     "KDL": 0.3,
 }
 WITHOUT = [  # variant and tasks that it does not have
-    ("Fast<SquareRoot>", ["mass", "inverse", "derivatives"]),
+    ("AxisFrames<SquareRoot>", ["mass", "inverse", "derivatives"]),
     ("Sequential<Conventional>", ["derivatives"]),
     ("MuJoCo", ["derivatives"]),
     ("DART", ["derivatives"]),
@@ -65,7 +65,7 @@ def _seconds(task: str, n: int, dice: random.Random) -> float:
 def _call(task, variant, scene, precision, seconds, dice) -> list[dict]:
     name = f"{task}/{variant}/{scene}/{precision}"
     counters = {}
-    if variant.startswith("Fast<"):
+    if variant.startswith(("Ladder<", "AxisFrames<")):
         flops = FLOPS * int(scene.split(":")[1])
         counters = {"flops": flops, "FLOP/s": flops / seconds}
         counters["bytes"] = _numbers(task, scene) * BYTES[precision]
@@ -81,7 +81,7 @@ def _numbers(task: str, scene: str) -> int:
 def _batch(variant, scene, precision, seconds, dice) -> list[dict]:
     """`seconds` is the time of one state alone in float64; peers know no batches."""
     counters = {"s/state": seconds}
-    if variant.startswith("Fast<"):
+    if variant.startswith(("Ladder<", "AxisFrames<")):
         per_state = seconds / (5.4 if precision == "float64" else 10.5)
         flops = FLOPS * int(scene.split(":")[1])
         counters = {"flops": flops, "FLOP/s": flops / per_state, "s/state": per_state}
@@ -114,10 +114,11 @@ def peers(scene: str) -> list[dict]:
                 )
                 continue
             rows += _call(task, variant, scene, "float64", seconds, dice)
-            if variant == "Fast<Conventional>":
+            if variant == "Ladder<default>":
                 rows += _call(task, variant, scene, "float32", seconds / 1.3, dice)
             if task == "acceleration":
-                for precision in PEAK if variant.startswith("Fast<") else ["float64"]:
+                ours = variant.startswith(("Ladder<", "AxisFrames<"))
+                for precision in PEAK if ours else ["float64"]:
                     rows += _batch(variant, scene, precision, seconds, dice)
     return rows
 
@@ -126,7 +127,7 @@ def dynamics(scene: str) -> list[dict]:
     """Google Benchmark's rows."""
     dice = random.Random(f"dynamics {scene}")
     rows = []
-    for variant in ("Fast<Conventional>", "Fast<SquareRoot>", "Sequential<Conventional>"):
+    for variant in ("Ladder<default>", "AxisFrames<SquareRoot>", "Sequential<Conventional>"):
         for precision in PEAK:
             seconds = _seconds("acceleration", int(scene.split(":")[1]), dice) / OURS[variant]
             rows += _call("acceleration", variant, scene, precision, seconds, dice)
@@ -137,9 +138,11 @@ def batch(scene: str) -> list[dict]:
     """Google Benchmark's rows."""
     dice = random.Random(f"batch {scene}")
     rows = []
-    for variant in ("Fast<Conventional>", "Fast<SquareRoot>"):
+    for variant in ("Ladder<default>", "AxisFrames<SquareRoot>"):
         for precision in PEAK:
             seconds = _seconds("acceleration", int(scene.split(":")[1]), dice) / OURS[variant]
             rows += _batch(variant, scene, precision, seconds, dice)
             rows += _batch(f"{variant}@all cores", scene, precision, seconds / 1.9, dice)
+            if variant == "Ladder<default>":
+                rows += _batch("Ladder<1e-3>", scene, precision, seconds, dice)
     return rows

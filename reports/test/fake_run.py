@@ -25,10 +25,11 @@ VARIANTS = {  # time in ns at 7 degrees of freedom, orders of growth of time and
     "Sequential<ArrayMGS>": (1700, 1.05, 0.4),
     "Sequential<UD>": (1250, 1.03, 0.5),
     "ClosedForm<Conventional>": (980, 2.0, 0.9),
-    "Fast<Conventional>": (170, 1.02, 0.9),
+    "Ladder<default>": (170, 1.02, 0.9),
     "MuJoCo": (540, 2.4, 2.0),
 }
-GIVING_MASS = ("CRBA", "Fast<Conventional>", "MuJoCo")
+STEPS = {"Ladder<1e-3>": 1.0, "Ladder<1e-12>": 3.1}  # times as long as Ladder<default>, on robots
+GIVING_MASS = ("CRBA", "Ladder<default>", "MuJoCo")
 ROBOTS = {
     "two_link": 2,
     "puma560": 6,
@@ -61,13 +62,26 @@ def scenes() -> list[str]:
     ]
 
 
-def series():
+def series(scene: str):
     """Task, variant and precision of all that a scene is measured with."""
     for task in MEASURES:
-        for variant in GIVING_MASS if task == "mass" else VARIANTS:
+        steps = STEPS if scene.split(":")[0] in ROBOTS and task != "mass" else ()
+        for variant in GIVING_MASS if task == "mass" else (*VARIANTS, *steps):
             for precision in EPSILON:
                 if (variant, precision) != ("MuJoCo", "float32"):
                     yield task, variant, precision
+
+
+def _of_batches(scene: str) -> list[list]:
+    """The errors of rows, which scaling --ladder measures."""
+    dice = random.Random(f"rows {scene}")
+    return [
+        [scene, scene.split(":")[1], variant, precision, "acceleration_batch", state, "relative"]
+        + [f"{3 * EPSILON[precision] * dice.lognormvariate(0, 0.6):.17g}", "ok"]
+        for variant in ("Ladder<default>", *STEPS)
+        for precision in EPSILON
+        for state in range(STATES)
+    ]
 
 
 def _outcome(scene: str, variant: str, precision: str, state: int) -> str:
@@ -82,7 +96,7 @@ def _outcome(scene: str, variant: str, precision: str, state: int) -> str:
 def _errors(scene: str, dice: random.Random) -> list[list]:
     n = int(scene.split(":")[1])
     rows = []
-    for task, variant, precision in series():
+    for task, variant, precision in series(scene):
         growth = VARIANTS.get(variant, (0, 0, 0.3))[2]
         size = EPSILON[precision] * (1 + n**growth * dice.uniform(0.2, 1))
         for measure in MEASURES[task]:
@@ -100,13 +114,13 @@ def _errors(scene: str, dice: random.Random) -> list[list]:
         for measure, order in (("kappa", 3.4), ("kappa_scaled", 2.1)):
             value = 1 if n == 1 else 2 * n**order * dice.lognormvariate(0, 0.3)
             rows.append([scene, n, "", "float64", "model", state, measure, f"{value:.17g}", "ok"])
-    return rows
+    return rows + (_of_batches(scene) if scene.split(":")[0] in ROBOTS else [])
 
 
 def _times(scene: str, dice: random.Random) -> dict:
     n = int(scene.split(":")[1])
     rows = []
-    for task, variant, precision in series():
+    for task, variant, precision in series(scene):
         name = f"{task}/{variant}/{scene}/{precision}"
         common = {"name": name, "run_name": name, "repetitions": 5, "threads": 1, "time_unit": "ns"}
         if (task, variant, scene, precision) == REFUSED:
@@ -120,6 +134,9 @@ def _times(scene: str, dice: random.Random) -> dict:
             )
             continue
         first, order, _ = VARIANTS.get(variant, (180, 1.6, 0))
+        if variant in STEPS:
+            first, order, _ = VARIANTS["Ladder<default>"]
+            first *= STEPS[variant]
         if task == "inverse":
             first, order = first * 1.6, max(order, 2)
         time = (
@@ -206,7 +223,7 @@ def _mujoco(scene: str, dice: random.Random) -> dict:
         "mass": mass,
         "mass_variants": [
             {"variant": "CRBA", "mass": {"max": mass["max"], "median": mass["median"]}},
-            {"variant": "Fast<Conventional>", "mass": {"max": 4.5e-16, "median": 1.5e-16}},
+            {"variant": "Ladder<default>", "mass": {"max": 4.5e-16, "median": 1.5e-16}},
         ],
         "variants": variants,
         "pass": mass["max"] <= mass["bound"],

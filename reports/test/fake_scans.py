@@ -7,7 +7,7 @@ SIZES = {100: 4, 1000: 15, 10000: 156}  # N: links of a timed block
 COPIED = {1: 10e9, 2: 16e9}  # bytes/s by threads
 KINEMATICS = 30.0  # ns a link
 CALLS = {  # ns a link, by threads; bytes a link
-    "Fast<Conventional>": ({1: 25.0}, 400),
+    "Ladder<default>": ({1: 25.0}, 400),
     "Sequential<Conventional>": ({1: 300.0}, 1500),
     "Sequential<ArrayGivens>": ({1: 1000.0}, 1500),
     "Scan<Conventional>": ({1: 900.0, 2: 480.0}, 4000),

@@ -41,7 +41,7 @@ def changed(document: dict, **row):
     return document
 
 
-def fast(name="acceleration_batch/Fast<Conventional>/g1:35/float64", **row):
+def fast(name="acceleration_batch/Ladder<default>/g1:35/float64", **row):
     """A call of 1000 states during which other programs had the processor half of the time."""
     return timed(name, real_time=50.0, cpu_time=25.0, time_unit="us", **row)
 

@@ -14,13 +14,13 @@ HEADER = (
     "variant,precision,task,objective,kernel,rows,seed,method,evaluations,error,kS,nv,file,bodies\n"
 )
 FOUND = """\
-Fast<A>,float32,acceleration,error,spatial,0,1,search,10,1e-6,,,,
-Fast<A>,float32,acceleration,error,spatial,0,1,search,400,0.02,,,,
-Fast<A>,float32,acceleration,error,spatial,0,1,search,1000,0.02,3.25,4,Fast-A,0 hinge 2 0 0.1;1 ball 1e-8 3 0;2 hinge 1 1 0;1 slide 5e9 2 0
-Fast<A>,float32,acceleration,error,spatial,0,1,random,3,1e-7,,,,
-Fast<A>,float32,acceleration,error,spatial,0,1,random,1000,1e-7,1,2,Fast-A-random,0 hinge 1 1 0
-Fast<A>,float64,acceleration,error,spatial,0,1,search,1000,1e-12,,,,
-Fast<B>,float32,acceleration,error,spatial,0,1,search,1000,,,,,
+Ladder<A>,float32,acceleration,error,spatial,0,1,search,10,1e-6,,,,
+Ladder<A>,float32,acceleration,error,spatial,0,1,search,400,0.02,,,,
+Ladder<A>,float32,acceleration,error,spatial,0,1,search,1000,0.02,3.25,4,Ladder-A,0 hinge 2 0 0.1;1 ball 1e-8 3 0;2 hinge 1 1 0;1 slide 5e9 2 0
+Ladder<A>,float32,acceleration,error,spatial,0,1,random,3,1e-7,,,,
+Ladder<A>,float32,acceleration,error,spatial,0,1,random,1000,1e-7,1,2,Ladder-A-random,0 hinge 1 1 0
+Ladder<A>,float64,acceleration,error,spatial,0,1,search,1000,1e-12,,,,
+Ladder<B>,float32,acceleration,error,spatial,0,1,search,1000,,,,,
 """
 
 
@@ -36,19 +36,19 @@ def read(tmp_path):
 def test_a_row_a_search_with_its_command_and_what_as_many_random_ones_showed(read):
     (table,) = adversary.section(read(FOUND)).tables
     assert [row[:8] for row in table.rows] == [
-        ["Fast<A>", "float32", "acceleration", "1000", "2.0e-2", "1.0e-7", "3.2", "4"],
-        ["Fast<A>", "float64", "acceleration", "1000", "1.0e-12", "–", "–", "–"],
-        ["Fast<B>", "float32", "acceleration", "1000", "–", "–", "–", "–"],
+        ["Ladder<A>", "float32", "acceleration", "1000", "2.0e-2", "1.0e-7", "3.2", "4"],
+        ["Ladder<A>", "float64", "acceleration", "1000", "1.0e-12", "–", "–", "–"],
+        ["Ladder<B>", "float32", "acceleration", "1000", "–", "–", "–", "–"],
     ]
     command = table.rows[0][-1]
     assert command.startswith(
-        "build/bin/adversary --variant 'Fast<A>' --precision float32 --seed 1"
+        "build/bin/adversary --variant 'Ladder<A>' --precision float32 --seed 1"
     )
     assert "--evaluations 1000" in command
 
 
 def test_a_variant_s_name_stays_a_name_in_its_command(read):
-    (table,) = adversary.section(read(FOUND.replace("Fast<B>", "B'; id '"))).tables
+    (table,) = adversary.section(read(FOUND.replace("Ladder<B>", "B'; id '"))).tables
     command = next(row[-1] for row in table.rows if row[0] == "B'; id '")
     assert shlex.split(command)[1:3] == ["--variant", "B'; id '"]
 
@@ -57,11 +57,11 @@ def test_what_is_asked_otherwise_has_its_own_row_and_no_figure(read):
     other = FOUND.replace("acceleration,error,spatial,0", "inverse,claim,translational,1")
     found = adversary.section(read(FOUND + other))
     (table,) = found.tables
-    assert [row[2] for row in table.rows if row[0] == "Fast<B>"] == [
+    assert [row[2] for row in table.rows if row[0] == "Ladder<B>"] == [
         "acceleration",
         "inverse, claim, translational, rows",
     ]
-    command = next(row[-1] for row in table.rows if row[0] == "Fast<B>" and "claim" in row[2])
+    command = next(row[-1] for row in table.rows if row[0] == "Ladder<B>" and "claim" in row[2])
     options = "--precision float32 --task inverse --objective claim --kernel translational --rows --seed 1"
     assert options in command
     alone = adversary.section(read(FOUND))
@@ -87,7 +87,7 @@ def test_a_first_child_goes_on_in_its_parents_lane():
 
 def test_the_worst_mechanism_is_drawn_body_by_body(read):
     better = (
-        "Fast<A>,float32,acceleration,error,spatial,0,2,search,1000,0.01,1,1,Fast-A,0 slide 1 1 0\n"
+        "Ladder<A>,float32,acceleration,error,spatial,0,2,search,1000,0.01,1,1,Ladder-A,0 slide 1 1 0\n"
     )
     found = adversary.section(read(FOUND + better))
     chart = found.figures[1].chart
@@ -100,12 +100,12 @@ def test_the_worst_mechanism_is_drawn_body_by_body(read):
     ]
     assert [row["mass_text"] for row in rows] == ["2 kg", "1e-8 kg", "1 kg", "5e9 kg"]
     assert rows[3]["size"] == 400 and rows[1]["size"] == 20  # no larger than the scale
-    assert [row.get("title") for row in rows] == ["Fast<A>", None, None, None]
+    assert [row.get("title") for row in rows] == ["Ladder<A>", None, None, None]
 
 
 def test_without_a_find_there_is_a_table_and_no_figure(read):
     found = adversary.section(
-        read("Fast<B>,float32,acceleration,error,spatial,0,1,search,1000,,,,,\n")
+        read("Ladder<B>,float32,acceleration,error,spatial,0,1,search,1000,,,,,\n")
     )
     assert not found.figures and len(found.tables[0].rows) == 1
 
@@ -117,18 +117,18 @@ def test_without_a_search_there_is_no_section(read):
 @pytest.mark.parametrize(
     "row",
     [
-        "Fast<A>,float16,acceleration,error,spatial,0,1,search,10,1e-6,,,,",
-        "Fast<A>,float32,acceleration,error,spatial,0,1,guessed,10,1e-6,,,,",
-        "Fast<A>,float32,torque,error,spatial,0,1,search,10,1e-6,,,,",
-        "Fast<A>,float32,inverse,hope,spatial,0,1,search,10,1e-6,,,,",
-        "Fast<A>,float32,inverse,claim,curved,0,1,search,10,1e-6,,,,",
-        "Fast<A>,float32,inverse,claim,translational,2,1,search,10,1e-6,,,,",
-        "Fast<A>,float32,acceleration,error,spatial,0,1,search,10,-1,,,,",
-        "Fast<A>,float32,acceleration,error,spatial,0,1,search,many,1,,,,",
-        "Fast<A>,float32,acceleration,error,spatial,0,1,search,10,1,1,1,x,1 hinge 1 1 0",
-        "Fast<A>,float32,acceleration,error,spatial,0,1,search,10,1,1,1,x,0 hinge 1 1",
-        "Fast<A>,float32,acceleration,error,spatial,0,1,search,10,1,1,1,x,0 gear 1 1 0",
-        "Fast<A>,float32,acceleration,error,spatial,0,1,search,10,1,1,1,x,0 hinge -1 1 0",
+        "Ladder<A>,float16,acceleration,error,spatial,0,1,search,10,1e-6,,,,",
+        "Ladder<A>,float32,acceleration,error,spatial,0,1,guessed,10,1e-6,,,,",
+        "Ladder<A>,float32,torque,error,spatial,0,1,search,10,1e-6,,,,",
+        "Ladder<A>,float32,inverse,hope,spatial,0,1,search,10,1e-6,,,,",
+        "Ladder<A>,float32,inverse,claim,curved,0,1,search,10,1e-6,,,,",
+        "Ladder<A>,float32,inverse,claim,translational,2,1,search,10,1e-6,,,,",
+        "Ladder<A>,float32,acceleration,error,spatial,0,1,search,10,-1,,,,",
+        "Ladder<A>,float32,acceleration,error,spatial,0,1,search,many,1,,,,",
+        "Ladder<A>,float32,acceleration,error,spatial,0,1,search,10,1,1,1,x,1 hinge 1 1 0",
+        "Ladder<A>,float32,acceleration,error,spatial,0,1,search,10,1,1,1,x,0 hinge 1 1",
+        "Ladder<A>,float32,acceleration,error,spatial,0,1,search,10,1,1,1,x,0 gear 1 1 0",
+        "Ladder<A>,float32,acceleration,error,spatial,0,1,search,10,1,1,1,x,0 hinge -1 1 0",
     ],
 )
 def test_what_is_no_such_record_is_refused_by_name(read, row):

@@ -69,7 +69,7 @@ def test_the_section_counts_as_answered_what_is_right_everywhere(run):
     loose, strict = (tables["acceleration", it].rows for it in ("1e-5", "1e-9"))
     assert {row[1] for row in loose} == {"float32", "float64"}
     assert {row[1] for row in strict} == {"float64"}
-    (fast,) = [row for row in strict if row[0] == "Fast<Conventional>"]
+    (fast,) = [row for row in strict if row[0] == "Ladder<default>"]
     assert fast == strict[0] and fast[2:4] == ["100 %", "88 %"]  # two_link has a faster one
     failing = [row for row in loose if row[:2] == ["ClosedForm<Conventional>", "float32"]]
     assert failing[0][2] == "88 %"  # of eight robots with times it fails on states of g1

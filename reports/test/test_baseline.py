@@ -15,7 +15,7 @@ from summary import baseline
 from test_make_report import assert_refused, report
 
 FILES = ("errors-panda-7.csv", "times-panda-7.json")
-FASTER = "acceleration/Fast<Conventional>/panda:7/float64"
+FASTER = "acceleration/Ladder<default>/panda:7/float64"
 
 
 @pytest.fixture(scope="module")
@@ -89,7 +89,7 @@ def test_what_changed_is_told_and_nothing_else(data):
     (acceleration,) = [row for row in summary.rows if row[0].startswith("Acceleration")]
     assert acceleration[4:] == ["1", "0", str(int(acceleration[2]) - 1)]
     (row,) = largest.rows
-    assert row[:4] == ["panda:7", row[1], "Fast<Conventional>", "float64"]
+    assert row[:4] == ["panda:7", row[1], "Ladder<default>", "float64"]
     assert (row[6], row[8]) == ("0.500", "faster")
     (row,) = errors.rows
     assert (row[2], row[6]) == ("Batch<EigenLLT>", "0.10") and "relative" in row[1]

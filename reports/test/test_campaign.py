@@ -184,11 +184,11 @@ def test_what_is_no_part_of_the_campaign_beside_it_is_refused(read):
 
 SEARCHED = """\
 variant,precision,task,objective,kernel,rows,seed,method,evaluations,error,kS,nv,file,bodies
-Fast<Conventional>,float32,acceleration,error,spatial,0,1,search,100,1e-7,,,,
-Fast<Conventional>,float32,acceleration,error,spatial,0,1,search,700,1e30,,,,
-Fast<Conventional>,float32,acceleration,error,spatial,0,1,search,1000,1e30,1,1,A,0 hinge 1 1 0
-Fast<Conventional>,float32,inverse,error,spatial,0,1,search,9,1e40,,,,
-Fast<Certified>,float32,acceleration,error,spatial,0,1,islands,1000,6e-8,,,,
+Ladder<default>,float32,acceleration,error,spatial,0,1,search,100,1e-7,,,,
+Ladder<default>,float32,acceleration,error,spatial,0,1,search,700,1e30,,,,
+Ladder<default>,float32,acceleration,error,spatial,0,1,search,1000,1e30,1,1,A,0 hinge 1 1 0
+Ladder<default>,float32,inverse,error,spatial,0,1,search,9,1e40,,,,
+Ladder<last_bits>,float32,acceleration,error,spatial,0,1,islands,1000,6e-8,,,,
 Other,float32,acceleration,error,spatial,0,1,search,1000,1,,,,
 """
 
@@ -197,11 +197,11 @@ def test_what_random_mechanisms_it_takes_to_see_what_a_search_found(read):
     read("adversary-a.csv", SEARCHED)
     data = read("campaign-wild.json", fake_campaign.unit("wild", 1.0, 1, 400))
     (table,) = looking.section(data).tables
-    certified, conventional = table.rows
-    assert conventional[:5] == ["Fast<Conventional>", "float32", "search", "700", "1.0e30"]
-    assert conventional[-1] == "> 130"
-    assert certified[:5] == ["Fast<Certified>", "float32", "islands", "1000", "6.0e-8"]
-    assert 1 < float(certified[-1]) < 5  # a roundoff, which half the made-up errors are above
+    by_default, last_bits = table.rows
+    assert by_default[:5] == ["Ladder<default>", "float32", "search", "700", "1.0e30"]
+    assert by_default[-1] == "> 130"
+    assert last_bits[:5] == ["Ladder<last_bits>", "float32", "islands", "1000", "6.0e-8"]
+    assert 1 < float(last_bits[-1]) < 5  # a roundoff, which half the made-up errors are above
 
 
 def test_the_staircase_of_random_mechanisms_rises_to_the_worst_of_all(read):
@@ -209,7 +209,7 @@ def test_the_staircase_of_random_mechanisms_rises_to_the_worst_of_all(read):
     data = read("campaign-wild.json", fake_campaign.unit("wild", 1.0, 1, 400))
     (figure,) = looking.section(data).figures
     rows = [row for row in figure.chart.data.values if row["scene"] == "random"]
-    for variant in ("Fast<Conventional>", "Fast<Certified>"):
+    for variant in ("Ladder<default>", "Ladder<last_bits>"):
         own = [row for row in rows if row["variant"] == variant]
         numbers, errors = ([row[name] for row in own] for name in ("evaluations", "error"))
         assert numbers == sorted(numbers) and errors == sorted(errors)

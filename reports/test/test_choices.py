@@ -209,7 +209,7 @@ def test_bars_are_as_long_as_their_times(page):
 def test_times_against_n_have_peers_beside_ours(page):
     show(page, SIZE, "derivatives/time")
     panel = figure(page, SIZE, "chain: time")
-    for variant in ("Fast<Conventional>", "Pinocchio<LOCAL>@clang"):
+    for variant in ("Ladder<default>", "Pinocchio<LOCAL>@clang"):
         expect(marks(panel, f"variant: {variant}; precision: float64;")).to_have_count(3)
     show(page, SIZE, "acceleration/energy")  # a measure that peers do not have
     expect(marks(panel, "variant: Batch<EigenLLT>;")).not_to_have_count(0)

@@ -116,13 +116,13 @@ def test_a_call_has_its_counters_and_the_peak_of_its_precision(read):
     data = read("peers-g1.json", {"context": {"peers": "KDL 1"}, "benchmarks": rows})
     (call,) = data.peers
     assert (call.flops, call.rate, call.peak) == (15e3, 3e10, 6e10)
-    assert call.time[:4] == ("g1:35", "Fast<Conventional>", "float64", "acceleration_batch")
+    assert call.time[:4] == ("g1:35", "Ladder<default>", "float64", "acceleration_batch")
     assert call.time.nanoseconds == pytest.approx(50)  # by the state, as long as it took
     assert (data.times, data.scenes, data.all_contexts) == ([], [], [{"peers": "KDL 1"}])
 
 
 def test_a_counter_of_real_time_is_taken_for_it(read):
-    name = "acceleration_batch/Fast<Conventional>/g1:35/float64/real_time"
+    name = "acceleration_batch/Ladder<default>/g1:35/float64/real_time"
     (call,) = read("peers-g1.json", {"benchmarks": [fast(name) | {"s/state": 5e-8}]}).peers
     assert call.time.nanoseconds == pytest.approx(50)
 

@@ -33,11 +33,11 @@ from test_motions import ADAPTIVE, NO_TRUTH, STEPS
 from test_scans import CALL, COPY, COUNTED, ERROR as SCAN_ERROR
 
 ERROR = {"max": 1e-15, "median": 1e-16, "bound": None}
-COMPARED = {"variant": "Fast<A>", "precision": "float64", "failures": 0}
+COMPARED = {"variant": "Ladder<A>", "precision": "float64", "failures": 0}
 COMPARED |= {"acceleration": ERROR, "inverse": {"max": 1e-15, "median": 1e-16}}
 FOUND = """\
-Fast<A>,float32,acceleration,error,spatial,0,1,search,400,0.02,,,,
-Fast<A>,float32,acceleration,error,spatial,0,1,search,999,0.02,3.2,2,A,0 hinge 2 0 0;1 ball 1 3 0"""
+Ladder<A>,float32,acceleration,error,spatial,0,1,search,400,0.02,,,,
+Ladder<A>,float32,acceleration,error,spatial,0,1,search,999,0.02,3.2,2,A,0 hinge 2 0 0;1 ball 1 3 0"""
 COUNTERS = {"s/state": 1e-6, "FLOP/s": 1e9, "flops": 100.0}
 CONTEXT = {"date": "2026-11-20T21:14:05+00:00", "num_cpus": 2, "cpu": "made up", "mode": "quick"}
 
@@ -94,7 +94,7 @@ def table_of(records):
 TABLES = {
     "robots": table(
         ROBOT_COLUMNS,
-        "arm,arm:7,Fast<A>,float32,5,Payload on link,times its mass,100,1e8,0,",
+        "arm,arm:7,Ladder<A>,float32,5,Payload on link,times its mass,100,1e8,0,",
         "bad,,,,,,,,,,no mass",
     ),
     "errors-engines": [

@@ -40,8 +40,8 @@ def tables(section, task: str) -> tuple[list[list[str]], dict[str, list[list[str
 
 
 SMALL = [
-    call("acceleration/Fast<Conventional>/arm:7/float64", 400),
-    call("acceleration/Fast<SquareRoot>/arm:7/float64", 1600),
+    call("acceleration/Ladder<default>/arm:7/float64", 400),
+    call("acceleration/AxisFrames<SquareRoot>/arm:7/float64", 1600),
     call("acceleration/Pinocchio<LOCAL>@clang/arm:7/float64", 1000),
     call("acceleration/MuJoCo/arm:7/float64", 2000),
 ]
@@ -50,11 +50,11 @@ SMALL = [
 def test_each_time_is_set_against_the_best_peer(read):
     overview, bars = tables(peers.section(read(*SMALL)), "acceleration")
     best = ["Pinocchio<LOCAL>@clang", "1.00 µs"]
-    ours = ["Fast<Conventional>", "400 ns"]
+    ours = ["Ladder<default>", "400 ns"]
     assert overview == [["arm:7", "float64", *ours, *best, "2.50 times faster"]]
     assert bars["arm, N = 7: Acceleration a = M⁻¹(τ − bias)"] == [
         [
-            "<strong>Fast&lt;Conventional&gt;</strong>",
+            "<strong>Ladder&lt;default&gt;</strong>",
             "400 ns",
             "2.50 times faster",
             "float64",
@@ -62,7 +62,7 @@ def test_each_time_is_set_against_the_best_peer(read):
         ],
         ["Pinocchio<LOCAL>@clang", "1.00 µs", "best peer", "float64", "peer"],
         [
-            "<strong>Fast&lt;SquareRoot&gt;</strong>",
+            "<strong>AxisFrames&lt;SquareRoot&gt;</strong>",
             "1.60 µs",
             "1.60 times slower",
             "float64",
@@ -80,16 +80,16 @@ def test_ours_is_the_fastest_of_each_precision_against_float64(read):
             **{"s/state": seconds},
         )
         for variant, precision, seconds in (
-            ("Fast<Conventional>", "float64", 200e-9),
-            ("Fast<Conventional>@clang", "float64", 100e-9),
-            ("Fast<Conventional>", "float32", 50e-9),
+            ("Ladder<default>", "float64", 200e-9),
+            ("Ladder<default>@clang", "float64", 100e-9),
+            ("Ladder<default>", "float32", 50e-9),
             ("MuJoCo", "float64", 1e-6),
         )
     ]
     overview, bars = tables(peers.section(read(*rows)), "acceleration_batch")
     assert [row[1:4] + row[-1:] for row in overview] == [
-        ["float64", "Fast<Conventional>@clang", "100 ns", "10.0 times faster"],
-        ["float32", "Fast<Conventional>", "50.0 ns", "20.0 times faster"],
+        ["float64", "Ladder<default>@clang", "100 ns", "10.0 times faster"],
+        ["float32", "Ladder<default>", "50.0 ns", "20.0 times faster"],
     ]
     (rows,) = bars.values()
     assert [row[1] for row in rows] == ["50.0 ns", "100 ns", "200 ns", "1.00 µs"]
@@ -99,8 +99,8 @@ def test_what_is_missing_is_told_with_its_reason(read):
     data = read(
         *SMALL,
         call("acceleration/DART/arm:7/float64", None),
-        call("acceleration/Fast<Conventional>/leg:9/float64", 500),
-        call("mass/Fast<Conventional>/arm:7/float64", 100),
+        call("acceleration/Ladder<default>/leg:9/float64", 500),
+        call("mass/Ladder<default>/arm:7/float64", 100),
         call("mass/KDL/arm:7/float64", 200),
     )
     section = peers.section(data)
@@ -125,8 +125,8 @@ def test_the_share_of_the_peak_is_that_of_the_same_precision(read):
     data = read(
         call("peak/fma/native/float64", 1, **{"FLOP/s": 60e9}),
         call("peak/fma/native/float32", 1, **{"FLOP/s": 120e9}),
-        call("acceleration/Fast<Conventional>/arm:7/float64", 100, **counted),
-        call("acceleration/Fast<Conventional>/arm:7/float32", 100, **counted),
+        call("acceleration/Ladder<default>/arm:7/float64", 100, **counted),
+        call("acceleration/Ladder<default>/arm:7/float32", 100, **counted),
         call("acceleration/MuJoCo/arm:7/float64", 1000),
     )
     section = peak.section(data)
@@ -134,13 +134,13 @@ def test_the_share_of_the_peak_is_that_of_the_same_precision(read):
     (figure,) = section.figures
     rows = [row for rows in figure.chart.to_dict()["datasets"].values() for row in rows]
     shares = {(row["variant"], row["precision"]): row["share"] for row in rows if "share" in row}
-    fast = "Fast<Conventional>"
+    fast = "Ladder<default>"
     assert shares == {(fast, "float64"): 0.5, (fast, "float32"): 0.25}
 
 
 def test_without_a_peak_or_without_rates_there_is_no_share(read):
     assert peak.section(read(*SMALL)) is None
-    rated = call("mass/Fast<Conventional>/arm:7/float64", 100, **{"FLOP/s": 1e9})
+    rated = call("mass/Ladder<default>/arm:7/float64", 100, **{"FLOP/s": 1e9})
     assert peak.section(read(*SMALL, rated)) is None
 
 
@@ -148,24 +148,24 @@ def test_the_fast_path_is_set_against_one_state_of_the_plain_variant(read):
     plain = "Sequential<Conventional>"
     data = read(
         call(f"acceleration/{plain}/arm:7/float64", 2000),
-        call("acceleration/Fast<Conventional>/arm:7/float64", 500),
-        call("acceleration_batch/Fast<Conventional>/arm:7/float64", 1e5, **{"s/state": 100e-9}),
+        call("acceleration/Ladder<default>/arm:7/float64", 500),
+        call("acceleration_batch/Ladder<default>/arm:7/float64", 1e5, **{"s/state": 100e-9}),
         call(
-            "acceleration_batch/Fast<Conventional>@all cores/arm:7/float64",
+            "acceleration_batch/Ladder<default>@all cores/arm:7/float64",
             1e5,
             **{"s/state": 50e-9},
         ),
-        call("acceleration/Fast<Conventional>/arm:7/float32", 400),
-        call("acceleration/Fast<SquareRoot>/arm:7/float64", None),
+        call("acceleration/Ladder<default>/arm:7/float32", 400),
+        call("acceleration/AxisFrames<SquareRoot>/arm:7/float64", None),
         kind="dynamics",
     )
     (table,) = fast_path.section(data).tables
     assert table.rows == [
         ["arm:7", plain, "float64", "2.00 µs", "1.0", "–", "–"],
-        ["arm:7", "Fast<Conventional>", "float32", "400 ns", "–", "–", "–"],
-        ["arm:7", "Fast<Conventional>", "float64", "500 ns", "4.0", "100 ns", "20.0"],
-        ["arm:7", "Fast<Conventional>@all cores", "float64", "–", "–", "50.0 ns", "40.0"],
-        ["arm:7", "Fast<SquareRoot>", "float64", "refused", "–", "–", "–"],
+        ["arm:7", "AxisFrames<SquareRoot>", "float64", "refused", "–", "–", "–"],
+        ["arm:7", "Ladder<default>", "float32", "400 ns", "–", "–", "–"],
+        ["arm:7", "Ladder<default>", "float64", "500 ns", "4.0", "100 ns", "20.0"],
+        ["arm:7", "Ladder<default>@all cores", "float64", "–", "–", "50.0 ns", "40.0"],
     ]
 
 

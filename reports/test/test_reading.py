@@ -141,12 +141,12 @@ def test_few_series_are_shown_until_all_are_asked_for(page):
             assert len(names) <= 8
         place = section(page, title)
         groups = place.locator(".legend .group:visible small").all_inner_texts()
-        assert groups[:3] == ["Fast path", "Cholesky", "Filters"]
+        assert groups[:3] == ["Ladder", "Cholesky", "Filters"]
 
 
 def test_names_stand_beside_marks_and_at_the_ends_of_lines(page):
     panel = figure(page, TIME, "panda")
-    expect(panel.locator(".chart text", has_text="Fast<Conventional> f64")).to_be_visible()
+    expect(panel.locator(".chart text", has_text="Ladder<default> f64")).to_be_visible()
     line = figure(page, SIZE, "chain: time")
     expect(line.locator(".chart text", has_text="Sequential<ArrayMGS> f64")).to_be_visible()
     assert line.locator(".chart text", has_text="Sequential<ArrayMGS>").count() <= 2

@@ -12,7 +12,7 @@ from records import timed
 from sections import peak
 from summary.roofline import ARITHMETIC, MEMORY, placed
 
-FAST = "Fast<Conventional>"
+FAST = "Ladder<default>"
 KIB, MIB = 2**10, 2**20
 PEAK = 40e9  # FLOP/s
 COPIES = {32 * KIB: 20e9, 512 * KIB: 10e9, 512 * MIB: 5e9}  # bytes/s by bytes

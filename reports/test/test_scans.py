@@ -99,7 +99,7 @@ def test_records_are_joined_by_variant_and_n(made_up):
     assert it.bytes == 4e6
     sequence = found["Sequential<Conventional>", 1000]
     assert (sequence.links, sequence.timed) == (0, (742e3, 742e3))
-    assert found["Fast<Conventional>", 100].times == {1: 2500.0}
+    assert found["Ladder<default>", 100].times == {1: 2500.0}
     assert machine(made_up) == Machine({n: 30.0 * n for n in fake_scans.SIZES}, fake_scans.COPIED)
 
 

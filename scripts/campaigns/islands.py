@@ -27,7 +27,7 @@ NAME, HELP = "adversary", "searches for the worst that exchange what they find"
 PROGRAMS = ("adversary",)  # the worker first
 made_by = sha1
 RESULT = "adversary-islands.csv"
-VARIANTS = ("Fast<Conventional>", "Fast<SquareRoot>", "Fast<Certified>")
+VARIANTS = ("Ladder<default>", "AxisFrames<SquareRoot>", "Ladder<last_bits>")
 ANEW = 4  # one island in so many
 
 

@@ -19,9 +19,9 @@ PROGRAMS = ("stress",)  # the worker first
 made_by = sha1
 RESULT = "campaign-wild.json"
 VARIANTS = (
-    "Fast<Conventional>",
-    "Fast<SquareRoot>",
-    "Fast<Certified>",
+    "Ladder<default>",
+    "AxisFrames<SquareRoot>",
+    "Ladder<last_bits>",
     "WideRefined<FactoredBias<ArrayGivens>>",
     "Sequential<Conventional>",
     "Batch<EigenLLT>",

@@ -55,7 +55,7 @@ QUICK = Effort(
     limits=("panda",),
     motions=("panda",),
     motion_options=("--T=0.1", "--h=1e-2,5e-3,2e-3,1e-3,5e-4,2e-4,1e-4,5e-5,2e-5"),
-    searched=("Fast<*",),
+    searched=("Ladder<default>", "Ladder<last_bits>", "AxisFrames<SquareRoot>"),
     scanned={100: (4,), 1000: (15, 4)},
     evaluations=1000,
 )
@@ -78,7 +78,9 @@ FULL = Effort(
     motions=("panda", "ur10e", "g1"),
     motion_options=("--stiffness=1e3,1e4,1e5",),
     searched=(
-        "Fast<*",
+        "Ladder<default>",
+        "Ladder<last_bits>",
+        "AxisFrames<SquareRoot>",
         "Sequential<Conventional>",
         "Sequential<UD>",
         "Sequential<ArrayMGS>",

@@ -84,9 +84,19 @@ class Unit:
         scene = [self.what.scene.format(self.scene.argument)] if self.scene.argument else []
         return [*scene, *self.scene.read, *self.options(effort)]
 
+    @property
+    def ladder(self) -> list[str]:
+        """Of a robot every tolerance of the ladder, for the first figure of the page."""
+        return ["--ladder"] if self.scene.model else []
+
     def options(self, effort: Effort) -> list[str]:
         match self.kind:
-            case "times" | "dynamics" | "batch" | "peers":
+            case "times" | "batch":
+                return [
+                    *self.ladder,
+                    *benchmark_options(effort, effort.repetitions, effort.min_time),
+                ]
+            case "dynamics" | "peers":
                 return benchmark_options(effort, effort.repetitions, effort.min_time)
             case "estimation":
                 timing = benchmark_options(effort, *effort.estimation)
@@ -110,7 +120,8 @@ class Unit:
             case "motions":
                 return list(effort.motion_options)
             case "errors":
-                return ["--seed=1", f"--states={effort.states_of(self.scene.size)}"]
+                states = effort.states_of(self.scene.size)
+                return [*self.ladder, "--seed=1", f"--states={states}"]
             case "mujoco":
                 return ["--seed=1", f"--random={MUJOCO_STATES}"]
             case "paper":

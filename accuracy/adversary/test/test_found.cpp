@@ -1,5 +1,5 @@
 // The worst that searches have found, committed (found/README.md): no variant errs there by more
-// than it did, and the certified form is right or says that it is not.
+// than it did, and the ladder to its last bits is right or says that it is not.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -17,8 +17,8 @@
 namespace kalmarm::adversary {
 namespace {
 
-const std::string folder = KALMARM_FOUND_DIR, certified = "Fast<Certified>",
-                  conventional = "Fast<Conventional>";
+const std::string folder = KALMARM_FOUND_DIR, certified = "Ladder<last_bits>",
+                  conventional = "Ladder<default>";
 
 struct Found {
   Case asked;

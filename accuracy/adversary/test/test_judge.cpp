@@ -59,7 +59,7 @@ Mechanism wrist() {
 
 TEST(AdversaryJudge, RoundsParametersFirst) {
   const Mechanism m = held_mass(1 + 0x1p-25, 30);  // float32 holds 1
-  const Verdict verdict = make_judge({"Fast<Conventional>", "float32"})->look(m);
+  const Verdict verdict = make_judge({"Ladder<default>", "float32"})->look(m);
   ASSERT_TRUE(verdict.silent() && verdict.known)
       << to_string(verdict.outcome.status) << ' ' << verdict.outcome.error;
   EXPECT_EQ(verdict.error, 0);
@@ -68,7 +68,7 @@ TEST(AdversaryJudge, RoundsParametersFirst) {
 
 TEST(AdversaryJudge, ConditionIsThatOfTheDifferenceThatIsLeft) {
   // a = (f - 10 m) / m moves by u (f/m + f/m + 10 + ...) for u in each parameter
-  const auto judge = make_judge({"Fast<Conventional>", "float64"});
+  const auto judge = make_judge({"Ladder<default>", "float64"});
   for (const double rest : {1e-2, 1e-4, 1e-6}) {
     const Verdict verdict = judge->look(held_mass(1, 10 + rest));
     EXPECT_GT(verdict.kS, 5 / rest);
@@ -78,14 +78,14 @@ TEST(AdversaryJudge, ConditionIsThatOfTheDifferenceThatIsLeft) {
 }
 
 TEST(AdversaryJudge, AnAccelerationOfZeroIsNoFind) {
-  const Verdict verdict = make_judge({"Fast<Conventional>", "float64"})->look(held_mass(1, 10));
+  const Verdict verdict = make_judge({"Ladder<default>", "float64"})->look(held_mass(1, 10));
   EXPECT_FALSE(verdict.known);
   EXPECT_EQ(verdict.value(Goal::error, usual_condition), nothing);
 }
 
 TEST(AdversaryJudge, SeesWhatAMassRatioCosts) {
   const auto conventional = make_judge({"Sequential<Conventional>", "float64"}),
-             certified = make_judge({"Fast<Certified>", "float64"});
+             certified = make_judge({"Ladder<last_bits>", "float64"});
   for (const double ratio : {1e6, 1e9}) {
     const Verdict verdict = conventional->look(heavy_tip(ratio));
     ASSERT_TRUE(verdict.silent());
@@ -160,7 +160,7 @@ TEST(AdversaryJudge, SeesTheSameLossInEveryTask) {
 TEST(AdversaryJudge, EveryTaskOfAnOrdinaryRobotIsRightToLastDigits) {
   for (const Want task : tasks()) {
     SCOPED_TRACE(to_string(task));
-    const Verdict found = make_judge({"Fast<Conventional>", "float64", task})->look(wrist());
+    const Verdict found = make_judge({"Ladder<default>", "float64", task})->look(wrist());
     ASSERT_TRUE(found.silent() && found.known);
     EXPECT_LT(found.error, 1e-13);
     EXPECT_GT(found.kS, 0.1);
@@ -169,7 +169,7 @@ TEST(AdversaryJudge, EveryTaskOfAnOrdinaryRobotIsRightToLastDigits) {
 }
 
 TEST(AdversaryJudge, TheStateAmongRowsIsTheOneThatIsJudged) {
-  for (const char* const variant : {"Fast<Conventional>", "Fast<Certified>", "Sequential<UD>"}) {
+  for (const char* const variant : {"Ladder<default>", "Ladder<last_bits>", "Sequential<UD>"}) {
     SCOPED_TRACE(variant);
     Case asked{variant, "float64"};
     const Verdict alone = make_judge(asked)->look(wrist());
@@ -185,7 +185,7 @@ TEST(AdversaryJudge, TheStateAmongRowsIsTheOneThatIsJudged) {
 TEST(AdversaryJudge, AsksTheKernelThatIsMeant) {
   const auto kernel_of = [](double x, Kernel kernel) {
     const Genome genome{3, std::vector<double>(static_cast<std::size_t>(length_of(3)), x)};
-    const Case asked{"Fast<Conventional>", "float32", Want::acceleration, Goal::error, kernel};
+    const Case asked{"Ladder<default>", "float32", Want::acceleration, Goal::error, kernel};
     return make_judge(asked)->kernel(decode(genome, kernel));
   };
   for (const Kernel kernel : {Kernel::spatial, Kernel::spatial_at_rest, Kernel::translational})
@@ -199,7 +199,7 @@ TEST(AdversaryJudge, RefusesWhatAVariantDoesNotAnswer) {
 TEST(AdversaryJudge, KnowsTheVariantsOfTheRegistry) {
   for (const auto& variant : registered_variants<double>())
     EXPECT_TRUE(make_judge({variant.name, "float64"})) << variant.name;
-  EXPECT_THROW(make_judge({"Fast<Lucky>", "float64"}), InputError);
+  EXPECT_THROW(make_judge({"Ladder<Lucky>", "float64"}), InputError);
 }
 
 }  // namespace

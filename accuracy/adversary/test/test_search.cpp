@@ -84,12 +84,12 @@ TEST(AdversarySearch, TheSameSeedGivesTheSameRoundsAndAnotherOthers) {
 
 TEST(AdversarySearch, GoesOnAfterAnInterruptionAsIfThereHadBeenNone) {
   const Effort little{30, 30, 60};
-  const Asked asked{{"Fast<Conventional>", "float64"}, 7};
+  const Asked asked{{"Ladder<default>", "float64"}, 7};
   const TemporaryFile file(to_json(asked, rounds(planted, little, 7, 3)), ".json");
   expect_equal(rounds(planted, little, 7, 6),
                rounds(planted, little, 7, 6, read_rounds(file.path(), asked)));
-  EXPECT_THROW(read_rounds(file.path(), {{"Fast<Conventional>", "float32"}, 7}), InputError);
-  EXPECT_THROW(read_rounds(file.path(), {{"Fast<Conventional>", "float64", Want::inverse}, 7}),
+  EXPECT_THROW(read_rounds(file.path(), {{"Ladder<default>", "float32"}, 7}), InputError);
+  EXPECT_THROW(read_rounds(file.path(), {{"Ladder<default>", "float64", Want::inverse}, 7}),
                InputError);
   EXPECT_TRUE(read_rounds(file.path() + ".not-there", asked).empty());
   const TemporaryFile half(to_json(asked, rounds(planted, little, 7, 1)).substr(0, 300), ".json");
@@ -97,7 +97,7 @@ TEST(AdversarySearch, GoesOnAfterAnInterruptionAsIfThereHadBeenNone) {
 }
 
 TEST(AdversarySearch, RoundsOfWhichAByteWasChangedAreRefused) {
-  const Asked asked{{"Fast<Conventional>", "float64"}, 7};
+  const Asked asked{{"Ladder<default>", "float64"}, 7};
   const std::string text = to_json(asked, rounds(planted, {30, 30, 60}, 7, 1));
   for (std::size_t i = 0; i + 1 < text.size(); i += 5) {  // the last ends the line
     std::string changed = text;
@@ -141,14 +141,14 @@ TEST(AdversaryRecord, RowsAreTheBestSoFarAndTheMechanism) {
 
 TEST(AdversaryRecord, SaysWhatWasAskedWhereItIsNotTheUsual) {
   const Asked asked{
-      {"Fast<Certified>", "float64", Want::log_det, Goal::claim, Kernel::translational, true},
+      {"Ladder<last_bits>", "float64", Want::log_det, Goal::claim, Kernel::translational, true},
       4,
       false};
-  EXPECT_EQ(asked.slug(), "Fast-Certified-float64-log-det-claim-translational-rows-random-4");
+  EXPECT_EQ(asked.slug(), "Ladder-last-bits-float64-log-det-claim-translational-rows-random-4");
   Round round;
   round.evaluations = 10;
   EXPECT_EQ(csv_rows(asked, {round}, {}, {}, ""),
-            "Fast<Certified>,float64,log_det,claim,translational,1,4,random,10,,,,,\n");
+            "Ladder<last_bits>,float64,log_det,claim,translational,1,4,random,10,,,,,\n");
 }
 
 TEST(AdversaryRecord, OutlineHasEachBodyOnce) {

@@ -19,11 +19,12 @@ struct Setting {
   std::vector<State> states;
   std::unique_ptr<Advisor> advisor;
 
-  Setting(Scene what, Want want, int count, const std::string& precision = "")
+  Setting(Scene what, Want want, int count, const std::string& precision = "",
+          Calls calls = Calls::of_one_state)
       : scene(std::move(what)),
         question{.want = {want}},
         states(random_states(scene, count, 3)),
-        advisor(make_advisor(scene, asked, question, states, precision)) {}
+        advisor(make_advisor(scene, asked, question, states, precision, calls)) {}
 };
 
 // The largest error over the states, of a or of M^-1.
@@ -111,7 +112,7 @@ TEST(Advice, PredictionHoldsForOtherStatesOfEveryRobot) {
     };
     const auto predicted = [&](const char* precision) {
       const Setting asked(load_scene(name), Want::acceleration, 200, precision);
-      EXPECT_EQ(asked.advisor->candidates().front().variant, "Fast<Conventional>");
+      EXPECT_EQ(asked.advisor->candidates().front().variant, "Ladder<default>");
       return asked.advisor->observe(0).predicted;
     };
     expect_within(float(), predicted("float32"));
@@ -121,12 +122,12 @@ TEST(Advice, PredictionHoldsForOtherStatesOfEveryRobot) {
   RecordProperty("most", std::to_string(most));
 }
 
-// Float32 by the fast path is enough for an ordinary robot in ordinary states.
-TEST(Advice, FastPathInFloat32IsWithin5em5OnEveryShippedRobot) {
+// Lanes of float32 are enough for an ordinary robot in ordinary states.
+TEST(Advice, RowsInFloat32AreWithin5em5OnEveryShippedRobot) {
   for (const std::string& robot : shipped_robots()) {
-    Setting s(load_scene(robot), Want::acceleration, 200, "float32");
+    Setting s(load_scene(robot), Want::acceleration, 200, "", Calls::of_rows);
     const Candidate& first = s.advisor->candidates().front();
-    EXPECT_EQ(first.variant, "Fast<Conventional>");
+    EXPECT_EQ(first.variant, "Ladder<default>");
     EXPECT_EQ(first.precision, Precision::float32);
     EXPECT_LE(s.advisor->observe(0).predicted, 5e-5) << robot;
     EXPECT_GT(s.advisor->observe(0).predicted, unit_roundoff<float>()) << robot;
@@ -140,19 +141,23 @@ TEST(Advice, PrecisionIsKeptWhereItIsGiven) {
     EXPECT_EQ(candidate.precision, Precision::float64) << candidate.variant;
 }
 
-// What takes one state at a time gets no float32 of the fast path unasked, and nobody its square roots.
-TEST(Advice, CandidatesAreThoseThatAreForUse) {
+// What takes one state at a time gets no float32 of the ladder unasked; of rows nothing else has calls.
+TEST(Advice, TheLadderAloneIsAdvised) {
   for (const char* const precision : {"", "float32", "float64"}) {
     const Setting s(load_scene("panda"), Want::acceleration, 1, precision);
-    int fast = 0;
+    int advised = 0;
     for (const Candidate& candidate : s.advisor->candidates()) {
-      EXPECT_NE(candidate.variant, "Fast<SquareRoot>");
-      if (!candidate.variant.starts_with("Fast<")) continue;
-      ++fast;
+      EXPECT_EQ(candidate.advised, candidate.variant.starts_with("Ladder<")) << candidate.variant;
+      if (!candidate.advised) continue;
+      ++advised;
       EXPECT_EQ(to_string(candidate.precision), *precision ? std::string(precision) : "float64");
     }
-    EXPECT_EQ(fast, 2);
+    EXPECT_EQ(advised, 2);
+    EXPECT_GT(s.advisor->candidates().size(), 12u);
   }
+  const Setting rows(load_scene("panda"), Want::acceleration, 1, "", Calls::of_rows);
+  EXPECT_EQ(rows.advisor->candidates().size(), 4u);
+  for (const Candidate& candidate : rows.advisor->candidates()) EXPECT_TRUE(candidate.advised);
 }
 
 TEST(Advice, DenseVariantsAreLeftOutOfLongChains) {

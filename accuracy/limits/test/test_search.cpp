@@ -54,10 +54,10 @@ TEST(LimitsSearch, TheCertifiedFormKeepsAllDigitsOfAnAcceleration) {
   const Scene scene = point_on_two_links();
   const Found found = search_worst(scene, loaded(scene, 1e5), Want::acceleration, little, 1, {});
   const double u = 0x1p-53;
-  EXPECT_LT(found.tallies[5].worst, 4 * u);  // Fast<Certified> in float64
+  EXPECT_LT(found.tallies[5].worst, 4 * u);  // Ladder<last_bits> in float64
 }
 
-// Of Fast<Conventional> in float32.
+// Of Ladder<default> in float32.
 double worst_of_random(const Scene& scene, const Model<double>& model, Want task, int poses) {
   Judge<float> judge(model, task);
   double out = 0;

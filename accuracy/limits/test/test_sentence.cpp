@@ -97,7 +97,7 @@ TEST(Sentence, TheCertifiedFormIsTakenWhereNoOtherIsRight) {
   Errors extreme = heavy;
   extreme[3] = 1e-3;
   EXPECT_NE(sentence_of({given(good), swept(payload, {{1, good}, {10, extreme}})})
-                .find("; beyond that take the certified form in float64"),
+                .find("; beyond that take float64 to the last bits"),
             std::string::npos);
 }
 

@@ -52,7 +52,7 @@ TEST(Unit, RefusesWhatIsNone) {
     EXPECT_THROW((void)unit_of(name, families()), InputError) << name;
 }
 
-const Campaign asked{{"Fast<Certified>", "Sequential<Conventional>"},
+const Campaign asked{{"Ladder<last_bits>", "Sequential<Conventional>"},
                      {"float32", "float64"},
                      {"dynamics", "white"},
                      3};

@@ -1,4 +1,4 @@
-// The advisor's rule, on candidates whose errors and times are known, and on the forms of the door.
+// The advisor's rule, on candidates whose errors and times are known, and on tolerances of the door.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -65,10 +65,12 @@ class Known final : public Trial {
 
 class AdvisorsRule : public testing::Test {
  protected:
-  void add(const char* name, Precision precision, const Known::Behaviour& behaviour) {
-    advisor.add({name, precision, [this, behaviour]() -> std::unique_ptr<Trial> {
-                   return std::make_unique<Known>(model, states, behaviour, nanoseconds);
-                 }});
+  void add(const char* name, Precision precision, const Known::Behaviour& behaviour,
+           bool advised = true) {
+    const auto make = [this, behaviour] {
+      return std::make_unique<Known>(model, states, behaviour, nanoseconds);
+    };
+    advisor.add({name, precision, make, advised});
   }
 
   std::string choice(double tolerance) {
@@ -97,6 +99,14 @@ TEST_F(AdvisorsRule, OfAlikeTimesTheFirstInTheListIsAdvised) {
   add("second", Precision::float64, {.error = 1e-9, .microseconds = 195});
   EXPECT_EQ(choice(1e-3), "first");
   EXPECT_EQ(choice(1e-6), "second");
+}
+
+TEST_F(AdvisorsRule, WhatIsComparedWithIsObservedButNeverAdvised) {
+  add("other", Precision::float64, {.error = 1e-15, .microseconds = 1}, false);
+  add("own", Precision::float64, {.error = 1e-6, .microseconds = 50});
+  EXPECT_EQ(choice(1e-3), "own");
+  EXPECT_EQ(choice(1e-9), "not enough: own");
+  EXPECT_NEAR(advisor.observe(0).worst, 1e-15, 10 * u64);
 }
 
 // Of three joints 500^(1/3) times.
@@ -165,13 +175,56 @@ TEST(Recommend, ReasonNamesWhatIsRecommended) {
   EXPECT_TRUE(some.reason.starts_with(name)) << some.reason;
 }
 
+// Rows of one call are the same states, answered by lanes: to the roundoff of T.
+template <class T>
+void expect_rows_as_one_by_one(const std::set<Want>& want) {
+  const RobotModel model = kalmarm::plain(test::chain(1, 5));
+  const TrialStates states = states_of(model, 7);
+  const auto trial = [&](bool in_rows) {
+    return make_trial(Dynamics<T>(model, {.question = {.want = want}}), want, 0, states, in_rows);
+  };
+  const auto one = trial(false), rows = trial(true);
+  for (const int i : {3, 0, 6}) {
+    one->poison();
+    rows->poison();
+    ASSERT_TRUE(one->answer(i));
+    ASSERT_TRUE(rows->answer(i));
+    const VectorX<double> x = one->result(), y = rows->result();
+    ASSERT_EQ(x.size(), y.size());
+    EXPECT_LE((x - y).norm(), 100 * double(unit_roundoff<T>()) * x.norm()) << i;
+  }
+}
+
+TEST(Trials, RowsAnswerAsOneByOne) {
+  for (const Want want : {Want::acceleration, Want::inverse, Want::diagonal, Want::log_det,
+                          Want::mass, Want::solve, Want::inverse_dynamics}) {
+    SCOPED_TRACE(to_string(want));
+    expect_rows_as_one_by_one<float>({want});
+    expect_rows_as_one_by_one<double>({want});
+  }
+  expect_rows_as_one_by_one<float>({Want::acceleration, Want::inverse});
+}
+
+TEST(Recommend, Float32IsForRowsAlone) {
+  const RobotModel model = kalmarm::plain(test::chain(1, 7));
+  const TrialStates s = states_of(model, 20);
+  const Recommendation one = recommend(model, s.q, s.qd, s.tau, {.tolerance = 1e-2, .rows = false});
+  EXPECT_EQ(one.precision, Precision::float64);
+  EXPECT_LE(one.worst, 1e-12);
+  // Lanes of float32 have their own errors, which rounding a double has not.
+  Advisor rows(model, {.want = {Want::acceleration}}, states_of(model, 20));
+  rows.add({}, "default", true);
+  EXPECT_EQ(rows.candidates()[0].precision, Precision::float32);
+  EXPECT_GT(rows.observe(0).worst, 2 * u32);
+}
+
 TEST(Recommend, ToleranceBelowTheRoundoffOfFloat32TakesFloat64) {
   const Recommendation some = advice_for(test::chain(1, 7), 1e-11);
   EXPECT_EQ(some.precision, Precision::float64) << some.reason;
   EXPECT_TRUE(some.enough) << some.reason;
 }
 
-// Whose suspects the certified form answers, whatever form is asked.
+// Whose rows of float32 climb.
 TEST(Recommend, HeavyTipTakesFloat64) {
   const Recommendation some = advice_for(heavy_tip(1e10), 1e-9);
   EXPECT_EQ(some.precision, Precision::float64);

@@ -1,12 +1,13 @@
-// Which tolerance and which precision are enough for a robot: measured on states that it will be in.
+// Which tolerance is enough for a robot, and for rows of states which precision: measured on states
+// that it will be in.
 //
 //   const auto advice = kalmarm::recommend(model, q, qd, tau, {.tolerance = 1e-6});
 //   if (advice.precision == kalmarm::Precision::float32)
 //     kalmarm::Dynamics<float> robot(model, {.tolerance = advice.tolerance});
 //
-// Both precisions, by their default tolerance and to their last bits, answer the question in every
-// state and are compared with an answer that is right to the last bits of double, or says that it is
-// not; the rule and its equations stand in algorithms/advisor/advisor.hpp.
+// The default tolerance and the last bits answer the question in every state, of rows in both
+// precisions, and are compared with an answer that is right to the last bits of double, or says that
+// it is not; the rule and its equations stand in algorithms/advisor/advisor.hpp.
 #pragma once
 
 #include <stdexcept>
@@ -26,14 +27,15 @@ KALMARM_EXPORT const char* to_string(Precision precision);
 struct RecommendOptions {
   double tolerance = 1e-6;  // on |da| / |a|, and on M^-1 scaled by its diagonal
   Question question = {.want = {Want::acceleration, Want::inverse}};  // all but derivatives
+  bool rows = true;  // many states a call; else one, which float64 answers in any case
 };
 
 struct Recommendation {
   double tolerance = default_tolerance<double>;  // of Dynamics
-  Precision precision = Precision::float64;
+  Precision precision = Precision::float64;      // float32: of rows alone
   double worst = 0;        // error in these states; infinite where one has no answer or a warning
   double predicted = 0;    // what to expect in states like these
-  double nanoseconds = 0;  // a call on this machine, for all that is wanted
+  double nanoseconds = 0;  // a state on this machine, for all that is wanted
   bool enough = false;     // predicted within the tolerance; else the most accurate is given
   std::string reason;      // one sentence
 };

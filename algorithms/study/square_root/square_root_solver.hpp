@@ -1,4 +1,4 @@
-// Fast<SquareRoot>: the square-root form on the fast path's frames as a variant of the study, with the
+// AxisFrames<SquareRoot>: the square-root form on the fast path's frames as a variant of the study, with the
 // fast path's columns for M^-1 and solves. Of its accuracy it knows nothing but its D: where one is
 // below 32 u of what it is made of, Sequential<ArrayGivens> says whether M is singular.
 #pragma once

@@ -1,4 +1,4 @@
-// Fast<SquareRoot>: without rounding in 50 digits, against truth of the world frame where masses are
+// AxisFrames<SquareRoot>: without rounding in 50 digits, against truth of the world frame where masses are
 // alike and where they are not, in lanes, its flops and its outcomes.
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ namespace {
 
 template <class T>
 std::unique_ptr<Solver<T>> solver_of(const Model<double>& model) {
-  return make_solver<T>("Fast<SquareRoot>", model.cast<T>());
+  return make_solver<T>("AxisFrames<SquareRoot>", model.cast<T>());
 }
 
 TEST(SquareRoot, IsExactInFiftyDigits) {

@@ -265,8 +265,8 @@ class Robot(_core.Robot):
         count: int = 100,
         rng: np.random.Generator | int | None = 0,
     ) -> Recommendation:
-        """Which tolerance and which dtype are enough, measured in the states q, qd, tau (..., in
-        float64), or in `count` random ones.
+        """Which tolerance is enough, and which dtype for many states a call, measured in the states
+        q, qd, tau (..., in float64), or in `count` random ones.
 
         tolerance: on |da| / |a|, and on M^-1 scaled by its diagonal. The robot's question counts,
         and where it wants everything, acceleration and inverse.

@@ -10,7 +10,7 @@ import running
 from islands import ANEW, islands
 from running import expect_refusal, needs_engine
 
-ARGUMENTS = ("adversary", "--islands=4", "--generations=3", "--evaluations=10", "--variant=Fast<A>")
+ARGUMENTS = ("adversary", "--islands=4", "--generations=3", "--evaluations=10", "--variant=Ladder<A>")
 ARGUMENTS += ("--precision=float32", "--seed=7")
 
 
@@ -38,7 +38,7 @@ def rows(out: Path) -> list[dict]:
 
 def own(seed: int) -> float:
     """What the made-up worker finds by itself."""
-    return random.Random(f"{seed}/Fast<A>/float32").uniform(-8, -6)
+    return random.Random(f"{seed}/Ladder<A>/float32").uniform(-8, -6)
 
 
 def test_no_two_islands_of_a_search_have_one_seed():
@@ -75,7 +75,7 @@ def test_a_generation_starts_from_the_best_of_all_islands_before_it(finished):
 def test_islands_go_on_and_end_as_if_undisturbed(finished, tmp_path):
     out, fault = tmp_path / "out", tmp_path / "fault"
     fault.write_text("8")
-    refused = "Fast-A-float32-generation-0-island-1.refused: set aside: not JSON"
+    refused = "Ladder-A-float32-generation-0-island-1.refused: set aside: not JSON"
     expect_refusal(run(out, FAKE_FAULT=str(fault)), refused)
     fault.unlink()
     assert run(out).returncode == 0
@@ -86,7 +86,7 @@ def test_islands_go_on_and_end_as_if_undisturbed(finished, tmp_path):
 def test_an_island_of_another_search_is_set_aside_and_searched_anew(finished, tmp_path):
     out = shutil.copytree(finished / "out", tmp_path / "out")
     (out / "adversary-islands.csv").unlink()
-    file = out / "units" / "Fast-A-float32-generation-2-island-0.json"
+    file = out / "units" / "Ladder-A-float32-generation-2-island-0.json"
     whole = file.read_bytes()
     for change in ("program", "variant", "seed", "value"):
         file.write_bytes(whole)

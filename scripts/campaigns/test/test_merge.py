@@ -84,8 +84,8 @@ def test_the_worst_are_those_of_all_units(save, parts):
         for seed in range(unit["first"], unit["first"] + unit["count"]):
             everything += units.unit(unit["family"], unit["value"], seed, 1)["worst"]
     for series in (
-        ("dynamics", "Fast<Certified>", "float32"),
-        ("white", "Fast<Conventional>", "float64"),
+        ("dynamics", "Ladder<last_bits>", "float32"),
+        ("white", "Ladder<default>", "float64"),
     ):
         errors = [float.fromhex(it["error"]) for it in everything if series == of(it)]
         found = [case.error for case in merged(map(save, parts)).worst if case.series == series]
