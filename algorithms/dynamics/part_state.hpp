@@ -9,7 +9,7 @@
 
 #include "algorithms/dynamics/copies.hpp"
 #include "algorithms/dynamics/plan.hpp"
-#include "algorithms/fast/claims/constants.hpp"
+#include "algorithms/fast/claims/tuning.hpp"
 #include "algorithms/model/plain.hpp"
 
 namespace kalmarm {
@@ -158,7 +158,7 @@ PartState<T>::PartState(const Plan& plan, const Part& part, double tolerance, Tr
   Model<double> model = reduction.model;
   // Large enough for g = P H' / D to vanish beside 1, small enough for g^2 not to underflow.
   const T infinite = T(1) / (unit_roundoff<T>() * unit_roundoff<T>());
-  const double infinite_noise = infinite < T(1e300) ? static_cast<double>(infinite) : 1e300;
+  const double infinite_noise = infinite < T(0x1p996) ? static_cast<double>(infinite) : 0x1p996;
   std::vector<char> locked(plan.nv, 0);
   for (const int k : question.locked) locked[k] = 1;
   bool holds_locked = false;

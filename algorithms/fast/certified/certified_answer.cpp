@@ -17,7 +17,9 @@ struct CertifiedAnswer::Parts {
 
   Parts(const RobotModel& robot, const LoweredModel<double>& lowered, const EngineOptions& options,
         bool at_rest)
-      : models(lowered, robot), kept_q(lowered.nq()), no_velocity(at_rest ? lowered.nv() : 0, 0.0) {
+      : models(lowered, robot, options.tolerance),
+        kept_q(lowered.nq()),
+        no_velocity(at_rest ? lowered.nv() : 0, 0.0) {
     if (options.wants(Want::acceleration)) acceleration.emplace(models);
     if (options.wants_factors() || options.wants(Want::derivatives))
       factors.emplace(models, options);

@@ -18,7 +18,7 @@ class CertifiedEngine final : public CommonEngine {
   using CommonEngine::derivatives;  // of rows
 
   CertifiedEngine(const RobotModel& robot, const EngineOptions& options)
-      : CommonEngine(robot, options), models_(lowered(), robot) {
+      : CommonEngine(robot, options), models_(lowered(), robot, options.tolerance) {
     const auto wants = [&](Want want) { return options.wants(want); };
     if (wants(Want::acceleration) || wants(Want::derivatives)) one_.emplace(models_);
     if (options.wants_factors()) factors_.emplace(models_, options);
@@ -51,7 +51,7 @@ class CertifiedEngine final : public CommonEngine {
           for (int lane = 0; lane < states; ++lane) {
             const std::ptrdiff_t i = first + lane;
             outcomes[i] =
-                refined[lane].settled && w.sweep.trusted(models_, q + i * nq, lane)
+                refined[lane].settled
                     ? outcome_of(refined[lane])
                     : w.one.last_resort(models_, q + i * nq, qd + i * nv, tau + i * nv, a + i * nv);
             failed += !outcomes[i];

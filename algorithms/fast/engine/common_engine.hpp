@@ -20,11 +20,11 @@ namespace kalmarm {
 inline Outcome of_derivatives(Outcome judged, const RoundingLoss& loss) {
   judged.error = Outcome{}.error;
   judged.rung = Outcome::Rung::float64;
-  if (loss.bound < error_of_D_to_refine || judged.near_singular) return judged;
+  if (loss.bound < largest_error_of_D || judged.near_singular) return judged;
   judged.near_singular = true;
   judged.joint = loss.joint;
   judged.D = loss.D;
-  judged.scale = std::isfinite(loss.bound) ? loss.bound * loss.D : loss.scale;
+  judged.scale = loss.scale;
   return judged;
 }
 
@@ -32,7 +32,7 @@ class CommonEngine : public Engine<double> {
  public:
   CommonEngine(const RobotModel& robot, const EngineOptions& options)
       : model_(model_of(robot)),
-        lowered_(model_, options.zeros, error_of_D_let_pass(tolerance_of_sweeps(options))),
+        lowered_(model_, options.zeros, accepted_error(tolerance_of_sweeps(options))),
         acceptance_(robot, lowered_, tolerance_of_sweeps(options)),
         rows_(lowered_, acceptance_, options.selection) {
     if (options.wants(Want::mass)) mass_.emplace(lowered_, options.triangles);

@@ -48,6 +48,7 @@ class SpatialEngine final : public CommonEngine {
       accelerations_.reserve(count);
       EngineOptions alone;
       alone.want = {Want::acceleration};
+      alone.tolerance = acceptance().tolerance();
       while (static_cast<int>(climbs_.size()) < count)
         climbs_.emplace_back(robot_, lowered(), alone, F::at_rest);
     } else {

@@ -36,6 +36,7 @@ class TranslationalEngine final : public CommonEngine {
     CommonEngine::reserve_workers(what, count);
     EngineOptions rows;
     rows.want = {Want::acceleration};
+    rows.tolerance = acceptance().tolerance();
     while (what == Want::acceleration && static_cast<int>(workers_.size()) < count) {
       Worker& worker = workers_.emplace_back(own_.factors);
       worker.certified.emplace(robot_, lowered(), rows, true);
