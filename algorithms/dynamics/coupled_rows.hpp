@@ -82,7 +82,7 @@ class CoupledRows {
   // C + G of (6) of the columns Y, nv x solved: J X J' and 1 / W. Singular where a row depends on
   // those before it.
   Outcome factor(const T* Y) {
-    const double roundings = roundings_of_rows * static_cast<double>(unit_roundoff<T>());
+    const double roundings = roundings_of_D * static_cast<double>(unit_roundoff<T>());
     for (int i = 0; i < solved_; ++i)
       for (int j = 0; j <= i; ++j)
         G_(i, j) = along(i, Y + std::ptrdiff_t(j) * nv_) + (i == j ? at_[i].compliance : 0);

@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "algorithms/dynamics/execution.hpp"
-#include "algorithms/fast/claims/constants.hpp"
+#include "algorithms/fast/claims/arithmetic.hpp"
 #include "algorithms/model/plain.hpp"
 #include "algorithms/model/short_text.hpp"
 #include "algorithms/spatial/spatial.hpp"

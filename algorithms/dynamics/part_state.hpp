@@ -17,7 +17,7 @@
 
 #include "algorithms/dynamics/copies.hpp"
 #include "algorithms/dynamics/plan.hpp"
-#include "algorithms/fast/claims/constants.hpp"
+#include "algorithms/fast/claims/tuning.hpp"
 #include "algorithms/model/plain.hpp"
 
 namespace kalmarm {
@@ -166,7 +166,7 @@ PartState<T>::PartState(const Plan& plan, const Part& part, double tolerance, Tr
   const auto wants = [&](Want what) { return question.want.contains(what); };
   // Large enough for g = P H' / D to vanish beside 1, small enough for g^2 not to underflow.
   const T infinite = T(1) / (unit_roundoff<T>() * unit_roundoff<T>());
-  const double infinite_noise = infinite < T(1e300) ? static_cast<double>(infinite) : 1e300;
+  const double infinite_noise = infinite < T(0x1p996) ? static_cast<double>(infinite) : 0x1p996;
   // What is locked by noise keeps its place and stands still.
   for (int i = 0; i < part_.nq; ++i) q_[i] = T(question.q[reduction.q_whole[i]]);
   for (int k = 0; k < model_.nv(); ++k) {

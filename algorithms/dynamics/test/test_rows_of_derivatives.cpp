@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "algorithms/dynamics/test/door_support.hpp"
-#include "algorithms/fast/claims/constants.hpp"
+#include "algorithms/fast/claims/tuning.hpp"
 #include "algorithms/fast/test/derivatives_support.hpp"
 #include "algorithms/fast/test/mechanisms_that_lose.hpp"
 #include "algorithms/test/singular.hpp"

@@ -9,8 +9,9 @@
 namespace kalmarm {
 
 std::shared_ptr<const CertifiedModels> make_certified_models(const LoweredModel<double>& lowered,
-                                                             const RobotModel& robot) {
-  return std::make_shared<const CertifiedModels>(lowered, robot);
+                                                             const RobotModel& robot,
+                                                             double tolerance) {
+  return std::make_shared<const CertifiedModels>(lowered, robot, tolerance);
 }
 
 struct CertifiedAnswer::Parts {

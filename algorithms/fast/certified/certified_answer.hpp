@@ -13,7 +13,8 @@ namespace kalmarm {
 struct CertifiedModels;
 // `lowered` is kept by reference.
 std::shared_ptr<const CertifiedModels> make_certified_models(const LoweredModel<double>& lowered,
-                                                             const RobotModel& robot);
+                                                             const RobotModel& robot,
+                                                             double tolerance);
 
 // The memory of one worker.
 class CertifiedAnswer {

@@ -1,9 +1,10 @@
-// Factors of M, M^-1 and parts of it whose error is known: by the conventional form, judged by
-// probes (probe.hpp); where that is not enough, or some D may be lost in rounding, in DoubleDouble
-// (wide_factors.hpp), which warns or refuses where it cannot tell D from rounding.
-//   enough, of what is not refined:  64 u sqrt(nv);     of factors for solves, which are: 1e-3
-//   error of them all:               at least 4 u, since eight probes may miss an error of one entry
-// Solves are refined with the residual in twice the precision (refine.hpp).
+// Factors of M, M^-1 and parts of it whose error is known: by the conventional form, whose D are right to eps by
+// rounding_bound.hpp, so that M of the factors is within 1 +- eps of M in the order of positive semidefinite
+// matrices. With S of (11) of force_noise.hpp,
+//   |error of M^-1(i,j)| <= (eps + c u sqrt(S)) sqrt(M^-1(i,i) M^-1(j,j)),   |error of log det M| <= nv eps   (1)
+// of which the first holds of J M^-1 J' too. Where that is above what the tolerance asks, in DoubleDouble
+// (wide_factors.hpp), which warns or refuses where it cannot tell D from rounding. Solves are refined with
+// the residual in twice the precision (refine.hpp).
 #pragma once
 
 #include <algorithm>
@@ -12,7 +13,6 @@
 #include <vector>
 
 #include "algorithms/fast/certified/certified_acceleration.hpp"
-#include "algorithms/fast/certified/probe.hpp"
 #include "algorithms/fast/certified/wide_factors.hpp"
 #include "algorithms/fast/engine/engine.hpp"
 #include "algorithms/fast/factors/diagonal.hpp"
@@ -25,9 +25,9 @@ class CertifiedFactors {
   CertifiedFactors(const CertifiedModels& models, const EngineOptions& options)
       : models_(models),
         factors_(models.lowered),
-        probes_(models.lowered, models.twice),
         residual_(models.twice),
-        second_(models.lowered),
+        bound_(models.lowered),
+        forces_(models.lowered),
         refiner_(models.lowered.nv(), 0),
         bounded_(models.lowered),
         wide_(models.robot, options),
@@ -40,49 +40,55 @@ class CertifiedFactors {
   }
 
   Outcome inverse(const double* q, double* X) {
-    return by_best(
-        q, fine(),
-        [&](double error_of_D) {
-          inverse_->fill(models_.lowered, factors_, X);
-          return probes_.of_matrix(models_.lowered, models_.twice, factors_, X, error_of_D);
-        },
-        [&] { return wide_.inverse(q, X); });
+    const std::size_t nv = models_.lowered.nv();
+    return by_factors(
+        q, [&] { return wide_.inverse(q, X); },
+        [&] {
+          const double check = inverse_->fill(models_.lowered, factors_, X);
+          return check + error_of_columns([&](int k) { return X[k * (nv + 1)]; });
+        });
   }
 
   Outcome diagonal(const double* q, double* x) {
     return by_factors(
-        q, fine(), [&] { return wide_.diagonal(q, x); },
-        [&](Outcome&) { diagonal_->fill(models_.lowered, factors_, x); });
+        q, [&] { return wide_.diagonal(q, x); },
+        [&] {
+          const double check = diagonal_->fill(models_.lowered, factors_, x);
+          return check + error_of_columns([&](int k) { return x[k]; });
+        });
   }
 
   // Its error is told beside |log det M| where that is above 1: log_det.hpp has what it rounds.
   Outcome log_det(const double* q, double& x) {
     return by_factors(
-        q, fine(), [&] { return wide_.log_det(q, x); },
-        [&](Outcome& out) {
+        q, [&] { return wide_.log_det(q, x); },
+        [&] {
           x = kalmarm::log_det(factors_);
-          const double of_sum = 0x1p-54 * models_.lowered.nv();
-          out.error = (root_of_nv() * out.error + of_sum) / std::max(1.0, std::abs(x));
+          const double rounded = unit_roundoff<double>() / 2;
+          return x * 0 +
+                 models_.lowered.nv() * (error_of_D_ + rounded) / std::max(1.0, std::abs(x));
         });
   }
 
+  // v(k) of (4) of force_noise.hpp stands for M^-1(k,k), which is not known.
   Outcome selected(const double* q, double* X) {
     return by_factors(
-        q, fine(), [&] { return wide_.selected(q, X); },
-        [&](Outcome&) { selected_.fill(models_.lowered, factors_, X); });
+        q, [&] { return wide_.selected(q, X); },
+        [&] {
+          const double check = selected_.fill(models_.lowered, factors_, X);
+          forces_.trace(models_.lowered, factors_);
+          return check + error_of_columns([&](int k) { return forces_.variance(k); });
+        });
   }
 
-  // Factors that are kept, for solve.
+  // Factors that are kept, for solves, which say how wrong they are.
   Outcome factor(const double* q) {
     std::copy_n(q, q_.size(), q_.data());
-    by_wide_ = false;
-    return kept_ = by_factors(
-               q, enough_of_factors,
-               [&] {
-                 by_wide_ = true;
-                 return wide_.factor(q);
-               },
-               [&](Outcome&) { residual_.set_mass(models_.twice, q); });
+    if (!all_finite(q_.size(), q)) return kept_ = {.status = Outcome::Status::not_finite};
+    by_wide_ = !set_factors(q);
+    if (by_wide_) return kept_ = by_two_doubles(wide_.factor(q));
+    residual_.set_mass(models_.twice, q);
+    return kept_ = refined(Outcome{}.error);
   }
 
   // By the factors that are kept, which are right: their outcome, with the error of the worst
@@ -93,16 +99,18 @@ class CertifiedFactors {
     if (by_wide_) return by_two_doubles(wide_.solve(columns, taus, X));
     out.error = 0;
     std::optional<Outcome> wide;  // factors for columns that do not settle
-    const auto by_kept = bounded_.on(models_.lowered, factors_);
+    const auto by_kept = [&](const double* r, double* d) {
+      return bounded_.solve(models_.lowered, factors_, error_of_D_, r, d);
+    };
     for (int j = 0; j < columns; ++j) {
       const std::ptrdiff_t start = std::ptrdiff_t(j) * nv;
-      by_kept.solve(taus + start, X + start);
+      by_kept(taus + start, X + start);
       if (!all_finite(nv, taus + start)) continue;
       residual_.set_torque(taus + start);
       Verdict refined;
-      refiner_.refine(models_.twice, residual_, by_kept, 1, X + start, &refined, kept_.error);
+      refiner_.refine(models_.twice, residual_, by_kept, 1, X + start, &refined);
       out.steps = std::max(out.steps, refined.steps);
-      if (refined.settled) {
+      if (refined.settled && refined.error <= accepted_error_refined(models_.tolerance)) {
         out.error = std::max(out.error, refined.error);
         continue;
       }
@@ -115,25 +123,36 @@ class CertifiedFactors {
   }
 
  private:
-  double root_of_nv() const { return std::sqrt(static_cast<double>(models_.lowered.nv())); }
-  double fine() const { return enough_of_parts * 0x1p-53 * root_of_nv(); }
-
-  // By factors of which, or of what is made of them, error(eps) is enough, with eps the error of a
-  // D; else by last().
-  template <class Error, class Last>
-  Outcome by_best(const double* q, double enough, const Error& error, const Last& last) {
-    if (!all_finite(models_.lowered.nq(), q)) return {.status = Outcome::Status::not_finite};
+  // Whether the factors at a finite q are right to a digit or two.
+  bool set_factors(const double* q) {
     covariance_factor(models_.lowered, q, factors_);
-    const double of_D =
-        factors_.margin > 0 ? models_.lowered.error_of_D() : second_.look(models_.lowered, q).bound;
-    if (of_D < error_of_D_to_refine) {
-      probes_.set_position(models_.twice, q);
-      Outcome out;
-      out.rung = Outcome::Rung::refined;
-      out.error = std::max(error(of_D), least_error_of_parts * 0x1p-53);
-      if (out.error <= enough) return out;
-    }
+    error_of_D_ = bound_.look(models_.lowered, q).bound;
+    return error_of_D_ < largest_error_of_D;
+  }
+
+  // What read() makes of the factors, where the error that it returns is accepted, which NaN is not; else
+  // last().
+  template <class Last, class Read>
+  Outcome by_factors(const double* q, const Last& last, const Read& read) {
+    if (!all_finite(models_.lowered.nq(), q)) return {.status = Outcome::Status::not_finite};
+    if (set_factors(q))
+      if (const double error = read(); error <= accepted_error_of_parts(models_.tolerance))
+        return refined(error);
     return by_two_doubles(last());
+  }
+
+  // (1); diagonal(k): M^-1(k,k).
+  template <class Diagonal>
+  double error_of_columns(const Diagonal& diagonal) {
+    const double S = forces_.energy_of_columns(models_.lowered, factors_, diagonal);
+    return error_of_D_ + rounding_constant * unit_roundoff<double>() * std::sqrt(S);
+  }
+
+  static Outcome refined(double error) {
+    Outcome out;
+    out.rung = Outcome::Rung::refined;
+    out.error = error;
+    return out;
   }
 
   static Outcome by_two_doubles(Outcome out) {
@@ -141,26 +160,12 @@ class CertifiedFactors {
     return out;
   }
 
-  // The probes are of the factors, and then read(outcome) reads them.
-  template <class Last, class Read>
-  Outcome by_factors(const double* q, double enough, const Last& last, const Read& read) {
-    bool left = false;
-    Outcome out = by_best(
-        q, enough,
-        [&](double) { return probes_.of_factors(models_.lowered, models_.twice, factors_); },
-        [&] {
-          left = true;
-          return last();
-        });
-    if (!left && out) read(out);
-    return out;
-  }
-
   const CertifiedModels& models_;
   FastFactors<double> factors_;
-  Probes probes_;
+  double error_of_D_ = 0;           // eps of (1), of these factors
   TwiceResidual<double> residual_;  // of the factors that are kept
-  RoundingBound<double> second_;
+  RoundingBound<double> bound_;
+  ForceNoise<double> forces_;
   Refiner<double> refiner_;
   BoundedSolve<double> bounded_;
   WideFactors wide_;

@@ -54,7 +54,7 @@ class CertifiedRows {
     for (int i = 0; i < states; ++i) {
       const Call<double> state = gathered.from(i, width_);
       double* const a = a_.data() + i * width_.nv;
-      outcomes[chosen_[i]] = refined[i].settled && sweep_.trusted(models_, state.q, i)
+      outcomes[chosen_[i]] = refined[i].settled
                                  ? outcome_of(refined[i])
                                  : one.last_resort(models_, state.q, state.qd, state.tau, a);
       std::copy_n(a, width_.nv, call.out + chosen_[i] * width_.nv);

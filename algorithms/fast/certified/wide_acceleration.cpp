@@ -8,8 +8,7 @@
 #include "algorithms/fast/certified/bounded_solve.hpp"
 #include "algorithms/fast/certified/wide_test.hpp"
 #include "algorithms/fast/claims/constants.hpp"
-#include "algorithms/fast/covariance/force_noise.hpp"
-#include "algorithms/fast/covariance/forward_dynamics.hpp"
+#include "algorithms/fast/engine/forms.hpp"
 #include "algorithms/fast/rigid/inverse_dynamics.hpp"
 #include "algorithms/model/plain.hpp"
 #include "algorithms/spatial/double_double.hpp"
@@ -24,7 +23,6 @@ struct WideAcceleration::Sweeps {
         sweep(model),
         inverse_dynamics(model),
         solve(model),
-        forces(model),
         test(model),
         q(model.nq()),
         qd(model.nv()),
@@ -44,25 +42,18 @@ struct WideAcceleration::Sweeps {
       if (own_noise[k] > T(0)) model.set_noise(k, noise ? T(noise[k]) : own_noise[k]);
   }
 
-  // T (N + E + G) (b u)^2 of the last sweep.
+  // T (N + E + G) (c u)^2 of the last sweep.
   double squares_of_rounding() {
-    const T trace = forces.trace(model, sweep);
-    const double unit(model.rounding_unit());
-    double noise = 0;
-    forces.begin();
-    for (int k = model.nv() - 1; k >= 0; --k)
-      noise += static_cast<double>(forces.charge(model, sweep, k, sweep.z[k], T(0)));
-    const double b = rounding_constant_of_error * static_cast<double>(unit_roundoff<T>());
-    const double energies =
-        noise / unit + static_cast<double>(sweep.energy + model.energy_of_gravity());
-    return static_cast<double>(trace) * energies * b * b;
+    const AccelerationSums<T> sums = CovarianceForm::sums(sweep);
+    const T forces = sums.noise / model.rounding_unit() + sums.energy + model.energy_of_gravity();
+    const double cu = rounding_constant * static_cast<double>(unit_roundoff<T>());
+    return cu * cu * static_cast<double>(std::min(sums.trace, model.largest_variance()) * forces);
   }
 
   LoweredModel<T> model;
   CovarianceWorkspace<T> sweep;
   InverseDynamicsWorkspace<T> inverse_dynamics;
   BoundedSolve<T> solve;
-  ForceNoise<T> forces;
   WideTest test;
   std::vector<T> q, qd, tau, a, r, d;
   std::vector<T> own_noise;
@@ -89,8 +80,8 @@ Outcome WideAcceleration::acceleration(const double* q, const double* qd, const 
   fast_inverse_dynamics(w.model, w.q.data(), w.qd.data(), w.a.data(), w.inverse_dynamics,
                         w.r.data());
   for (int k = 0; k < nv; ++k) w.r[k] = w.tau[k] - w.r[k];
-  w.solve.solve(w.model, w.sweep, w.r.data(), w.d.data());
-  const double bound(w.solve.closer(w.model, w.sweep, w.r.data()));
+  const double bound(
+      w.solve.solve(w.model, w.sweep, DoubleDouble(w.test.error_of_D()), w.r.data(), w.d.data()));
   double size = 0, change = 0, lost = 0, check = 0, velocities = 0;
   for (int k = 0; k < nv; ++k) {
     const DoubleDouble x = w.a[k] + w.d[k];

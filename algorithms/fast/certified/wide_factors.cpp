@@ -62,13 +62,14 @@ struct WideFactors::Sweeps {
     return out;
   }
 
-  // (1) of b, but for the rounding: x, r and d.
+  // (1) of b, but for the rounding: x, r, d and its bound.
   void solve() {
-    bounded.solve(model, factors, b.data(), x.data());
+    const T eps(test.error_of_D());
+    bounded.solve(model, factors, eps, b.data(), x.data());
     detail::set_link_forces<false>(model, x.data(), x.data(), mass);
     detail::sum_forces<false>(model, x.data(), mass, r.data());
     for (std::size_t k = 0; k < b.size(); ++k) r[k] = b[k] - r[k];
-    bounded.solve(model, factors, r.data(), d.data());
+    bound = static_cast<double>(bounded.solve(model, factors, eps, r.data(), d.data()));
     for (std::size_t k = 0; k < b.size(); ++k) x[k] += d[k];
   }
 
@@ -150,6 +151,7 @@ struct WideFactors::Sweeps {
   FastFactors<T> factors;
   InverseDynamicsWorkspace<T> mass;
   BoundedSolve<T> bounded;
+  double bound = 0;  // of what the last solution leaves
   WideTest test;
   std::vector<T> q, b, x, r, d;
   std::vector<double> signs;
@@ -228,7 +230,6 @@ Outcome WideFactors::solve(int columns, const double* taus, double* X) {
   for (int j = 0; j < columns; ++j, taus += nv, X += nv) {
     std::copy_n(taus, nv, w.b.begin());
     w.solve();
-    const double bound(w.bounded.closer(w.model, w.factors, w.r.data()));
     double size = 0, change = 0, lost = 0;
     for (std::ptrdiff_t k = 0; k < nv; ++k) {
       X[k] = w.x[k].hi;
@@ -237,7 +238,7 @@ Outcome WideFactors::solve(int columns, const double* taus, double* X) {
       lost += w.x[k].lo * w.x[k].lo;
       change += w.d[k].hi * w.d[k].hi;
     }
-    const double error = std::sqrt(change) + std::sqrt(bound) + std::sqrt(lost);
+    const double error = std::sqrt(change) + std::sqrt(w.bound) + std::sqrt(lost);
     Sweeps::keep_worse(error > 0 ? error / std::sqrt(size) : error, worst);
   }
   return w.judged(worst, check);

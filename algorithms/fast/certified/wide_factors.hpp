@@ -7,9 +7,9 @@
 // Schwarz an error of (2) of column j moves B(i)' M^-1 B(j) by no more than (2) times the root of
 // B(i)' M^-1 B(i) B(j)' M^-1 B(j): Outcome::error is the largest (2) of all columns, and u for the
 // rounding to double. Of `factor` and `log_det` it is (2) of b(k) = z(k) sqrt(D(k)), z(k) = +-1 drawn
-// once (probe.hpp says what that shows). Of `solve`, whose x is judged in Euclid's norm,
-//   error = (|d| + sqrt(bound of d)) / |x|                  bound: (2) of bounded_solve.hpp   (3)
-// To each the largest loss(k) is added (wide_test.hpp). An answer whose error is above 1e-7 is
+// once. Of `solve`, whose x is judged in Euclid's norm,
+//   error = (|d| + sqrt(bound of d)) / |x|                  bound: (1) of bounded_solve.hpp   (3)
+// To each the largest loss(k) is added (wide_test.hpp). An answer whose error is above enough_in_two_doubles is
 // near_singular; where no digit of a D is left, the answer is refused. Either names the joint.
 //
 // About 345 n operations of DoubleDouble a column.

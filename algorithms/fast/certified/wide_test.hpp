@@ -34,6 +34,9 @@ class WideTest {
     return out;
   }
 
+  // The largest relative error that a D at that position may have.
+  double error_of_D() const { return loss_.bound; }
+
   // An answer at that position, whose residual says that its error is `error`. Where it may be too
   // large, a warning that names the joint whose D is the least certain. A residual whose squares
   // overflow says nothing of D: the error is infinite, and no joint is named.
@@ -50,7 +53,7 @@ class WideTest {
   Outcome named(Outcome out) const {
     out.joint = loss_.joint;
     out.D = loss_.D;
-    out.scale = rounding_constant * static_cast<double>(unit_roundoff<T>()) * loss_.scale;
+    out.scale = loss_.scale;
     return out;
   }
 

@@ -19,11 +19,10 @@
 //   |da|^2 <= T (c u)^2 N                                                                (5)
 // Sweeps take one T for all states of a robot, (3) of least_inertia.hpp, and
 //   v(k) <= 1 / mu(k)                                                                     (6)
-// (3) and (4) are for refined answers (certified/), whose bounds have to be near, and for robots of which no
-// constant is known (LoweredModel::rounding_depends_on_state): a link between the hinges of one body has no
-// mass, and what its next joint meets is known by D alone. There N has (3) of the links that cannot absorb,
-// (2) of the others, T is that of the state, and so is each joint's own scale, mu(k) = 1 / v(k).
-// Weights, and so N, are in units of LoweredModel::rounding_unit. (2) takes 18 flops a link.
+// (3) and (4) are for robots of which no constant is known (LoweredModel::rounding_depends_on_state): a link between
+// the hinges of one body has no mass, and what its next joint meets is known by D alone. There N has (3) of the
+// links that cannot absorb, (2) of the others, T is that of the state, and so is each joint's own scale, mu(k) =
+// 1 / v(k). Weights, and so N, are in units of LoweredModel::rounding_unit. (2) takes 18 flops a link.
 //
 // z- is a sum whose terms may cancel within one link: of a body that is turned about a point far
 // away, or nearly symmetric, b = (w x I w;  W h) is less than what it is summed from. With t(i) the
@@ -39,7 +38,7 @@
 //
 // An answer of forward dynamics is accepted where
 //   T (c u)^2 (N + E) < e^2 max(|a|, 0.01 |gravity|)^2                                   (8)
-// by (2), (6) and (7), with e the error that is accepted (claims.hpp) and c = rounding_constant_of_a
+// by (2), (6) and (7), with e the error that is accepted (claims.hpp) and c = rounding_constant
 // (constants.hpp), an empirical constant. Beside gravity a smaller a is nothing. Any other answer, and
 // one of a sweep that fails the test of D (rounding_test.hpp), is left to the next rung. e is far below
 // what is promised, so that what no sum counts has room: an error eps of D alone moves a by
@@ -49,7 +48,7 @@
 // x = M^-1 tau by factors that are kept sweeps forces and motions in the same way (columns.hpp), at
 // rest and without gravity: it is accepted where
 //   T ((c u)^2 (N + E) + (c_D u)^2 E) < e^2 |x|^2                                         (8')
-// c_D u, c_D = rounding_constant_of_unmeasured_D, stands for an error of D that was not measured: what the
+// c_D u, c_D = roundings_of_D, stands for an error of D that was not measured: what the
 // test of D lets pass moves x by more than e where T E is far above |x|^2.
 //
 // Column j of X = M^-1 is such an x, with |X_j|_M^2 = X(j,j) and a(k) = X(k,j). What rounding of a(k) moves
@@ -63,16 +62,14 @@
 //
 // The same sums say how wrong an answer is. In each joint's own scale |a|_s^2 = sum of mu(k) a(k)^2
 // is about |a|_M^2 and mostly below it, so that of |da|_M / |a|_M
-//   error^2 = (b u)^2 (N + E) / max(|a|_s, 0.01 |gravity| mean of sqrt(mu))^2             (10)
-// is an estimate, b = rounding_constant_of_error. An answer whose estimate is above e is left to
-// the next rung too.
+//   error^2 = ((c u)^2 (N + E) + u^2 R) / max(|a|_s, 0.01 |gravity| mean of sqrt(mu))^2   (10)
+// is an estimate. An answer whose estimate is above e is left to the next rung too.
 //
 // Last, a(k) = H l- - H l+ is rounded, and no other joint takes that back, since without joint noise H l- is a
 // sum of its own. Entries that are rounded apart move a by
 //   |da|_M^2 = u^2 sum of M(k,k) a(k)^2 <= u^2 R,   R = sum over k of I(k) a(k)^2         (12)
-// with I(k) the largest that M(k,k) can be (lowered_model.hpp). u^2 R / |a|_s^2 is added to (10): it is most of
-// the error where large entries of a cancel and move heavy links little, as in a long chain that is
-// stretched out.
+// with I(k) the largest that M(k,k) can be (lowered_model.hpp). It is most of the error where large entries of a
+// cancel and move heavy links little, as in a long chain that is stretched out.
 #pragma once
 
 #include <Eigen/Dense>
@@ -162,18 +159,10 @@ class ForceNoise {
   // Before `charge` of all links, tips to base.
   void begin() { std::fill(pending_.begin(), pending_.end(), Traces{T(0.0), T(0.0)}); }
 
-  // The share of link k in N: by (2) where that is below `little`, else by (3). factors: links of
-  // (d, g, inverse_D) and matrices, as columns.hpp has them.
+  // The share of link k in N: by (3) where it cannot absorb, else by (2). factors: links of (d, g, inverse_D)
+  // and matrices, as columns.hpp has them.
   template <class S, class Factors>
-  T charge(const LoweredModel<S>& model, const Factors& factors, int k, const Sixfold<T>& z,
-           const T& little);
-
-  // The same, by (3) where the link cannot absorb, else by (2).
-  template <class S, class Factors>
-  T charge(const LoweredModel<S>& model, const Factors& factors, int k, const Sixfold<T>& z) {
-    const RoundingWeights<S>& w = model.body(k).weights;
-    return charge(model, factors, k, z, w.absorbs() ? T(S(no_body)) : T(S(0)));
-  }
+  T charge(const LoweredModel<S>& model, const Factors& factors, int k, const Sixfold<T>& z);
 
   // Before that: rounding of the bias of a link that cannot absorb, by (2'); ww: |w|^2.
   template <class S>
@@ -264,31 +253,26 @@ class ForceNoise {
 template <class T>
 template <class S, class Factors>
 T ForceNoise<T>::charge(const LoweredModel<S>& model, const Factors& factors, int k,
-                        const Sixfold<T>& z, const T& little) {
-  using detail::zero_where_less;
-  using std::min;
+                        const Sixfold<T>& z) {
   const LoweredLink<S>& link = model.link(k);
   const RoundingWeights<S>& w = model.body(k).weights;
-  const auto& at = factors.links[k];
   Traces sum = pending_[k];
-  const S unit = model.rounding_unit();
-  const T own = absorbed(w, z) + (w.moment * sum.turning + w.force * sum.moving);
-  const T two = T(S(2));
+  if (w.absorbs()) return absorbed(w, z) + (w.moment * sum.turning + w.force * sum.moving);
   if (w.counts) {
     const T moving = squares(z.u, z.v, z.w);
     sum.turning += squares(z.x, z.y, z.z) + T(w.reach) * moving;
     sum.moving += moving;
   }
-  const T h = link.slides ? sum.moving : sum.turning;
-  const T share = min(own, little) + zero_where_less(own, little, T(unit * at.inverse_D * h));
-  if (link.parent < 0) return share;
-  const Traces g = sizes(link, at.g);
-  const Traces plus = {two * (sum.turning + h * g.turning), two * (sum.moving + h * g.moving)};
-  Traces& to = pending_[link.parent];
-  to.turning +=
-      zero_where_less(own, little, T(two * plus.turning + reach(model, factors, k) * plus.moving));
-  to.moving += zero_where_less(own, little, plus.moving);
-  return share;
+  const auto& at = factors.links[k];
+  const T two = T(S(2)), h = link.slides ? sum.moving : sum.turning;
+  if (link.parent >= 0) {
+    const Traces g = sizes(link, at.g);
+    const Traces plus = {two * (sum.turning + h * g.turning), two * (sum.moving + h * g.moving)};
+    Traces& to = pending_[link.parent];
+    to.turning += two * plus.turning + reach(model, factors, k) * plus.moving;
+    to.moving += plus.moving;
+  }
+  return model.rounding_unit() * at.inverse_D * h;
 }
 
 // T of (4).

@@ -32,7 +32,7 @@
 // The translations by p after the last rotation are along three axes: none takes back what another
 // has added, and N after them, or N before them, moved by phi, hold what they sum. Six rows, each
 // within a few roundings of sizes below N, make c = 40 or so in (3) a bound that is proven.
-// Roundings do not conspire: c = rounding_constant was never below the error of any sweep against
+// Roundings do not conspire: c = rounding_constant_of_P was never below the error of any sweep against
 // multi-precision (test_rounding_bound.cpp says how near it comes).
 //
 // P and S are the two lanes of one number, in double, so that one congruence moves both. The
@@ -56,7 +56,7 @@ namespace kalmarm {
 struct RoundingLoss {
   double bound = 0;
   int joint = -1;
-  double D = 0, scale = 0;  // of that joint; scale = H S- H'
+  double D = 0, scale = 0;  // of that joint; scale: its error, c u H S- H'
 };
 
 template <class S>
@@ -127,7 +127,7 @@ class RoundingBound {
 
   // (5') about z.
   KALMARM_INLINE static void add_of_angle(double t, Articulated<Both>& X) {
-    const Number w(t / rounding_constant);
+    const Number w(t / rounding_constant_of_P);
     const Both moments = in_S(w * (X.Axx.v[0] + X.Ayy.v[0]));
     const Both forces = in_S(w * (X.Cxx.v[0] + X.Cyy.v[0]));
     X.Axx += moments;
@@ -159,14 +159,14 @@ class RoundingBound {
 
 template <class S>
 void RoundingBound<S>::measure(const Number& r, Articulated<Both>& X, RoundingLoss& loss, int k) {
-  const double unit = rounding_constant * static_cast<double>(unit_roundoff<S>());
+  const double unit = rounding_constant_of_P * static_cast<double>(unit_roundoff<S>());
   const Number D = X.Azz.v[0] + r, S_zz = X.Azz.v[1], inverse_D = Number(1) / D;
   const double size(D), scale(S_zz + r);  // r is rounded too
   if (!(unit * scale < loss.bound * size)) {
     loss.bound = size > 0 ? unit * scale / size : std::numeric_limits<double>::infinity();
     loss.joint = k;
     loss.D = size;
-    loss.scale = scale;
+    loss.scale = unit * scale;
   }
   const auto gain = [&](const Both& x) { return Both(x.v[0] * inverse_D); };
   const Both gx = gain(X.Axz), gy = gain(X.Ayz), gu = gain(X.Bzx), gv = gain(X.Bzy),

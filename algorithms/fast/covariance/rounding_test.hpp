@@ -1,5 +1,5 @@
-// The test of every sweep: can rounding have moved a D(k) by more than is let pass, 0.2 per cent in
-// float and 2e-9 in double, or what the tolerance asks (LoweredModel::error_of_D)?
+// The test of every sweep: can rounding have moved a D(k) by more than is accepted, 0.1 per cent in
+// float and 1e-9 in double, or what the tolerance asks (LoweredModel::error_of_D)?
 //
 // An error E of P-(k) is the exact P- of a mechanism whose body k is M(k) + E. So if every link
 // absorbs its errors, |E(k)| <= e M(k) with e < 1 in the order of positive semidefinite matrices,
@@ -53,7 +53,7 @@ T zero_where_less(const T& a, const T& b, const T& x) {
   return a < b ? T(0) : x;
 }
 
-// (1): e of P- alone, in units of what is let pass. slides: of a joint that does, d.
+// (1): e of P- alone, in units of what is accepted. slides: of a joint that does, d.
 template <bool slides, class T, class S>
 KALMARM_INLINE T absorbed(const RoundingWeights<S>& w, const Articulated<T>& P, const T& d) {
   T e = (w.Axx * P.Axx + w.Ayy * P.Ayy + w.Azz * P.Azz) +

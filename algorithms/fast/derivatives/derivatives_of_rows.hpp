@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "algorithms/fast/claims/constants.hpp"
+#include "algorithms/fast/claims/tuning.hpp"
 #include "algorithms/fast/derivatives/derivatives.hpp"
 #include "algorithms/fast/factors/factors.hpp"
 #include "algorithms/spatial/lanes.hpp"

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "algorithms/fast/claims/constants.hpp"
+#include "algorithms/fast/claims/tuning.hpp"
 #include "algorithms/spatial/inlining.hpp"
 #include "algorithms/spatial/lanes.hpp"
 

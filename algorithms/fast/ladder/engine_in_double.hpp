@@ -30,9 +30,9 @@ struct ModelsInDouble {
         options(of_engine),
         refined(options.tolerance < least_tolerance_of_double),
         model(model_of(robot)),
-        lowered(model, options.zeros, error_of_D_let_pass(tolerance_of_sweeps())),
+        lowered(model, options.zeros, accepted_error(tolerance_of_sweeps())),
         acceptance(robot, lowered, tolerance_of_sweeps()),
-        certified(make_certified_models(lowered, robot)) {}
+        certified(make_certified_models(lowered, robot, options.tolerance)) {}
   ModelsInDouble(const ModelsInDouble&) = delete;
 
   // Of what wants `want` alone.

@@ -27,7 +27,7 @@ class NarrowEngine final : public Engine<float> {
   template <class MakeWide>
   NarrowEngine(const RobotModel& robot, const EngineOptions& options, const MakeWide& make_wide)
       : model_(model_of(robot).template cast<float>()),
-        lowered_(model_, options.zeros, error_of_D_let_pass(options.tolerance)),
+        lowered_(model_, options.zeros, accepted_error(options.tolerance)),
         acceptance_(robot, lowered_, options.tolerance),
         lanes_(lowered_, acceptance_, options.selection, options.wants(Want::solve)),
         in_lanes_(options.tolerance >= least_tolerance_of_float &&

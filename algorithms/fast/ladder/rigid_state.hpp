@@ -16,11 +16,11 @@ namespace kalmarm {
 inline Outcome of_derivatives(Outcome judged, const RoundingLoss& loss) {
   judged.error = Outcome{}.error;
   judged.rung = Outcome::Rung::float64;
-  if (loss.bound < error_of_D_to_refine || judged.near_singular) return judged;
+  if (loss.bound < largest_error_of_D || judged.near_singular) return judged;
   judged.near_singular = true;
   judged.joint = loss.joint;
   judged.D = loss.D;
-  judged.scale = std::isfinite(loss.bound) ? loss.bound * loss.D : loss.scale;
+  judged.scale = loss.scale;
   return judged;
 }
 

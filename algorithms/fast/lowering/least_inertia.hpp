@@ -21,13 +21,13 @@
 #include <limits>
 #include <vector>
 
-#include "algorithms/fast/claims/constants.hpp"
+#include "algorithms/fast/claims/arithmetic.hpp"
 #include "algorithms/fast/lowering/lowered_link.hpp"
 
 namespace kalmarm::detail {
 
 // M^-1 of a body alone, about its link's origin; in a plane, of moments about z and forces along x
-// and y alone, the others 0. Infinite where M is singular to ten digits.
+// and y alone, the others 0. Infinite where M is singular to ten digits or so.
 template <class S>
 Eigen::Matrix<double, 6, 6> free_covariance(const LoweredBody<S>& body, bool planar) {
   const double m(body.m), x(body.h[0]), y(body.h[1]), z(body.h[2]);
@@ -43,7 +43,7 @@ Eigen::Matrix<double, 6, 6> free_covariance(const LoweredBody<S>& body, bool pla
     const auto X = part.inverse().eval();
     const int n = static_cast<int>(X.rows());
     for (int i = 0; i < n; ++i)
-      if (!(X(i, i) > 0 && X(i, i) * part(i, i) < 1e10)) {
+      if (!(X(i, i) > 0 && X(i, i) * part(i, i) < largest_condition)) {
         out.fill(std::numeric_limits<double>::infinity());
         return;
       }

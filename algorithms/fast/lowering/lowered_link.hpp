@@ -8,7 +8,7 @@
 
 #include <vector>
 
-#include "algorithms/fast/claims/constants.hpp"
+#include "algorithms/fast/claims/arithmetic.hpp"
 #include "algorithms/fast/lowering/link_frame.hpp"
 #include "algorithms/model/model.hpp"
 #include "algorithms/spatial/sincos.hpp"

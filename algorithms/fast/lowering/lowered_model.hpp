@@ -37,10 +37,10 @@ namespace kalmarm {
 template <class S>
 class LoweredModel {
  public:
-  // error_of_D: that is let pass of a D (covariance/rounding_test.hpp).
+  // error_of_D: that is accepted of a D (covariance/rounding_test.hpp).
   template <class Given>
   explicit LoweredModel(const Model<Given>& model, Zeros zeros = Zeros::left_out,
-                        double error_of_D = error_of_D_let_pass(default_tolerance<S>));
+                        double error_of_D = accepted_error(default_tolerance<S>));
 
   int nv() const { return static_cast<int>(links_.size()); }
   int nq() const { return nq_; }

@@ -19,6 +19,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "algorithms/fast/claims/arithmetic.hpp"
 #include "algorithms/fast/claims/claims.hpp"
 #include "algorithms/fast/claims/constants.hpp"
 #include "algorithms/fast/lowering/least_inertia.hpp"
@@ -26,10 +27,11 @@
 
 namespace kalmarm {
 
-// c of (1), times u, in units of the error that is let pass.
+// c of (1), times u, in units of the error that is accepted. A trace is up to six times the largest eigenvalue
+// of N, which is what counts.
 template <class S>
 S rounding_unit(double error_of_D) {
-  return S(rounding_constant_of_traces / error_of_D) * unit_roundoff<S>();
+  return S(rounding_constant_of_P / (6 * error_of_D)) * unit_roundoff<S>();
 }
 
 namespace detail {

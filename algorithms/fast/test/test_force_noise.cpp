@@ -19,9 +19,9 @@ namespace {
 template <class T>
 class ForceNoiseOf : public testing::Test {
  protected:
-  // An acceleration by a sweep that suspects no D: its error is below the root of the left side of
-  // (9); ten times below it by (2) and (6) in the place of (3) and (4); and at most half the root of the
-  // left side of (8), which is 2.8 u where there is one joint.
+  // An acceleration by a sweep that suspects no D: its error is below the root of the left side of (8) with
+  // c = 1 and what an error of D adds to it by (9), with T of the state; a tenth of it with T of all states;
+  // and at most half the root of the left side of (8), which is 2.8 u where there is one joint.
   void expect_bound(const Model<double>& drawn, int seed) {
     const State<T> state = random_state(drawn, seed).template cast<T>();
     const LoweredModel<T> model(drawn.cast<T>());
@@ -39,13 +39,9 @@ class ForceNoiseOf : public testing::Test {
     ForceNoise<T> noise(model);
     const double all = noise.largest_variance(), here = noise.trace(model, ws);
     const double unit = u * u / model.rounding_unit();
-    double closer = 0;
-    noise.begin();
-    for (int k = model.nv() - 1; k >= 0; --k)
-      closer += noise.charge(model, ws, k, ws.z[k], T(1e-6 * size * size / (here * unit)));
     EXPECT_FALSE(10 * error > std::sqrt(all * (unit * ws.noise + of_energy)));
-    EXPECT_FALSE(error > std::sqrt(here * (unit * closer + of_energy)));
-    const double c = rounding_constant_of_a;
+    EXPECT_FALSE(error > std::sqrt(here * (unit * ws.noise + of_energy)));
+    const double c = rounding_constant;
     const double of_sums = c * c * (unit * ws.noise + u * u * ws.energy);
     EXPECT_FALSE(2 * error > std::sqrt(all * (of_sums + of_D * of_D * (ws.energy + weight))));
     ++looked_at_;

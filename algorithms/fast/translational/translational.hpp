@@ -49,9 +49,9 @@ template <class T, class W>
 W sure_D_over_size(double tolerance) {
   using std::max;
   using std::sqrt;
-  const W allowed = W(accepted_error_of_a(tolerance));
+  const W allowed = W(accepted_error(tolerance));
   return max(W(least_D_over_size<T>(1)),
-             W(sqrt(W(rounding_constant) * unit_roundoff<W>() / allowed)));
+             W(sqrt(W(rounding_constant_of_P) * unit_roundoff<W>() / allowed)));
 }
 
 template <class T>

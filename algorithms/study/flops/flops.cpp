@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "algorithms/fast/derivatives/derivatives.hpp"
-#include "algorithms/fast/kinematics/blocks.hpp"
 #include "algorithms/fast/factors/columns.hpp"
+#include "algorithms/fast/kinematics/blocks.hpp"
 #include "algorithms/fast/rigid/mass.hpp"
 #include "algorithms/spatial/pack.hpp"
 #include "algorithms/study/flops/counted.hpp"

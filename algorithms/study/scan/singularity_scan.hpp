@@ -120,7 +120,7 @@ class SingularityScan {
     NearestToSingular<T> nearest = none;
     for (const Found& found : found_) nearest.see(found.nearest);
     Outcome out = nearest.warning();
-    out.recomputed = true;
+    out.rung = Outcome::Rung::refined;
     return out;
   }
 

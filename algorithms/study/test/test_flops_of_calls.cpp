@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "algorithms/fast/claims/constants.hpp"
+#include "algorithms/fast/claims/tuning.hpp"
 #include "algorithms/spatial/pack.hpp"
 #include "algorithms/study/flops/flops.hpp"
 #include "algorithms/test/models.hpp"

@@ -1,0 +1,15 @@
+// Numbers that follow from the arithmetic.
+#pragma once
+
+namespace kalmarm {
+
+// The unit roundoff of pairs: two more bits are lost than two doubles have.
+inline constexpr double roundoff_of_pairs = 0x1p-104;
+
+// Of what is inverted in double, so that it is right to six digits.
+inline constexpr double largest_condition = 0x1p33;
+
+// A weight for what a link cannot absorb: beyond any that a body has, in the range of float.
+inline constexpr double no_body = 0x1p100;
+
+}  // namespace kalmarm
