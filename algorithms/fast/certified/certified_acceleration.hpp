@@ -62,15 +62,21 @@ class CertifiedSweep {
   void acceleration(const CertifiedModels& models, const T* q, const T* qd, const T* tau,
                     int states, T* a, Verdict* out) {
     covariance_acceleration(models.lowered, q, qd, tau, sweep_, a);
+    refine(models, q, qd, tau, sweep_, states, a, out);
+  }
+
+  // The same of a that a sweep has left.
+  void refine(const CertifiedModels& models, const T* q, const T* qd, const T* tau,
+              const CovarianceWorkspace<T>& swept, int states, T* a, Verdict* out) {
     residual_.set_motion(models.twice, q, qd, tau);
     std::array<double, Lanes<T>::count> errors{};
-    for (int i = 0; i < states; ++i) errors[i] = error_of_D(models, q, i);
+    for (int i = 0; i < states; ++i) errors[i] = error_of_D(models, swept, q, i);
     const T eps = packed(errors);
     refiner_.refine(
         models.twice, residual_,
-        [&](const T* r, T* d) { return solve_.solve(models.lowered, sweep_, eps, r, d); }, states,
-        a, out);
-    const AccelerationSums<T> sums = CovarianceForm::sums(sweep_);
+        [&](const T* r, T* d) { return solve_.solve(models.lowered, swept, eps, r, d); }, states, a,
+        out);
+    const AccelerationSums<T> sums = CovarianceForm::sums(swept);
     for (int i = 0; i < states; ++i) {
       out[i].error += rounding_of_residual(models, sums, i, out[i].size);
       out[i].settled = out[i].settled && errors[i] < largest_error_of_D &&
@@ -86,9 +92,10 @@ class CertifiedSweep {
       return T::load(x.data());
   }
 
-  // Of the sweep, in a lane.
-  double error_of_D(const CertifiedModels& models, const T* q, int lane) {
-    if (detail::number(sweep_.margin, lane) > 0) return models.lowered.error_of_D();
+  // In a lane.
+  double error_of_D(const CertifiedModels& models, const CovarianceWorkspace<T>& swept, const T* q,
+                    int lane) {
+    if (detail::number(swept.margin, lane) > 0) return models.lowered.error_of_D();
     for (std::size_t i = 0; i < q_.size(); ++i) q_[i] = detail::number(q[i], lane);
     return bound_.look(models.lowered, q_.data()).bound;
   }
@@ -127,11 +134,15 @@ class CertifiedAcceleration {
   explicit CertifiedAcceleration(const CertifiedModels& models)
       : sweep_(models), wide_(models.robot) {}
 
-  // a (nv).
+  // a (nv); swept: of a sweep that has been made, with its a, or null.
   Outcome acceleration(const CertifiedModels& models, const double* q, const double* qd,
-                       const double* tau, double* a) {
+                       const double* tau, double* a,
+                       const CovarianceWorkspace<double>* swept = nullptr) {
     Verdict refined;
-    sweep_.acceleration(models, q, qd, tau, 1, a, &refined);
+    if (swept)
+      sweep_.refine(models, q, qd, tau, *swept, 1, a, &refined);
+    else
+      sweep_.acceleration(models, q, qd, tau, 1, a, &refined);
     return refined.settled ? outcome_of(refined) : last_resort(models, q, qd, tau, a);
   }
 

@@ -45,16 +45,17 @@ CertifiedAnswer::CertifiedAnswer(CertifiedAnswer&&) noexcept = default;
 CertifiedAnswer& CertifiedAnswer::operator=(CertifiedAnswer&&) noexcept = default;
 CertifiedAnswer::~CertifiedAnswer() = default;
 
-Outcome CertifiedAnswer::answer(const Call<double>& call) {
+Outcome CertifiedAnswer::answer(const Call<double>& call,
+                                const CovarianceWorkspace<double>* swept) {
   Parts& parts = *parts_;
   switch (call.want) {
     case Want::acceleration:
     case Want::derivatives: {
       const double* const qd = parts.velocity(call);
-      return call.r
-                 ? parts.acceleration->last_resort(*parts.models, call.q, qd, call.tau, call.out,
-                                                   call.r)
-                 : parts.acceleration->acceleration(*parts.models, call.q, qd, call.tau, call.out);
+      return call.r ? parts.acceleration->last_resort(*parts.models, call.q, qd, call.tau, call.out,
+                                                      call.r)
+                    : parts.acceleration->acceleration(*parts.models, call.q, qd, call.tau,
+                                                       call.out, swept);
     }
     case Want::inverse:
       return parts.factors->inverse(call.q, call.out);

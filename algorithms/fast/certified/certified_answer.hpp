@@ -11,6 +11,9 @@
 namespace kalmarm {
 
 struct CertifiedModels;
+template <class T>
+struct CovarianceWorkspace;
+
 // `lowered` is kept by reference.
 std::shared_ptr<const CertifiedModels> make_certified_models(const LoweredModel<double>& lowered,
                                                              const RobotModel& robot,
@@ -27,8 +30,9 @@ class CertifiedAnswer {
   CertifiedAnswer& operator=(CertifiedAnswer&&) noexcept;
   ~CertifiedAnswer();
 
-  // As those of Engine. With joint noise a is that of two doubles.
-  Outcome answer(const Call<double>& call);
+  // As those of Engine. With joint noise a is that of two doubles; swept: of a sweep that has been made for
+  // an acceleration, whose a is refined.
+  Outcome answer(const Call<double>& call, const CovarianceWorkspace<double>* swept = nullptr);
   Outcome factor(const double* q);
   Outcome solve(int columns, const double* taus, double* X);
 

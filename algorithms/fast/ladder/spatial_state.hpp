@@ -92,7 +92,7 @@ class SpatialState : public RigidState {
     F::acceleration(lowered(), call.q, call.qd, call.tau, *sweep_, call.out);
     const auto by = acceptance().judge(F::sums(*sweep_));
     if (acceptance().accepts(sweep_->margin, by, 0)) return {.error = by.error};
-    return certified_->answer(call);
+    return certified_->answer(call, &*sweep_);
   }
 
   // X = M^-1 B by the factors of the same sweep, where it is accepted and all columns are.
