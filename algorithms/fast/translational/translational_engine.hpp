@@ -148,7 +148,7 @@ class TranslationalEngine final : public CommonEngine {
         axes_(axes_of(wide)),
         slides_(slides_of(wide, axes_)),
         own_(TranslationalFactors<T>(slides_, wide.gravity(),
-                                     sure_D_over_size<T, W>(options.tolerance))) {
+                                     sure_D_over_size<W>(options.tolerance))) {
     EngineOptions able = options;
     if (own_.factors.suspect()) able.want.insert(Want::solve);
     if (able.wants(Want::acceleration) || able.wants(Want::solve))
