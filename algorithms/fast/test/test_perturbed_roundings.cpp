@@ -59,9 +59,10 @@ class PerturbedRoundings : public testing::Test {
 
   // The estimated error over the spread of 20 draws; infinite of an answer that is left to the next rung.
   static double ratio(const Model<double>& drawn, int seed) {
+    constexpr double tolerance = 1e-6;
     const State<double> state = random_state(drawn, seed);
-    const LoweredModel<double> model(drawn);
-    const Acceptance<double> acceptance(plain(drawn), model);
+    const LoweredModel<double> model(drawn, Zeros::left_out, accepted_error(tolerance));
+    const Acceptance<double> acceptance(plain(drawn), model, tolerance);
     CovarianceWorkspace<double> ws(model);
     VectorX<double> a(drawn.nv());
     covariance_acceleration(model, state.q.data(), state.qd.data(), state.tau.data(), ws, a.data());

@@ -21,7 +21,7 @@
 
 #include "algorithms/fast/claims/claims.hpp"
 #include "algorithms/fast/claims/constants.hpp"
-#include "algorithms/model/rounding_scale.hpp"
+#include "algorithms/model/model.hpp"
 #include "algorithms/spatial/inlining.hpp"
 
 namespace kalmarm {
@@ -42,16 +42,14 @@ struct Slide {
   W r, mass = W(0);
 };
 
-// Down to which D over the masses that it is made of rounding in W, in which factors are worked out, does
-// not show in T: of slides that are nearly coplanar one is rounded by u(W) size / D, and then the next
-// by size / D times as much. A search found accelerations wrong by 2e-6 at 6e-8, where only T counted.
-template <class T, class W>
+// Down to which D over the masses that it is made of rounding in W, in which factors are worked out once and
+// for all, does not show in an answer: of slides that are nearly coplanar one is rounded by u(W) size / D, and
+// then the next by size / D times as much. A search found accelerations wrong by 2e-6 at 6e-8.
+template <class W>
 W sure_D_over_size(double tolerance) {
-  using std::max;
   using std::sqrt;
-  const W allowed = W(accepted_error(tolerance));
-  return max(W(least_D_over_size<T>(1)),
-             W(sqrt(W(rounding_constant_of_P) * unit_roundoff<W>() / allowed)));
+  const W accepted = W(accepted_error(std::min(tolerance, default_tolerance<double>)));
+  return W(sqrt(W(rounding_constant_of_P) * unit_roundoff<W>() / accepted));
 }
 
 template <class T>

@@ -138,7 +138,7 @@ class TranslationalState : public RigidState {
       : RigidState(models, options),
         axes_(axes_of(wide)),
         slides_(slides_of(wide, axes_)),
-        factors_(slides_, wide.gravity(), sure_D_over_size<T, W>(options.tolerance)) {
+        factors_(slides_, wide.gravity(), sure_D_over_size<W>(options.tolerance)) {
     EngineOptions able = options;
     if (factors_.suspect()) able.want.insert(Want::solve);
     if (able.wants(Want::acceleration) || able.wants(Want::solve))
