@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "algorithms/dynamics/plan.hpp"
 #include "algorithms/dynamics/test/door_support.hpp"
 #include "algorithms/fast/test/mechanisms_that_lose.hpp"
 #include "algorithms/test/singular.hpp"
@@ -107,9 +108,12 @@ void expect_as_one_state(const Model<double>& model, const DynamicsOptions& opti
       ASSERT_LE(std::abs(static_cast<double>(x[k] - right.diagonal[k])),
                 4000 * u * static_cast<double>(right.diagonal[k]))
           << "state " << i << " DoF " << k;
+    // By Cholesky of M where D are not summed: of one state M is rounded once, in lanes of float at every link,
+    // and |dL| <= sum of |M^-1(i,j)| |dM(i,j)|, of straight_chain 1e4 u.
+    const double most = robot.plan().partial_answers ? 4000 : 16000;
     const double L = static_cast<double>(right.log_det);
     ASSERT_LE(std::abs(static_cast<double>(rows.log_det.x[i]) - L),
-              4000 * u * std::max(1.0, std::abs(L)))
+              most * u * std::max(1.0, std::abs(L)))
         << "state " << i;
     const VectorX<T> X = rows.of(rows.operational, i);
     const Eigen::Map<const VectorX<T>> right_X(right.operational.data(), 18 * 18);

@@ -73,6 +73,7 @@ class EngineInDouble final : public Engine<double> {
 
   void reserve_workers(Want want, int count) override {
     if (workers_[0].state.takes_lanes(want)) lanes_.reserve(want, count);
+    workers_[0].state.reserve_rows(want);
     for (int i = 1; i < count; ++i) {
       std::set<Want> wanted = {want};
       if (i < static_cast<int>(workers_.size())) {
@@ -82,8 +83,8 @@ class EngineInDouble final : public Engine<double> {
       } else {
         workers_.emplace_back(models_, models_.options_for(wanted));
       }
+      for (const Want one : workers_[i].wanted) workers_[i].state.reserve_rows(one);
     }
-    for (int i = 0; i < count; ++i) workers_[i].state.reserve_rows(want);
   }
 
   void answer_rows(int worker, int count, const Call<double>& call, Outcome* outcomes) override {

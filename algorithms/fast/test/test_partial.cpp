@@ -59,6 +59,9 @@ class Partial : public testing::Test {
     options.selection = selection;
     return make_engine<T>(plain(rounded<T>(model)), options);
   }
+  static Outcome ask(Engine<T>& selecting, const VectorX<T>& q, MatrixX<T>& X) {
+    return selecting.answer({.want = Want::operational, .q = q.data(), .out = X.data()});
+  }
 };
 using Precisions = testing::Types<float, double>;
 TYPED_TEST_SUITE(Partial, Precisions, PrecisionName);
@@ -87,7 +90,7 @@ TYPED_TEST(Partial, EveryAnswerIsThatOfFiftyDigits) {
       log_det_error = std::max(log_det_error, truth.log_det(log_det) / (u * nv));
 
       MatrixX<T> X = poisoned<T>(selection.size(), selection.size());
-      EXPECT_TRUE(TestFixture::selecting(model, selection)->selected(q.data(), X.data()));
+      EXPECT_TRUE(TestFixture::ask(*TestFixture::selecting(model, selection), q, X));
       EXPECT_TRUE(X == X.transpose());
       selected_error = std::max(selected_error, truth.selected(selection, X) / u);
       const int base = static_cast<int>(selection.dofs.size()) + 12;
@@ -141,11 +144,11 @@ TYPED_TEST(Partial, CallsDoNotDisturbEachOther) {
     const Selection selection = random_selection(drawn, 3);
     const int size = selection.size();
     MatrixX<T> fresh = poisoned<T>(size, size), used = fresh;
-    EXPECT_TRUE(TestFixture::selecting(drawn, selection)->selected(q.data(), fresh.data()));
+    EXPECT_TRUE(TestFixture::ask(*TestFixture::selecting(drawn, selection), q, fresh));
     const auto engine = TestFixture::selecting(drawn, selection);
-    EXPECT_TRUE(engine->selected(other.data(), used.data()));
+    EXPECT_TRUE(TestFixture::ask(*engine, other, used));
     used = poisoned<T>(size, size);
-    EXPECT_TRUE(engine->selected(q.data(), used.data()));
+    EXPECT_TRUE(TestFixture::ask(*engine, q, used));
     EXPECT_TRUE(used == fresh) << family.name;
 
     VectorX<T> x = poisoned<T>(drawn.nv()), y = x;
@@ -190,7 +193,7 @@ TYPED_TEST(Partial, SingularMechanismIsReportedAndSuspectsAreAnswered) {
       const VectorX<T> q = at.cast<T>();
       Dynamics<T> robot = TestFixture::robot_of(drawn);
       outcomes = {robot.diagonal(q, diagonal), robot.log_det(q, log_det),
-                  TestFixture::selecting(drawn, selection)->selected(q.data(), selected.data())};
+                  TestFixture::ask(*TestFixture::selecting(drawn, selection), q, selected)};
     }
   };
   int suspects = 0;
@@ -231,7 +234,7 @@ TYPED_TEST(Partial, NanInTheStateIsReported) {
   MatrixX<T> X(7, 7);
   EXPECT_FALSE(robot.diagonal(q, x));
   EXPECT_FALSE(robot.log_det(q, log_det));
-  EXPECT_FALSE(engine->selected(q.data(), X.data()));
+  EXPECT_FALSE(TestFixture::ask(*engine, q, X));
 }
 
 template <class T>

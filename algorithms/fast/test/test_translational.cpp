@@ -41,21 +41,27 @@ class Robot {
 
   Outcome forward_dynamics(const VectorX<T>& q, const VectorX<T>& qd, const VectorX<T>& tau,
                            VectorX<T>& a) {
-    return engine_->forward_dynamics(q.data(), qd.data(), tau.data(), a.data());
+    return engine_->answer({.want = Want::acceleration,
+                            .q = q.data(),
+                            .qd = qd.data(),
+                            .tau = tau.data(),
+                            .out = a.data()});
   }
   Outcome factor(const VectorX<T>& q) { return engine_->factor(q.data()); }
   Outcome solve(const VectorX<T>& tau, VectorX<T>& x) {
     return engine_->solve(1, tau.data(), x.data());
   }
   Outcome inverse_mass(const VectorX<T>& q, MatrixX<T>& X) {
-    return engine_->inverse(q.data(), X.data());
+    return engine_->answer({.want = Want::inverse, .q = q.data(), .out = X.data()});
   }
   Outcome diagonal(const VectorX<T>& q, VectorX<T>& x) {
-    return engine_->diagonal(q.data(), x.data());
+    return engine_->answer({.want = Want::diagonal, .q = q.data(), .out = x.data()});
   }
-  Outcome log_det(const VectorX<T>& q, T& x) { return engine_->log_det(q.data(), x); }
+  Outcome log_det(const VectorX<T>& q, T& x) {
+    return engine_->answer({.want = Want::log_det, .q = q.data(), .out = &x});
+  }
   Outcome selected(const VectorX<T>& q, MatrixX<T>& X) {
-    return engine_->selected(q.data(), X.data());
+    return engine_->answer({.want = Want::operational, .q = q.data(), .out = X.data()});
   }
 
  private:
