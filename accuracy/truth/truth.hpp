@@ -34,7 +34,7 @@
 namespace kalmarm {
 
 // Proven: 0 where it was not asked for.
-struct Widths {
+struct AnswerWidths {
   double M = 0, X = 0, D = 0, g = 0;
 };
 
@@ -46,7 +46,7 @@ struct Truth {
   MatrixX<Real> g;     // 6 x nv
   std::vector<Response<T>> responses;  // one a task
   unsigned digits = 0;                 // carried
-  Widths width;
+  AnswerWidths width;
 
   // The largest of those in (1).
   double largest_width() const;

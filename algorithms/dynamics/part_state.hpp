@@ -97,7 +97,15 @@ class PartState {
     MatrixX<T> J, XJ, JXJ, M;
     Eigen::LLT<MatrixX<T>> llt;
 
-    explicit Reading(const Model<T>& of_part) : model(of_part), kin(model), q(model.nq()) {}
+    Reading(const Model<T>& of_part, Eigen::Index rows_of_J, Eigen::Index free_dofs)
+        : model(of_part),
+          kin(model),
+          q(model.nq()),
+          J(rows_of_J, model.nv()),
+          XJ(model.nv(), rows_of_J),
+          JXJ(rows_of_J, rows_of_J),
+          M(free_dofs, free_dofs),
+          llt(free_dofs) {}
   };
 
   struct Worker {
@@ -236,7 +244,9 @@ void PartState<T>::reserve(Want want, int workers, int states) {
       for (std::vector<T>& X : w.derivatives) grow(X, part_.n * part_.n);
     w.outcomes.resize(std::max<std::size_t>(w.outcomes.size(), states));
     if (of_engine != want && !block_ && !w.reading)
-      w.reading = std::make_unique<Reading>(model_.template cast<T>());
+      w.reading = std::make_unique<Reading>(model_.template cast<T>(),
+                                            static_cast<Eigen::Index>(6 * sites_.size()),
+                                            static_cast<Eigen::Index>(free_dofs_.size()));
   }
 }
 
@@ -314,7 +324,6 @@ void PartState<T>::read_operational(Reading& r, const Call<T>& part, T* X,
   const Eigen::Map<const MatrixX<T>> inverse(part.out, part_.nv, part_.nv);
   r.q = Eigen::Map<const VectorX<T>>(part.q, part_.nq);
   set_position(r.model, r.q, r.kin);
-  r.J.resize(6 * static_cast<int>(sites_.size()), part_.nv);
   site_jacobian<T>(r.model, r.kin, sites_, r.J);
   r.XJ.noalias() = inverse * r.J.transpose();
   r.JXJ.noalias() = r.J * r.XJ;
@@ -325,8 +334,7 @@ void PartState<T>::read_operational(Reading& r, const Call<T>& part, T* X,
 template <class T>
 Outcome PartState<T>::read_log_det(Reading& r, const T* M, T& x) const {
   using std::log;
-  const auto n = static_cast<Eigen::Index>(free_dofs_.size());
-  r.M.resize(n, n);
+  const Eigen::Index n = r.M.rows();
   for (Eigen::Index j = 0; j < n; ++j)
     for (Eigen::Index i = 0; i < n; ++i) r.M(i, j) = M[free_dofs_[j] * part_.nv + free_dofs_[i]];
   r.llt.compute(r.M);

@@ -116,7 +116,7 @@ TEST_P(EnclosureOf, NoErrorIsLargerThanItsWidth) {
 
     const Digits digits(300);
     const Reference exact(model, state);
-    const auto expect_within = [&](const Widths& width, const AccelerationWidth& a_width,
+    const auto expect_within = [&](const AnswerWidths& width, const AccelerationWidth& a_width,
                                    const VectorX<Real>& a, const MatrixX<Real>& M,
                                    const MatrixX<Real>& X, const VectorX<Real>& D,
                                    const MatrixX<Real>& g) {

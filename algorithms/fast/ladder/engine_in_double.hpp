@@ -23,7 +23,6 @@ struct ModelsInDouble {
   Model<double> model;
   LoweredModel<double> lowered;
   Acceptance<double> acceptance;
-  std::shared_ptr<const CertifiedModels> certified;
 
   ModelsInDouble(const RobotModel& of_robot, const EngineOptions& of_engine)
       : robot(of_robot),
@@ -31,9 +30,14 @@ struct ModelsInDouble {
         refined(options.tolerance < least_tolerance_of_double),
         model(model_of(robot)),
         lowered(model, options.zeros, accepted_error(tolerance_of_sweeps())),
-        acceptance(robot, lowered, tolerance_of_sweeps()),
-        certified(make_certified_models(lowered, robot, options.tolerance)) {}
+        acceptance(robot, lowered, tolerance_of_sweeps()) {}
   ModelsInDouble(const ModelsInDouble&) = delete;
+
+  // What refines, made by the first that asks.
+  const std::shared_ptr<const CertifiedModels>& certified() {
+    if (!certified_) certified_ = make_certified_models(lowered, robot, options.tolerance);
+    return certified_;
+  }
 
   // Of what wants `want` alone.
   EngineOptions options_for(std::set<Want> want) const {
@@ -48,10 +52,33 @@ struct ModelsInDouble {
   double tolerance_of_sweeps() const {
     return refined ? default_tolerance<double> : options.tolerance;
   }
+
+  std::shared_ptr<const CertifiedModels> certified_;
 };
 
-// State, of one worker: State(const ModelsInDouble&, const EngineOptions&); answer, factor and solve as
-// those of Engine; takes_lanes(want): whether rows are answered in lanes, by the sweep of F;
+// A call of one state, by the memory of a worker.
+template <class State>
+Outcome answer_by(State& state, const Call<double>& call) {
+  switch (call.want) {
+    case Want::acceleration:
+      return call.B ? state.with_columns(call) : state.acceleration(call);
+    case Want::inverse_dynamics:
+      return state.inverse_dynamics(call);
+    case Want::mass:
+      return state.mass(call);
+    case Want::derivatives:
+      return state.differentiate(call);
+    case Want::solve: {
+      const Outcome of_D = state.factor(call.q);
+      return of_D ? state.solve(1, call.tau, call.out) : of_D;
+    }
+    default:
+      return state.by_factors(call);
+  }
+}
+
+// State: what answer_by and Engine ask, made by State(ModelsInDouble&, const EngineOptions&);
+// takes_lanes(want): whether rows are answered in lanes, by the sweep of F;
 // answer_rows(count, call, outcomes, left_over) answers those that are left over, in memory that
 // reserve_rows(want) has taken.
 template <class State, class F>
@@ -65,7 +92,7 @@ class EngineInDouble final : public Engine<double> {
 
   bool answers_in_part() const override { return true; }
 
-  Outcome answer(const Call<double>& call) override { return workers_[0].state.answer(call); }
+  Outcome answer(const Call<double>& call) override { return answer_by(workers_[0].state, call); }
   Outcome factor(const double* q) override { return workers_[0].state.factor(q); }
   Outcome solve(int columns, const double* taus, double* X) override {
     return workers_[0].state.solve(columns, taus, X);
@@ -100,7 +127,7 @@ class EngineInDouble final : public Engine<double> {
     State state;
     std::vector<char> left_over;
 
-    Worker(const ModelsInDouble& models, const EngineOptions& options)
+    Worker(ModelsInDouble& models, const EngineOptions& options)
         : wanted(options.want), state(models, options) {}
   };
 

@@ -69,14 +69,14 @@ class RigidState {
   const LoweredModel<double>& lowered() const { return models_->lowered; }
   const Acceptance<double>& acceptance() const { return models_->acceptance; }
 
-  // The rows that are left over, each by answer(call).
-  template <class Answer>
-  void one_by_one(int count, const Call<double>& call, Outcome* outcomes, const char* left_over,
-                  const Answer& answer) const {
+  // The rows that are left over.
+  template <class State>
+  void one_by_one(State& state, int count, const Call<double>& call, Outcome* outcomes,
+                  const char* left_over) const {
     for (int i = 0; i < count; ++i) {
       if (!left_over[i]) continue;
       const Call<double> row = call.from(i, width_);
-      outcomes[i] = answer(row);
+      outcomes[i] = answer_by(state, row);
       if (call.want == Want::mass && !all_finite(width_.out(call.want), row.out))
         outcomes[i] = {.status = Outcome::Status::not_finite};
     }

@@ -15,11 +15,11 @@ namespace kalmarm {
 template <class F>
 class SpatialState : public RigidState {
  public:
-  SpatialState(const ModelsInDouble& models, const EngineOptions& options)
+  SpatialState(ModelsInDouble& models, const EngineOptions& options)
       : RigidState(models, options), forces_(lowered()) {
     const auto wants = [&](Want want) { return options.wants(want); };
     if (wants(Want::acceleration) || options.wants_factors() || wants(Want::derivatives))
-      certified_.emplace(models.certified, options, F::at_rest);
+      certified_.emplace(models.certified(), options, F::at_rest);
     if (wants(Want::acceleration)) sweep_.emplace(lowered());
     if (options.wants_factors()) factors_.emplace(lowered());
     if (wants(Want::inverse)) inverse_.emplace(lowered(), options.triangles);
@@ -36,56 +36,13 @@ class SpatialState : public RigidState {
     if (want == Want::acceleration) certified_->reserve_rows();
   }
 
-  Outcome answer(const Call<double>& call) {
-    switch (call.want) {
-      case Want::acceleration:
-        return call.B ? with_columns(call) : acceleration(call);
-      case Want::inverse_dynamics:
-        return inverse_dynamics(call);
-      case Want::mass:
-        return mass(call);
-      case Want::derivatives:
-        return differentiate(call);
-      case Want::solve: {
-        const Outcome of_D = factor(call.q);
-        return of_D ? solve(1, call.tau, call.out) : of_D;
-      }
-      default:
-        return by_factors(call);
-    }
-  }
-
   void answer_rows(int count, const Call<double>& call, Outcome* outcomes, const char* left_over) {
     if (std::find(left_over, left_over + count, char(1)) == left_over + count) return;
     if (call.want == Want::acceleration && !call.B && !call.r)
       return certified_->answer_rows(count, call, outcomes, left_over);
-    one_by_one(count, call, outcomes, left_over,
-               [this](const Call<double>& row) { return answer(row); });
+    one_by_one(*this, count, call, outcomes, left_over);
   }
 
-  Outcome factor(const double* q) {
-    by_certified_ = models().refined;
-    if (!by_certified_) {
-      set_factors(q);
-      double check = 0;
-      for (const auto& at : factors_->links) check += at.inverse_D * 0;
-      by_certified_ = !accepts_factors(check);
-    }
-    if (by_certified_) return certified_->factor(q);
-    certified_->keep(q);
-    return {};
-  }
-
-  Outcome solve(int columns, const double* taus, double* X) {
-    if (by_certified_) return certified_->solve(columns, taus, X);
-    Outcome out;
-    solve_columns(*factors_, columns, taus, X, [&](std::ptrdiff_t at) {
-      out = worse(out, certified_->column(taus + at, X + at));
-    });
-    return out;
-  }
-
- private:
   // With joint noise: what lanes have left over, and no sweep here can answer.
   Outcome acceleration(const Call<double>& call) {
     if (models().refined || call.r) return certified_->answer(call);
@@ -132,12 +89,6 @@ class SpatialState : public RigidState {
     return accepted && accepts_factors(check) ? Outcome{} : certified_->answer(call);
   }
 
-  bool accepts_columns(const double* X) {
-    const auto diagonal = [&](int k) { return X[k * (lowered().nv() + std::size_t(1))]; };
-    return acceptance().accepts_columns(energy_of_columns(*factors_, X)) ||
-           acceptance().accepts_all_of(forces_.energy_of_columns(lowered(), *factors_, diagonal));
-  }
-
   // Refinement has no derivatives: it gives their a, or says whether M is singular. Where a D may be
   // wrong by 1 per cent, they warn.
   Outcome differentiate(const Call<double>& call) {
@@ -147,6 +98,35 @@ class SpatialState : public RigidState {
     const Outcome out = models().refined ? certified_->answer(call) : certified_->factor(call.q);
     if (out && !finite) return {.status = Outcome::Status::not_finite};
     return out ? of_derivatives(out, loss) : out;
+  }
+
+  Outcome factor(const double* q) {
+    by_certified_ = models().refined;
+    if (!by_certified_) {
+      set_factors(q);
+      double check = 0;
+      for (const auto& at : factors_->links) check += at.inverse_D * 0;
+      by_certified_ = !accepts_factors(check);
+    }
+    if (by_certified_) return certified_->factor(q);
+    certified_->keep(q);
+    return {};
+  }
+
+  Outcome solve(int columns, const double* taus, double* X) {
+    if (by_certified_) return certified_->solve(columns, taus, X);
+    Outcome out;
+    solve_columns(*factors_, columns, taus, X, [&](std::ptrdiff_t at) {
+      out = worse(out, certified_->column(taus + at, X + at));
+    });
+    return out;
+  }
+
+ private:
+  bool accepts_columns(const double* X) {
+    const auto diagonal = [&](int k) { return X[k * (lowered().nv() + std::size_t(1))]; };
+    return acceptance().accepts_columns(energy_of_columns(*factors_, X)) ||
+           acceptance().accepts_all_of(forces_.energy_of_columns(lowered(), *factors_, diagonal));
   }
 
   // X = M^-1 taus by factors that are kept or that a sweep has left; climb(where it starts) of every

@@ -19,7 +19,7 @@ class TranslationalState : public RigidState {
 
  public:
   // Of a robot that is translational.
-  TranslationalState(const ModelsInDouble& models, const EngineOptions& options)
+  TranslationalState(ModelsInDouble& models, const EngineOptions& options)
       : TranslationalState(models, options, models.model.cast<W>()) {}
 
   // What does not depend on q is in no need of them; nor are derivatives that are refused or suspect in
@@ -31,28 +31,58 @@ class TranslationalState : public RigidState {
 
   void reserve_rows(Want) {}
 
-  Outcome answer(const Call<T>& call) {
-    switch (call.want) {
-      case Want::acceleration:
-        return call.B ? with_columns(call) : acceleration(call);
-      case Want::inverse_dynamics:
-        return inverse_dynamics(call);
-      case Want::mass:
-        return mass(call);
-      case Want::derivatives:
-        return differentiate(call);
-      case Want::solve: {
-        const Outcome of_D = factor(call.q);
-        return of_D ? solve(1, call.tau, call.out) : of_D;
-      }
-      default:
-        return of_inverse(call);
-    }
+  void answer_rows(int count, const Call<T>& call, Outcome* outcomes, const char* left_over) {
+    one_by_one(*this, count, call, outcomes, left_over);
   }
 
-  void answer_rows(int count, const Call<T>& call, Outcome* outcomes, const char* left_over) {
-    one_by_one(count, call, outcomes, left_over,
-               [this](const Call<T>& row) { return answer(row); });
+  Outcome acceleration(const Call<T>& call) {
+    if (!refusal_) return refusal_;
+    if (answered()) return certified_->answer(call);
+    T squares = T(0), size = T(0), rounding = T(0);
+    const auto force = [&](int k) { return call.tau[k]; };
+    factors_.solve(force, [&](int k, const T& x) {
+      const T a = call.out[k] = x + factors_.by_weight()[k];
+      squares += a * a;
+      size += lowered().least_inertias()[k] * (a * a);
+      rounding += lowered().largest_inertias()[k] * (a * a);
+    });
+    const T energy = factors_.energy(force) + factors_.energy_by_weight();
+    const auto by = acceptance().judge(AccelerationSums<T>{T(0), energy, squares, size, rounding});
+    if (by.margin > T(0)) return {.error = by.error};
+    return certified_->answer(call);
+  }
+
+  Outcome with_columns(const Call<T>& call) {
+    const Outcome of_a = acceleration(call);
+    const Outcome of_D = of_a ? factor(call.q) : of_a;
+    return of_D ? worse(of_a, worse(of_D, solve(call.m, call.B, call.X))) : of_D;
+  }
+
+  // M^-1 and what is read off it.
+  Outcome by_factors(const Call<T>& call) {
+    if (answered()) return certified_->answer(call);
+    const MatrixX<T>& X = factors_.inverse();
+    switch (call.want) {
+      case Want::inverse:
+        std::copy_n(X.data(), X.size(), call.out);
+        break;
+      case Want::diagonal:
+        for (int k = 0; k < X.rows(); ++k) call.out[k] = X(k, k);
+        break;
+      case Want::log_det:
+        *call.out = factors_.log_det();
+        break;
+      default:
+        std::copy_n(selected_.data(), selected_.size(), call.out);
+    }
+    return refusal_;
+  }
+
+  Outcome differentiate(const Call<T>& call) {
+    const bool finite = derivatives(call);
+    if (!refusal_) return refusal_;
+    if (!finite) return {.status = Outcome::Status::not_finite};
+    return factors_.suspect() ? of_derivatives({}, loss_) : Outcome{};
   }
 
   Outcome factor(const T* q) {
@@ -83,58 +113,7 @@ class TranslationalState : public RigidState {
   // Whether calls are answered by the certified form.
   bool answered() const { return factors_.suspect() && refusal_; }
 
-  Outcome acceleration(const Call<T>& call) {
-    if (!refusal_) return refusal_;
-    if (answered()) return certified_->answer(call);
-    T squares = T(0), size = T(0), rounding = T(0);
-    const auto force = [&](int k) { return call.tau[k]; };
-    factors_.solve(force, [&](int k, const T& x) {
-      const T a = call.out[k] = x + factors_.by_weight()[k];
-      squares += a * a;
-      size += lowered().least_inertias()[k] * (a * a);
-      rounding += lowered().largest_inertias()[k] * (a * a);
-    });
-    const T energy = factors_.energy(force) + factors_.energy_by_weight();
-    const auto by = acceptance().judge(AccelerationSums<T>{T(0), energy, squares, size, rounding});
-    if (by.margin > T(0)) return {.error = by.error};
-    return certified_->answer(call);
-  }
-
-  Outcome with_columns(const Call<T>& call) {
-    const Outcome of_a = acceleration(call);
-    const Outcome of_D = of_a ? factor(call.q) : of_a;
-    return of_D ? worse(of_a, worse(of_D, solve(call.m, call.B, call.X))) : of_D;
-  }
-
-  // M^-1 and what is read off it.
-  Outcome of_inverse(const Call<T>& call) {
-    if (answered()) return certified_->answer(call);
-    const MatrixX<T>& X = factors_.inverse();
-    switch (call.want) {
-      case Want::inverse:
-        std::copy_n(X.data(), X.size(), call.out);
-        break;
-      case Want::diagonal:
-        for (int k = 0; k < X.rows(); ++k) call.out[k] = X(k, k);
-        break;
-      case Want::log_det:
-        *call.out = factors_.log_det();
-        break;
-      default:
-        std::copy_n(selected_.data(), selected_.size(), call.out);
-    }
-    return refusal_;
-  }
-
-  Outcome differentiate(const Call<T>& call) {
-    const bool finite = derivatives(call);
-    if (!refusal_) return refusal_;
-    if (!finite) return {.status = Outcome::Status::not_finite};
-    return factors_.suspect() ? of_derivatives({}, loss_) : Outcome{};
-  }
-
-  TranslationalState(const ModelsInDouble& models, const EngineOptions& options,
-                     const Model<W>& wide)
+  TranslationalState(ModelsInDouble& models, const EngineOptions& options, const Model<W>& wide)
       : RigidState(models, options),
         axes_(axes_of(wide)),
         slides_(slides_of(wide, axes_)),
@@ -142,7 +121,7 @@ class TranslationalState : public RigidState {
     EngineOptions able = options;
     if (factors_.suspect()) able.want.insert(Want::solve);
     if (able.wants(Want::acceleration) || able.wants(Want::solve))
-      certified_.emplace(models.certified, able, true);
+      certified_.emplace(models.certified(), able, true);
     if (factors_.suspect()) {
       const VectorX<T> q = VectorX<T>::Zero(wide.nq());
       if (const Outcome verdict = certified_->factor(q.data()); !verdict) refusal_ = verdict;

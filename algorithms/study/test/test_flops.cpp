@@ -90,7 +90,7 @@ TEST(ForwardDynamicsFlops, ZeroTermsCostNone) {
 }
 
 // N, T and the scales of joints where no constant of the robot is known, beside N by constants.
-TEST(ForwardDynamicsFlops, RoundingThatDependsOnTheStateCostsAtMost110ALink) {
+TEST(ForwardDynamicsFlops, RoundingThatDependsOnTheStateCostsAtMost60ALink) {
   Counted at(massless_links(1));
   CovarianceWorkspace<Count> ws(at.model);
   const auto flops = [&] {
@@ -102,7 +102,7 @@ TEST(ForwardDynamicsFlops, RoundingThatDependsOnTheStateCostsAtMost110ALink) {
   ASSERT_TRUE(ws.forces);
   const double by_state = flops();
   ws.forces.reset();
-  expect_between(50, (by_state - flops()) / at.model.nv(), 110, "flops_a_link");
+  expect_between(30, (by_state - flops()) / at.model.nv(), 60, "flops_a_link");
 }
 
 // One sweep after another; the filter beside that of the factors, which carries no forces.
