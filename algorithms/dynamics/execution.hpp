@@ -74,7 +74,7 @@ class Execution {
       if (direct) {
         whole_->answer_rows(worker, states, rows, of_rows);
       } else {
-        if (outcomes) std::fill_n(of_rows, states, Outcome{});
+        if (outcomes) std::fill_n(of_rows, states, Outcome{.rung = Outcome::Rung::float_lanes});
         clear(states, rows);
         for (PartState<T>& p : parts_) p.answer_rows(worker, states, rows, width_, of_rows);
       }

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -129,6 +130,12 @@ class RowsInLanes {
       covariance_factor(model, q.data(), factors);
     }
   };
+  struct Inverses {
+    InverseOfRows<P> matrices;
+    ForceNoise<P> forces;
+
+    explicit Inverses(const LoweredModel<S>& model) : matrices(model), forces(model) {}
+  };
   struct Solves : FactorsOfRows {
     RowSolver<P> columns;
 
@@ -209,12 +216,24 @@ class RowsInLanes {
            call.derivatives[1], call.derivatives[2], call.out, rows.left_over);
   }
 
-  void inverse(InverseOfRows<P>& w, const Rows& rows) const {
-    const P check = w.fill(lowered_, rows.call.q, rows.states, rows.left, rows.call.out);
-    accept(rows, [&](int i) {
-      return check[i] == S(0) && w.factors().margin[i] > S(0) &&
-             acceptance_.accepts_columns(w.energy()[i]);
+  // By constants of the robot, or where these say nothing, as of slides, by the state.
+  void inverse(Inverses& w, const Rows& rows) const {
+    const InverseOfRows<P>& made = w.matrices;
+    const P check = w.matrices.fill(lowered_, rows.call.q, rows.states, rows.left, rows.call.out);
+    const auto sure = [&](int i) { return check[i] == S(0) && made.factors().margin[i] > S(0); };
+    const auto known = [&](int i) { return acceptance_.accepts_columns(made.energy()[i]); };
+    accept(rows, [&](int i) { return sure(i) && known(i); });
+    bool all = true;
+    for (int i = 0; i < rows.states; ++i) all &= known(i) || !sure(i);
+    if (all) return;
+    const std::ptrdiff_t nv = lowered_.nv();
+    const P energy = w.forces.energy_of_columns(lowered_, made.factors(), [&](int k) {
+      std::array<S, lanes> diagonal{};
+      for (int i = 0; i < rows.states; ++i) diagonal[i] = rows.call.out[i * nv * nv + k * (nv + 1)];
+      return P::load(diagonal.data());
     });
+    accept(rows,
+           [&](int i) { return sure(i) && (known(i) || acceptance_.accepts_all_of(energy[i])); });
   }
 
   void solve(Solves& w, const Rows& rows) const {
@@ -268,7 +287,7 @@ class RowsInLanes {
   std::vector<Torques> torques_;
   std::vector<MassOfRows<P>> masses_;
   std::vector<DerivativesOfRows<P>> derivatives_;
-  std::vector<InverseOfRows<P>> inverses_;
+  std::vector<Inverses> inverses_;
   std::vector<Solves> solves_of_rows_;
   std::vector<Diagonals> diagonals_;
   std::vector<Selections> selections_;
