@@ -243,7 +243,8 @@ void PartState<T>::reserve(Want want, int workers, int states) {
     if (want == Want::derivatives)
       for (std::vector<T>& X : w.derivatives) grow(X, part_.n * part_.n);
     w.outcomes.resize(std::max<std::size_t>(w.outcomes.size(), states));
-    if (of_engine != want && want != Want::inverse && !w.reading)
+    const bool reads = want == Want::operational || want == Want::log_det;
+    if (reads && of_engine != want && !w.reading)
       w.reading = std::make_unique<Reading>(model_.template cast<T>(),
                                             static_cast<Eigen::Index>(6 * sites_.size()),
                                             static_cast<Eigen::Index>(free_dofs_.size()));

@@ -34,7 +34,7 @@ LOOKED = 0.3  # s between looks at what is finished
 
 
 def planned(kind, options: argparse.Namespace, worker: Path) -> Plan:
-    """The folder's own plan, if it is what is asked for now; else a new one."""
+    """The folder's own plan, or a first one where it has none. DataError: other options made it."""
     path = options.out / "plan.json"
     if not path.exists():
         plan = kind.made(options, worker)

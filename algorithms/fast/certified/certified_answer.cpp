@@ -27,9 +27,11 @@ struct CertifiedAnswer::Parts {
       : models(std::move(of_robot)),
         kept_q(models->lowered.nq()),
         no_velocity(at_rest ? models->lowered.nv() : 0, 0.0) {
-    const bool derivatives = options.wants(Want::derivatives);
-    if (derivatives || options.wants(Want::acceleration)) acceleration.emplace(*models);
-    if (derivatives || options.wants_factors()) factors.emplace(*models, options);
+    const bool derivatives = options.wants(Want::derivatives),
+               refined = models->tolerance < least_tolerance_of_double;
+    if (options.wants(Want::acceleration) || (derivatives && refined))
+      acceleration.emplace(*models);
+    if (options.wants_factors() || (derivatives && !refined)) factors.emplace(*models, options);
   }
 
   const double* velocity(const Call<double>& call) const {

@@ -22,8 +22,8 @@ std::shared_ptr<const CertifiedModels> make_certified_models(const LoweredModel<
 // The memory of one worker.
 class CertifiedAnswer {
  public:
-  // What is made is what options.want names, and for derivatives accelerations and factors. at_rest: of
-  // robots that never move, whose qd is not looked at.
+  // What is made is what options.want names, and for derivatives what they are judged by: factors, or where
+  // all is refined their a. at_rest: of robots that never move, whose qd is not looked at.
   CertifiedAnswer(std::shared_ptr<const CertifiedModels> models, const EngineOptions& options,
                   bool at_rest);
   CertifiedAnswer(CertifiedAnswer&&) noexcept;

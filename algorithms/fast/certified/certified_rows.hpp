@@ -27,12 +27,7 @@ class CertifiedRows {
   // Of every row whose `choice` is set; call.qd is null where all are at rest.
   void answer(int count, const Call<double>& call, Outcome* outcomes, const char* choice,
               CertifiedAcceleration& one) {
-    for (int next = 0; next < count;) {
-      chosen_.clear();
-      for (; next < count && static_cast<int>(chosen_.size()) < lanes; ++next)
-        if (choice[next]) chosen_.push_back(next);
-      if (!chosen_.empty()) refine(call, outcomes, one);
-    }
+    for_each_chosen(count, choice, lanes, chosen_, [&] { refine(call, outcomes, one); });
   }
 
  private:

@@ -37,7 +37,7 @@ struct WideAcceleration::Sweeps {
   // What is derived from a robot's own noise, its weights, holds for more of it.
   void set_noise(const double* noise) {
     if (!noise && !noisy) return;
-    noisy = noise;
+    noisy = noise != nullptr;
     for (int k = 0; k < model.nv(); ++k)
       if (own_noise[k] > T(0)) model.set_noise(k, noise ? T(noise[k]) : own_noise[k]);
   }

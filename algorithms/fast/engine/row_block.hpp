@@ -31,4 +31,16 @@ struct RowBlock {
   }
 };
 
+// f() of every `at_once` rows, or less, whose `choice` is set, and which `chosen` then has.
+template <class F>
+void for_each_chosen(int count, const char* choice, int at_once, std::vector<int>& chosen,
+                     const F& f) {
+  for (int next = 0; next < count;) {
+    chosen.clear();
+    for (; next < count && static_cast<int>(chosen.size()) < at_once; ++next)
+      if (choice[next]) chosen.push_back(next);
+    if (!chosen.empty()) f();
+  }
+}
+
 }  // namespace kalmarm

@@ -84,12 +84,8 @@ class NarrowEngine final : public Engine<float> {
     Worker& w = workers_[worker];
     w.left_over.assign(count, 1);
     if (takes_lanes(call.want)) lanes_.answer(worker, count, call, outcomes, w.left_over.data());
-    for (int next = 0; next < count;) {
-      w.chosen.clear();
-      for (; next < count && static_cast<int>(w.chosen.size()) < rows_at_once; ++next)
-        if (w.left_over[next]) w.chosen.push_back(next);
-      if (!w.chosen.empty()) climb(worker, call, outcomes);
-    }
+    for_each_chosen(count, w.left_over.data(), rows_at_once, w.chosen,
+                    [&] { climb(worker, call, outcomes); });
   }
 
  private:
