@@ -8,6 +8,7 @@ import io
 import json
 import math
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
@@ -254,6 +255,10 @@ def lines(rows) -> list[tuple[dict, str]]:
     return [(row, line(row)) for row in rows()]
 
 
+def write_csv(path: Path, names: Iterable[str], rows: list[str]) -> None:
+    path.write_text(line(dict(zip(names, names))) + "".join(rows))
+
+
 def write(folder: Path, change=None) -> None:
     """`change` makes another row of a row, or None to leave it out."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -262,10 +267,10 @@ def write(folder: Path, change=None) -> None:
         for row, text in lines(rows):
             if new := change(dict(row)) if change else row:
                 kept.append(text if new == row else line(new))
-        header, middle = line(dict(zip(row, row))), len(kept) // 2
+        middle = len(kept) // 2
         for shard, part in enumerate((kept[:middle], kept[middle:])):
             if part:
-                (folder / f"{name}-{shard}.csv").write_text(header + "".join(part))
+                write_csv(folder / f"{name}-{shard}.csv", row, part)
     (folder / "families-stress.json").write_text(json.dumps(described()))
 
 

@@ -76,7 +76,7 @@ def main() -> int:
         rows[0]["seed"] = 0 if mode == "early" else 1000  # of another replicate
     for row in rows:
         row["seed"] += options.first_seed - 1
-    fake_stress.write_csv(options.out, rows)
+    fake_stress.write_csv(options.out, rows[0], [fake_stress.line(row) for row in rows])
     return 0
 
 
