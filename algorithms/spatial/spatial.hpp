@@ -78,11 +78,12 @@ Matrix3<T> cross_matrix(const Vector3<T>& v) {
   return m;
 }
 
-// Rotation matrix of any quaternion other than zero, which need not have unit length:
-// rounding a quaternion's entries leaves an exact rotation.
+// Rotation matrix of a quaternion, which need not have unit length: rounding its entries leaves an
+// exact rotation. NaN where the square of its length is zero or overflows.
 template <class T>
 Matrix3<T> rotation(const Eigen::Quaternion<T>& q) {
-  const T s = T(2) / q.squaredNorm();
+  const T squares = q.squaredNorm();
+  const T s = T(2) / squares + T(0) * squares;
   const T xx = s * q.x() * q.x(), yy = s * q.y() * q.y(), zz = s * q.z() * q.z();
   const T xy = s * q.x() * q.y(), xz = s * q.x() * q.z(), yz = s * q.y() * q.z();
   const T wx = s * q.w() * q.x(), wy = s * q.w() * q.y(), wz = s * q.w() * q.z();

@@ -99,5 +99,39 @@ TYPED_TEST(FarAngles, ThatAreNotFiniteAreSaidToBe) {
       }
 }
 
+// One state and rows alike: the answer at the quaternion of unit length, or a refusal.
+TYPED_TEST(FarAngles, QuaternionsWhoseSquareOverflowsAreNoOtherTurn) {
+  using T = TypeParam;
+  const Model<double> model = floating_base(1);
+  const int nv = model.nv(), count = 3;
+  Dynamics<T> robot = dynamics_of<T>(model, {});
+  const State<T> state = random_state(model, 1).template cast<T>();
+  State<T> far = state;
+  for (int k = 0; k < nv; ++k)
+    if (model.joint(k).coordinate == Coordinate::quaternion)
+      for (int i = 0; i < 4; ++i)
+        far.q[model.joint(k).q_index + i] *= std::sqrt(std::numeric_limits<T>::max()) * T(2);
+  VectorX<T> a = poisoned<T>(nv), b = poisoned<T>(nv);
+  ASSERT_TRUE(robot.forward_dynamics(state.q, state.qd, state.tau, a));
+  const auto is_right = [&](const Outcome& outcome, const VectorX<T>& x) {
+    if (outcome.status == Outcome::Status::not_finite) return true;
+    return outcome && (x - a).norm() < T(1e-4) * a.norm();
+  };
+  EXPECT_TRUE(is_right(robot.forward_dynamics(far.q, far.qd, far.tau, b), b));
+
+  std::vector<T> q, qd, tau, rows(count * nv), M(count * nv * nv);
+  std::vector<Outcome> outcomes(count);
+  for (int i = 0; i < count; ++i) {
+    q.insert(q.end(), far.q.begin(), far.q.end());
+    qd.insert(qd.end(), far.qd.begin(), far.qd.end());
+    tau.insert(tau.end(), far.tau.begin(), far.tau.end());
+  }
+  (void)robot.forward_dynamics(q, qd, tau, rows, outcomes);
+  for (int i = 0; i < count; ++i)
+    EXPECT_TRUE(is_right(outcomes[i], Eigen::Map<const VectorX<T>>(&rows[i * nv], nv))) << i;
+  EXPECT_EQ(robot.mass(q, M, outcomes), count);
+  EXPECT_EQ(outcomes[0].status, Outcome::Status::not_finite);
+}
+
 }  // namespace
 }  // namespace kalmarm::test

@@ -81,7 +81,7 @@ TYPED_TEST(ToleranceOf, WildMechanismsIsKept) {
           << seed << " within " << tolerance << " by " << to_string(outcomes[0].rung);
       // What a refined answer says is above its share of the tolerance climbs; to T it is rounded after.
       if (outcomes[0].rung == Rung::refined) {
-        EXPECT_LE(outcomes[0].error, std::max(0.1 * tolerance, last_bits) +
+        EXPECT_LE(outcomes[0].error, std::max(tolerance / 12, last_bits) +
                                          (std::is_same_v<T, float> ? unit_roundoff<T>() : 0));
       }
     }

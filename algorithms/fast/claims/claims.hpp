@@ -5,7 +5,7 @@
 //   acceleration    first two  |da| <= tolerance |a|                        Euclid's    (1)
 //                              error ~ |da|_M / |a|_M                       energy      (2)
 //                   refined    error ~ |da| / |a|                           Euclid's    (3)
-//   M^-1, selected  first two  every D within a tenth of tolerance          Loewner's   (4)
+//   M^-1, selected  first two  every D within a twelfth of tolerance        Loewner's   (4)
 //   M^-1            first two  rounding of a column's own numbers
 //                              |dX_ij| <= tolerance sqrt(X_ii X_jj)         entries     (6)
 //                   refined    |dX_ij| <= error sqrt(X_ii X_jj)             entries     (5)

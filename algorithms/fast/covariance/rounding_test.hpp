@@ -1,5 +1,5 @@
-// The test of every sweep: can rounding have moved a D(k) by more than is accepted, 0.1 per cent in
-// float and 1e-9 in double, or what the tolerance asks (LoweredModel::error_of_D)?
+// The test of every sweep: can rounding have moved a D(k) by more than is accepted, the
+// share of the tolerance that is LoweredModel::error_of_D?
 //
 // An error E of P-(k) is the exact P- of a mechanism whose body k is M(k) + E. So if every link
 // absorbs its errors, |E(k)| <= e M(k) with e < 1 in the order of positive semidefinite matrices,

@@ -157,7 +157,8 @@ KALMARM_NOINLINE void set_matrix(const LoweredLink<S>& link, const Matrix3<S>& E
         phi.p[i] += X[i][j] * q[j];
       }
   } else {
-    const T s = T(S(2)) / (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    const T squares = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
+    const T s = T(S(2)) / squares + T(S(0)) * squares;  // NaN where they overflow, not no turn
     const T x = s * q[1], y = s * q[2], z = s * q[3], one = T(S(1));
     const T Q[3][3] = {{one - (y * q[2] + z * q[3]), x * q[2] - z * q[0], x * q[3] + y * q[0]},
                        {x * q[2] + z * q[0], one - (x * q[1] + z * q[3]), y * q[3] - x * q[0]},
