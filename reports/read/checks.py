@@ -107,6 +107,8 @@ def refuse_repeats(data: Data) -> None:
         "time of a scan": (call.time[:4] for call in data.scan_calls),
         "error of a scan": (row[:9] for row in data.scan_errors),
         "flops of a scan": (row[:8] for row in data.scan_flops),
+        "error of contacts": (row[:6] for row in data.contact_errors),
+        "time of contacts": (row[:4] for row in data.contact_times),
         "time of an answer": (
             (question.asked, *call.time[:4])
             for question in data.questions

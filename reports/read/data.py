@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from read.advice import Advice, Limits
 from read.campaign import Campaign
+from read.contacts import ContactError
 from read.fits import Identification
 from read.laboratory import Laboratory
 from read.motions import Case, Simulation
@@ -272,6 +273,9 @@ class Data:
     bandwidths: list[Bandwidth] = field(default_factory=list)
     scan_errors: list[ScanError] = field(default_factory=list)
     scan_flops: list[ScanFlops] = field(default_factory=list)
+    contact_errors: list[ContactError] = field(default_factory=list)
+    contact_times: list[Time] = field(default_factory=list)
+    contact_times_contexts: list[dict] = field(default_factory=list)
     questions: list[Question] = field(default_factory=list)
     questions_contexts: list[dict] = field(default_factory=list)
     fits: list[Identification] = field(default_factory=list)
@@ -306,6 +310,7 @@ class Data:
             + self.peers_contexts
             + self.jacobians_contexts
             + self.scan_contexts
+            + self.contact_times_contexts
             + self.questions_contexts
         )
 
@@ -314,7 +319,7 @@ class Data:
         calls = [call.time for call in self.dynamics + self.peers + self.jacobians]
         calls += [call.time for call in self.scan_calls]
         answers = [call.time for question in self.questions for call in question.calls]
-        return self.times + self.estimation + calls + answers
+        return self.times + self.estimation + self.contact_times + calls + answers
 
     @property
     def scenes(self) -> list[str]:

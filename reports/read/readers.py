@@ -9,6 +9,7 @@ from read import (
     advice,
     benchmarks,
     campaign_files,
+    contacts,
     engines,
     ladder,
     motions,
@@ -158,6 +159,11 @@ def _integration(row: dict) -> Integration:
     )
 
 
+def _contact(row: dict):
+    checked_scene(row["scene"])
+    return contacts.error(row)
+
+
 def _motion(row: dict):
     checked_scene(row["robot"])
     return motions.motion(row)
@@ -292,6 +298,8 @@ READERS = {
     "scan": read_scan_times,
     "scans": _csv_reader("scan_errors", scans.ERRORS, scans.error),
     "spans": _csv_reader("scan_flops", scans.FLOPS, scans.flops),
+    "contacts": _csv_reader("contact_errors", contacts.COLUMNS, _contact),
+    "standing": _benchmark_reader("contact_times", benchmarks.times_of_scenes),
     "pruning": read_questions,
     "identify": read_fit,
     "recommend": read_advice,
@@ -357,6 +365,8 @@ def _records(data: Data) -> tuple:
         data.scan_calls,
         data.scan_errors,
         data.scan_flops,
+        data.contact_errors,
+        data.contact_times,
         data.questions,
         data.fits,
         data.advice,

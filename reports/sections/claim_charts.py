@@ -32,13 +32,15 @@ TOOLTIPS = {
 }
 
 
-def figure(plot: Plot, title: str, style: Style, notes: list) -> Figure | None:
+def figure(
+    plot: Plot, title: str, style: Style, notes: list, scenes: str = "Family"
+) -> Figure | None:
     """With a choice of task, and of family where lines of several would lie on each other."""
     rows = [row for row in plot.rows if row["x"] > 0 and (row["error"] is not None or row["share"])]
     if not rows:
         return None
     choices = []
-    for signal, label in ((SCENE, "Family"), (TASK, "Task"))[not plot.lines :]:
+    for signal, label in ((SCENE, scenes), (TASK, "Task"))[not plot.lines :]:
         names = list(dict.fromkeys(row[signal] for row in rows))
         if len(names) > 1:
             options = [(name, task_text(name)) for name in names]

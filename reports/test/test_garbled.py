@@ -19,6 +19,7 @@ import fake_questions
 import fake_stress
 from read.campaign import Worst
 from read.data import DataError, Error
+from read.contacts import COLUMNS as CONTACT_COLUMNS
 from read.motions import COLUMNS as MOTION_COLUMNS
 from read.readers import COLUMNS, READERS, SAMPLE_COLUMNS, load
 from read.replicates import Numbers
@@ -29,6 +30,7 @@ from read.search import COLUMNS as SEARCH_COLUMNS
 from read.stress import Integration, Stress
 from records import ROBOT, ROW, SAMPLE, fast, paper, peak, timed
 from sections import SECTIONS
+from test_contacts import CONTACTS
 from test_motions import ADAPTIVE, NO_TRUTH, STEPS
 from test_scans import CALL, COPY, COUNTED, ERROR as SCAN_ERROR
 
@@ -71,6 +73,7 @@ DOCUMENTS = {
         timed(COPY.replace("@2", "@1").replace("none:0", "bytes:32768"), bytes_per_second=1e9),
     ),
     "jacobians": rows(*fake_fits.jacobians("arm:2", {"Factored": 10.0}, "jacobian")),
+    "standing": rows(timed("contacts/Batch<A>/arm:7/float64")),
     "pruning": fake_questions.record("planar arm"),
     "scan": rows(timed(CALL) | {"bytes": 1e5}, timed(COPY) | {"bytes_per_second": 1e9}),
     "identify": shortened(fake_fits.fit("torque")),
@@ -108,6 +111,7 @@ TABLES = {
     "errors": table(COLUMNS, ROW, "panda:7,7,,float64,model,0,kappa,12.5,ok"),
     "simulation": table(SAMPLE_COLUMNS, SAMPLE, "panda:7,7,M,Exact,0,0,1e-16,1e-5,1"),
     "adversary": table(SEARCH_COLUMNS, *FOUND.splitlines()),
+    "contacts": table(CONTACT_COLUMNS, *CONTACTS[:2]),
     "motions": table(MOTION_COLUMNS, STEPS[0], STEPS[2], ADAPTIVE, NO_TRUTH),
     "scans": table(SCAN_ERRORS, SCAN_ERROR, SCAN_ERROR.replace("4,balanced", "0,")),
     "spans": table(SCAN_FLOPS, COUNTED, COUNTED.replace("factor", "acceleration")),

@@ -23,6 +23,7 @@ class Effort:
     fits: tuple[str, ...]  # robots that are fitted by every residual in a run of all
     limits: tuple[str, ...]  # robots that are stressed in a run of all, or else those given
     motions: tuple[str, ...]  # robots of simulated motions in a run of all, or else those given
+    stood: int  # states of each robot that stands
     motion_options: tuple[str, ...]  # of `trajectories`
     searched: tuple[str, ...]  # variants whose worst mechanisms are searched for
     scanned: dict[int, tuple[int, ...]]  # N of scans: links of blocks, first those that are timed
@@ -54,6 +55,7 @@ QUICK = Effort(
     fits=("iiwa14",),
     limits=("panda",),
     motions=("panda",),
+    stood=30,
     motion_options=("--T=0.1", "--h=1e-2,5e-3,2e-3,1e-3,5e-4,2e-4,1e-4,5e-5,2e-5"),
     searched=("Ladder<default>", "Ladder<last_bits>", "AxisFrames<SquareRoot>"),
     scanned={100: (4,), 1000: (15, 4)},
@@ -76,6 +78,7 @@ FULL = Effort(
     fits=("iiwa14", "panda", "go2"),
     limits=("panda", "iiwa14", "ur10e", "go2", "g1"),
     motions=("panda", "ur10e", "g1"),
+    stood=200,
     motion_options=("--stiffness=1e3,1e4,1e5",),
     searched=(
         "Ladder<default>",

@@ -7,6 +7,10 @@ from measuring.effort import Effort
 from measuring.scene import Scene
 
 PEERS_SIZE = 500  # largest member of a family on which peers are timed
+STANDING = {  # robots that stand, in a run of all, and on what
+    "g1": ("--feet=left_ankle_roll_joint,right_ankle_roll_joint", "--points=4"),
+    "go2": ("--points=1",),
+}
 SIMULATED = "panda"  # where it is measured, or else the first robot
 JACOBIANS_SIZE = 100  # largest member of a family on which Jacobians of fits are timed
 RESIDUALS = ("inverse_dynamics", "forward_dynamics", "innovations", "mass_matrix", "likelihood")
@@ -59,6 +63,9 @@ KINDS = {  # in the order in which they are measured
         partial=True,
     ),
     "pruning": Kind("bench_pruning", "json", "--benchmark_out", "question", alone=True),
+    "standing": Kind(
+        "bench_contacts", "json", "--benchmark_out", "times of contacts", alone=True, partial=True
+    ),
     "scan": Kind("bench_scan", "json", "--benchmark_out", "scans", alone=True),
     "identify": Kind(
         "identify", "json", "--json", "fit", alone=True, shows_failure=True, partial=True
@@ -79,6 +86,7 @@ KINDS = {  # in the order in which they are measured
     ),
     "scans": Kind("scans", "csv", "--out", "errors of scans"),
     "spans": Kind("scans", "csv", "--out", "flops of scans"),
+    "contacts": Kind("contacts", "csv", "--out", "errors of contacts", partial=True),
     "simulation": Kind("simulate", "csv", "--out", "simulation", partial=True),
     "exhibits": Kind("bench_inverse", "json", "--benchmark_out", "times", alone=True, data="times"),
     # takes all cores by itself; a worker may die where memory is short
@@ -159,6 +167,10 @@ def plan(
     moved = robots
     if everything:
         moved = [scene for scene in robots if scene.label in effort.motions] or robots[:1]
+    standing = []
+    if everything:
+        standing = [scene for scene in robots if scene.label in STANDING] or robots[:1]
+        standing = [replace(it, options=STANDING.get(it.label, ())) for it in standing]
     measured = {
         "times": scenes,
         "estimation": [CHAINS] if everything or effort.estimation_always else [],
@@ -167,6 +179,7 @@ def plan(
         "peers": rivalled,
         "jacobians": differentiated,
         "pruning": questions(root) if everything else [],
+        "standing": standing,
         "scan": [Scene("", SCANNED, 0, False, None)] if everything else [],
         "identify": fits(robots, everything, effort),
         "recommend": robots,
@@ -176,6 +189,7 @@ def plan(
         "mujoco": [scene for scene in scenes if scene.in_mujoco],
         "paper": [RANDOM_CHAIN, *robots],
         **dict.fromkeys(("scans", "spans"), scans(effort) if everything else []),
+        "contacts": standing,
         "simulation": simulated[:1],
         "exhibits": [EXHIBITED] if everything else [],
         **dict.fromkeys(

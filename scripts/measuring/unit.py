@@ -111,6 +111,11 @@ class Unit:
             case "jacobians":
                 timing = benchmark_options(effort, effort.repetitions, effort.min_time)
                 return ["--benchmark_filter=^jacobian_", *timing]
+            case "standing":
+                timing = benchmark_options(effort, effort.repetitions, effort.min_time)
+                return [*self.scene.options, *timing]
+            case "contacts":
+                return [*self.scene.options, f"--random={effort.stood}"]
             case "pruning":
                 timing = benchmark_options(effort, effort.repetitions, effort.min_time)
                 title = f"--benchmark_context=title={self.scene.label}"

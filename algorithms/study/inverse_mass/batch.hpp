@@ -17,10 +17,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <string>
 
 #include "algorithms/model/inverse_dynamics.hpp"
 #include "algorithms/model/mass_matrix.hpp"
+#include "algorithms/study/contacts/contact_row.hpp"
 #include "algorithms/study/variant_traits.hpp"
 #include "kalmarm/outcome.hpp"
 
@@ -80,7 +82,18 @@ struct Batch {
 
   template <class T>
   static Outcome factor(const Model<T>& model, const LinkKinematics<T>& kin, Workspace<T>& ws) {
+    return factor(model, kin, std::span<const ContactRow<T>>(), ws);
+  }
+
+  // Of M + J'DJ of contacts: what follows is of that matrix then. O(nv^2) a contact.
+  template <class T>
+  static Outcome factor(const Model<T>& model, const LinkKinematics<T>& kin,
+                        std::span<const ContactRow<T>> contacts, Workspace<T>& ws) {
     mass_matrix(model, kin, ws.composite, Eigen::Ref<MatrixX<T>>(ws.M));
+    for (const ContactRow<T>& row : contacts) {
+      contact_jacobian(model, kin, row, ws.t);
+      ws.M.noalias() += (row.d * ws.t) * ws.t.transpose();
+    }
     set_pivot_errors(model, kin, ws);
     return Backend::factor(model, ws.M, ws.e, ws.backend);
   }

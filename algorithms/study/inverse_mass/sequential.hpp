@@ -30,6 +30,13 @@ struct FilterAndSmoother {
     return kalmarm::factor(model, kin, ws.factors);
   }
 
+  // Of M + J'DJ of contacts: what follows is of that matrix then.
+  template <class T>
+  static Outcome factor(const Model<T>& model, const LinkKinematics<T>& kin,
+                        std::span<const ContactRow<T>> contacts, Workspace<T>& ws) {
+    return kalmarm::factor(model, kin, contacts, ws.factors);
+  }
+
   // x = M^-1 tau, after factor.
   template <class T>
   static void solve(const Model<T>& model, const LinkKinematics<T>& kin, const VectorX<T>& tau,

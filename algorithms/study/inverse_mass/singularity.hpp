@@ -20,12 +20,13 @@
 
 #include <cmath>
 #include <limits>
+#include <span>
 #include <type_traits>
 #include <vector>
 
 #include "algorithms/model/rounding_scale.hpp"
-#include "algorithms/study/inverse_mass/gains.hpp"
 #include "algorithms/study/riccati/array.hpp"
+#include "algorithms/study/riccati/gains.hpp"
 #include "kalmarm/outcome.hpp"
 
 namespace kalmarm {
@@ -84,9 +85,14 @@ class SingularityTest {
   // From now on every mechanism gets a second look.
   void look_always() { looks_always_ = true; }
 
-  void begin() {
+  void begin(std::span<const ContactRow<T>> contacts) {
     polar_ = body_polar_;
     suspect_ = looks_always_;
+    contacts_ = contacts;
+    for (const ContactRow<T>& row : contacts) {  // as a body that is as large
+      polar_[row.link].J += row.d * row.e.template head<3>().squaredNorm();
+      polar_[row.link].m += row.d * row.e.template tail<3>().squaredNorm();
+    }
   }
 
   // False where D cannot be gone on with. Call it tips to base, before propagation.
@@ -104,9 +110,9 @@ class SingularityTest {
   Outcome look(const Model<T>& model, const LinkKinematics<T>& kin, int first,
                const Gains<T>& gains) {
     Outcome singular;
-    if constexpr (in_float64) singular = exact_.look(model, kin, first);
+    if constexpr (in_float64) singular = exact_.look(contacts_, kin, first);
     NearestToSingular<T> nearest(order);
-    scale_.begin(model);
+    begin_scale(model, contacts_, scale_);
     for (int k = model.nv() - 1; singular && k >= first; --k) {
       const T D = gains.D[k], scale = scale_.scale(model, k);
       const bool lost = in_float64 ? !(D > T(0)) : !(D > resolution() * scale);
@@ -138,11 +144,15 @@ class SingularityTest {
     explicit InFloat64(const Model<T>& exact)
         : model(exact.template cast<double>()), kin(model), update(model), scale(model) {}
 
-    Outcome look(const Model<T>&, const LinkKinematics<T>& exact, int first) {
+    Outcome look(std::span<const ContactRow<T>> contacts, const LinkKinematics<T>& exact,
+                 int first) {
       constexpr double resolution = 0x1p-96;  // (32 u)^2
       set_position(model, exact.q, kin);      // phi of float32 is rounded, and moves D
       ArrayMGS::start(model, kin, update);
-      scale.begin(model);
+      std::vector<ContactRow<double>> rows;
+      for (const ContactRow<T>& row : contacts) rows.push_back(row.template cast<double>());
+      for (const ContactRow<double>& row : rows) ArrayMGS::add_contact(row, update);
+      begin_scale(model, std::span<const ContactRow<double>>(rows), scale);
       Vector6<double> g;
       for (int k = model.nv() - 1; k >= first; --k) {
         const double D = ArrayMGS::measure(model, k, update, g), size = scale.scale(model, k);
@@ -162,11 +172,24 @@ class SingularityTest {
     explicit Nothing(const Model<T>&) {}
   };
 
+  // S-(k) with M(k) as contacts make it.
+  template <class U>
+  static void begin_scale(const Model<U>& model, std::span<const ContactRow<U>> contacts,
+                          RoundingScale<U>& scale) {
+    scale.begin(model);
+    for (const ContactRow<U>& row : contacts) {
+      const Matrix6<U> added = Vector6<U>(row.d * row.e) * row.e.transpose();
+      scale.P[row.link] += added;
+      scale.S[row.link] += added;
+    }
+  }
+
   static T resolution() { return least_D_over_scale<T>(order); }
 
   std::vector<PolarMoment<T>> polar_, body_polar_;  // of the outboard side, of the link alone
   RoundingScale<T> scale_;
   [[no_unique_address]] std::conditional_t<in_float64, InFloat64, Nothing> exact_;
+  std::span<const ContactRow<T>> contacts_;  // of the state
   bool suspect_ = false, looks_always_ = false;
 };
 

@@ -30,6 +30,7 @@
 #include <string>
 #include <vector>
 
+#include "algorithms/study/contacts/contact_row.hpp"
 #include "algorithms/study/riccati/covariance_update.hpp"
 
 namespace kalmarm {
@@ -231,6 +232,12 @@ struct Array : LinkFrames<Array<Method, with_bias>> {
     array::Rows<T> A;  // A-, what is left of it after the measurement is scratch
     int filled = 0;    // rows that it holds
     array::Reduced<T> plus;
+
+    // Contacts may need more than there are; one stays free for the noise.
+    auto append() {
+      if (filled + 1 == A.rows()) A.conservativeResize(filled + 7, Eigen::NoChange);
+      return A.row(filled++);
+    }
   };
 
   template <class T>
@@ -274,6 +281,14 @@ struct Array : LinkFrames<Array<Method, with_bias>> {
     link.A.template topLeftCorner<6, 6>() = inertia.W.transpose();
   }
 
+  template <class T>
+  static void add_contact(const ContactRow<T>& row, Workspace<T>& ws) {
+    using std::sqrt;
+    auto to = ws.links[row.link].append();
+    to.setZero();
+    to.template head<6>() = sqrt(row.d) * row.e.transpose();
+  }
+
   template <class T, class HRow>
   static T update(int k, const HRow& H, const T& r, Workspace<T>& ws, Vector6<T>& g) {
     using std::sqrt;
@@ -301,7 +316,7 @@ struct Array : LinkFrames<Array<Method, with_bias>> {
     const array::Reduced<T>& plus = ws.links[k].plus;
     Link<T>& to = ws.links[parent];
     for (int i = 0; i < plus.rows; ++i) {
-      auto row = to.A.row(to.filled++);
+      auto row = to.append();
       row.template head<6>() =
           phi.force_to_parent(Vector6<T>(plus.A.row(i).template head<6>())).transpose();
       row[array::zeta] = plus.A(i, array::zeta);

@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "algorithms/study/contacts/contact_row.hpp"
 #include "algorithms/study/riccati/covariance_update.hpp"
 
 namespace kalmarm {
@@ -37,6 +38,11 @@ struct PlainCovariance : LinkFrames<PlainCovariance<Form>> {
   template <class T>
   static void set(int k, const LinkInertia<T>& inertia, Workspace<T>& ws) {
     ws.P[k] = inertia.M.matrix();
+  }
+
+  template <class T>
+  static void add_contact(const ContactRow<T>& row, Workspace<T>& ws) {
+    ws.P[row.link] += Vector6<T>(row.d * row.e) * row.e.transpose();
   }
 
   template <class T, class Row>

@@ -17,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "algorithms/study/contacts/contact_row.hpp"
 #include "algorithms/study/riccati/covariance_update.hpp"
 
 namespace kalmarm {
@@ -33,6 +34,19 @@ struct UD : LinkFrames<UD> {
     int filled = 0;          // rows that it holds
     Matrix6<T> U;            // U+ after the measurement
     Vector6<T> d;
+
+    // Contacts may need more rows than there are. What is not filled has no weight.
+    void append(const T& weight, const Vector6<T>& row) {
+      if (filled == rows) {
+        Link before = *this;
+        rows += 6;
+        storage.assign(7 * rows, T(0));
+        A().topRows(filled) = before.A();
+        w().head(filled) = before.w();
+      }
+      w()[filled] = weight;
+      A().row(filled++) = row.transpose();
+    }
 
     Eigen::Map<Eigen::Matrix<T, Eigen::Dynamic, 6>> A() { return {storage.data(), rows, 6}; }
     Eigen::Map<VectorX<T>> w() { return {storage.data() + 6 * rows, rows}; }
@@ -60,9 +74,15 @@ struct UD : LinkFrames<UD> {
   static void set(int k, const LinkInertia<T>& inertia, Workspace<T>& ws) {
     Link<T>& link = ws.links[k];
     link.filled = inertia.massless ? 0 : 6;
+    link.w().setZero();
     if (inertia.massless) return;
     link.A().template topRows<6>() = inertia.weighted.V.transpose();
     link.w().template head<6>() = inertia.weighted.w;
+  }
+
+  template <class T>
+  static void add_contact(const ContactRow<T>& row, Workspace<T>& ws) {
+    ws.links[row.link].append(row.d, row.e);
   }
 
   template <class T, class Row>
@@ -75,6 +95,7 @@ struct UD : LinkFrames<UD> {
 
     // U, d of P-
     U.setIdentity();
+    if (ws.weighted_column.size() < link.rows) ws.weighted_column.resize(link.rows);
     auto wa = ws.weighted_column.head(link.rows);
     for (int j = 5; j >= 0; --j) {
       wa = w.cwiseProduct(A.col(j));
@@ -113,12 +134,8 @@ struct UD : LinkFrames<UD> {
   static void add(int k, int parent, const Transform<T>& phi, Workspace<T>& ws) {
     const Link<T>& link = ws.links[k];
     Link<T>& to = ws.links[parent];
-    auto A = to.A();
-    auto w = to.w();
-    for (int i = 0; i < 6; ++i) {
-      w[to.filled] = link.d[i];
-      A.row(to.filled++) = phi.force_to_parent(Vector6<T>(link.U.col(i))).transpose();
-    }
+    for (int i = 0; i < 6; ++i)
+      to.append(link.d[i], phi.force_to_parent(Vector6<T>(link.U.col(i))));
   }
 
   // P+(k) x = U diag(d) U' x.

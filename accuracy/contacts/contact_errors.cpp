@@ -1,0 +1,121 @@
+#include "accuracy/contacts/contact_errors.hpp"
+
+#include <cmath>
+#include <limits>
+#include <span>
+
+#include "accuracy/programs/common/csv.hpp"
+#include "algorithms/study/inverse_mass/batch.hpp"
+#include "algorithms/study/inverse_mass/eigen_cholesky.hpp"
+#include "algorithms/study/inverse_mass/sequential.hpp"
+#include "algorithms/study/riccati/array.hpp"
+#include "algorithms/study/riccati/conventional.hpp"
+#include "algorithms/study/riccati/rows_beside.hpp"
+#include "algorithms/study/riccati/ud.hpp"
+#include "algorithms/test/multiprecision.hpp"
+
+namespace kalmarm::contact_errors {
+namespace {
+
+using Exact = FixedReal<100>;
+
+template <class T, class V>
+Outcome solve(const Model<T>& model, const VectorX<T>& q, std::span<const ContactRow<T>> contacts,
+              const VectorX<T>& b, VectorX<T>& x) {
+  LinkKinematics<T> kin(model);
+  set_position(model, q, kin);
+  typename V::template Workspace<T> ws(model);
+  const Outcome outcome = V::factor(model, kin, contacts, ws);
+  if (!outcome) return outcome;
+  V::solve(model, kin, b, ws, x);
+  if (!(x.squaredNorm() < std::numeric_limits<T>::infinity()))
+    return {.status = Outcome::Status::not_finite};
+  return outcome;
+}
+
+// One mechanism, state, right-hand side and stiffness.
+template <class T>
+class Answers {
+ public:
+  Answers(const Model<T>& model, const VectorX<T>& q, const std::vector<ContactRow<T>>& contacts,
+          const VectorX<T>& b, std::string begin, std::string state)
+      : model_(model),
+        q_(q),
+        contacts_(contacts),
+        b_(b),
+        begin_(std::move(begin)),
+        state_(std::move(state)) {
+    std::vector<ContactRow<Exact>> exact;
+    for (const ContactRow<T>& row : contacts) exact.push_back(row.template cast<Exact>());
+    VectorX<Exact> x(model.nv());
+    truth_ = kalmarm::contact_errors::solve<Exact, Sequential<ArrayGivens>>(
+        model.template cast<Exact>(), q.template cast<Exact>(), exact, b.template cast<Exact>(), x);
+    x_ = x.template cast<long double>();
+  }
+
+  template <class V>
+  void add() {
+    VectorX<T> x(model_.nv());
+    const Outcome outcome = kalmarm::contact_errors::solve<T, V>(model_, q_, contacts_, b_, x);
+    const bool judged = outcome && truth_;
+    text_ += begin_ + ',' + field(V::name()) + ',' + state_ + ',' + to_string(outcome.status) +
+             (outcome.warns() ? ",1," : ",0,");
+    if (judged)
+      text_ +=
+          number(static_cast<double>((x.template cast<long double>() - x_).norm() / x_.norm()));
+    text_ += '\n';
+  }
+
+  const std::string& text() const { return text_; }
+
+ private:
+  const Model<T>& model_;
+  const VectorX<T>& q_;
+  const std::vector<ContactRow<T>>& contacts_;
+  const VectorX<T>& b_;
+  std::string begin_, state_, text_;
+  Outcome truth_;
+  VectorX<long double> x_;
+};
+
+template <class T>
+std::string rows_of(const Scene& scene, const State& state, int number_of_state,
+                    const Standing& standing, const std::vector<double>& stiffness,
+                    std::uint64_t seed, const char* precision) {
+  const Model<T> model = scene.model.cast<T>();
+  const VectorX<T> q = state.q.template cast<T>();
+  const std::vector<ContactRow<double>> contacts = contacts_of(scene.model, standing, seed);
+  const VectorX<T> b = state.tau.template cast<T>();
+  std::string text;
+  for (const double d : stiffness) {
+    const std::vector<ContactRow<T>> rows = stiffened<T>(contacts, d);
+    Answers<T> answers(model, q, rows, b,
+                       field(scene.name) + ',' + std::to_string(model.nv()) + ',' +
+                           std::to_string(rows.size()) + ',' + number(d) + ',' + precision,
+                       std::to_string(number_of_state));
+    answers.template add<Batch<EigenLLT>>();
+    answers.template add<Batch<EigenLDLT>>();
+    answers.template add<Sequential<Conventional>>();
+    answers.template add<Sequential<Joseph>>();
+    answers.template add<Sequential<RowsBeside>>();
+    answers.template add<Sequential<UD>>();
+    answers.template add<Sequential<Potter>>();
+    answers.template add<Sequential<ArrayHouseholder>>();
+    answers.template add<Sequential<ArrayMGS>>();
+    answers.template add<Sequential<ArrayGivens>>();
+    text += answers.text();
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string rows(const Scene& scene, const State& state, int number, const Standing& standing,
+                 const std::vector<double>& stiffness, std::uint64_t seed,
+                 const std::string& precision) {
+  return precision == "float32"
+             ? rows_of<float>(scene, state, number, standing, stiffness, seed, "float32")
+             : rows_of<double>(scene, state, number, standing, stiffness, seed, "float64");
+}
+
+}  // namespace kalmarm::contact_errors
