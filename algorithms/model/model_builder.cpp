@@ -198,7 +198,7 @@ int ModelBuilder::first_q(int body) const { return state().first_q.at(body); }
 
 Frame ModelBuilder::frame(int body) const {
   const Standing& at = state().bodies.at(body);
-  return {at.link, plain(at.rotation), plain(at.translation)};
+  return {at.link, plain(at.rotation.normalized()), plain(at.translation)};
 }
 
 RobotModel ModelBuilder::build() const {

@@ -1,6 +1,7 @@
 #include "arrays.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <vector>
 
@@ -37,9 +38,20 @@ bool is_sequence(nb::handle value) {
          PyLong_Check(value.ptr());
 }
 
-// Without a copy where the object lends its memory.
-nb::object lent(nb::handle value) {
-  if (PyArray_Check(value.ptr())) return nb::borrow(value);
+bool is_masked(nb::handle array) {
+  return !PyArray_CheckExact(array.ptr()) &&
+         nb::isinstance(array, nb::module_::import_("numpy.ma").attr("MaskedArray"));
+}
+
+// Without a copy where the object lends its memory. `where` is called for a message alone.
+template <class Where>
+nb::object lent(nb::handle value, const Where& where) {
+  if (PyArray_Check(value.ptr())) {
+    if (is_masked(value))
+      throw nb::type_error(
+          (where() + " is a masked array, and masks are not kept: give its filled()").c_str());
+    return nb::borrow(value);
+  }
   if (nb::hasattr(value, "__dlpack__"))
     return nb::module_::import_("numpy").attr("from_dlpack")(value);
   return checked(PyArray_FromAny(value.ptr(), nullptr, 0, 0, 0, nullptr));
@@ -57,7 +69,7 @@ Inputs::Inputs(const char* call, std::span<const Argument> arguments) : call_(ca
       has_sequences = true;
       continue;
     }
-    arrays_[i] = lent(argument.value);
+    arrays_[i] = lent(argument.value, [&] { return where(i); });
     const int type = PyArray_TYPE(array(i));
     if (!is_float(type))
       throw nb::type_error(
@@ -70,6 +82,7 @@ Inputs::Inputs(const char* call, std::span<const Argument> arguments) : call_(ca
                             ": one dtype for all is needed")
                                .c_str());
   }
+  arguments_ = given_;
   if (type_ == NPY_NOTYPE) type_ = NPY_DOUBLE;
   constexpr int side_by_side = NPY_ARRAY_C_CONTIGUOUS | NPY_ARRAY_ALIGNED | NPY_ARRAY_NOTSWAPPED;
   for (int i = 0; has_sequences && i < given_; ++i)
@@ -106,8 +119,22 @@ Inputs::Inputs(const char* call, std::span<const Argument> arguments) : call_(ca
   }
 }
 
+std::string Inputs::not_finite(int row) const {
+  return with_scalar([&]<class T>(T) -> std::string {
+    for (int i = 0; i < arguments_; ++i) {
+      const npy_intp width = PyArray_DIM(array(i), PyArray_NDIM(array(i)) - 1);
+      const T* const x = data<T>(i) + row * width;
+      for (npy_intp k = 0; k < width; ++k)
+        if (!std::isfinite(x[k]))
+          return names_[i] + "["s + std::to_string(k) + "] is " +
+                 (std::isnan(x[k]) ? "nan" : x[k] > 0 ? "inf" : "-inf");
+    }
+    return {};
+  });
+}
+
 nb::object Inputs::result(nb::handle out, std::initializer_list<npy_intp> trailing,
-                          const char* name) const {
+                          const char* name) {
   std::array<npy_intp, NPY_MAXDIMS> shape;
   const auto end = std::copy(trailing.begin(), trailing.end(),
                              std::copy(leading_.begin(), leading_.end(), shape.begin()));
@@ -116,7 +143,7 @@ nb::object Inputs::result(nb::handle out, std::initializer_list<npy_intp> traili
 
   const auto where = [&] { return call_ + ": "s + name; };
   if (is_sequence(out)) throw nb::type_error((where() + " is no array").c_str());
-  nb::object lender = lent(out);
+  nb::object lender = lent(out, where);
   PyArrayObject* const array = array_of(lender);
   if (PyArray_TYPE(array) != type_)
     throw nb::type_error((where() + " is " + dtype_name(array) + ", " +
@@ -130,19 +157,21 @@ nb::object Inputs::result(nb::handle out, std::initializer_list<npy_intp> traili
             .c_str());
   if (!PyArray_ISCARRAY(array))
     throw nb::value_error((where() + " has to be writeable and contiguous").c_str());
-  refuse_overlap(array, name);
+  add_apart(lender, name);
   return lender;
 }
 
-void Inputs::refuse_overlap(PyArrayObject* out, const char* name) const {
-  const char* const begin = PyArray_BYTES(out);
-  const char* const end = begin + PyArray_NBYTES(out);
+void Inputs::add_apart(nb::object out, const char* name) {
+  const char* const begin = PyArray_BYTES(array_of(out));
+  const char* const end = begin + PyArray_NBYTES(array_of(out));
   for (int i = 0; i < given_; ++i) {
     const char* const other = PyArray_BYTES(array(i));
     if (begin < other + PyArray_NBYTES(array(i)) && other < end)
       throw nb::value_error(
           (call_ + ": "s + name + " lies in the same memory as " + names_[i]).c_str());
   }
+  names_[given_] = name;
+  arrays_[given_++] = std::move(out);
 }
 
 nb::object transposed(const nb::object& matrices) {

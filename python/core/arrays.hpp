@@ -32,7 +32,7 @@ struct Argument {
 // are none.
 class Inputs {
  public:
-  static constexpr int most = 6;
+  static constexpr int most = 10;  // with the results
 
   // Throws TypeError and ValueError, with the call, the argument and both shapes.
   Inputs(const char* call, std::span<const Argument> arguments);
@@ -43,6 +43,7 @@ class Inputs {
   int type() const { return type_; }                   // NPY_FLOAT or NPY_DOUBLE
   bool is_single() const { return leading_.empty(); }  // one state, without a leading dimension
   int count() const { return count_; }
+  std::string not_finite(int row) const;  // the first entry of a row that is not: "q[1] is nan"
   std::span<const npy_intp> leading() const { return leading_; }
 
   template <class T>
@@ -57,18 +58,19 @@ class Inputs {
   }
 
   // An array of the shape leading + trailing: `out`, or a new one where that is None. Throws
-  // TypeError and ValueError where `out` cannot take the result in its place.
+  // TypeError and ValueError where `out` cannot take the result in its place: in the memory of no
+  // input and of no other result.
   nb::object result(nb::handle out, std::initializer_list<npy_intp> trailing,
-                    const char* name = "out") const;
+                    const char* name = "out");
 
  private:
   PyArrayObject* array(int i) const { return reinterpret_cast<PyArrayObject*>(arrays_[i].ptr()); }
-  void refuse_overlap(PyArrayObject* out, const char* name) const;
+  void add_apart(nb::object array, const char* name);
 
   const char* call_;
   std::array<nb::object, most> arrays_;
   std::array<const char*, most> names_ = {};
-  int given_ = 0, type_ = NPY_NOTYPE, count_ = 1;
+  int given_ = 0, arguments_ = 0, type_ = NPY_NOTYPE, count_ = 1;
   std::span<const npy_intp> leading_;
 };
 

@@ -80,17 +80,6 @@ nb::dict described(const LoadedRobot& robot) {
   return out;
 }
 
-template <class E>
-E policy(const char* option, const std::string& name,
-         const std::vector<std::pair<const char*, E>>& policies) {
-  std::string known;
-  for (const auto& [word, value] : policies) {
-    if (name == word) return value;
-    known += (known.empty() ? "" : ", ") + std::string(word);
-  }
-  throw nb::value_error((std::string(option) + " '" + name + "' is unknown: " + known).c_str());
-}
-
 NB_MODULE(_files, m) {
   m.doc() = "The loader of robots' files.";
   m.def(
@@ -101,18 +90,15 @@ NB_MODULE(_files, m) {
          const std::map<std::string, double>& controls, bool imposes_couplings, bool takes_steps) {
         LoadOptions options = {
             .floating = floating,
-            .inertia = policy<InertiaPolicy>(
-                "inertia", inertia,
-                {{"given", InertiaPolicy::given}, {"balanced", InertiaPolicy::balanced}}),
+            .inertia = inertia == "given" ? InertiaPolicy::given : InertiaPolicy::balanced,
             .key = key,
             .controls = controls,
             .armature = armature,
             .imposes_couplings = imposes_couplings,
             .takes_steps = takes_steps};
         if (urdf_inertia)
-          options.urdf_inertia = policy<UrdfInertia>(
-              "urdf_inertia", *urdf_inertia,
-              {{"geometry", UrdfInertia::geometry}, {"none", UrdfInertia::none}});
+          options.urdf_inertia =
+              *urdf_inertia == "geometry" ? UrdfInertia::geometry : UrdfInertia::none;
         for (const nb::bytes& folder : package_path)
           options.package_path.emplace_back(folder.c_str(), folder.size());
         const std::string file(path.c_str(), path.size());

@@ -58,6 +58,22 @@ JointType joint_of(const std::string& name) {
       ("joint '" + name + "' is unknown: fixed, hinge, slide, ball, free").c_str());
 }
 
+const char* name_of(Coordinate coordinate) {
+  switch (coordinate) {
+    case Coordinate::angle:
+      return "angle";
+    case Coordinate::distance:
+      return "distance";
+    case Coordinate::quaternion:
+      return "quaternion";
+    case Coordinate::position:
+      return "position";
+    case Coordinate::follower:
+      return "follower";
+  }
+  return "?";
+}
+
 std::set<std::string> names_of(const std::set<Rule>& rules) {
   std::set<std::string> out;
   for (const Rule rule : rules) out.insert(to_string(rule));
@@ -89,6 +105,15 @@ void bind_model(nb::module_& m) {
       .def_prop_ro("nv", &RobotModel::nv)
       .def_ro("dofs", &RobotModel::names, "Names of the DoF, in the order of qd.")
       .def_ro("gravity", &RobotModel::gravity, "[m/s^2]")
+      .def_prop_ro(
+          "coordinates",
+          [](const RobotModel& self) {
+            std::vector<std::string> out;
+            for (const LinkParameters& link : self.links) out.push_back(name_of(link.coordinate));
+            return out;
+          },
+          "What q holds of every DoF: 'angle' [rad], 'distance' [m], of a ball joint 'quaternion', of "
+          "a free one 'position' and 'quaternion', and 'follower' of the DoF after these.")
       .def_prop_ro(
           "quaternions",
           [](const RobotModel& self) {
@@ -350,7 +375,6 @@ NB_MODULE(_core, m) {
         "processor has unless the environment variable KALMARM_INSTRUCTION_SET names a lower one; "
         "'native' where they were compiled for this machine alone.");
   bind_outcomes(m);
-  bind_derivatives(m);
   bind_model(m);
   bind_answers(m);
   bind_robot(m);

@@ -41,17 +41,6 @@ VectorView<const T> row(const Inputs& in, int i, std::ptrdiff_t at, int width) {
   return {in.data<T>(i) + at * width, width};
 }
 
-// What one state's outcome is to whoever called, and what rows' are.
-nb::object answered(const Inputs& in, const nb::object& result, bool status,
-                    const Outcome* outcomes, const std::vector<std::string>& names) {
-  if (status) return nb::make_tuple(result, record_of(in, outcomes));
-  if (in.is_single()) {
-    if (!*outcomes) raise(in.call(), *outcomes, names);
-    if (outcomes->warns()) warn(in.call(), *outcomes, names);
-  }
-  return result;
-}
-
 }  // namespace
 
 Step::Step(RobotModel model, double h, JointTerms terms, Scheme scheme,
@@ -89,7 +78,7 @@ nb::object Step::acceleration(nb::handle q, nb::handle qd, nb::handle tau, nb::h
             stiffness = given("stiffness", gains.stiffness),
             reference = given("reference", gains.reference);
   const bool has_gains = arguments.size() > 3;
-  const Inputs in("acceleration", arguments);
+  Inputs in("acceleration", arguments);
   const nb::object result = in.result(out, {nv});
   const int count = in.count();
   return in.with_scalar([&]<class T>(T) {
@@ -123,7 +112,7 @@ nb::object Step::acceleration(nb::handle q, nb::handle qd, nb::handle tau, nb::h
 nb::object Step::derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
                              bool status) {
   const int nq = model_.nq, nv = model_.nv();
-  const Inputs in("derivatives", {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}});
+  Inputs in("derivatives", {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}});
   DerivativeArrays arrays(in, out, nv);
   const int count = in.count();
   return in.with_scalar([&]<class T>(T) {
@@ -154,7 +143,7 @@ nb::object Step::derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::ha
 
 nb::tuple Step::advance(nb::handle q, nb::handle qd, nb::handle a) const {
   const int nq = model_.nq, nv = model_.nv();
-  const Inputs in("advance", {{"q", q, nq}, {"qd", qd, nv}, {"a", a, nv}});
+  Inputs in("advance", {{"q", q, nq}, {"qd", qd, nv}, {"a", a, nv}});
   const nb::object next_q = in.result(nb::none(), {nq}), next_qd = in.result(nb::none(), {nv});
   in.with_scalar([&]<class T>(T) {
     T *const to_q = data_of<T>(next_q), *const to_qd = data_of<T>(next_qd);

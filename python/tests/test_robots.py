@@ -114,6 +114,28 @@ def test_unknown_names_are_refused_with_the_nearest():
         robot.replace(wants=["mass"]).inverse_mass_matrix(robot.q0)
 
 
+def test_a_model_of_other_joints_is_refused():
+    go2, panda = load("go2"), load("panda")
+    with pytest.raises(ValueError, match="with_model: the model is not of go2, .*panda|joint1"):
+        go2.with_model(panda.model)
+    q, _, _ = go2.random_state(0, 3)
+    np.testing.assert_array_equal(go2.with_model(go2.model).mass_matrix(q), go2.mass_matrix(q))
+    turned, slid = kalmarm.Builder(), kalmarm.Builder()
+    turned.add_body("rod", joint="hinge", mass=1, inertia=(1, 1, 1))
+    slid.add_body("rod", joint="slide", mass=1)
+    with pytest.raises(ValueError, match=r"DoF are rod \(angle\): it has rod \(distance\)"):
+        turned.build().with_model(slid.build().model)
+
+
+def test_rotations_of_frames_are_unit_quaternions(name):
+    builder = kalmarm.Builder()
+    builder.add_body("rod", joint="slide", axis=(1, 2, 0), rotation=(0, 3, 4, 0), mass=1)
+    builder.add_frame("tip", "rod", rotation=(2, 0, 0, 0))
+    for frames in (builder.build().frames, load(name).frames):
+        for frame in frames.values():
+            assert np.linalg.norm(frame.rotation) == pytest.approx(1, rel=1e-14)
+
+
 def test_repr_tells_size_tolerance_precision_and_instruction_set():
     text = repr(load("g1", tolerance=1e-10))
     for part in ("g1", "35 DoF", "36 in q", "within 1e-10", "float32", kalmarm.instruction_set()):
@@ -229,6 +251,8 @@ def test_joints_of_pinocchio_that_are_not_supported_are_refused():
         kalmarm.from_pinocchio(model)
     with pytest.raises(ValueError, match="no joint, so no degree of freedom"):
         kalmarm.from_pinocchio(pin.Model())
+    with pytest.raises(TypeError, match="from_pinocchio: str is no pinocchio.Model"):
+        kalmarm.from_pinocchio("robot.urdf")
 
 
 def test_friction_of_a_pinocchio_model_is_warned_of():

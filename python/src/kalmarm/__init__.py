@@ -6,10 +6,10 @@
 """
 
 from ._core import (
-    Derivatives,
     DynamicsError,
     Factors,
     Frame,
+    Model,
     Plan,
     Recommendation,
     __version__,
@@ -20,6 +20,7 @@ from ._core import (
 from .builder import Builder
 from .files import LoadError, from_mujoco, load
 from .pinocchio import PinocchioStates, from_pinocchio
+from .results import Derivatives
 from .robot import Actuator, CoupledRow, Robot, Rung, State, Status, Terms
 from .step import ImplicitStep, Stepped
 
@@ -33,6 +34,7 @@ __all__ = [
     "Frame",
     "ImplicitStep",
     "LoadError",
+    "Model",
     "PinocchioStates",
     "Plan",
     "Recommendation",

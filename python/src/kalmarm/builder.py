@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from . import _core
-from ._names import unknown
+from ._names import numbers, unknown
 from .robot import Description, Robot, Terms
 
 _SUFFIXES = {
@@ -79,7 +79,7 @@ class Builder:
                 raise unknown("body", parent, self._bodies)
             parent = self._bodies[parent]
         suffixes = _SUFFIXES.get(joint, ())
-        each = np.broadcast_to(np.asarray(armature, float), (len(suffixes),)).tolist()
+        each = np.broadcast_to(numbers("armature", armature), (len(suffixes),)).tolist()
         body = self._core.add_body(
             name=name,
             parent=int(parent),
@@ -130,7 +130,7 @@ class Builder:
     ) -> Robot:
         """The robot; options are those of `Robot`. q0: where it starts, (nq,). terms: its springs
         and dampers."""
-        start = np.array(self._q0 if q0 is None else q0, float)
+        start = numbers("q0", self._q0 if q0 is None else q0).copy()
         if start.shape != (len(self._q0),):
             raise ValueError(f"build: q0 has shape {start.shape}, ({len(self._q0)},) is needed")
         return Robot(
@@ -148,7 +148,7 @@ class Builder:
 
 
 def _six(inertia: Any) -> list[float]:
-    given = np.asarray(inertia, float)
+    given = numbers("inertia", inertia)
     if given.shape == (3,):
         return [*given.tolist(), 0.0, 0.0, 0.0]
     if given.shape == (6,):

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from . import _core
+from ._names import number, numbers, several
 from .robot import Actuator, CoupledRow, Description, Robot, Terms
 
 
@@ -63,23 +64,25 @@ def load(
     file = re.sub(r"[\0-\x1f\x7f]", " ", os.fsdecode(path))  # in messages, which are one line
     if not os.path.exists(path):
         raise FileNotFoundError(f"{file}: no such file")
+    asked = {
+        "floating": "" if floating is True else floating or None,
+        "key": key or "",
+        "armature": _by_name("armature", armature),
+        "inertia": _one_of("inertia", inertia, ("given", "balanced")),
+        "urdf_inertia": urdf_inertia and _one_of("urdf_inertia", urdf_inertia, ("geometry", "none")),
+        "package_path": [os.fsencode(folder) for folder in several("package_path", package_path)],
+        "controls": _by_name("controls", controls),
+        "imposes_couplings": bool(imposes_couplings),
+        "takes_steps": bool(takes_steps),
+    }
     try:
-        loaded = files.load(
-            os.fsencode(path),
-            floating="" if floating is True else floating or None,
-            key=key or "",
-            armature=dict(armature or {}),
-            inertia=inertia,
-            urdf_inertia=urdf_inertia,
-            package_path=[os.fsencode(folder) for folder in package_path],
-            controls=dict(controls or {}),
-            imposes_couplings=imposes_couplings,
-            takes_steps=takes_steps,
-        )
-        robot = _robot(loaded, options)
+        loaded = files.load(os.fsencode(path), **asked)
+        if not loaded["model"].nv:
+            raise ValueError("no joint, so no degree of freedom")
     except ValueError as error:
         reason = str(error)
         raise LoadError(reason if reason.startswith(file) else f"{file}: {reason}") from None
+    robot = _robot(loaded, options)
     _warn(file, robot)
     return robot
 
@@ -107,7 +110,7 @@ def from_mujoco(
 
     if not isinstance(model, mujoco.MjModel):
         raise TypeError(f"from_mujoco: {type(model).__name__} is no mujoco.MjModel")
-    controls = np.zeros(model.nu) if ctrl is None else np.asarray(ctrl, float)
+    controls = np.zeros(model.nu) if ctrl is None else numbers("ctrl", ctrl)
     if controls.shape != (model.nu,):
         raise ValueError(f"ctrl has shape {controls.shape}, ({model.nu},) is needed")
     loaded = files.from_model(
@@ -141,6 +144,17 @@ def _compiled() -> Any:
     from . import _files
 
     return _files
+
+
+def _one_of(option: str, given: Any, known: tuple[str, ...]) -> str:
+    if given not in known:
+        raise ValueError(f"{option} '{given}' is unknown: {', '.join(known)}")
+    name: str = given
+    return name
+
+
+def _by_name(option: str, given: Mapping[str, float] | None) -> dict[str, float]:
+    return {name: number(f"{option} of '{name}'", value) for name, value in (given or {}).items()}
 
 
 def _robot(loaded: dict[str, Any], options: dict[str, Any]) -> Robot:

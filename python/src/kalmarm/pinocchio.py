@@ -34,6 +34,8 @@ def from_pinocchio(model: Any, **options: Any) -> Robot:
 
 
 def _lower(model: Any, options: dict[str, Any]) -> Robot:
+    if not hasattr(model, "jointPlacements"):
+        raise TypeError(f"from_pinocchio: {type(model).__name__} is no pinocchio.Model")
     if model.nv == 0:
         raise ValueError(f"{model.name}: no joint, so no degree of freedom")
     builder = Builder(model.name or "robot", gravity=model.gravity.linear)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
+from ._names import number, numbers
 from .robot import CoupledRow, Robot
 
 
@@ -71,7 +72,7 @@ class ImplicitStep(_core.ImplicitStep):
         }
         super().__init__(
             robot.model,
-            h,
+            number("h", h),
             *(_of_every_dof(robot, name, value) for name, value in given.items()),
             [
                 (_row(robot, row.jacobian), *map(float, row[1:5]), bool(row.imposed))
@@ -115,7 +116,7 @@ class ImplicitStep(_core.ImplicitStep):
 
 
 def _row(robot: Robot, jacobian: ArrayLike) -> list[float]:
-    given = np.asarray(jacobian, float)
+    given = numbers("ImplicitStep: a row's jacobian", jacobian)
     if given.shape != (robot.nv,):
         raise ValueError(
             f"ImplicitStep: a row's jacobian has shape {given.shape}, ({robot.nv},) is needed"
@@ -124,7 +125,7 @@ def _row(robot: Robot, jacobian: ArrayLike) -> list[float]:
 
 
 def _of_every_dof(robot: Robot, name: str, value: Any) -> list[float]:
-    given = np.asarray(value, float)
+    given = numbers(f"ImplicitStep: {name}", value)
     if given.ndim == 0:
         return [float(given) if single else 0.0 for single in robot.model.single]
     if given.shape != (robot.nv,):
