@@ -60,7 +60,6 @@ nb::object lent(nb::handle value, const Where& where) {
 }  // namespace
 
 Inputs::Inputs(const char* call, std::span<const Argument> arguments) : call_(call) {
-  const auto where = [&](int i) { return call_ + ": "s + names_[i]; };
   bool has_sequences = false;
   for (const Argument& argument : arguments) {
     const int i = given_++;
@@ -93,30 +92,50 @@ Inputs::Inputs(const char* call, std::span<const Argument> arguments) : call_(ca
     if (!PyArray_ISCARRAY_RO(array(i)))
       arrays_[i] = checked(PyArray_FromArray(array(i), PyArray_DescrFromType(type_), side_by_side));
 
+  npy_intp count = 1;
   for (int i = 0; i < given_; ++i) {
     const std::span<const npy_intp> shape = shape_of(array(i));
     const npy_intp width = arguments[i].width;
-    if (i == 0) {
-      if (shape.empty() || shape.back() != width) {
-        const std::span<const npy_intp> one(&width, 1);
-        throw nb::value_error((where(i) + " has shape " + text(shape) + ", " + text(one) + " or " +
-                               text(one, "...") + " is needed")
-                                  .c_str());
-      }
-      leading_ = shape.first(shape.size() - 1);
-      npy_intp count = 1;
-      for (const npy_intp n : leading_) count *= n;
-      if (count > std::numeric_limits<int>::max())
-        throw nb::value_error((call_ + ": more than 2^31 states"s).c_str());
-      count_ = static_cast<int>(count);
-    } else if (shape.size() != leading_.size() + 1 || shape.back() != width ||
-               !std::equal(leading_.begin(), leading_.end(), shape.begin())) {
-      std::vector<npy_intp> needed(leading_.begin(), leading_.end());
-      needed.push_back(width);
-      throw nb::value_error(
-          (where(i) + " has shape " + text(shape) + ", " + text(needed) + " is needed").c_str());
-    }
+    const bool is_number = shape.empty() && i > 0;
+    if (is_number ||
+        (!shape.empty() && shape.back() == width && broadcasts(shape.first(shape.size() - 1))))
+      continue;
+    std::vector<npy_intp> needed(leading_.begin(), leading_.begin() + dimensions_);
+    needed.push_back(width);
+    throw nb::value_error((where(i) + " has shape " + text(shape) + ", " + text(needed) +
+                           (i == 0 ? " or " + text({&width, 1}, "...") : "") + " is needed")
+                              .c_str());
   }
+  for (const npy_intp n : leading()) count *= n;
+  if (count > std::numeric_limits<int>::max())
+    throw nb::value_error((call_ + ": more than 2^31 states"s).c_str());
+  count_ = static_cast<int>(count);
+  for (int i = 0; i < given_; ++i) {
+    std::array<npy_intp, NPY_MAXDIMS + 1> shape;
+    *std::ranges::copy(leading(), shape.begin()).out = arguments[i].width;
+    const std::span<const npy_intp> needed(shape.data(), dimensions_ + 1);
+    if (std::ranges::equal(shape_of(array(i)), needed)) continue;
+    nb::object repeated =
+        checked(PyArray_SimpleNew(static_cast<int>(needed.size()), shape.data(), type_));
+    if (PyArray_CopyInto(array_of(repeated), array(i)) < 0) throw nb::python_error();
+    arrays_[i] = std::move(repeated);
+  }
+}
+
+bool Inputs::broadcasts(std::span<const npy_intp> shape) {
+  if (shape.size() > dimensions_) {
+    const std::size_t more = shape.size() - dimensions_;
+    std::copy_backward(leading_.begin(), leading_.begin() + dimensions_,
+                       leading_.begin() + shape.size());
+    std::fill_n(leading_.begin(), more, 1);
+    dimensions_ = shape.size();
+  }
+  for (std::size_t i = 0; i < shape.size(); ++i) {
+    npy_intp& ours = leading_[dimensions_ - shape.size() + i];
+    if (ours == 1) ours = shape[i];
+    if (shape[i] != ours && shape[i] != 1) return false;
+  }
+  return true;
 }
 
 std::string Inputs::not_finite(int row) const {
@@ -127,7 +146,9 @@ std::string Inputs::not_finite(int row) const {
       for (npy_intp k = 0; k < width; ++k)
         if (!std::isfinite(x[k]))
           return names_[i] + "["s + std::to_string(k) + "] is " +
-                 (std::isnan(x[k]) ? "nan" : x[k] > 0 ? "inf" : "-inf");
+                 (std::isnan(x[k]) ? "nan"
+                  : x[k] > 0       ? "inf"
+                                   : "-inf");
     }
     return {};
   });
@@ -135,9 +156,8 @@ std::string Inputs::not_finite(int row) const {
 
 nb::object Inputs::result(nb::handle out, std::initializer_list<npy_intp> trailing,
                           const char* name) {
-  std::array<npy_intp, NPY_MAXDIMS> shape;
-  const auto end = std::copy(trailing.begin(), trailing.end(),
-                             std::copy(leading_.begin(), leading_.end(), shape.begin()));
+  std::array<npy_intp, NPY_MAXDIMS + 2> shape;
+  const auto end = std::ranges::copy(trailing, std::ranges::copy(leading(), shape.begin()).out).out;
   const int ndim = static_cast<int>(end - shape.begin());
   if (out.is_none()) return checked(PyArray_SimpleNew(ndim, shape.data(), type_));
 

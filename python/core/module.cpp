@@ -112,7 +112,8 @@ void bind_model(nb::module_& m) {
             for (const LinkParameters& link : self.links) out.push_back(name_of(link.coordinate));
             return out;
           },
-          "What q holds of every DoF: 'angle' [rad], 'distance' [m], of a ball joint 'quaternion', of "
+          "What q holds of every DoF: 'angle' [rad], 'distance' [m], of a ball joint 'quaternion', "
+          "of "
           "a free one 'position' and 'quaternion', and 'follower' of the DoF after these.")
       .def_prop_ro(
           "quaternions",

@@ -136,6 +136,34 @@ def test_strided_and_read_only_states_are_taken(iiwa):
     np.testing.assert_array_equal(iiwa.mass_matrix(swapped), iiwa.mass_matrix(q))
 
 
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_states_and_numbers_are_broadcast_to_rows(iiwa, dtype):
+    q, qd, tau = iiwa.random_state(0, 6, dtype=dtype)
+    step = kalmarm.ImplicitStep(iiwa, 0.01, stiffness=1e3)
+    for call in (iiwa.forward_dynamics, iiwa.forward_dynamics_derivatives, step, step.derivatives):
+        for given in (
+            (q, qd[0], 0.5),
+            (q, 0, tau),
+            (q[0], qd[1], tau),
+            (q[0], 0, np.array(2, dtype)),
+            (q[:, None], qd[:3], tau[0]),
+            (q[:0], qd[0], 0),
+        ):
+            leading = np.broadcast_shapes(*(np.shape(x)[:-1] for x in given))
+            whole = [np.array(np.broadcast_to(x, (*leading, 7)), dtype) for x in given]
+            for one, other in zip(call(*given), call(*whole), strict=True):
+                np.testing.assert_array_equal(one, other)
+    for gain in ("damping", "stiffness", "reference"):
+        for value in (3, tau[0] ** 2):
+            whole = np.array(np.broadcast_to(value, (6, 7)), dtype)
+            np.testing.assert_array_equal(
+                step.acceleration(q, qd, tau, **{gain: value}),
+                step.acceleration(q, qd, tau, **{gain: whole}),
+            )
+    x = iiwa.factor(q[0]).solve(tau)
+    np.testing.assert_allclose(iiwa.solve(q[0], tau), x, rtol=1e-4 if dtype == np.float32 else 1e-9)
+
+
 class Lender:
     """What has DLPack alone, as tensors of other libraries have."""
 
@@ -170,7 +198,8 @@ def test_lists_are_float64_or_what_arrays_are(iiwa):
         (((8,), (7,), (7,)), r"forward_dynamics: q has shape \(8,\), \(7,\) or \(\.\.\., 7\) is"),
         (((4, 7), (4, 6), (4, 7)), r"qd has shape \(4, 6\), \(4, 7\) is needed"),
         (((4, 7), (4, 7), (5, 7)), r"tau has shape \(5, 7\), \(4, 7\) is needed"),
-        (((4, 7), (4, 7), (7,)), r"tau has shape \(7,\), \(4, 7\) is needed"),
+        (((4, 7), (1,), (4, 7)), r"qd has shape \(1,\), \(4, 7\) is needed"),
+        (((2, 4, 7), (3, 1, 7), (7,)), r"qd has shape \(3, 1, 7\), \(2, 4, 7\) is needed"),
         (((), (7,), (7,)), r"q has shape \(\), \(7,\) or"),
     ],
 )

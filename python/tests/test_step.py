@@ -297,7 +297,7 @@ def test_bad_gains_of_states_are_one_line(g1):
     with pytest.raises(ValueError, match="spring about a ball or a free joint"):
         step.acceleration(*state, stiffness=np.ones((4, g1.nv)))
     with pytest.raises(ValueError, match="damping has shape"):
-        step.acceleration(*state, damping=np.ones(g1.nv))
+        step.acceleration(*state, damping=np.ones(g1.nv - 1))
     row = kalmarm.CoupledRow(np.eye(g1.nv)[-1], damping=1)
     with pytest.raises(ValueError, match="beside terms that couple joints"):
         coupled = kalmarm.ImplicitStep(g1, H, rows=[row])

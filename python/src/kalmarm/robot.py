@@ -113,6 +113,8 @@ class Robot(_core.Robot):
         a = robot.forward_dynamics(q, qd, tau)              # (nv,)
         a = robot.forward_dynamics(q, qd, tau, threads=2)   # (4096, nv) of q (4096, nq), ...
 
+    - Leading dimensions are broadcast as NumPy does it: one q (nq,) and many tau (4096, nv), or the
+      other way round. All but the first argument may be one number, for every DoF.
     - dtype: float32 or float64, one for all arrays of a call; the result has it too. Lists are
       taken for float64 where no array says otherwise. Anything that lends its memory is an array:
       NumPy, the buffer protocol, DLPack (PyTorch tensors on the CPU).
