@@ -13,6 +13,7 @@
 #include <new>
 #include <optional>
 
+#include "lock.hpp"
 #include "robots/loader/input_error.hpp"
 #include "robots/loader/robot_of.hpp"
 
@@ -33,7 +34,7 @@ template <class F>
 LoadedRobot without_lock(const F& f) {
   std::string why;
   try {
-    const nb::gil_scoped_release released;
+    const WithoutLock released;
     return f();
   } catch (const std::bad_alloc&) {
     throw;

@@ -4,10 +4,10 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <span>
 #include <thread>
 
+#include "lock.hpp"
 #include "outcomes.hpp"
 
 namespace kalmarm::python {
@@ -40,24 +40,14 @@ RowsView<const T> rows_of(const Inputs& in, int i, int width) {
   return {in.data<T>(i), in.count(), width};
 }
 
-class WithoutLock {
- public:
-  explicit WithoutLock(bool released) {
-    if (released) released_.emplace();
-  }
-
- private:
-  std::optional<nb::gil_scoped_release> released_;
-};
-
 }  // namespace
 
 int cores(const char* call, int threads, int states) {
   if (threads < 0)
     throw nb::value_error(
         (std::string(call) + ": " + std::to_string(threads) + " threads").c_str());
-  if (threads == 0) threads = static_cast<int>(std::thread::hardware_concurrency());
-  return std::clamp(threads, 1, std::max(states, 1));
+  const int all = std::max(static_cast<int>(std::thread::hardware_concurrency()), 1);
+  return std::clamp(threads == 0 ? all : std::min(threads, all), 1, std::max(states, 1));
 }
 
 Robot::Robot(RobotModel model, DynamicsOptions options)
@@ -98,7 +88,7 @@ nb::object Robot::rows(const Inputs& inputs, int threads, bool status, const nb:
     const int used = cores(inputs.call(), threads, count);
     worker->outcomes.resize(count);
     {
-      const WithoutLock released(true);
+      const WithoutLock released;
       const int failed = all(worker->dynamics, RowsView<T>(to, count, width),
                              std::span<Outcome>(worker->outcomes), used);
       for (int i = 0; failed > 0 && i < count; ++i)
@@ -155,7 +145,7 @@ nb::object Robot::newton_euler(Inputs&& in, nb::handle out, bool status, int thr
     const int used = cores(in.call(), threads, count);
     bool looks = status;  // else all rows are ok
     {
-      const WithoutLock released(true);
+      const WithoutLock released;
       worker->dynamics.inverse_dynamics(RowsView<const T>(in.data<T>(0), count, nq), rows(qd),
                                         rows(qdd), RowsView<T>(tau, count, asked_), used);
       looks = looks || !is_finite(tau, npy_intp(count) * asked_);
@@ -368,7 +358,7 @@ Recommendation Robot::recommend(double tolerance, nb::handle q, nb::handle qd,
   if (options.question.want.empty()) options.question.want = want;
   const RowsView<const double> q_rows(in.data<double>(0), in.count(), nq),
       qd_rows(in.data<double>(1), in.count(), nv), tau_rows(in.data<double>(2), in.count(), nv);
-  const nb::gil_scoped_release released;
+  const WithoutLock released;
   return kalmarm::recommend(model_, q_rows, qd_rows, tau_rows, options);
 }
 
@@ -381,7 +371,7 @@ double Robot::time_forward_dynamics(nb::handle q, nb::handle qd, nb::handle tau,
   return in.with_scalar([&]<class T>(T) {
     const auto worker = workers<T>().take();
     worker->outcomes.resize(count);
-    const nb::gil_scoped_release released;
+    const WithoutLock released;
     const auto start = std::chrono::steady_clock::now();
     for (int call = 0; call < calls; ++call)
       if (singly)

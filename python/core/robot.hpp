@@ -108,7 +108,7 @@ struct DerivativeArrays {
   nb::object fields[4];  // their matrices with columns one after another
 };
 
-// How many threads `threads` are for so many states; 0: all.
+// How many threads `threads` are for so many states; 0: as many as there are cores, which is the most.
 int cores(const char* call, int threads, int states);
 
 constexpr int large = 64;  // DoF from which a call of one state releases the lock

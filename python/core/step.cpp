@@ -11,6 +11,7 @@
 #include <tuple>
 #include <vector>
 
+#include "lock.hpp"
 #include "outcomes.hpp"
 #include "robot.hpp"
 
@@ -97,7 +98,7 @@ nb::object Step::acceleration(nb::handle q, nb::handle qd, nb::handle tau, nb::h
         return {in.data<T>(i), count, width};
       };
       const GainRows<T> of_rows = {rows(damping, nv), rows(stiffness, nv), rows(reference, nv)};
-      const nb::gil_scoped_release released;
+      const WithoutLock released;
       static_cast<void>(worker->dynamics.acceleration(rows(0, nq), rows(1, nv), rows(2, nv),
                                                       of_rows, RowsView<T>(a, count, nv), outcomes,
                                                       used));
@@ -122,7 +123,7 @@ nb::object Step::derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::ha
     std::vector<Outcome>& outcomes = worker->outcomes;
     outcomes.resize(count);
     {
-      const nb::gil_scoped_release released;
+      const WithoutLock released;
       const std::ptrdiff_t size = std::ptrdiff_t(nv) * nv;
       for (std::ptrdiff_t i = 0; i < count; ++i) {
         outcomes[i] = worker->dynamics.derivatives(row<T>(in, 0, i, nq), row<T>(in, 1, i, nv),
@@ -150,7 +151,7 @@ nb::tuple Step::advance(nb::handle q, nb::handle qd, nb::handle a) const {
     const std::ptrdiff_t count = in.count();
     std::copy_n(in.data<T>(0), count * nq, to_q);
     std::copy_n(in.data<T>(1), count * nv, to_qd);
-    const nb::gil_scoped_release released;
+    const WithoutLock released;
     for (std::ptrdiff_t i = 0; i < count; ++i)
       kalmarm::advance(model_, h_, row<T>(in, 2, i, nv), VectorView<T>(to_q + i * nq, nq),
                        VectorView<T>(to_qd + i * nv, nv));
