@@ -5,6 +5,7 @@
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/set.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
 #include <nanobind/stl/unique_ptr.h>
 #include <nanobind/stl/vector.h>
 
@@ -13,6 +14,8 @@
 #include <kalmarm/version.hpp>
 #include <map>
 #include <optional>
+#include <tuple>
+#include <utility>
 
 #include "arrays.hpp"
 #include "outcomes.hpp"
@@ -80,6 +83,39 @@ std::set<std::string> names_of(const std::set<Rule>& rules) {
   return out;
 }
 
+using FrameState = std::tuple<int, std::array<double, 4>, std::array<double, 3>>;
+
+// A link's numbers in the order of LinkParameters, its coordinate as a number.
+using LinkState =
+    std::tuple<int, int, bool, int, double, std::array<double, 4>, std::array<double, 3>, double,
+               double, std::array<double, 3>, std::array<double, 4>, std::array<double, 3>>;
+using ModelState =
+    std::tuple<std::vector<LinkState>, std::vector<std::string>, int, std::array<double, 3>>;
+
+ModelState state_of(const RobotModel& model) {
+  std::vector<LinkState> links;
+  for (const LinkParameters& link : model.links) {
+    const auto& [parent, coordinate, slides, q_index, reference, rotation, translation, armature,
+                 mass, center_of_mass, inertia_axes, principal_moments] = link;
+    links.emplace_back(parent, static_cast<int>(coordinate), slides, q_index, reference, rotation,
+                       translation, armature, mass, center_of_mass, inertia_axes,
+                       principal_moments);
+  }
+  return {std::move(links), model.names, model.nq, model.gravity};
+}
+
+RobotModel model_of(const ModelState& state) {
+  const auto& [links, names, nq, gravity] = state;
+  RobotModel out{.names = names, .nq = nq, .gravity = gravity};
+  for (const LinkState& link : links)
+    std::apply(
+        [&](int parent, int coordinate, const auto&... rest) {
+          out.links.push_back({parent, static_cast<Coordinate>(coordinate), rest...});
+        },
+        link);
+  return out;
+}
+
 void bind_model(nb::module_& m) {
   nb::class_<Frame>(m, "Frame",
                     "A frame on a link: its axes, a quaternion (w, x, y, z), and its origin [m] in "
@@ -95,12 +131,22 @@ void bind_model(nb::module_& m) {
       .def_ro("link", &Frame::link)
       .def_ro("rotation", &Frame::rotation)
       .def_ro("translation", &Frame::translation)
+      .def("__getstate__",
+           [](const Frame& self) { return FrameState(self.link, self.rotation, self.translation); })
+      .def("__setstate__",
+           [](Frame& self, const FrameState& state) {
+             const auto& [link, rotation, translation] = state;
+             new (&self) Frame{link, rotation, translation};
+           })
       .def("__repr__", [](const Frame& self) {
         return nb::str("Frame(link={}, rotation={}, translation={})")
             .format(self.link, self.rotation, self.translation);
       });
 
   nb::class_<RobotModel>(m, "Model", "A robot as numbers: what a Robot is made from.")
+      .def("__getstate__", &state_of)
+      .def("__setstate__", [](RobotModel& self,
+                              const ModelState& state) { new (&self) RobotModel(model_of(state)); })
       .def_ro("nq", &RobotModel::nq)
       .def_prop_ro("nv", &RobotModel::nv)
       .def_ro("dofs", &RobotModel::names, "Names of the DoF, in the order of qd.")

@@ -1,11 +1,18 @@
 """Processes: what forks, ends, and goes to other processes."""
 
+import copy
+import multiprocessing
 import os
+import pickle
 import signal
 import subprocess
 import sys
 
+import numpy as np
 import pytest
+from conftest import load
+
+import kalmarm
 
 BEGIN = """
 import os, sys, threading, time
@@ -111,3 +118,76 @@ for target in ((robot.forward_dynamics, state), (large.mass_matrix, many[:1]),
         threading.Thread(target=work, args=target, daemon=True).start()
 time.sleep(0.2)
 """)
+
+
+WAYS = {
+    "pickle": lambda one: pickle.loads(pickle.dumps(one)),
+    "copy": copy.copy,
+    "deepcopy": copy.deepcopy,
+}
+
+
+@pytest.fixture(params=WAYS)
+def way(request):
+    return WAYS[request.param]
+
+
+def test_a_robot_goes_elsewhere_with_its_options_and_answers(name, way):
+    given = load(name, tolerance=1e-10, takes_steps=True)
+    asked = given.replace(asked=given.dofs[-3:], frames=list(given.frames)[-1:], at_rest=True)
+    q, qd, tau = given.random_state(0, 5)
+    for robot in (given, asked):
+        other = way(robot)
+        assert repr(other) == repr(robot) and other.plan().asked == robot.plan().asked
+        assert (other.notes, other.dofs, other.at_rest) == (robot.notes, robot.dofs, robot.at_rest)
+        assert other.terms.actuators == robot.terms.actuators
+        np.testing.assert_array_equal(other.q0, robot.q0)
+        np.testing.assert_array_equal(
+            other.forward_dynamics(q, qd, tau), robot.forward_dynamics(q, qd, tau)
+        )
+    np.testing.assert_array_equal(other.operational(q), asked.operational(q))
+    np.testing.assert_array_equal(other.random_state(1, 3).q, given.random_state(1, 3).q)
+
+
+def test_frames_models_and_steps_go_elsewhere(g1, way):
+    frame = way(g1.frames["pelvis"])
+    assert str(frame) == str(g1.frames["pelvis"])
+    q, qd, tau = g1.random_state(0, 5)
+    np.testing.assert_array_equal(
+        g1.with_model(way(g1.model)).bias(q, qd), g1.bias(q, qd)
+    )
+    row = kalmarm.CoupledRow(np.eye(g1.nv)[-1] - np.eye(g1.nv)[-2], stiffness=1e4)
+    for options in ({"damping": 3, "rows": [row]}, {"stiffness": 1e3, "scheme": "springs_at_start"}):
+        step = kalmarm.ImplicitStep(g1, 0.01, **options)
+        other = way(step)
+        assert repr(other) == repr(step)
+        for one, of_copy in zip(step(q, qd, tau), other(q, qd, tau), strict=True):
+            np.testing.assert_array_equal(one, of_copy)
+
+
+def test_an_error_goes_elsewhere_with_its_outcome(iiwa, way):
+    with pytest.raises(kalmarm.DynamicsError) as error:
+        iiwa.gravity(np.full(7, np.nan))
+    other = way(error.value)
+    assert type(other) is kalmarm.DynamicsError and str(other) == str(error.value)
+    assert str(other.outcome) == str(error.value.outcome)
+
+
+def test_what_holds_memory_alone_says_so(iiwa):
+    with pytest.raises(TypeError, match="cannot pickle"):
+        pickle.dumps(iiwa.factor(iiwa.q0))
+
+
+def accelerations(robot, step, state):
+    return robot.forward_dynamics(*state, threads=2), step.acceleration(*state)
+
+
+@pytest.mark.parametrize("start", ["spawn", "fork", "forkserver"])
+def test_pools_of_processes_take_robots(iiwa, start):
+    step = kalmarm.ImplicitStep(iiwa, 0.01, stiffness=100)
+    jobs = [(iiwa, step, iiwa.random_state(seed, 100)) for seed in range(4)]
+    here = [accelerations(*job) for job in jobs]
+    with multiprocessing.get_context(start).Pool(2) as pool:
+        there = pool.starmap(accelerations, jobs)
+    for one, other in zip(here, there, strict=True):
+        np.testing.assert_array_equal(one, other)

@@ -1,6 +1,5 @@
 """Robots: how they are made, what is asked of them, and what they say."""
 
-import pickle
 import sys
 
 import mujoco
@@ -161,11 +160,6 @@ def test_recommend_takes_float64_where_float32_is_not_enough():
     assert fine.reason
     with pytest.raises(ValueError, match="together or not at all"):
         robot.recommend(q=robot.q0)
-
-
-def test_a_robot_is_not_pickled():
-    with pytest.raises(TypeError, match="load it anew"):
-        pickle.dumps(load("two_link"))
 
 
 CLOSED = """<mujoco><worldbody>

@@ -5,6 +5,7 @@ from __future__ import annotations
 import enum
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -124,6 +125,7 @@ class Robot(_core.Robot):
       answers are not to be relied upon, one RuntimeWarning says why, and of many states which rows.
       With status=True nothing is raised or warned of, and (result, outcomes) is returned: records
       of `outcome_dtype`, whose status is a `Status`.
+    - Robots are pickled and copied, to other processes too, by their definition.
     - Any number of Python threads may call one robot at once: each call takes memory of its own.
       Python's global lock is released for many states, and for robots of 64 DoF or more.
 
@@ -304,7 +306,8 @@ class Robot(_core.Robot):
         )
 
     def __reduce__(self) -> tuple[Any, ...]:
-        raise TypeError("a Robot is not pickled: load it anew in the other process")
+        """By its definition: copies, and robots of other processes, take memory of their own."""
+        return partial(type(self), **self._options), (self._description,)
 
 
 def _frame(description: Description, frame: str | Frame) -> Frame:

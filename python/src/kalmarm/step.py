@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -82,6 +83,7 @@ class ImplicitStep(_core.ImplicitStep):
             robot.tolerance,
         )
         self._robot = robot
+        self._options = {**given, "rows": rows, "scheme": scheme}
 
     def __call__(
         self,
@@ -112,7 +114,8 @@ class ImplicitStep(_core.ImplicitStep):
         return f"<kalmarm.ImplicitStep of {self._robot.name}, h = {self.h:g} s, {self.scheme}>"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        raise TypeError("an ImplicitStep is not pickled: make it anew in the other process")
+        """By its definition, as a robot."""
+        return partial(type(self), **self._options), (self._robot, self.h)
 
 
 def _row(robot: Robot, jacobian: ArrayLike) -> list[float]:
