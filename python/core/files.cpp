@@ -3,6 +3,7 @@
 // Apart from _core, since it needs libmujoco.so of the release that it was compiled against: whoever
 // imports it has imported the package `mujoco`, which has loaded that.
 #include <nanobind/nanobind.h>
+#include <nanobind/stl/array.h>
 #include <nanobind/stl/map.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
@@ -71,8 +72,10 @@ nb::dict described(const LoadedRobot& robot) {
   out["torque"] = robot.torque;
   out["actuators"] = list_of(robot.actuators, [](const Actuator& a) {
     return nb::make_tuple(text(a.name), a.dof, a.control, a.gain, a.constant, a.stiffness,
-                          a.damping, a.row);
+                          a.damping, a.row, a.stiffness_by_control, a.damping_by_control,
+                          a.control_range, a.force_range);
   });
+  out["force_range"] = robot.force_range;
   out["rows"] = list_of(robot.terms.rows, [](const CoupledRow& row) {
     return nb::make_tuple(row.jacobian, row.armature, row.damping, row.stiffness, row.reference,
                           row.imposed);
@@ -96,7 +99,8 @@ NB_MODULE(_files, m) {
             .controls = controls,
             .armature = armature,
             .imposes_couplings = imposes_couplings,
-            .takes_steps = takes_steps};
+            .takes_steps = takes_steps,
+            .limits_forces = takes_steps};
         if (urdf_inertia)
           options.urdf_inertia =
               *urdf_inertia == "geometry" ? UrdfInertia::geometry : UrdfInertia::none;

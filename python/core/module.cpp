@@ -162,6 +162,14 @@ void bind_model(nb::module_& m) {
           "of "
           "a free one 'position' and 'quaternion', and 'follower' of the DoF after these.")
       .def_prop_ro(
+          "q_index",
+          [](const RobotModel& self) {
+            std::vector<int> out;
+            for (const LinkParameters& link : self.links) out.push_back(link.q_index);
+            return out;
+          },
+          "The first entry of q that every DoF reads.")
+      .def_prop_ro(
           "quaternions",
           [](const RobotModel& self) {
             std::vector<int> out;
@@ -186,7 +194,7 @@ void bind_model(nb::module_& m) {
           [](ModelBuilder& self, const std::string& name, int parent, const std::string& joint,
              std::array<double, 3> axis, std::array<double, 3> position,
              std::array<double, 4> rotation, double reference, double armature, double mass,
-             std::array<double, 3> center_of_mass, std::array<double, 6> inertia) {
+             std::array<double, 3> center_of_mass, std::array<double, 6> inertia, bool solid) {
             return self.add_body({.name = name,
                                   .parent = parent,
                                   .joint = joint_of(joint),
@@ -197,10 +205,11 @@ void bind_model(nb::module_& m) {
                                   .armature = armature,
                                   .mass = mass,
                                   .center_of_mass = center_of_mass,
-                                  .inertia = inertia});
+                                  .inertia = inertia,
+                                  .solid = solid});
           },
           "name"_a, "parent"_a, "joint"_a, "axis"_a, "position"_a, "rotation"_a, "reference"_a,
-          "armature"_a, "mass"_a, "center_of_mass"_a, "inertia"_a)
+          "armature"_a, "mass"_a, "center_of_mass"_a, "inertia"_a, "solid"_a)
       .def("set_gravity", &ModelBuilder::set_gravity, "gravity"_a)
       .def_prop_ro("nq", &ModelBuilder::nq)
       .def_prop_ro("nv", &ModelBuilder::nv)

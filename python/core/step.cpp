@@ -142,10 +142,14 @@ nb::object Step::derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::ha
   });
 }
 
-nb::tuple Step::advance(nb::handle q, nb::handle qd, nb::handle a) const {
+nb::tuple Step::advance(nb::handle q, nb::handle qd, nb::handle a, nb::handle out) const {
   const int nq = model_.nq, nv = model_.nv();
   Inputs in("advance", {{"q", q, nq}, {"qd", qd, nv}, {"a", a, nv}});
-  const nb::object next_q = in.result(nb::none(), {nq}), next_qd = in.result(nb::none(), {nv});
+  const bool given = !out.is_none();
+  if (given && (!PyTuple_Check(out.ptr()) || nb::len(out) != 2))
+    throw nb::type_error("advance: out is not what an earlier call returned");
+  const nb::object next_q = in.result(given ? nb::object(out[0]) : nb::none(), {nq}, "out.q"),
+                   next_qd = in.result(given ? nb::object(out[1]) : nb::none(), {nv}, "out.qd");
   in.with_scalar([&]<class T>(T) {
     T *const to_q = data_of<T>(next_q), *const to_qd = data_of<T>(next_qd);
     const std::ptrdiff_t count = in.count();
@@ -217,11 +221,13 @@ beside rows of the step.)")
 
 q (..., nq), qd and tau (..., nv) -> Derivatives(dq, dqd, dtau, a), as those of
 Robot.forward_dynamics_derivatives; dtau is the inverse of M + h B + h^2 K.)")
-      .def("advance", &Step::advance, "q"_a, "qd"_a, "a"_a,
+      .def("advance", &Step::advance, "q"_a, "qd"_a, "a"_a, "out"_a = nb::none(),
            nb::sig("def advance(self, q: numpy.typing.ArrayLike, qd: numpy.typing.ArrayLike, a: "
-                   "numpy.typing.ArrayLike) -> tuple"),
+                   "numpy.typing.ArrayLike, out: tuple[numpy.typing.NDArray[typing.Any], "
+                   "numpy.typing.NDArray[typing.Any]] | None = None) -> "
+                   "tuple[numpy.typing.NDArray[typing.Any], numpy.typing.NDArray[typing.Any]]"),
            "(q, qd) after h with the accelerations a: qd + h a, and q moved along it, quaternions "
-           "turned.");
+           "turned. out: such a pair of arrays.");
 }
 
 }  // namespace kalmarm::python

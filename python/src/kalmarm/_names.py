@@ -25,6 +25,13 @@ def several(option: str, given: Iterable[T]) -> tuple[T, ...]:
     return tuple(given)
 
 
+def one_of(option: str, given: Any, known: tuple[str, ...]) -> str:
+    if given not in known:
+        raise ValueError(f"{option} '{given}' is unknown: {', '.join(known)}")
+    name: str = given
+    return name
+
+
 def number(option: str, given: Any) -> float:
     try:
         return float(given)
@@ -37,6 +44,15 @@ def numbers(what: str, given: Any) -> NDArray[np.float64]:
     if isinstance(given, np.ma.MaskedArray):
         raise TypeError(f"{what} is a masked array, and masks are not kept: give its filled()")
     return np.asarray(given, float)
+
+
+def as_array(given: Any, dtype: Any = None) -> NDArray[Any]:
+    """What lends its memory as an array of it, anything else as one of this dtype."""
+    if isinstance(given, np.ndarray):
+        return given
+    if hasattr(given, "__dlpack__"):
+        return np.from_dlpack(given)
+    return np.asarray(given, dtype)
 
 
 def dofs_of(names: list[str], chosen: Iterable[str | int]) -> list[int]:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from . import _core
-from ._names import number, numbers, several
+from ._names import number, numbers, one_of, several
 from .robot import Actuator, CoupledRow, Description, Robot, Terms
 
 
@@ -68,8 +68,8 @@ def load(
         "floating": "" if floating is True else floating or None,
         "key": key or "",
         "armature": _by_name("armature", armature),
-        "inertia": _one_of("inertia", inertia, ("given", "balanced")),
-        "urdf_inertia": urdf_inertia and _one_of("urdf_inertia", urdf_inertia, ("geometry", "none")),
+        "inertia": one_of("inertia", inertia, ("given", "balanced")),
+        "urdf_inertia": urdf_inertia and one_of("urdf_inertia", urdf_inertia, ("geometry", "none")),
         "package_path": [os.fsencode(folder) for folder in several("package_path", package_path)],
         "controls": _by_name("controls", controls),
         "imposes_couplings": bool(imposes_couplings),
@@ -146,13 +146,6 @@ def _compiled() -> Any:
     return _files
 
 
-def _one_of(option: str, given: Any, known: tuple[str, ...]) -> str:
-    if given not in known:
-        raise ValueError(f"{option} '{given}' is unknown: {', '.join(known)}")
-    name: str = given
-    return name
-
-
 def _by_name(option: str, given: Mapping[str, float] | None) -> dict[str, float]:
     return {name: number(f"{option} of '{name}'", value) for name, value in (given or {}).items()}
 
@@ -166,9 +159,13 @@ def _robot(loaded: dict[str, Any], options: dict[str, Any]) -> Robot:
     weights = loaded["compensated"]
     terms = Terms(
         *(np.array(loaded[name]) for name in ("damping", "stiffness", "reference", "torque")),
-        actuators=tuple(Actuator(*one) for one in loaded["actuators"]),
+        actuators=tuple(
+            Actuator(*one[:-2], *(tuple(limits) for limits in one[-2:]))
+            for one in loaded["actuators"]
+        ),
         compensated=weights and robot(weights, None, wants=("inverse_dynamics",)),
         rows=tuple(CoupledRow(np.array(row[0]), *row[1:]) for row in loaded["rows"]),
+        force_range=np.array(loaded["force_range"], float).reshape(-1, 2),
     )
     return robot(loaded["model"], terms, **options)
 

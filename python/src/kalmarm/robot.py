@@ -58,8 +58,8 @@ class CoupledRow(NamedTuple):
 
 class Actuator(NamedTuple):
     """Of the file, on a hinge, a slide or a fixed tendon of the length q: it moves its DoF, or along
-    its tendon's J, by gain u + constant - stiffness q - damping qd at the control u. Force limits
-    are not in it."""
+    its tendon's J, by gain u + constant - stiffness q - damping qd at the control u. One at a force
+    limit is the force of that limit alone."""
 
     name: str
     dof: int  # -1 on a tendon
@@ -69,6 +69,10 @@ class Actuator(NamedTuple):
     stiffness: float  # of a gain by length or velocity at this u
     damping: float
     row: int = -1  # of `Terms.rows`, on a tendon
+    stiffness_by_control: float = 0.0  # how stiffness and damping change with u
+    damping_by_control: float = 0.0
+    control_range: tuple[float, float] = (-np.inf, np.inf)
+    force_range: tuple[float, float] = (-np.inf, np.inf)  # [N m or N], on a DoF
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,11 +80,11 @@ class Terms:
     """What a robot's file says of implicit steps, each (nv,): linear dampers, springs of hinges and
     slides with their references, and actuators at their controls.
 
-    torque: of actuators without stiffness, to be added to tau. For other controls of an actuator
-        add gain (u - control) at its DoF, or times its row's jacobian.
+    torque: of actuators without stiffness.
     rows: fixed tendons, with their actuators.
-    compensated: the robot of the weights that the file compensates (gravcomp): its `gravity(q)` is
-        to be added to tau; None where there is none.
+    compensated: the robot of the weights that the file compensates (gravcomp), whose `gravity(q)`
+        is added to tau; None where there is none.
+    force_range: (nv, 2), of what the actuators of a DoF exert together; None: without limits.
     """
 
     damping: NDArray[np.float64]
@@ -90,6 +94,7 @@ class Terms:
     actuators: tuple[Actuator, ...] = ()
     compensated: Robot | None = None
     rows: tuple[CoupledRow, ...] = ()
+    force_range: NDArray[np.float64] | None = None
 
 
 @dataclass(frozen=True)
