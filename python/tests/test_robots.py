@@ -197,6 +197,12 @@ URDF = """<robot name="r"><link name="base"><inertial><mass value="2"/>
  <limit lower="-1" upper="2" effort="1" velocity="1"/></joint></robot>"""
 
 
+MIMIC = """<link name="hand"><inertial><mass value="1"/>
+ <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+ <joint name="k" type="revolute"><parent link="arm"/><child link="hand"/><axis xyz="0 1 0"/>
+ <mimic joint="j" multiplier="2"/><limit lower="-1" upper="2" effort="1" velocity="1"/></joint></robot>"""
+
+
 def test_the_base_of_a_urdf_is_welded_or_floats(tmp_path):
     file = tmp_path / "robot.urdf"
     file.write_text(URDF)
@@ -238,11 +244,45 @@ def test_without_mujoco_load_says_so(monkeypatch):
         kalmarm.load(ROBOTS / "g1" / "g1.xml")
 
 
-def test_joints_of_pinocchio_that_are_not_supported_are_refused():
-    model = pin.Model()
-    model.addJoint(0, pin.JointModelPlanar(), pin.SE3.Identity(), "rolls")
-    with pytest.raises(ValueError, match="joint 'rolls' is a JointModelPlanar: not supported"):
+def test_joints_of_pinocchio_that_are_not_supported_are_refused_by_name():
+    for kind in (pin.JointModelUniversal(np.eye(3)[0], np.eye(3)[1]), pin.JointModelHX(0.1)):
+        model = pin.Model()
+        model.addJoint(0, kind, pin.SE3.Identity(), "rolls")
+        words = f"joint 'rolls' is a {kind.shortname()}: not supported"
+        with pytest.raises(ValueError, match=words):
+            kalmarm.from_pinocchio(model)
+
+
+def test_a_mimic_of_pinocchio_is_refused_with_what_to_do():
+    text = URDF.replace("</robot>", MIMIC)
+    model = pin.buildModelFromXML(text)  # without mimic, as it says
+    assert kalmarm.from_pinocchio(model).dofs == ["j", "k"]
+    model = pin.buildModelFromXML(text, mimic=True)
+    with pytest.raises(ValueError, match="joint 'k' is a JointModelMimic.*build the model without"):
         kalmarm.from_pinocchio(model)
+
+
+def test_moments_of_pinocchio_that_no_solid_body_has_are_taken_or_balanced():
+    """Second moments of (1, 1, 5) are (2.5, 2.5, -1.5)."""
+    model = pin.Model()
+    joint = model.addJoint(0, pin.JointModelRX(), pin.SE3.Identity(), "j")
+    R = pin.Quaternion(0.1, 0.2, 0.3, 0.4).normalized().matrix()
+    model.appendBodyToJoint(
+        joint, pin.Inertia(1, np.zeros(3), R @ np.diag([1.0, 1, 5]) @ R.T), pin.SE3.Identity()
+    )
+    with pytest.warns(UserWarning, match="taken as given, although no solid body has .*: 'j'"):
+        given = kalmarm.from_pinocchio(model)
+    assert given.mass_matrix([0.0])[0, 0] == pytest.approx(model.inertias[1].inertia[0, 0])
+    with pytest.warns(UserWarning, match="balanced.*: 'j'"):
+        balanced = kalmarm.from_pinocchio(model, inertia="balanced")
+    s = 2.5 * 1e-4
+    tensor = R @ np.diag([2.5 + s, 2.5 + s, 5]) @ R.T
+    assert balanced.mass_matrix([0.0])[0, 0] == pytest.approx(tensor[0, 0], rel=1e-12)
+    with pytest.raises(ValueError, match="inertia 'best' is unknown: given, balanced"):
+        kalmarm.from_pinocchio(model, inertia="best")
+
+
+def test_what_is_no_model_of_pinocchio_is_refused():
     with pytest.raises(ValueError, match="no joint, so no degree of freedom"):
         kalmarm.from_pinocchio(pin.Model())
     with pytest.raises(TypeError, match="from_pinocchio: str is no pinocchio.Model"):

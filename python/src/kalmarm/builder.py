@@ -58,6 +58,7 @@ class Builder:
         mass: float = 0.0,
         center_of_mass: Sequence[float] = (0, 0, 0),
         inertia: Any = (0, 0, 0),
+        solid: bool = True,
     ) -> int:
         """Adds a body and the joint on its inboard side; returns the body's number.
 
@@ -73,6 +74,8 @@ class Builder:
         limits: of a hinge or slide, for random states.
         mass [kg], center_of_mass in the body's frame [m].
         inertia: about the center of mass [kg m^2]: (xx, yy, zz), (xx, yy, zz, xy, xz, yz) or 3 x 3.
+        solid: principal moments A <= B < C - A, which no solid body has, are refused; else they are
+            taken as given.
         """
         if isinstance(parent, str):
             if parent not in self._bodies:
@@ -92,6 +95,7 @@ class Builder:
             mass=float(mass),
             center_of_mass=[float(x) for x in center_of_mass],
             inertia=_six(inertia),
+            solid=bool(solid),
         )
         called = name if joint_name is None else joint_name
         self._dofs += [called + suffix for suffix in suffixes]
