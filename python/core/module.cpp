@@ -3,6 +3,7 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
 #include <nanobind/stl/set.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
@@ -116,6 +117,32 @@ RobotModel model_of(const ModelState& state) {
   return out;
 }
 
+// The model with DoF k that was DoF order[k], its entries of q in the order of its DoF; and which entry
+// of q each was. Joints of several DoF stay together.
+std::pair<RobotModel, std::vector<int>> reordered(const RobotModel& model,
+                                                  const std::vector<int>& order) {
+  const int nv = model.nv();
+  std::vector<int> place(nv, -1), entries;
+  for (int k = 0; k < static_cast<int>(order.size()); ++k) place.at(order[k]) = k;
+  if (static_cast<int>(order.size()) != nv || std::ranges::find(place, -1) != place.end())
+    throw nb::value_error("order: each DoF has to be there once");
+  RobotModel out{.nq = model.nq, .gravity = model.gravity};
+  std::map<int, int> first;  // entry of q, by what it was
+  for (const int old : order) {
+    LinkParameters link = model.links[old];
+    link.parent = link.parent < 0 ? -1 : place[link.parent];
+    if (const int count = q_entries(link.coordinate)) {
+      first[link.q_index] = static_cast<int>(entries.size());
+      for (int i = 0; i < count; ++i) entries.push_back(link.q_index + i);
+    }
+    if (const auto found = first.find(link.q_index); found != first.end())
+      link.q_index = found->second;
+    out.links.push_back(link);
+    out.names.push_back(model.names[old]);
+  }
+  return {std::move(out), std::move(entries)};
+}
+
 void bind_model(nb::module_& m) {
   nb::class_<Frame>(m, "Frame",
                     "A frame on a link: its axes, a quaternion (w, x, y, z), and its origin [m] in "
@@ -147,6 +174,7 @@ void bind_model(nb::module_& m) {
       .def("__getstate__", &state_of)
       .def("__setstate__", [](RobotModel& self,
                               const ModelState& state) { new (&self) RobotModel(model_of(state)); })
+      .def("_reordered", &reordered, "order"_a)
       .def_ro("nq", &RobotModel::nq)
       .def_prop_ro("nv", &RobotModel::nv)
       .def_ro("dofs", &RobotModel::names, "Names of the DoF, in the order of qd.")

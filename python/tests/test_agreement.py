@@ -42,7 +42,9 @@ def test_mass_bias_and_acceleration_are_mujocos(name):
     assert relative(robot.forward_dynamics(q, qd, tau), a) < 1e-9
 
 
-@pytest.mark.skipif("KALMARM_PRINT_ROBOTS" not in os.environ, reason="scripts/test_python builds it")
+@pytest.mark.skipif(
+    "KALMARM_PRINT_ROBOTS" not in os.environ, reason="scripts/test_python builds it"
+)
 def test_mass_and_acceleration_are_those_of_cpp(name):
     program = [os.environ["KALMARM_PRINT_ROBOTS"], file_of(name)]
     printed = subprocess.run(program, capture_output=True, check=True, text=True).stdout.split()
@@ -175,7 +177,11 @@ BY_JOINTS = {
         pin.JointModelPlanar(),
         pin.JointModelRUBY(),
     ],
-    "three angles": [pin.JointModelSphericalZYX(), pin.JointModelPX(), pin.JointModelSphericalZYX()],
+    "three angles": [
+        pin.JointModelSphericalZYX(),
+        pin.JointModelPX(),
+        pin.JointModelSphericalZYX(),
+    ],
 }
 
 
@@ -223,7 +229,9 @@ def test_derivatives_are_pinocchios(peer):
     lose half the digits, are below for what a column means."""
     model, robot, ours = peer
     if any(joint.shortname() == "JointModelSphericalZYX" for joint in model.joints):
-        pytest.skip("Pinocchio 4.1 leaves out that these axes move: differences of its aba are ours")
+        pytest.skip(
+            "Pinocchio 4.1 leaves out that these axes move: differences of its aba are ours"
+        )
     data = model.createData()
     q, v, tau = pinocchio_states(model, STATES, 7)
     a, theirs = np.empty_like(v), [np.empty((STATES, model.nv, model.nv)) for _ in range(3)]
@@ -271,9 +279,7 @@ def test_derivatives_of_a_floating_robot_are_its_differences(floating):
             w * robot.forward_dynamics(moved(robot, q, k, i * h), qd, tau)
             for i, w in stencil.items()
         )
-        dqd = sum(
-            w * robot.forward_dynamics(q, qd + i * h * e, tau) for i, w in stencil.items()
-        )
+        dqd = sum(w * robot.forward_dynamics(q, qd + i * h * e, tau) for i, w in stencil.items())
         np.testing.assert_allclose(d.dq[:, k], dq / h, atol=1e-6 * np.abs(d.dq).max())
         np.testing.assert_allclose(d.dqd[:, k], dqd / h, atol=1e-8 * np.abs(d.dqd).max())
     np.testing.assert_allclose(d.a, robot.forward_dynamics(q, qd, tau), rtol=1e-10)

@@ -296,7 +296,9 @@ def test_the_input_that_is_not_finite_is_named(iiwa):
         bad = state._replace(**{name: np.where(np.arange(7) == 4, value, getattr(state, name))})
         with pytest.raises(kalmarm.DynamicsError, match=rf": {name}\[4\] is {value}"):
             iiwa.forward_dynamics(*bad)
-    with pytest.raises(kalmarm.DynamicsError, match="inverse_dynamics: not_finite: the result over"):
+    with pytest.raises(
+        kalmarm.DynamicsError, match="inverse_dynamics: not_finite: the result over"
+    ):
         iiwa.inverse_dynamics(state.q, state.qd, np.full(7, 1e308))
 
 

@@ -153,11 +153,12 @@ def test_frames_models_and_steps_go_elsewhere(g1, way):
     frame = way(g1.frames["pelvis"])
     assert str(frame) == str(g1.frames["pelvis"])
     q, qd, tau = g1.random_state(0, 5)
-    np.testing.assert_array_equal(
-        g1.with_model(way(g1.model)).bias(q, qd), g1.bias(q, qd)
-    )
+    np.testing.assert_array_equal(g1.with_model(way(g1.model)).bias(q, qd), g1.bias(q, qd))
     row = kalmarm.CoupledRow(np.eye(g1.nv)[-1] - np.eye(g1.nv)[-2], stiffness=1e4)
-    for options in ({"damping": 3, "rows": [row]}, {"stiffness": 1e3, "scheme": "springs_at_start"}):
+    for options in (
+        {"damping": 3, "rows": [row]},
+        {"stiffness": 1e3, "scheme": "springs_at_start"},
+    ):
         step = kalmarm.ImplicitStep(g1, 0.01, **options)
         other = way(step)
         assert repr(other) == repr(step)

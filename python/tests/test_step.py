@@ -85,8 +85,10 @@ def test_controls_of_states_step_as_mujocos(arm, scheme):
     ours = step(*state, ctrl=u)
     assert relative(ours.q, np.concatenate([q for q, _ in truth])) < 1e-12
     assert relative(ours.qd, np.concatenate([qd for _, qd in truth])) < 1e-12
-    for own in (step(*(x[3] for x in state), ctrl=u[3]),
-                kalmarm.ImplicitStep(robot, H, scheme=scheme, ctrl=u[3])(*(x[3] for x in state))):
+    for own in (
+        step(*(x[3] for x in state), ctrl=u[3]),
+        kalmarm.ImplicitStep(robot, H, scheme=scheme, ctrl=u[3])(*(x[3] for x in state)),
+    ):
         np.testing.assert_allclose(own.qd, ours.qd[3], rtol=1e-12)
     q, qd = stepped_by_mujoco(model, SCHEMES[scheme], state, [0.5, 0.5, 0.5])
     assert relative(step(*state, ctrl=0.5).qd, qd) < 1e-12
@@ -144,9 +146,9 @@ def test_derivatives_have_the_gravity_that_is_compensated(arm):
     for k in range(2):  # of the ball joint q is no vector
         d = np.zeros(robot.nq)
         d[k] = e
-        difference = (
-            step.acceleration(q + d, qd, tau) - step.acceleration(q - d, qd, tau)
-        ) / (2 * e)
+        difference = (step.acceleration(q + d, qd, tau) - step.acceleration(q - d, qd, tau)) / (
+            2 * e
+        )
         np.testing.assert_allclose(found.dq[:, k], difference, atol=1e-7 * np.abs(found.dq).max())
     rows = step.derivatives(q, qd, np.stack([tau, 2 * tau]))
     np.testing.assert_allclose(rows.dq[0], found.dq, rtol=1e-12, atol=1e-9)
@@ -422,7 +424,9 @@ TENDONS = """<tendon>
 def test_fixed_tendons_step_as_mujocos(tmp_path, scheme):
     path = tmp_path / "arm.xml"
     path.write_text(ARM.format("", ".2 2").replace("<keyframe>", TENDONS))
-    with pytest.warns(UserWarning, match="1 tendon, 1 tendon with a dead band|1 tendon with a dead"):
+    with pytest.warns(
+        UserWarning, match="1 tendon, 1 tendon with a dead band|1 tendon with a dead"
+    ):
         robot = kalmarm.load(path, key="k", takes_steps=True)
     (row,) = robot.terms.rows
     np.testing.assert_array_equal(row.jacobian, [1.5, -2, 0, 0, 0])
@@ -449,7 +453,9 @@ def test_a_compiled_model_has_the_terms_of_its_file(tmp_path):
     """Beside tendons and actuators that have none, before those that do."""
     text = ARM.format("", ".2 2").replace("<keyframe>", TENDONS)
     text = text.replace('<fixed name="t" ', SPATIAL).replace("<actuator>", OTHERS, 1)
-    text = text.replace("<worldbody>", '<option actuatorgroupdisable="3"/><worldbody><site name="s1"/>')
+    text = text.replace(
+        "<worldbody>", '<option actuatorgroupdisable="3"/><worldbody><site name="s1"/>'
+    )
     text = text.replace("<body pos=", '<site name="s2"/><body pos=', 1)
     text = text.replace('ctrl=".4', 'ctrl="0 0 0 0 0 .4')
     path = tmp_path / "arm.xml"

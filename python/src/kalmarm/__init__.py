@@ -1,8 +1,8 @@
 """Robot dynamics by the filters of estimation theory: arrays in, arrays out, float32 or float64.
 
-    robot = kalmarm.load("g1.xml")              # or from_mujoco, from_pinocchio, Builder
-    q, qd, tau = robot.random_state(0, 4096)
-    a = robot.forward_dynamics(q, qd, tau)      # (4096, nv)
+robot = kalmarm.load("g1.xml")              # or from_mujoco, from_pinocchio, Builder
+q, qd, tau = robot.random_state(0, 4096)
+a = robot.forward_dynamics(q, qd, tau)      # (4096, nv)
 """
 
 from ._core import (

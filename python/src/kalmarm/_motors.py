@@ -58,7 +58,9 @@ class Motors:
         self.ctrl = self._loaded if ctrl is None else self._within(ctrl)
 
         # Those that may be at a limit, or be stiffer at other controls.
-        limits = np.full((nv, 2), np.inf) * (-1, 1) if terms.force_range is None else terms.force_range
+        limits = (
+            np.full((nv, 2), np.inf) * (-1, 1) if terms.force_range is None else terms.force_range
+        )
         self._joint_range = limits.T
 
         def changes(one: Actuator) -> bool:
@@ -82,18 +84,22 @@ class Motors:
             self._damping,
             self._stiffness_by,
             self._damping_by,
-        ) = np.array(
-            [
-                (
-                    one.constant,
-                    one.stiffness,
-                    one.damping,
-                    one.stiffness_by_control,
-                    one.damping_by_control,
-                )
-                for one in some
-            ]
-        ).reshape(-1, 5).T
+        ) = (
+            np.array(
+                [
+                    (
+                        one.constant,
+                        one.stiffness,
+                        one.damping,
+                        one.stiffness_by_control,
+                        one.damping_by_control,
+                    )
+                    for one in some
+                ]
+            )
+            .reshape(-1, 5)
+            .T
+        )
         self._forces = np.array([one.force_range for one in some]).reshape(-1, 2).T
         self._terms = terms
 

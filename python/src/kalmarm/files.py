@@ -12,6 +12,7 @@ import numpy as np
 
 from . import _core
 from ._names import number, numbers, one_of, several
+from ._urdf import pinocchios_order
 from .robot import Actuator, CoupledRow, Description, Robot, Terms
 
 
@@ -31,6 +32,7 @@ def load(
     controls: Mapping[str, float] | None = None,
     imposes_couplings: bool = False,
     takes_steps: bool = False,
+    dof_order: str = "file",
     **options: Any,
 ) -> Robot:
     """The robot of an MJCF or URDF file, read through MuJoCo (`pip install mujoco`).
@@ -58,9 +60,13 @@ def load(
     takes_steps: whoever asks takes an `ImplicitStep` with `Robot.terms`: no warning names what
         these have. Fixed tendons may have armature then, which is in `terms.rows` and not in the
         robot's M; else that is refused.
+    dof_order: "file", depth first with children in the order of the file, as MuJoCo; or
+        "pinocchio", with children of a URDF's link in the order of their joints' names. Where these
+        differ a note says so.
     Options are those of `Robot`.
     """
     files = _compiled()
+    one_of("dof_order", dof_order, ("file", "pinocchio"))
     file = re.sub(r"[\0-\x1f\x7f]", " ", os.fsdecode(path))  # in messages, which are one line
     if not os.path.exists(path):
         raise FileNotFoundError(f"{file}: no such file")
@@ -82,6 +88,14 @@ def load(
     except ValueError as error:
         reason = str(error)
         raise LoadError(reason if reason.startswith(file) else f"{file}: {reason}") from None
+    dofs = loaded["model"].dofs
+    order = pinocchios_order(path, dofs)
+    if order != list(range(len(dofs))):
+        if dof_order == "pinocchio":
+            loaded = _reordered(loaded, order)
+        else:
+            note = "DoF are in the order of the file, and not in Pinocchio's: dof_order='pinocchio'"
+            loaded["notes"] += (note,)
     robot = _robot(loaded, options)
     _warn(file, robot)
     return robot
@@ -135,7 +149,9 @@ def _compiled() -> Any:
         ) from error
     built = _core.mujoco_version
     if not built:
-        raise ImportError("kalmarm was built without MuJoCo: build it again where that is installed")
+        raise ImportError(
+            "kalmarm was built without MuJoCo: build it again where that is installed"
+        )
     if mujoco.__version__ != built:
         raise ImportError(
             f"kalmarm was built for MuJoCo {built}, and {mujoco.__version__} is installed: "
@@ -148,6 +164,27 @@ def _compiled() -> Any:
 
 def _by_name(option: str, given: Mapping[str, float] | None) -> dict[str, float]:
     return {name: number(f"{option} of '{name}'", value) for name, value in (given or {}).items()}
+
+
+def _reordered(loaded: dict[str, Any], order: list[int]) -> dict[str, Any]:
+    """DoF k is what DoF order[k] was, in all that is by DoF or by entries of q."""
+    place = {old: new for new, old in enumerate(order)} | {-1: -1}
+    model, entries = loaded["model"]._reordered(order)
+    weights = loaded["compensated"]
+    by_dof = ("damping", "stiffness", "reference", "torque", "force_range")
+    return {
+        **loaded,
+        **{name: [loaded[name][k] for k in order] for name in by_dof},
+        **{name: [loaded[name][i] for i in entries] for name in ("q0", "q_range")},
+        "model": model,
+        "compensated": weights and weights._reordered(order)[0],
+        "frames": {
+            name: _core.Frame(place[one.link], one.rotation, one.translation)
+            for name, one in loaded["frames"].items()
+        },
+        "actuators": [(one[0], place[one[1]], *one[2:]) for one in loaded["actuators"]],
+        "rows": [([one[0][k] for k in order], *one[1:]) for one in loaded["rows"]],
+    }
 
 
 def _robot(loaded: dict[str, Any], options: dict[str, Any]) -> Robot:

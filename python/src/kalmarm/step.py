@@ -167,7 +167,9 @@ class ImplicitStep(_core.ImplicitStep):
         """
         given = {"damping": damping, "stiffness": stiffness, "reference": reference}
         gains = {name: self._gain(name, x) for name, x in given.items() if x is not None}
-        tau, held = self._driven(q, qd, tau, ctrl, threads, self._springless if gains else self._motors)
+        tau, held = self._driven(
+            q, qd, tau, ctrl, threads, self._springless if gains else self._motors
+        )
         return super().acceleration(
             q, qd, tau, out, **(gains or held), status=status, threads=threads
         )
