@@ -113,7 +113,7 @@ int ModelBuilder::add_body(const BodyParameters& given) {
   Translation& J = body.moments;
   const double rounding = 1e-9 * std::abs(J[2]);
   if (J[0] < -rounding) refuse("a principal moment of inertia is " + short_text("%g", J[0]));
-  if (J[2] > J[0] + J[1] + rounding)
+  if (given.solid && J[2] > J[0] + J[1] + rounding)
     refuse("no body has the principal moments of inertia " + short_text("%g", J[0]) + ", " +
            short_text("%g", J[1]) + ", " + short_text("%g", J[2]) +
            ": the largest is more than the sum of the others");
@@ -198,7 +198,7 @@ int ModelBuilder::first_q(int body) const { return state().first_q.at(body); }
 
 Frame ModelBuilder::frame(int body) const {
   const Standing& at = state().bodies.at(body);
-  return {at.link, plain(at.rotation), plain(at.translation)};
+  return {at.link, plain(at.rotation.normalized()), plain(at.translation)};
 }
 
 RobotModel ModelBuilder::build() const {

@@ -1,6 +1,7 @@
 #include "arrays.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <vector>
 
@@ -37,9 +38,20 @@ bool is_sequence(nb::handle value) {
          PyLong_Check(value.ptr());
 }
 
-// Without a copy where the object lends its memory.
-nb::object lent(nb::handle value) {
-  if (PyArray_Check(value.ptr())) return nb::borrow(value);
+bool is_masked(nb::handle array) {
+  return !PyArray_CheckExact(array.ptr()) &&
+         nb::isinstance(array, nb::module_::import_("numpy.ma").attr("MaskedArray"));
+}
+
+// Without a copy where the object lends its memory. `where` is called for a message alone.
+template <class Where>
+nb::object lent(nb::handle value, const Where& where) {
+  if (PyArray_Check(value.ptr())) {
+    if (is_masked(value))
+      throw nb::type_error(
+          (where() + " is a masked array, and masks are not kept: give its filled()").c_str());
+    return nb::borrow(value);
+  }
   if (nb::hasattr(value, "__dlpack__"))
     return nb::module_::import_("numpy").attr("from_dlpack")(value);
   return checked(PyArray_FromAny(value.ptr(), nullptr, 0, 0, 0, nullptr));
@@ -48,7 +60,6 @@ nb::object lent(nb::handle value) {
 }  // namespace
 
 Inputs::Inputs(const char* call, std::span<const Argument> arguments) : call_(call) {
-  const auto where = [&](int i) { return call_ + ": "s + names_[i]; };
   bool has_sequences = false;
   for (const Argument& argument : arguments) {
     const int i = given_++;
@@ -57,7 +68,7 @@ Inputs::Inputs(const char* call, std::span<const Argument> arguments) : call_(ca
       has_sequences = true;
       continue;
     }
-    arrays_[i] = lent(argument.value);
+    arrays_[i] = lent(argument.value, [&] { return where(i); });
     const int type = PyArray_TYPE(array(i));
     if (!is_float(type))
       throw nb::type_error(
@@ -70,6 +81,7 @@ Inputs::Inputs(const char* call, std::span<const Argument> arguments) : call_(ca
                             ": one dtype for all is needed")
                                .c_str());
   }
+  arguments_ = given_;
   if (type_ == NPY_NOTYPE) type_ = NPY_DOUBLE;
   constexpr int side_by_side = NPY_ARRAY_C_CONTIGUOUS | NPY_ARRAY_ALIGNED | NPY_ARRAY_NOTSWAPPED;
   for (int i = 0; has_sequences && i < given_; ++i)
@@ -80,43 +92,78 @@ Inputs::Inputs(const char* call, std::span<const Argument> arguments) : call_(ca
     if (!PyArray_ISCARRAY_RO(array(i)))
       arrays_[i] = checked(PyArray_FromArray(array(i), PyArray_DescrFromType(type_), side_by_side));
 
+  npy_intp count = 1;
   for (int i = 0; i < given_; ++i) {
     const std::span<const npy_intp> shape = shape_of(array(i));
     const npy_intp width = arguments[i].width;
-    if (i == 0) {
-      if (shape.empty() || shape.back() != width) {
-        const std::span<const npy_intp> one(&width, 1);
-        throw nb::value_error((where(i) + " has shape " + text(shape) + ", " + text(one) + " or " +
-                               text(one, "...") + " is needed")
-                                  .c_str());
-      }
-      leading_ = shape.first(shape.size() - 1);
-      npy_intp count = 1;
-      for (const npy_intp n : leading_) count *= n;
-      if (count > std::numeric_limits<int>::max())
-        throw nb::value_error((call_ + ": more than 2^31 states"s).c_str());
-      count_ = static_cast<int>(count);
-    } else if (shape.size() != leading_.size() + 1 || shape.back() != width ||
-               !std::equal(leading_.begin(), leading_.end(), shape.begin())) {
-      std::vector<npy_intp> needed(leading_.begin(), leading_.end());
-      needed.push_back(width);
-      throw nb::value_error(
-          (where(i) + " has shape " + text(shape) + ", " + text(needed) + " is needed").c_str());
-    }
+    const bool is_number = shape.empty() && i > 0;
+    if (is_number ||
+        (!shape.empty() && shape.back() == width && broadcasts(shape.first(shape.size() - 1))))
+      continue;
+    std::vector<npy_intp> needed(leading_.begin(), leading_.begin() + dimensions_);
+    needed.push_back(width);
+    throw nb::value_error((where(i) + " has shape " + text(shape) + ", " + text(needed) +
+                           (i == 0 ? " or " + text({&width, 1}, "...") : "") + " is needed")
+                              .c_str());
+  }
+  for (const npy_intp n : leading()) count *= n;
+  if (count > std::numeric_limits<int>::max())
+    throw nb::value_error((call_ + ": more than 2^31 states"s).c_str());
+  count_ = static_cast<int>(count);
+  for (int i = 0; i < given_; ++i) {
+    std::array<npy_intp, NPY_MAXDIMS + 1> shape;
+    *std::ranges::copy(leading(), shape.begin()).out = arguments[i].width;
+    const std::span<const npy_intp> needed(shape.data(), dimensions_ + 1);
+    if (std::ranges::equal(shape_of(array(i)), needed)) continue;
+    nb::object repeated =
+        checked(PyArray_SimpleNew(static_cast<int>(needed.size()), shape.data(), type_));
+    if (PyArray_CopyInto(array_of(repeated), array(i)) < 0) throw nb::python_error();
+    arrays_[i] = std::move(repeated);
   }
 }
 
+bool Inputs::broadcasts(std::span<const npy_intp> shape) {
+  if (shape.size() > dimensions_) {
+    const std::size_t more = shape.size() - dimensions_;
+    std::copy_backward(leading_.begin(), leading_.begin() + dimensions_,
+                       leading_.begin() + shape.size());
+    std::fill_n(leading_.begin(), more, 1);
+    dimensions_ = shape.size();
+  }
+  for (std::size_t i = 0; i < shape.size(); ++i) {
+    npy_intp& ours = leading_[dimensions_ - shape.size() + i];
+    if (ours == 1) ours = shape[i];
+    if (shape[i] != ours && shape[i] != 1) return false;
+  }
+  return true;
+}
+
+std::string Inputs::not_finite(int row) const {
+  return with_scalar([&]<class T>(T) -> std::string {
+    for (int i = 0; i < arguments_; ++i) {
+      const npy_intp width = PyArray_DIM(array(i), PyArray_NDIM(array(i)) - 1);
+      const T* const x = data<T>(i) + row * width;
+      for (npy_intp k = 0; k < width; ++k)
+        if (!std::isfinite(x[k]))
+          return names_[i] + "["s + std::to_string(k) + "] is " +
+                 (std::isnan(x[k]) ? "nan"
+                  : x[k] > 0       ? "inf"
+                                   : "-inf");
+    }
+    return {};
+  });
+}
+
 nb::object Inputs::result(nb::handle out, std::initializer_list<npy_intp> trailing,
-                          const char* name) const {
-  std::array<npy_intp, NPY_MAXDIMS> shape;
-  const auto end = std::copy(trailing.begin(), trailing.end(),
-                             std::copy(leading_.begin(), leading_.end(), shape.begin()));
+                          const char* name) {
+  std::array<npy_intp, NPY_MAXDIMS + 2> shape;
+  const auto end = std::ranges::copy(trailing, std::ranges::copy(leading(), shape.begin()).out).out;
   const int ndim = static_cast<int>(end - shape.begin());
   if (out.is_none()) return checked(PyArray_SimpleNew(ndim, shape.data(), type_));
 
   const auto where = [&] { return call_ + ": "s + name; };
   if (is_sequence(out)) throw nb::type_error((where() + " is no array").c_str());
-  nb::object lender = lent(out);
+  nb::object lender = lent(out, where);
   PyArrayObject* const array = array_of(lender);
   if (PyArray_TYPE(array) != type_)
     throw nb::type_error((where() + " is " + dtype_name(array) + ", " +
@@ -130,19 +177,21 @@ nb::object Inputs::result(nb::handle out, std::initializer_list<npy_intp> traili
             .c_str());
   if (!PyArray_ISCARRAY(array))
     throw nb::value_error((where() + " has to be writeable and contiguous").c_str());
-  refuse_overlap(array, name);
+  add_apart(lender, name);
   return lender;
 }
 
-void Inputs::refuse_overlap(PyArrayObject* out, const char* name) const {
-  const char* const begin = PyArray_BYTES(out);
-  const char* const end = begin + PyArray_NBYTES(out);
+void Inputs::add_apart(nb::object out, const char* name) {
+  const char* const begin = PyArray_BYTES(array_of(out));
+  const char* const end = begin + PyArray_NBYTES(array_of(out));
   for (int i = 0; i < given_; ++i) {
     const char* const other = PyArray_BYTES(array(i));
     if (begin < other + PyArray_NBYTES(array(i)) && other < end)
       throw nb::value_error(
           (call_ + ": "s + name + " lies in the same memory as " + names_[i]).c_str());
   }
+  names_[given_] = name;
+  arrays_[given_++] = std::move(out);
 }
 
 nb::object transposed(const nb::object& matrices) {

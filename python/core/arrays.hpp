@@ -27,12 +27,12 @@ struct Argument {
 };
 
 // What a call is given: arrays of one dtype, float32 or float64, whose last dimension has a width
-// that the robot knows, and whose leading ones, which count the states, agree. An array that lies
-// otherwise than side by side is copied; lists take the dtype of the arrays, float64 where there
-// are none.
+// that the robot knows, and whose leading ones, which count the states, are broadcast as NumPy does
+// it; all but the first may also be one number. An array that lies otherwise than side by side is
+// copied; lists take the dtype of the arrays, float64 where there are none.
 class Inputs {
  public:
-  static constexpr int most = 6;
+  static constexpr int most = 10;  // with the results
 
   // Throws TypeError and ValueError, with the call, the argument and both shapes.
   Inputs(const char* call, std::span<const Argument> arguments);
@@ -41,9 +41,10 @@ class Inputs {
 
   const char* call() const { return call_; }
   int type() const { return type_; }                   // NPY_FLOAT or NPY_DOUBLE
-  bool is_single() const { return leading_.empty(); }  // one state, without a leading dimension
+  bool is_single() const { return dimensions_ == 0; }  // one state, without a leading dimension
   int count() const { return count_; }
-  std::span<const npy_intp> leading() const { return leading_; }
+  std::string not_finite(int row) const;  // the first entry of a row that is not: "q[1] is nan"
+  std::span<const npy_intp> leading() const { return {leading_.data(), dimensions_}; }
 
   template <class T>
   const T* data(int i) const {
@@ -57,19 +58,23 @@ class Inputs {
   }
 
   // An array of the shape leading + trailing: `out`, or a new one where that is None. Throws
-  // TypeError and ValueError where `out` cannot take the result in its place.
+  // TypeError and ValueError where `out` cannot take the result in its place: in the memory of no
+  // input and of no other result.
   nb::object result(nb::handle out, std::initializer_list<npy_intp> trailing,
-                    const char* name = "out") const;
+                    const char* name = "out");
 
  private:
   PyArrayObject* array(int i) const { return reinterpret_cast<PyArrayObject*>(arrays_[i].ptr()); }
-  void refuse_overlap(PyArrayObject* out, const char* name) const;
+  std::string where(int argument) const { return call_ + (": " + std::string(names_[argument])); }
+  bool broadcasts(std::span<const npy_intp> leading);  // whether leading_ is now of all
+  void add_apart(nb::object array, const char* name);
 
   const char* call_;
   std::array<nb::object, most> arrays_;
   std::array<const char*, most> names_ = {};
-  int given_ = 0, type_ = NPY_NOTYPE, count_ = 1;
-  std::span<const npy_intp> leading_;
+  int given_ = 0, arguments_ = 0, type_ = NPY_NOTYPE, count_ = 1;
+  std::array<npy_intp, NPY_MAXDIMS> leading_;
+  std::size_t dimensions_ = 0;  // of leading_
 };
 
 inline PyArrayObject* array_of(const nb::object& array) {

@@ -3,6 +3,7 @@
 // Apart from _core, since it needs libmujoco.so of the release that it was compiled against: whoever
 // imports it has imported the package `mujoco`, which has loaded that.
 #include <nanobind/nanobind.h>
+#include <nanobind/stl/array.h>
 #include <nanobind/stl/map.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
@@ -13,6 +14,7 @@
 #include <new>
 #include <optional>
 
+#include "lock.hpp"
 #include "robots/loader/input_error.hpp"
 #include "robots/loader/robot_of.hpp"
 
@@ -33,7 +35,7 @@ template <class F>
 LoadedRobot without_lock(const F& f) {
   std::string why;
   try {
-    const nb::gil_scoped_release released;
+    const WithoutLock released;
     return f();
   } catch (const std::bad_alloc&) {
     throw;
@@ -70,25 +72,16 @@ nb::dict described(const LoadedRobot& robot) {
   out["torque"] = robot.torque;
   out["actuators"] = list_of(robot.actuators, [](const Actuator& a) {
     return nb::make_tuple(text(a.name), a.dof, a.control, a.gain, a.constant, a.stiffness,
-                          a.damping, a.row);
+                          a.damping, a.row, a.stiffness_by_control, a.damping_by_control,
+                          a.control_range, a.force_range);
   });
+  out["force_range"] = robot.force_range;
   out["rows"] = list_of(robot.terms.rows, [](const CoupledRow& row) {
     return nb::make_tuple(row.jacobian, row.armature, row.damping, row.stiffness, row.reference,
                           row.imposed);
   });
   out["compensated"] = robot.compensated;
   return out;
-}
-
-template <class E>
-E policy(const char* option, const std::string& name,
-         const std::vector<std::pair<const char*, E>>& policies) {
-  std::string known;
-  for (const auto& [word, value] : policies) {
-    if (name == word) return value;
-    known += (known.empty() ? "" : ", ") + std::string(word);
-  }
-  throw nb::value_error((std::string(option) + " '" + name + "' is unknown: " + known).c_str());
 }
 
 NB_MODULE(_files, m) {
@@ -101,18 +94,16 @@ NB_MODULE(_files, m) {
          const std::map<std::string, double>& controls, bool imposes_couplings, bool takes_steps) {
         LoadOptions options = {
             .floating = floating,
-            .inertia = policy<InertiaPolicy>(
-                "inertia", inertia,
-                {{"given", InertiaPolicy::given}, {"balanced", InertiaPolicy::balanced}}),
+            .inertia = inertia == "given" ? InertiaPolicy::given : InertiaPolicy::balanced,
             .key = key,
             .controls = controls,
             .armature = armature,
             .imposes_couplings = imposes_couplings,
-            .takes_steps = takes_steps};
+            .takes_steps = takes_steps,
+            .limits_forces = takes_steps};
         if (urdf_inertia)
-          options.urdf_inertia = policy<UrdfInertia>(
-              "urdf_inertia", *urdf_inertia,
-              {{"geometry", UrdfInertia::geometry}, {"none", UrdfInertia::none}});
+          options.urdf_inertia =
+              *urdf_inertia == "geometry" ? UrdfInertia::geometry : UrdfInertia::none;
         for (const nb::bytes& folder : package_path)
           options.package_path.emplace_back(folder.c_str(), folder.size());
         const std::string file(path.c_str(), path.size());

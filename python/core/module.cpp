@@ -3,8 +3,10 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
 #include <nanobind/stl/set.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
 #include <nanobind/stl/unique_ptr.h>
 #include <nanobind/stl/vector.h>
 
@@ -13,6 +15,8 @@
 #include <kalmarm/version.hpp>
 #include <map>
 #include <optional>
+#include <tuple>
+#include <utility>
 
 #include "arrays.hpp"
 #include "outcomes.hpp"
@@ -58,10 +62,85 @@ JointType joint_of(const std::string& name) {
       ("joint '" + name + "' is unknown: fixed, hinge, slide, ball, free").c_str());
 }
 
+const char* name_of(Coordinate coordinate) {
+  switch (coordinate) {
+    case Coordinate::angle:
+      return "angle";
+    case Coordinate::distance:
+      return "distance";
+    case Coordinate::quaternion:
+      return "quaternion";
+    case Coordinate::position:
+      return "position";
+    case Coordinate::follower:
+      return "follower";
+  }
+  return "?";
+}
+
 std::set<std::string> names_of(const std::set<Rule>& rules) {
   std::set<std::string> out;
   for (const Rule rule : rules) out.insert(to_string(rule));
   return out;
+}
+
+using FrameState = std::tuple<int, std::array<double, 4>, std::array<double, 3>>;
+
+// A link's numbers in the order of LinkParameters, its coordinate as a number.
+using LinkState =
+    std::tuple<int, int, bool, int, double, std::array<double, 4>, std::array<double, 3>, double,
+               double, std::array<double, 3>, std::array<double, 4>, std::array<double, 3>>;
+using ModelState =
+    std::tuple<std::vector<LinkState>, std::vector<std::string>, int, std::array<double, 3>>;
+
+ModelState state_of(const RobotModel& model) {
+  std::vector<LinkState> links;
+  for (const LinkParameters& link : model.links) {
+    const auto& [parent, coordinate, slides, q_index, reference, rotation, translation, armature,
+                 mass, center_of_mass, inertia_axes, principal_moments] = link;
+    links.emplace_back(parent, static_cast<int>(coordinate), slides, q_index, reference, rotation,
+                       translation, armature, mass, center_of_mass, inertia_axes,
+                       principal_moments);
+  }
+  return {std::move(links), model.names, model.nq, model.gravity};
+}
+
+RobotModel model_of(const ModelState& state) {
+  const auto& [links, names, nq, gravity] = state;
+  RobotModel out{.names = names, .nq = nq, .gravity = gravity};
+  for (const LinkState& link : links)
+    std::apply(
+        [&](int parent, int coordinate, const auto&... rest) {
+          out.links.push_back({parent, static_cast<Coordinate>(coordinate), rest...});
+        },
+        link);
+  return out;
+}
+
+// The model with DoF k that was DoF order[k], its entries of q in the order of its DoF; and which entry
+// of q each was. Joints of several DoF stay together.
+std::pair<RobotModel, std::vector<int>> reordered(const RobotModel& model,
+                                                  const std::vector<int>& order) {
+  const int nv = model.nv();
+  std::vector<int> place(nv, -1), entries;
+  for (int k = 0; k < static_cast<int>(order.size()); ++k) place.at(order[k]) = k;
+  if (static_cast<int>(order.size()) != nv || std::ranges::find(place, -1) != place.end())
+    throw nb::value_error("order: each DoF has to be there once");
+  RobotModel out{.nq = model.nq, .gravity = model.gravity};
+  std::map<int, int> first;  // entry of q, by what it was
+  for (const int old : order) {
+    LinkParameters link = model.links[old];
+    link.parent = link.parent < 0 ? -1 : place[link.parent];
+    if (const int count = q_entries(link.coordinate)) {
+      first[link.q_index] = static_cast<int>(entries.size());
+      for (int i = 0; i < count; ++i) entries.push_back(link.q_index + i);
+    }
+    if (const auto found = first.find(link.q_index); found != first.end())
+      link.q_index = found->second;
+    out.links.push_back(link);
+    out.names.push_back(model.names[old]);
+  }
+  return {std::move(out), std::move(entries)};
 }
 
 void bind_model(nb::module_& m) {
@@ -79,16 +158,45 @@ void bind_model(nb::module_& m) {
       .def_ro("link", &Frame::link)
       .def_ro("rotation", &Frame::rotation)
       .def_ro("translation", &Frame::translation)
+      .def("__getstate__",
+           [](const Frame& self) { return FrameState(self.link, self.rotation, self.translation); })
+      .def("__setstate__",
+           [](Frame& self, const FrameState& state) {
+             const auto& [link, rotation, translation] = state;
+             new (&self) Frame{link, rotation, translation};
+           })
       .def("__repr__", [](const Frame& self) {
         return nb::str("Frame(link={}, rotation={}, translation={})")
             .format(self.link, self.rotation, self.translation);
       });
 
   nb::class_<RobotModel>(m, "Model", "A robot as numbers: what a Robot is made from.")
+      .def("__getstate__", &state_of)
+      .def("__setstate__", [](RobotModel& self,
+                              const ModelState& state) { new (&self) RobotModel(model_of(state)); })
+      .def("_reordered", &reordered, "order"_a)
       .def_ro("nq", &RobotModel::nq)
       .def_prop_ro("nv", &RobotModel::nv)
       .def_ro("dofs", &RobotModel::names, "Names of the DoF, in the order of qd.")
       .def_ro("gravity", &RobotModel::gravity, "[m/s^2]")
+      .def_prop_ro(
+          "coordinates",
+          [](const RobotModel& self) {
+            std::vector<std::string> out;
+            for (const LinkParameters& link : self.links) out.push_back(name_of(link.coordinate));
+            return out;
+          },
+          "What q holds of every DoF: 'angle' [rad], 'distance' [m], of a ball joint 'quaternion', "
+          "of "
+          "a free one 'position' and 'quaternion', and 'follower' of the DoF after these.")
+      .def_prop_ro(
+          "q_index",
+          [](const RobotModel& self) {
+            std::vector<int> out;
+            for (const LinkParameters& link : self.links) out.push_back(link.q_index);
+            return out;
+          },
+          "The first entry of q that every DoF reads.")
       .def_prop_ro(
           "quaternions",
           [](const RobotModel& self) {
@@ -114,7 +222,7 @@ void bind_model(nb::module_& m) {
           [](ModelBuilder& self, const std::string& name, int parent, const std::string& joint,
              std::array<double, 3> axis, std::array<double, 3> position,
              std::array<double, 4> rotation, double reference, double armature, double mass,
-             std::array<double, 3> center_of_mass, std::array<double, 6> inertia) {
+             std::array<double, 3> center_of_mass, std::array<double, 6> inertia, bool solid) {
             return self.add_body({.name = name,
                                   .parent = parent,
                                   .joint = joint_of(joint),
@@ -125,10 +233,11 @@ void bind_model(nb::module_& m) {
                                   .armature = armature,
                                   .mass = mass,
                                   .center_of_mass = center_of_mass,
-                                  .inertia = inertia});
+                                  .inertia = inertia,
+                                  .solid = solid});
           },
           "name"_a, "parent"_a, "joint"_a, "axis"_a, "position"_a, "rotation"_a, "reference"_a,
-          "armature"_a, "mass"_a, "center_of_mass"_a, "inertia"_a)
+          "armature"_a, "mass"_a, "center_of_mass"_a, "inertia"_a, "solid"_a)
       .def("set_gravity", &ModelBuilder::set_gravity, "gravity"_a)
       .def_prop_ro("nq", &ModelBuilder::nq)
       .def_prop_ro("nv", &ModelBuilder::nv)
@@ -350,7 +459,6 @@ NB_MODULE(_core, m) {
         "processor has unless the environment variable KALMARM_INSTRUCTION_SET names a lower one; "
         "'native' where they were compiled for this machine alone.");
   bind_outcomes(m);
-  bind_derivatives(m);
   bind_model(m);
   bind_answers(m);
   bind_robot(m);

@@ -31,8 +31,17 @@ nb::handle dtype, error;  // live as long as the module, which is never unloaded
 std::string at(const Outcome& outcome, const std::vector<std::string>& names) {
   if (outcome.joint < 0 || outcome.joint >= static_cast<int>(names.size())) return "";
   char numbers[96];
-  std::snprintf(numbers, sizeof numbers, "': D is %.3g beside %.3g", outcome.D, outcome.scale);
+  std::snprintf(numbers, sizeof numbers, "': D = %.3g, scale %.3g", outcome.D, outcome.scale);
   return " at '" + names[outcome.joint] + numbers;
+}
+
+std::string why(const Outcome& warns, const std::vector<std::string>& names) {
+  return warns.near_singular ? "nearly singular" + at(warns, names)
+                             : "its own estimate of the error is above 1 %";
+}
+
+void warn(const std::string& message) {
+  if (PyErr_WarnEx(PyExc_RuntimeWarning, message.c_str(), 1) < 0) throw nb::python_error();
 }
 
 nb::object records(int ndim, const npy_intp* shape) {
@@ -42,6 +51,51 @@ nb::object records(int ndim, const npy_intp* shape) {
                                                0, nullptr);  // takes the reference
   if (!array) throw nb::python_error();
   return nb::steal(array);
+}
+
+nb::object record_of(const Inputs& inputs, const Outcome* outcomes) {
+  const std::span<const npy_intp> leading = inputs.leading();
+  nb::object array = records(static_cast<int>(leading.size()), leading.data());
+  auto* const to = data_of<Record>(array);
+  for (int i = 0; i < inputs.count(); ++i) to[i] = Record(outcomes[i]);
+  return inputs.is_single()
+             ? nb::steal(PyArray_Return(reinterpret_cast<PyArrayObject*>(array.release().ptr())))
+             : array;
+}
+
+[[noreturn]] void raise(const Inputs& inputs, const Outcome& outcome,
+                        const std::vector<std::string>& names) {
+  std::string message =
+      inputs.call() + std::string(": ") + to_string(outcome.status) + at(outcome, names);
+  if (const std::string input = inputs.not_finite(0); !input.empty())
+    message += ": " + input;
+  else if (outcome.status == Outcome::Status::not_finite)
+    message += ": the result overflows";
+  const nb::object instance = error(message.c_str());
+  nb::object array = records(0, nullptr);
+  *data_of<Record>(array) = Record(outcome);
+  instance.attr("outcome") =
+      nb::steal(PyArray_Return(reinterpret_cast<PyArrayObject*>(array.release().ptr())));
+  PyErr_SetObject(error.ptr(), instance.ptr());
+  throw nb::python_error();
+}
+
+// One warning of all rows that warn, for the reason of the first.
+void warn_of_rows(const Inputs& inputs, const Outcome* outcomes,
+                  const std::vector<std::string>& names) {
+  constexpr int listed = 5;
+  int count = 0, first = 0;
+  std::string rows;
+  for (int i = 0; i < inputs.count(); ++i) {
+    if (!outcomes[i].warns()) continue;
+    if (count == 0) first = i;
+    if (count < listed) rows += (count ? ", " : "") + std::to_string(i);
+    ++count;
+  }
+  if (count == 0) return;
+  warn(inputs.call() + std::string(": ") + std::to_string(count) + " of " +
+       std::to_string(inputs.count()) + " rows warn (" + rows + (count > listed ? ", ..." : "") +
+       "), row " + std::to_string(first) + ": " + why(outcomes[first], names));
 }
 
 }  // namespace
@@ -75,33 +129,19 @@ void bind_outcomes(nb::module_& module) {
   module.attr("DynamicsError") = error;
 }
 
-nb::object record_of(const Inputs& inputs, const Outcome* outcomes) {
-  const std::span<const npy_intp> leading = inputs.leading();
-  nb::object array = records(static_cast<int>(leading.size()), leading.data());
-  auto* const to = data_of<Record>(array);
-  for (int i = 0; i < inputs.count(); ++i) to[i] = Record(outcomes[i]);
-  return inputs.is_single()
-             ? nb::steal(PyArray_Return(reinterpret_cast<PyArrayObject*>(array.release().ptr())))
-             : array;
+void check(const Inputs& inputs, const Outcome& outcome, const std::vector<std::string>& names) {
+  if (!outcome) raise(inputs, outcome, names);
+  if (outcome.warns()) warn(inputs.call() + std::string(": ") + why(outcome, names));
 }
 
-void raise(const char* call, const Outcome& outcome, const std::vector<std::string>& names) {
-  const std::string message =
-      std::string(call) + ": " + to_string(outcome.status) + at(outcome, names);
-  const nb::object instance = error(message.c_str());
-  nb::object array = records(0, nullptr);
-  *data_of<Record>(array) = Record(outcome);
-  instance.attr("outcome") =
-      nb::steal(PyArray_Return(reinterpret_cast<PyArrayObject*>(array.release().ptr())));
-  PyErr_SetObject(error.ptr(), instance.ptr());
-  throw nb::python_error();
-}
-
-void warn(const char* call, const Outcome& outcome, const std::vector<std::string>& names) {
-  std::string message = std::string(call) + ": " +
-                        (outcome.near_singular ? "nearly singular" + at(outcome, names)
-                                               : "its own estimate of the error is above 1 %");
-  if (PyErr_WarnEx(PyExc_RuntimeWarning, message.c_str(), 1) < 0) throw nb::python_error();
+nb::object answered(const Inputs& inputs, const nb::object& result, bool status,
+                    const Outcome* outcomes, const std::vector<std::string>& names) {
+  if (status) return nb::make_tuple(result, record_of(inputs, outcomes));
+  if (inputs.is_single())
+    check(inputs, *outcomes, names);
+  else
+    warn_of_rows(inputs, outcomes, names);
+  return result;
 }
 
 }  // namespace kalmarm::python

@@ -12,13 +12,13 @@ namespace kalmarm::python {
 // Makes the dtype and the exception, as attributes of the module.
 void bind_outcomes(nb::module_& module);
 
-// A record of one outcome, or an array of the inputs' leading dimensions.
-nb::object record_of(const Inputs& inputs, const Outcome* outcomes);
+// What whoever called is given. With `status` the outcomes, as a record or an array of the inputs'
+// leading dimensions, stand beside the result; else one state without an answer raises DynamicsError,
+// and what warns is one RuntimeWarning, which says of rows how many and which. names: of the DoF.
+nb::object answered(const Inputs& inputs, const nb::object& result, bool status,
+                    const Outcome* outcomes, const std::vector<std::string>& names);
 
-// Raises DynamicsError.
-[[noreturn]] void raise(const char* call, const Outcome& outcome,
-                        const std::vector<std::string>& names);
-// RuntimeWarning, of an outcome that warns.
-void warn(const char* call, const Outcome& outcome, const std::vector<std::string>& names);
+// Raises DynamicsError where there is no answer; a RuntimeWarning where it warns.
+void check(const Inputs& inputs, const Outcome& outcome, const std::vector<std::string>& names);
 
 }  // namespace kalmarm::python

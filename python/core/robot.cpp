@@ -4,17 +4,16 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <span>
 #include <thread>
 
+#include "lock.hpp"
 #include "outcomes.hpp"
 
 namespace kalmarm::python {
 namespace {
 
 constexpr int derivatives_fields = 4;
-nb::handle derivatives_type;  // lives as long as the module
 
 template <class T>
 bool is_finite(const T* x, npy_intp count) {
@@ -41,24 +40,14 @@ RowsView<const T> rows_of(const Inputs& in, int i, int width) {
   return {in.data<T>(i), in.count(), width};
 }
 
-class WithoutLock {
- public:
-  explicit WithoutLock(bool released) {
-    if (released) released_.emplace();
-  }
-
- private:
-  std::optional<nb::gil_scoped_release> released_;
-};
-
 }  // namespace
 
 int cores(const char* call, int threads, int states) {
   if (threads < 0)
     throw nb::value_error(
         (std::string(call) + ": " + std::to_string(threads) + " threads").c_str());
-  if (threads == 0) threads = static_cast<int>(std::thread::hardware_concurrency());
-  return std::clamp(threads, 1, std::max(states, 1));
+  const int all = std::max(static_cast<int>(std::thread::hardware_concurrency()), 1);
+  return std::clamp(threads == 0 ? all : std::min(threads, all), 1, std::max(states, 1));
 }
 
 Robot::Robot(RobotModel model, DynamicsOptions options)
@@ -79,16 +68,6 @@ void Robot::need(const char* call, Want want) const {
                             .c_str());
 }
 
-nb::object Robot::answer(const Inputs& inputs, const nb::object& result, bool status,
-                         const Outcome* outcomes) const {
-  if (status) return nb::make_tuple(result, record_of(inputs, outcomes));
-  if (inputs.is_single()) {
-    if (!*outcomes) raise(inputs.call(), *outcomes, model_.names);
-    if (outcomes->warns()) warn(inputs.call(), *outcomes, model_.names);
-  }
-  return result;
-}
-
 template <class One, class All>
 nb::object Robot::rows(const Inputs& inputs, int threads, bool status, const nb::object& result,
                        npy_intp width, const One& one, const All& all) {
@@ -104,18 +83,18 @@ nb::object Robot::rows(const Inputs& inputs, int threads, bool status, const nb:
         outcome = one(worker->dynamics, to);
         if (!outcome) std::fill_n(to, width, nan);
       }
-      return answer(inputs, result, status, &outcome);
+      return answered(inputs, result, status, &outcome, model_.names);
     }
     const int used = cores(inputs.call(), threads, count);
     worker->outcomes.resize(count);
     {
-      const WithoutLock released(true);
+      const WithoutLock released;
       const int failed = all(worker->dynamics, RowsView<T>(to, count, width),
                              std::span<Outcome>(worker->outcomes), used);
       for (int i = 0; failed > 0 && i < count; ++i)
         if (!worker->outcomes[i]) std::fill_n(to + i * width, width, nan);
     }
-    return answer(inputs, result, status, worker->outcomes.data());
+    return answered(inputs, result, status, worker->outcomes.data(), model_.names);
   });
 }
 
@@ -124,7 +103,7 @@ nb::object Robot::forward_dynamics(nb::handle q, nb::handle qd, nb::handle tau, 
   constexpr const char* call = "forward_dynamics";
   need(call, Want::acceleration);
   const int nq = model_.nq, nv = model_.nv();
-  const Inputs in(call, {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}});
+  Inputs in(call, {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}});
   return rows(
       in, threads, status, in.result(out, {asked_}), asked_,
       [&]<class T>(Dynamics<T>& dynamics, T* a) {
@@ -137,7 +116,7 @@ nb::object Robot::forward_dynamics(nb::handle q, nb::handle qd, nb::handle tau, 
       });
 }
 
-nb::object Robot::newton_euler(const Inputs& in, nb::handle out, bool status, int threads, int qd,
+nb::object Robot::newton_euler(Inputs&& in, nb::handle out, bool status, int threads, int qd,
                                int qdd) {
   need(in.call(), Want::inverse_dynamics);
   const int nq = model_.nq, nv = model_.nv(), count = in.count();
@@ -161,14 +140,16 @@ nb::object Robot::newton_euler(const Inputs& in, nb::handle out, bool status, in
         outcome = outcome_of(tau, asked_);
         if (!outcome) std::fill_n(tau, asked_, std::numeric_limits<T>::quiet_NaN());
       }
-      return answer(in, result, status, &outcome);
+      return answered(in, result, status, &outcome, model_.names);
     }
     const int used = cores(in.call(), threads, count);
+    bool looks = status;  // else all rows are ok
     {
-      const WithoutLock released(true);
+      const WithoutLock released;
       worker->dynamics.inverse_dynamics(RowsView<const T>(in.data<T>(0), count, nq), rows(qd),
                                         rows(qdd), RowsView<T>(tau, count, asked_), used);
-      if (status || !is_finite(tau, npy_intp(count) * asked_)) {
+      looks = looks || !is_finite(tau, npy_intp(count) * asked_);
+      if (looks) {
         worker->outcomes.resize(count);
         for (int i = 0; i < count; ++i) {
           T* const row = tau + std::ptrdiff_t(i) * asked_;
@@ -177,7 +158,7 @@ nb::object Robot::newton_euler(const Inputs& in, nb::handle out, bool status, in
         }
       }
     }
-    return answer(in, result, status, worker->outcomes.data());
+    return looks ? answered(in, result, status, worker->outcomes.data(), model_.names) : result;
   });
 }
 
@@ -200,7 +181,7 @@ nb::object Robot::gravity(nb::handle q, nb::handle out, bool status, int threads
 
 nb::object Robot::mass_matrix(nb::handle q, nb::handle out, bool status, int threads) {
   need("mass_matrix", Want::mass);
-  const Inputs in("mass_matrix", {{"q", q, model_.nq}});
+  Inputs in("mass_matrix", {{"q", q, model_.nq}});
   const npy_intp size = npy_intp(asked_) * asked_;
   return rows(
       in, threads, status, in.result(out, {asked_, asked_}), size,
@@ -215,7 +196,7 @@ nb::object Robot::mass_matrix(nb::handle q, nb::handle out, bool status, int thr
 
 nb::object Robot::inverse_mass_matrix(nb::handle q, nb::handle out, bool status, int threads) {
   need("inverse_mass_matrix", Want::inverse);
-  const Inputs in("inverse_mass_matrix", {{"q", q, model_.nq}});
+  Inputs in("inverse_mass_matrix", {{"q", q, model_.nq}});
   return rows(
       in, threads, status, in.result(out, {asked_, asked_}), npy_intp(asked_) * asked_,
       [&]<class T>(Dynamics<T>& dynamics, T* X) {
@@ -228,7 +209,7 @@ nb::object Robot::inverse_mass_matrix(nb::handle q, nb::handle out, bool status,
 
 nb::object Robot::diagonal(nb::handle q, nb::handle out, bool status, int threads) {
   need("diagonal", Want::diagonal);
-  const Inputs in("diagonal", {{"q", q, model_.nq}});
+  Inputs in("diagonal", {{"q", q, model_.nq}});
   return rows(
       in, threads, status, in.result(out, {asked_}), asked_,
       [&]<class T>(Dynamics<T>& dynamics, T* x) {
@@ -241,7 +222,7 @@ nb::object Robot::diagonal(nb::handle q, nb::handle out, bool status, int thread
 
 nb::object Robot::log_det(nb::handle q, nb::handle out, bool status, int threads) {
   need("log_det", Want::log_det);
-  const Inputs in("log_det", {{"q", q, model_.nq}});
+  Inputs in("log_det", {{"q", q, model_.nq}});
   return rows(
       in, threads, status, in.result(out, {}), 1,
       [&]<class T>(Dynamics<T>& dynamics, T* x) {
@@ -254,7 +235,7 @@ nb::object Robot::log_det(nb::handle q, nb::handle out, bool status, int threads
 
 nb::object Robot::operational(nb::handle q, nb::handle out, bool status, int threads) {
   need("operational", Want::operational);
-  const Inputs in("operational", {{"q", q, model_.nq}});
+  Inputs in("operational", {{"q", q, model_.nq}});
   return rows(
       in, threads, status, in.result(out, {rows_, rows_}), npy_intp(rows_) * rows_,
       [&]<class T>(Dynamics<T>& dynamics, T* X) {
@@ -267,7 +248,7 @@ nb::object Robot::operational(nb::handle q, nb::handle out, bool status, int thr
 
 nb::object Robot::solve(nb::handle q, nb::handle tau, nb::handle out, bool status, int threads) {
   need("solve", Want::solve);
-  const Inputs in("solve", {{"q", q, model_.nq}, {"tau", tau, asked_}});
+  Inputs in("solve", {{"q", q, model_.nq}, {"tau", tau, asked_}});
   return rows(
       in, threads, status, in.result(out, {asked_}), asked_,
       [&]<class T>(Dynamics<T>& dynamics, T* x) {
@@ -287,7 +268,7 @@ nb::object Robot::derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::h
   constexpr const char* call = "forward_dynamics_derivatives";
   need(call, Want::derivatives);
   const int nq = model_.nq, nv = model_.nv();
-  const Inputs in(call, {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}});
+  Inputs in(call, {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}});
   DerivativeArrays arrays(in, out, asked_);
   const auto& fields = arrays.fields;
 
@@ -325,7 +306,7 @@ nb::object Robot::derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::h
 
 std::unique_ptr<Factors> Robot::factor(nb::handle q) {
   need("factor", Want::solve);
-  const Inputs in("factor", {{"q", q, model_.nq}});
+  Inputs in("factor", {{"q", q, model_.nq}});
   if (!in.is_single()) throw nb::value_error("factor: of one state; solve(q, tau) takes many");
   return in.with_scalar([&]<class T>(T) {
     auto worker = workers<T>().take();
@@ -334,14 +315,13 @@ std::unique_ptr<Factors> Robot::factor(nb::handle q) {
       const WithoutLock released(model_.nv() >= large);
       outcome = worker->dynamics.factor(vector<T>(in, 0, 0, model_.nq));
     }
-    if (!outcome) raise("factor", outcome, model_.names);
-    if (outcome.warns()) warn("factor", outcome, model_.names);
+    check(in, outcome, model_.names);
     return std::make_unique<Factors>(std::move(worker), asked_, model_.names);
   });
 }
 
 nb::object Factors::solve(nb::handle tau, nb::handle out) {
-  const Inputs in("solve", {{"tau", tau, asked_}});
+  Inputs in("solve", {{"tau", tau, asked_}});
   const nb::object result = in.result(out, {asked_});
   in.with_scalar([&]<class T>(T) {
     auto* const worker = std::get_if<typename Workers<T>::Loan>(&worker_);
@@ -362,8 +342,7 @@ nb::object Factors::solve(nb::handle tau, nb::handle out) {
         if (!is_finite(row, asked_)) std::fill_n(row, asked_, std::numeric_limits<T>::quiet_NaN());
       }
     }
-    if (!outcome && in.is_single()) raise("solve", outcome, names_);
-    if (outcome.warns()) warn("solve", outcome, names_);
+    if (outcome || in.is_single()) check(in, outcome, names_);
   });
   return result;
 }
@@ -371,7 +350,7 @@ nb::object Factors::solve(nb::handle tau, nb::handle out) {
 Recommendation Robot::recommend(double tolerance, nb::handle q, nb::handle qd,
                                 nb::handle tau) const {
   const int nq = model_.nq, nv = model_.nv();
-  const Inputs in("recommend", {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}});
+  Inputs in("recommend", {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}});
   if (in.type() != NPY_DOUBLE) throw nb::type_error("recommend: states are needed in float64");
   RecommendOptions options{.tolerance = tolerance};
   const std::set<Want> want = options.question.want;
@@ -379,20 +358,20 @@ Recommendation Robot::recommend(double tolerance, nb::handle q, nb::handle qd,
   if (options.question.want.empty()) options.question.want = want;
   const RowsView<const double> q_rows(in.data<double>(0), in.count(), nq),
       qd_rows(in.data<double>(1), in.count(), nv), tau_rows(in.data<double>(2), in.count(), nv);
-  const nb::gil_scoped_release released;
+  const WithoutLock released;
   return kalmarm::recommend(model_, q_rows, qd_rows, tau_rows, options);
 }
 
 double Robot::time_forward_dynamics(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
                                     int calls, bool singly, int threads) {
   const int nq = model_.nq, nv = model_.nv();
-  const Inputs in("_time_forward_dynamics", {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}});
+  Inputs in("_time_forward_dynamics", {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}});
   const nb::object result = in.result(out, {asked_});
   const int count = in.count();
   return in.with_scalar([&]<class T>(T) {
     const auto worker = workers<T>().take();
     worker->outcomes.resize(count);
-    const nb::gil_scoped_release released;
+    const WithoutLock released;
     const auto start = std::chrono::steady_clock::now();
     for (int call = 0; call < calls; ++call)
       if (singly)
@@ -410,7 +389,7 @@ double Robot::time_forward_dynamics(nb::handle q, nb::handle qd, nb::handle tau,
   });
 }
 
-DerivativeArrays::DerivativeArrays(const Inputs& in, nb::handle out, npy_intp n) {
+DerivativeArrays::DerivativeArrays(Inputs& in, nb::handle out, npy_intp n) {
   const bool given = !out.is_none();
   if (given && (!PyTuple_Check(out.ptr()) || nb::len(out) != derivatives_fields))
     throw nb::type_error(
@@ -424,27 +403,10 @@ DerivativeArrays::DerivativeArrays(const Inputs& in, nb::handle out, npy_intp n)
   fields[3] = in.result(given ? nb::object(out[3]) : nb::none(), {n}, "out.a");
 }
 
-nb::object DerivativeArrays::tuple() {
-  for (int i = 0; i < 3; ++i) fields[i] = transposed(fields[i]);
-  const nb::object result =
-      nb::steal(PyStructSequence_New(reinterpret_cast<PyTypeObject*>(derivatives_type.ptr())));
-  if (!result.is_valid()) throw nb::python_error();
-  for (int i = 0; i < derivatives_fields; ++i)
-    PyStructSequence_SetItem(result.ptr(), i, fields[i].release().ptr());
-  return result;
-}
-
-void bind_derivatives(nb::module_& module) {
-  static PyStructSequence_Field fields[] = {
-      {"dq", "derivatives of a by q, (..., n, n); column j: along DoF j's velocity"},
-      {"dqd", "by qd, (..., n, n)"},
-      {"dtau", "by tau, (..., n, n): the inverse of M"},
-      {"a", "the acceleration itself, (..., n)"},
-      {nullptr, nullptr}};
-  static PyStructSequence_Desc description = {
-      "kalmarm.Derivatives", "Derivatives of forward dynamics, and a.", fields, derivatives_fields};
-  derivatives_type = reinterpret_cast<PyObject*>(PyStructSequence_NewType(&description));
-  module.attr("Derivatives") = derivatives_type;
+nb::object DerivativeArrays::tuple() const {
+  static const nb::handle type =  // lives as long as the interpreter
+      nb::object(nb::module_::import_("kalmarm.results").attr("Derivatives")).release();
+  return type(transposed(fields[0]), transposed(fields[1]), transposed(fields[2]), fields[3]);
 }
 
 }  // namespace kalmarm::python

@@ -72,10 +72,8 @@ class Robot {
   nb::object rows(const Inputs& inputs, int threads, bool status, const nb::object& result,
                   npy_intp width, const One& one, const All& all);
   // tau of rows or of one state; qd, qdd: inputs, -1: zero.
-  nb::object newton_euler(const Inputs& inputs, nb::handle out, bool status, int threads, int qd,
+  nb::object newton_euler(Inputs&& inputs, nb::handle out, bool status, int threads, int qd,
                           int qdd);
-  nb::object answer(const Inputs& inputs, const nb::object& result, bool status,
-                    const Outcome* outcomes) const;
 
   RobotModel model_;
   DynamicsOptions options_;
@@ -101,19 +99,16 @@ class Factors {
   std::mutex mutex_;
 };
 
-// (dq, dqd, dtau, a), as the named tuple that derivatives() returns.
-void bind_derivatives(nb::module_& module);
-
-// The arrays of such a tuple: new ones, or those of `out`, what an earlier call returned.
+// The arrays of a kalmarm.Derivatives: new ones, or those of `out`, what an earlier call returned.
 struct DerivativeArrays {
-  DerivativeArrays(const Inputs& inputs, nb::handle out, npy_intp n);
+  DerivativeArrays(Inputs& inputs, nb::handle out, npy_intp n);
 
-  nb::object tuple();  // takes the arrays
+  nb::object tuple() const;
 
   nb::object fields[4];  // their matrices with columns one after another
 };
 
-// How many threads `threads` are for so many states; 0: all.
+// How many threads `threads` are for so many states; 0: as many as there are cores, which is the most.
 int cores(const char* call, int threads, int states);
 
 constexpr int large = 64;  // DoF from which a call of one state releases the lock

@@ -11,6 +11,7 @@
 #include <tuple>
 #include <vector>
 
+#include "lock.hpp"
 #include "outcomes.hpp"
 #include "robot.hpp"
 
@@ -39,17 +40,6 @@ std::vector<CoupledRow> coupled(const std::vector<Row>& rows) {
 template <class T>
 VectorView<const T> row(const Inputs& in, int i, std::ptrdiff_t at, int width) {
   return {in.data<T>(i) + at * width, width};
-}
-
-// What one state's outcome is to whoever called, and what rows' are.
-nb::object answered(const Inputs& in, const nb::object& result, bool status,
-                    const Outcome* outcomes, const std::vector<std::string>& names) {
-  if (status) return nb::make_tuple(result, record_of(in, outcomes));
-  if (in.is_single()) {
-    if (!*outcomes) raise(in.call(), *outcomes, names);
-    if (outcomes->warns()) warn(in.call(), *outcomes, names);
-  }
-  return result;
 }
 
 }  // namespace
@@ -89,7 +79,7 @@ nb::object Step::acceleration(nb::handle q, nb::handle qd, nb::handle tau, nb::h
             stiffness = given("stiffness", gains.stiffness),
             reference = given("reference", gains.reference);
   const bool has_gains = arguments.size() > 3;
-  const Inputs in("acceleration", arguments);
+  Inputs in("acceleration", arguments);
   const nb::object result = in.result(out, {nv});
   const int count = in.count();
   return in.with_scalar([&]<class T>(T) {
@@ -108,7 +98,7 @@ nb::object Step::acceleration(nb::handle q, nb::handle qd, nb::handle tau, nb::h
         return {in.data<T>(i), count, width};
       };
       const GainRows<T> of_rows = {rows(damping, nv), rows(stiffness, nv), rows(reference, nv)};
-      const nb::gil_scoped_release released;
+      const WithoutLock released;
       static_cast<void>(worker->dynamics.acceleration(rows(0, nq), rows(1, nv), rows(2, nv),
                                                       of_rows, RowsView<T>(a, count, nv), outcomes,
                                                       used));
@@ -123,7 +113,7 @@ nb::object Step::acceleration(nb::handle q, nb::handle qd, nb::handle tau, nb::h
 nb::object Step::derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
                              bool status) {
   const int nq = model_.nq, nv = model_.nv();
-  const Inputs in("derivatives", {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}});
+  Inputs in("derivatives", {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}});
   DerivativeArrays arrays(in, out, nv);
   const int count = in.count();
   return in.with_scalar([&]<class T>(T) {
@@ -133,7 +123,7 @@ nb::object Step::derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::ha
     std::vector<Outcome>& outcomes = worker->outcomes;
     outcomes.resize(count);
     {
-      const nb::gil_scoped_release released;
+      const WithoutLock released;
       const std::ptrdiff_t size = std::ptrdiff_t(nv) * nv;
       for (std::ptrdiff_t i = 0; i < count; ++i) {
         outcomes[i] = worker->dynamics.derivatives(row<T>(in, 0, i, nq), row<T>(in, 1, i, nv),
@@ -152,16 +142,20 @@ nb::object Step::derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::ha
   });
 }
 
-nb::tuple Step::advance(nb::handle q, nb::handle qd, nb::handle a) const {
+nb::tuple Step::advance(nb::handle q, nb::handle qd, nb::handle a, nb::handle out) const {
   const int nq = model_.nq, nv = model_.nv();
-  const Inputs in("advance", {{"q", q, nq}, {"qd", qd, nv}, {"a", a, nv}});
-  const nb::object next_q = in.result(nb::none(), {nq}), next_qd = in.result(nb::none(), {nv});
+  Inputs in("advance", {{"q", q, nq}, {"qd", qd, nv}, {"a", a, nv}});
+  const bool given = !out.is_none();
+  if (given && (!PyTuple_Check(out.ptr()) || nb::len(out) != 2))
+    throw nb::type_error("advance: out is not what an earlier call returned");
+  const nb::object next_q = in.result(given ? nb::object(out[0]) : nb::none(), {nq}, "out.q"),
+                   next_qd = in.result(given ? nb::object(out[1]) : nb::none(), {nv}, "out.qd");
   in.with_scalar([&]<class T>(T) {
     T *const to_q = data_of<T>(next_q), *const to_qd = data_of<T>(next_qd);
     const std::ptrdiff_t count = in.count();
     std::copy_n(in.data<T>(0), count * nq, to_q);
     std::copy_n(in.data<T>(1), count * nv, to_qd);
-    const nb::gil_scoped_release released;
+    const WithoutLock released;
     for (std::ptrdiff_t i = 0; i < count; ++i)
       kalmarm::advance(model_, h_, row<T>(in, 2, i, nv), VectorView<T>(to_q + i * nq, nq),
                        VectorView<T>(to_qd + i * nv, nv));
@@ -227,11 +221,13 @@ beside rows of the step.)")
 
 q (..., nq), qd and tau (..., nv) -> Derivatives(dq, dqd, dtau, a), as those of
 Robot.forward_dynamics_derivatives; dtau is the inverse of M + h B + h^2 K.)")
-      .def("advance", &Step::advance, "q"_a, "qd"_a, "a"_a,
+      .def("advance", &Step::advance, "q"_a, "qd"_a, "a"_a, "out"_a = nb::none(),
            nb::sig("def advance(self, q: numpy.typing.ArrayLike, qd: numpy.typing.ArrayLike, a: "
-                   "numpy.typing.ArrayLike) -> tuple"),
+                   "numpy.typing.ArrayLike, out: tuple[numpy.typing.NDArray[typing.Any], "
+                   "numpy.typing.NDArray[typing.Any]] | None = None) -> "
+                   "tuple[numpy.typing.NDArray[typing.Any], numpy.typing.NDArray[typing.Any]]"),
            "(q, qd) after h with the accelerations a: qd + h a, and q moved along it, quaternions "
-           "turned.");
+           "turned. out: such a pair of arrays.");
 }
 
 }  // namespace kalmarm::python

@@ -29,8 +29,8 @@ class Step {
                           const Gains& gains, bool status, int threads);
   nb::object derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out, bool status);
 
-  // (q, qd) after h with a.
-  nb::tuple advance(nb::handle q, nb::handle qd, nb::handle a) const;
+  // (q, qd) after h with a. out: such a pair, or None.
+  nb::tuple advance(nb::handle q, nb::handle qd, nb::handle a, nb::handle out) const;
 
  private:
   template <class T>

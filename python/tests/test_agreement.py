@@ -42,7 +42,9 @@ def test_mass_bias_and_acceleration_are_mujocos(name):
     assert relative(robot.forward_dynamics(q, qd, tau), a) < 1e-9
 
 
-@pytest.mark.skipif("KALMARM_PRINT_ROBOTS" not in os.environ, reason="scripts/test_python builds it")
+@pytest.mark.skipif(
+    "KALMARM_PRINT_ROBOTS" not in os.environ, reason="scripts/test_python builds it"
+)
 def test_mass_and_acceleration_are_those_of_cpp(name):
     program = [os.environ["KALMARM_PRINT_ROBOTS"], file_of(name)]
     printed = subprocess.run(program, capture_output=True, check=True, text=True).stdout.split()
@@ -68,7 +70,8 @@ def test_from_mujoco_is_load(name):
         np.testing.assert_array_equal(x, y)
     assert relative(same.mass_matrix(q), robot.mass_matrix(q)) < 1e-15
     for one, other in zip(robot.terms.actuators, same.terms.actuators, strict=True):
-        np.testing.assert_allclose(one[1:], other[1:], rtol=1e-13)
+        np.testing.assert_allclose(one[1:-2], other[1:-2], rtol=1e-13)
+        assert one[-2:] == other[-2:]
 
 
 def test_from_mujoco_takes_a_model_as_it_was_changed(name):
@@ -139,13 +142,63 @@ def pinocchio_states(model, count, seed):
     return q, v, tau
 
 
-@pytest.fixture
-def peer(name):
-    """Pinocchio's own reading of the file, the robot made from that, and its convention."""
-    model = pin.buildModelFromMJCF(str(file_of(name)))
+def of_joints(kinds):
+    """A tree of them with odd placements."""
+    model, parent = pin.Model(), 0
+    pin.seed(3)
+    for i, kind in enumerate(kinds):
+        joint = model.addJoint(parent, kind, pin.SE3.Random(), f"j{i}")
+        model.appendBodyToJoint(joint, pin.Inertia.Random(), pin.SE3.Random())
+        parent = joint if i % 3 else parent
+    model.armature[:] = np.linspace(0.1, 0.5, model.nv)
+    for joint in model.joints:  # of axes that turn with the body it would be other physics
+        if joint.shortname() in ("JointModelPlanar", "JointModelFreeFlyer", "JointModelSpherical"):
+            model.armature[joint.idx_v : joint.idx_v + joint.nv] = 0
+    return model
+
+
+AXIS = np.array([0.6, 0.0, 0.8])
+# Python cannot make this one with an axis.
+UNALIGNED = pin.buildModelFromXML(
+    '<robot name="r"><link name="a"/><link name="b"/><joint name="j" type="continuous">'
+    '<parent link="a"/><child link="b"/><axis xyz="0.6 0 0.8"/></joint></robot>'
+).joints[1]
+BY_JOINTS = {
+    "every kind of joint": [
+        pin.JointModelRUBZ(),
+        pin.JointModelPlanar(),
+        UNALIGNED,
+        pin.JointModelTranslation(),
+        pin.JointModelRUBX(),
+        pin.JointModelSpherical(),
+        pin.JointModelRY(),
+        pin.JointModelPrismaticUnaligned(AXIS),
+        pin.JointModelFreeFlyer(),
+        pin.JointModelPlanar(),
+        pin.JointModelRUBY(),
+    ],
+    "three angles": [
+        pin.JointModelSphericalZYX(),
+        pin.JointModelPX(),
+        pin.JointModelSphericalZYX(),
+    ],
+}
+
+
+@pytest.fixture(params=[*conftest.NAMES, *BY_JOINTS])
+def peer(request):
+    """Pinocchio's own reading of the file, or a model of ours there, the robot made from that, and
+    its convention."""
+    name = request.param
+    if name in BY_JOINTS:
+        model = of_joints(BY_JOINTS[name])
+    else:
+        model = pin.buildModelFromMJCF(str(file_of(name)))
     model.damping[:] = 0
     model.friction[:] = 0
-    return model, kalmarm.from_pinocchio(model), kalmarm.PinocchioStates(model)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # of inertias at random
+        return model, kalmarm.from_pinocchio(model), kalmarm.PinocchioStates(model)
 
 
 def test_acceleration_is_pinocchios(peer):
@@ -175,6 +228,10 @@ def test_derivatives_are_pinocchios(peer):
     """Both are analytic and in float64, so what they differ by is rounding; differences, which
     lose half the digits, are below for what a column means."""
     model, robot, ours = peer
+    if any(joint.shortname() == "JointModelSphericalZYX" for joint in model.joints):
+        pytest.skip(
+            "Pinocchio 4.1 leaves out that these axes move: differences of its aba are ours"
+        )
     data = model.createData()
     q, v, tau = pinocchio_states(model, STATES, 7)
     a, theirs = np.empty_like(v), [np.empty((STATES, model.nv, model.nv)) for _ in range(3)]
@@ -222,9 +279,7 @@ def test_derivatives_of_a_floating_robot_are_its_differences(floating):
             w * robot.forward_dynamics(moved(robot, q, k, i * h), qd, tau)
             for i, w in stencil.items()
         )
-        dqd = sum(
-            w * robot.forward_dynamics(q, qd + i * h * e, tau) for i, w in stencil.items()
-        )
+        dqd = sum(w * robot.forward_dynamics(q, qd + i * h * e, tau) for i, w in stencil.items())
         np.testing.assert_allclose(d.dq[:, k], dq / h, atol=1e-6 * np.abs(d.dq).max())
         np.testing.assert_allclose(d.dqd[:, k], dqd / h, atol=1e-8 * np.abs(d.dqd).max())
     np.testing.assert_allclose(d.a, robot.forward_dynamics(q, qd, tau), rtol=1e-10)

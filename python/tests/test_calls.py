@@ -136,6 +136,34 @@ def test_strided_and_read_only_states_are_taken(iiwa):
     np.testing.assert_array_equal(iiwa.mass_matrix(swapped), iiwa.mass_matrix(q))
 
 
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_states_and_numbers_are_broadcast_to_rows(iiwa, dtype):
+    q, qd, tau = iiwa.random_state(0, 6, dtype=dtype)
+    step = kalmarm.ImplicitStep(iiwa, 0.01, stiffness=1e3)
+    for call in (iiwa.forward_dynamics, iiwa.forward_dynamics_derivatives, step, step.derivatives):
+        for given in (
+            (q, qd[0], 0.5),
+            (q, 0, tau),
+            (q[0], qd[1], tau),
+            (q[0], 0, np.array(2, dtype)),
+            (q[:, None], qd[:3], tau[0]),
+            (q[:0], qd[0], 0),
+        ):
+            leading = np.broadcast_shapes(*(np.shape(x)[:-1] for x in given))
+            whole = [np.array(np.broadcast_to(x, (*leading, 7)), dtype) for x in given]
+            for one, other in zip(call(*given), call(*whole), strict=True):
+                np.testing.assert_array_equal(one, other)
+    for gain in ("damping", "stiffness", "reference"):
+        for value in (3, tau[0] ** 2):
+            whole = np.array(np.broadcast_to(value, (6, 7)), dtype)
+            np.testing.assert_array_equal(
+                step.acceleration(q, qd, tau, **{gain: value}),
+                step.acceleration(q, qd, tau, **{gain: whole}),
+            )
+    x = iiwa.factor(q[0]).solve(tau)
+    np.testing.assert_allclose(iiwa.solve(q[0], tau), x, rtol=1e-4 if dtype == np.float32 else 1e-9)
+
+
 class Lender:
     """What has DLPack alone, as tensors of other libraries have."""
 
@@ -170,7 +198,8 @@ def test_lists_are_float64_or_what_arrays_are(iiwa):
         (((8,), (7,), (7,)), r"forward_dynamics: q has shape \(8,\), \(7,\) or \(\.\.\., 7\) is"),
         (((4, 7), (4, 6), (4, 7)), r"qd has shape \(4, 6\), \(4, 7\) is needed"),
         (((4, 7), (4, 7), (5, 7)), r"tau has shape \(5, 7\), \(4, 7\) is needed"),
-        (((4, 7), (4, 7), (7,)), r"tau has shape \(7,\), \(4, 7\) is needed"),
+        (((4, 7), (1,), (4, 7)), r"qd has shape \(1,\), \(4, 7\) is needed"),
+        (((2, 4, 7), (3, 1, 7), (7,)), r"qd has shape \(3, 1, 7\), \(2, 4, 7\) is needed"),
         (((), (7,), (7,)), r"q has shape \(\), \(7,\) or"),
     ],
 )
@@ -195,6 +224,38 @@ def test_wrong_dtypes_are_refused(iiwa):
         iiwa.gravity("seven")
 
 
+def test_results_that_share_memory_are_refused(iiwa):
+    state = iiwa.random_state(0, 4)
+    for call in (iiwa.forward_dynamics_derivatives, kalmarm.ImplicitStep(iiwa, 0.01).derivatives):
+        fresh, out = call(*state), call(*state)
+        last = out.dq.base.ravel()[-28:].reshape(4, 7)  # of the memory of dq
+        for wrong in (
+            out._replace(dqd=out.dq),
+            out._replace(dtau=out.dqd),
+            out._replace(a=last),
+        ):
+            with pytest.raises(ValueError, match=r"out\.\w+ lies in the same memory as out\.d"):
+                call(*state, out=wrong)
+        np.testing.assert_array_equal(flat(call(*state, out=out)), flat(fresh))
+
+
+def test_masked_arrays_are_refused(iiwa):
+    q = np.ma.masked_array(np.zeros((4, 7)), mask=True)
+    with pytest.raises(TypeError, match="mass_matrix: q is a masked array, and masks are not kept"):
+        iiwa.mass_matrix(q)
+    with pytest.raises(TypeError, match="gravity: out is a masked array"):
+        iiwa.gravity(q.filled(0), out=q)
+    with pytest.raises(TypeError, match="stiffness is a masked array"):
+        kalmarm.ImplicitStep(iiwa, 0.01, stiffness=q[0])
+
+
+def test_derivatives_are_a_named_tuple(iiwa):
+    d = iiwa.forward_dynamics_derivatives(*iiwa.random_state(0))
+    assert type(d)._fields == ("dq", "dqd", "dtau", "a")
+    assert d == type(d)(*d) and d._replace(a=None).a is None
+    assert type(kalmarm.ImplicitStep(iiwa, 0.01).derivatives(*iiwa.random_state(0))) is type(d)
+
+
 def test_out_that_cannot_take_the_result_is_refused(iiwa):
     q = np.zeros((4, 7))
     with pytest.raises(ValueError, match=r"out has shape \(4, 6\), \(4, 7\) is needed"):
@@ -214,7 +275,7 @@ def test_a_state_that_is_not_finite_is_raised_and_its_row_is_nan(iiwa, call):
     clean = getattr(iiwa, call)(*given)
     broken = [x.copy() for x in given]
     broken[0][2, 1] = np.nan
-    with pytest.raises(kalmarm.DynamicsError) as error:
+    with pytest.raises(kalmarm.DynamicsError, match=r"q\[1\] is nan") as error:
         getattr(iiwa, call)(*(x[2] for x in broken))
     assert error.value.outcome["status"] != kalmarm.Status.OK
     assert isinstance(error.value, ArithmeticError)
@@ -229,12 +290,24 @@ def test_a_state_that_is_not_finite_is_raised_and_its_row_is_nan(iiwa, call):
             np.testing.assert_allclose(one[[0, 1, 3, 4]], expected[[0, 1, 3, 4]], rtol=1e-9)
 
 
+def test_the_input_that_is_not_finite_is_named(iiwa):
+    state = iiwa.random_state(0)
+    for name, value in (("qd", np.inf), ("tau", -np.inf), ("q", np.nan)):
+        bad = state._replace(**{name: np.where(np.arange(7) == 4, value, getattr(state, name))})
+        with pytest.raises(kalmarm.DynamicsError, match=rf": {name}\[4\] is {value}"):
+            iiwa.forward_dynamics(*bad)
+    with pytest.raises(
+        kalmarm.DynamicsError, match="inverse_dynamics: not_finite: the result over"
+    ):
+        iiwa.inverse_dynamics(state.q, state.qd, np.full(7, 1e308))
+
+
 def test_a_solve_that_is_not_finite_is_raised_and_its_row_is_nan(iiwa):
     factors = iiwa.factor(iiwa.q0)
     taus = np.random.default_rng(0).standard_normal((5, iiwa.nv))
     clean = factors.solve(taus)
     taus[2, 1] = np.nan
-    with pytest.raises(kalmarm.DynamicsError, match="solve: not_finite"):
+    with pytest.raises(kalmarm.DynamicsError, match=r"solve: not_finite: tau\[1\] is nan"):
         factors.solve(taus[2])
     rows = factors.solve(taus)
     assert np.all(np.isnan(rows[2]))
@@ -274,8 +347,8 @@ def test_a_singular_robot_raises_with_the_joint():
     assert outcome["joint"] == 1
 
 
-def test_of_many_a_singular_row_fails_alone():
-    """A wrist whose outer axes are parallel at q = 0."""
+def wrist() -> kalmarm.Robot:
+    """Its outer axes are parallel at q = 0."""
     builder = kalmarm.Builder("wrist")
     builder.add_body("base", joint="hinge", axis=(0, 1, 0), mass=1, inertia=(1, 1, 1))
     builder.add_body("roll", parent="base", joint="hinge", axis=(0, 0, 1))
@@ -283,7 +356,57 @@ def test_of_many_a_singular_row_fails_alone():
     builder.add_body(
         "tip", parent="pitch", joint="hinge", axis=(0, 0, 1), mass=1, inertia=(1, 2, 2)
     )
+    return builder.build()
+
+
+def test_rows_that_warn_are_one_warning_with_their_numbers():
+    robot = wrist()
+    q = np.full((19, 4), 0.5)
+    q[[3, 7]] = 1e-13
+    with pytest.warns(RuntimeWarning, match="solve: nearly singular at 'base'"):
+        robot.solve(q[3], np.ones(4))
+    rows = r"solve: 2 of 19 rows warn \(3, 7\), row 3: nearly singular at 'base': D = 1, scale"
+    with pytest.warns(RuntimeWarning, match=rows) as warned:
+        robot.solve(q, np.ones_like(q))
+    assert len(warned) == 1
+    q[:] = 1e-13
+    with pytest.warns(RuntimeWarning, match=r"19 of 19 rows warn \(0, 1, 2, 3, 4, \.\.\.\)"):
+        robot.solve(q, np.ones_like(q))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        _, outcomes = robot.solve(q, np.ones_like(q), status=True)
+    assert np.all(outcomes["near_singular"])
+
+
+def test_an_acceleration_of_exactly_zero_is_no_warning():
+    """Of a pendulum on a cart that hangs still."""
+    builder = kalmarm.Builder()
+    builder.add_body("cart", joint="slide", axis=(1, 0, 0), mass=1)
+    builder.add_body(
+        "rod",
+        parent="cart",
+        joint="hinge",
+        axis=(0, 1, 0),
+        mass=1,
+        center_of_mass=(0, 0, -0.5),
+        inertia=(1, 1, 1),
+    )
     robot = builder.build()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for tolerance in (None, kalmarm.last_bits):
+            for shape in ((2,), (5, 2)):
+                for dtype in (np.float32, np.float64):
+                    zero = np.zeros(shape, dtype)
+                    one = robot.replace(tolerance=tolerance)
+                    a = one.forward_dynamics(zero, zero, zero)
+                    _, outcomes = one.forward_dynamics(zero, zero, zero, status=True)
+                    assert not np.any(a)
+                    assert np.all(outcomes["error"] < 1e-13)
+
+
+def test_of_many_a_singular_row_fails_alone():
+    robot = wrist()
     q = np.random.default_rng(0).uniform(0.5, 1, (19, 4))
     q[7] = 0
     tau = np.ones_like(q)

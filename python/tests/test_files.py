@@ -8,6 +8,7 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
+import pinocchio as pin
 import pytest
 
 import kalmarm
@@ -61,8 +62,28 @@ def test_moments_that_no_solid_body_has_are_taken_or_balanced(read, inertia):
     )
     with pytest.raises(kalmarm.LoadError, match="option inertia=balanced takes the nearest"):
         read(text.replace("1 1 5", "1 1 -5"))
-    with pytest.raises(kalmarm.LoadError, match="inertia 'best' is unknown: given, balanced"):
-        read(text, inertia="best")
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "kind", "words"),
+    [
+        ("inertia", "best", ValueError, "inertia 'best' is unknown: given, balanced"),
+        ("urdf_inertia", "some", ValueError, "urdf_inertia 'some' is unknown: geometry, none"),
+        ("armature", {"turn": "x"}, TypeError, "armature of 'turn' is 'x': a number is needed"),
+        ("package_path", "/opt/ros", TypeError, r"package_path is a string: a list is needed"),
+        ("wants", "mass", TypeError, r"wants is a string: a list is needed, wants=\['mass'\]"),
+        ("wants", ["mas"], ValueError, "want 'mas' is unknown: acceleration, inverse"),
+        ("locked", ["trun"], ValueError, "joint 'trun' is unknown; nearest: turn"),
+        ("frames", [3], TypeError, "frames holds 3: a name or a kalmarm.Frame is needed"),
+        ("tolerance", "x", TypeError, "tolerance is 'x': a number is needed"),
+        ("tolerance", -1, ValueError, "tolerance -1 is not within"),
+    ],
+)
+def test_options_that_are_wrong_are_not_a_fault_of_the_file(read, option, value, kind, words):
+    with pytest.raises(kind, match=words) as error:
+        read(ARM.format('diaginertia="1 1 1"'), **{option: value})
+    assert not isinstance(error.value, kalmarm.LoadError)
+    assert "\n" not in str(error.value)
 
 
 def link(name: str, inside: str = "") -> str:
@@ -104,8 +125,6 @@ def test_a_link_without_inertial_has_its_geometrys_or_none(read):
     assert inertia_of(heavy) == pytest.approx(1 + 6000 * (1 + 4) / 12)
     assert heavy.notes == ("without <inertial>: weighed by geometry at 1000 kg/m^3: 'arm'",)
     assert light.notes == ("without <inertial>: massless: 'arm'",)
-    with pytest.raises(kalmarm.LoadError, match="urdf_inertia 'some' is unknown: geometry, none"):
-        read(shaped(BOX), "urdf", urdf_inertia="some")
 
 
 def test_meshes_of_packages_are_found(read, tmp_path):
@@ -143,6 +162,67 @@ def test_what_only_draws_is_left_out_with_a_warning(tmp_path):
     with pytest.warns(UserWarning, match="read without what only draws or collides") as warned:
         assert kalmarm.load(file).nv == 1
     assert warned[0].filename == __file__
+
+
+# --- order of DoF
+
+
+def branched() -> str:
+    """Children that are no names in order, on fixed joints too."""
+    links = [
+        link(name, inertial(i + 1, "2 3 4", '<origin xyz=".1 .2 .3"/>'))
+        for i, name in enumerate("abcdefg")
+    ]
+    return urdf(
+        *links,
+        joint("z", "base", "a"),
+        joint("m", "base", "b", kind="fixed"),
+        joint("y", "b", "c", "1 0 0", "prismatic").replace(
+            "/></joint>", '/><limit effort="1" velocity="1"/></joint>'
+        ),
+        joint("B", "b", "d", "0 1 0"),
+        joint("x10", "a", "e", "1 0 0"),
+        joint("x9", "a", "f", "0 1 0"),
+        joint("é", "a", "g", "0 1 0"),
+    )
+
+
+@pytest.mark.parametrize("floating", [False, True])
+def test_dofs_are_in_the_order_of_the_file_or_of_pinocchio(read, floating):
+    text = branched()
+    root = (pin.JointModelFreeFlyer(),) if floating else ()
+    model = pin.buildModelFromXML(text, *root)
+    file, sorted_ = (
+        read(text, "urdf", floating=floating, takes_steps=True, dof_order=order)
+        for order in ("file", "pinocchio")
+    )
+    joints = [name for name in model.names if name not in ("universe", "root_joint")]
+    assert sorted_.dofs[-6:] == joints
+    assert file.dofs[-6:] == ["z", "x10", "x9", "é", "y", "B"]
+    assert "dof_order='pinocchio'" in file.notes[-1]
+    assert not any("dof_order" in note for note in sorted_.notes)
+
+    states, data = kalmarm.PinocchioStates(model), model.createData()
+    q = pin.randomConfiguration(model, -np.ones(model.nq), np.ones(model.nq))
+    v = np.arange(1.0, model.nv + 1)
+    a = pin.aba(model, data, q, v, v)
+    q, qd, tau, a = states.q(q), states.qd(q, v), states.tau(q, v), states.qdd(q, v, a)
+    np.testing.assert_allclose(sorted_.forward_dynamics(q, qd, tau), a, rtol=1e-9)
+
+    order = [file.dofs.index(name) for name in sorted_.dofs]
+    q, _, _ = file.random_state(0)
+    entries = [one + (file.nq - file.nv if one > 5 else 0) for one in order]
+    theirs = np.concatenate([q[:7], q[np.array(entries[6:], int)]]) if floating else q[order]
+    for name in "acdefg":
+        one = file.replace(frames=[name]).operational(q)
+        np.testing.assert_allclose(
+            sorted_.replace(frames=[name]).operational(theirs), one, rtol=1e-9, atol=1e-12
+        )
+
+
+def test_an_order_that_is_none_is_refused(read):
+    with pytest.raises(ValueError, match="dof_order 'random' is unknown: file, pinocchio"):
+        read(branched(), "urdf", dof_order="random")
 
 
 # --- inertias (robots/loader/test/test_given_inertia.cpp has more)
@@ -236,7 +316,7 @@ def test_another_release_of_mujoco_is_refused(monkeypatch, read):
 def test_a_long_file_does_not_hold_other_threads(read):
     """Shapes enough for a second; what else computes in Python meanwhile goes on."""
     shapes = '<geom size="0.1"/>' * 7000
-    text = f'<mujoco><worldbody><body><joint/>{shapes}</body></worldbody></mujoco>'
+    text = f"<mujoco><worldbody><body><joint/>{shapes}</body></worldbody></mujoco>"
     longest, done = 0.0, threading.Event()
 
     def tick():

@@ -1,6 +1,5 @@
 """Robots: how they are made, what is asked of them, and what they say."""
 
-import pickle
 import sys
 
 import mujoco
@@ -114,6 +113,28 @@ def test_unknown_names_are_refused_with_the_nearest():
         robot.replace(wants=["mass"]).inverse_mass_matrix(robot.q0)
 
 
+def test_a_model_of_other_joints_is_refused():
+    go2, panda = load("go2"), load("panda")
+    with pytest.raises(ValueError, match="with_model: the model is not of go2, .*panda|joint1"):
+        go2.with_model(panda.model)
+    q, _, _ = go2.random_state(0, 3)
+    np.testing.assert_array_equal(go2.with_model(go2.model).mass_matrix(q), go2.mass_matrix(q))
+    turned, slid = kalmarm.Builder(), kalmarm.Builder()
+    turned.add_body("rod", joint="hinge", mass=1, inertia=(1, 1, 1))
+    slid.add_body("rod", joint="slide", mass=1)
+    with pytest.raises(ValueError, match=r"DoF are rod \(angle\): it has rod \(distance\)"):
+        turned.build().with_model(slid.build().model)
+
+
+def test_rotations_of_frames_are_unit_quaternions(name):
+    builder = kalmarm.Builder()
+    builder.add_body("rod", joint="slide", axis=(1, 2, 0), rotation=(0, 3, 4, 0), mass=1)
+    builder.add_frame("tip", "rod", rotation=(2, 0, 0, 0))
+    for frames in (builder.build().frames, load(name).frames):
+        for frame in frames.values():
+            assert np.linalg.norm(frame.rotation) == pytest.approx(1, rel=1e-14)
+
+
 def test_repr_tells_size_tolerance_precision_and_instruction_set():
     text = repr(load("g1", tolerance=1e-10))
     for part in ("g1", "35 DoF", "36 in q", "within 1e-10", "float32", kalmarm.instruction_set()):
@@ -139,11 +160,6 @@ def test_recommend_takes_float64_where_float32_is_not_enough():
     assert fine.reason
     with pytest.raises(ValueError, match="together or not at all"):
         robot.recommend(q=robot.q0)
-
-
-def test_a_robot_is_not_pickled():
-    with pytest.raises(TypeError, match="load it anew"):
-        pickle.dumps(load("two_link"))
 
 
 CLOSED = """<mujoco><worldbody>
@@ -179,6 +195,12 @@ URDF = """<robot name="r"><link name="base"><inertial><mass value="2"/>
  <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
  <joint name="j" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 1 0"/>
  <limit lower="-1" upper="2" effort="1" velocity="1"/></joint></robot>"""
+
+
+MIMIC = """<link name="hand"><inertial><mass value="1"/>
+ <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+ <joint name="k" type="revolute"><parent link="arm"/><child link="hand"/><axis xyz="0 1 0"/>
+ <mimic joint="j" multiplier="2"/><limit lower="-1" upper="2" effort="1" velocity="1"/></joint></robot>"""
 
 
 def test_the_base_of_a_urdf_is_welded_or_floats(tmp_path):
@@ -222,13 +244,49 @@ def test_without_mujoco_load_says_so(monkeypatch):
         kalmarm.load(ROBOTS / "g1" / "g1.xml")
 
 
-def test_joints_of_pinocchio_that_are_not_supported_are_refused():
-    model = pin.Model()
-    model.addJoint(0, pin.JointModelPlanar(), pin.SE3.Identity(), "rolls")
-    with pytest.raises(ValueError, match="joint 'rolls' is a JointModelPlanar: not supported"):
+def test_joints_of_pinocchio_that_are_not_supported_are_refused_by_name():
+    for kind in (pin.JointModelUniversal(np.eye(3)[0], np.eye(3)[1]), pin.JointModelHX(0.1)):
+        model = pin.Model()
+        model.addJoint(0, kind, pin.SE3.Identity(), "rolls")
+        words = f"joint 'rolls' is a {kind.shortname()}: not supported"
+        with pytest.raises(ValueError, match=words):
+            kalmarm.from_pinocchio(model)
+
+
+def test_a_mimic_of_pinocchio_is_refused_with_what_to_do():
+    text = URDF.replace("</robot>", MIMIC)
+    model = pin.buildModelFromXML(text)  # without mimic, as it says
+    assert kalmarm.from_pinocchio(model).dofs == ["j", "k"]
+    model = pin.buildModelFromXML(text, mimic=True)
+    with pytest.raises(ValueError, match="joint 'k' is a JointModelMimic.*build the model without"):
         kalmarm.from_pinocchio(model)
+
+
+def test_moments_of_pinocchio_that_no_solid_body_has_are_taken_or_balanced():
+    """Second moments of (1, 1, 5) are (2.5, 2.5, -1.5)."""
+    model = pin.Model()
+    joint = model.addJoint(0, pin.JointModelRX(), pin.SE3.Identity(), "j")
+    R = pin.Quaternion(0.1, 0.2, 0.3, 0.4).normalized().matrix()
+    model.appendBodyToJoint(
+        joint, pin.Inertia(1, np.zeros(3), R @ np.diag([1.0, 1, 5]) @ R.T), pin.SE3.Identity()
+    )
+    with pytest.warns(UserWarning, match="taken as given, although no solid body has .*: 'j'"):
+        given = kalmarm.from_pinocchio(model)
+    assert given.mass_matrix([0.0])[0, 0] == pytest.approx(model.inertias[1].inertia[0, 0])
+    with pytest.warns(UserWarning, match="balanced.*: 'j'"):
+        balanced = kalmarm.from_pinocchio(model, inertia="balanced")
+    s = 2.5 * 1e-4
+    tensor = R @ np.diag([2.5 + s, 2.5 + s, 5]) @ R.T
+    assert balanced.mass_matrix([0.0])[0, 0] == pytest.approx(tensor[0, 0], rel=1e-12)
+    with pytest.raises(ValueError, match="inertia 'best' is unknown: given, balanced"):
+        kalmarm.from_pinocchio(model, inertia="best")
+
+
+def test_what_is_no_model_of_pinocchio_is_refused():
     with pytest.raises(ValueError, match="no joint, so no degree of freedom"):
         kalmarm.from_pinocchio(pin.Model())
+    with pytest.raises(TypeError, match="from_pinocchio: str is no pinocchio.Model"):
+        kalmarm.from_pinocchio("robot.urdf")
 
 
 def test_friction_of_a_pinocchio_model_is_warned_of():

@@ -63,11 +63,116 @@ def test_steps_of_a_file_are_those_of_mujoco(arm, scheme):
         mujoco.MjModel.from_xml_path(str(arm)), SCHEMES[scheme], state, [0.4, 5, 0.5]
     )
     step = kalmarm.ImplicitStep(robot, H, scheme=scheme)
-    tau = state.tau + robot.terms.torque + robot.terms.compensated.gravity(state.q)
-    ours = step(state.q, state.qd, tau)
+    ours = step(*state)
     assert relative(ours.q, q) < 1e-12
     assert relative(ours.qd, qd) < 1e-12
     assert relative(ours.a, (qd - state.qd) / H) < 1e-9
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_controls_of_states_step_as_mujocos(arm, scheme):
+    """Beyond their limits too, of a gain by length and velocity too."""
+    arm.write_text(arm.read_text().replace('gear="3"', 'gear="3" ctrlrange="-1 2"'))
+    robot = kalmarm.load(arm, key="k", takes_steps=True)
+    model = mujoco.MjModel.from_xml_path(str(arm))
+    state = robot.random_state(1, 20)
+    u = np.random.default_rng(2).uniform(0, 3, (20, 3))
+    step = kalmarm.ImplicitStep(robot, H, scheme=scheme)
+    truth = [
+        stepped_by_mujoco(model, SCHEMES[scheme], [x[i : i + 1] for x in state], u[i])
+        for i in range(20)
+    ]
+    ours = step(*state, ctrl=u)
+    assert relative(ours.q, np.concatenate([q for q, _ in truth])) < 1e-12
+    assert relative(ours.qd, np.concatenate([qd for _, qd in truth])) < 1e-12
+    for own in (
+        step(*(x[3] for x in state), ctrl=u[3]),
+        kalmarm.ImplicitStep(robot, H, scheme=scheme, ctrl=u[3])(*(x[3] for x in state)),
+    ):
+        np.testing.assert_allclose(own.qd, ours.qd[3], rtol=1e-12)
+    q, qd = stepped_by_mujoco(model, SCHEMES[scheme], state, [0.5, 0.5, 0.5])
+    assert relative(step(*state, ctrl=0.5).qd, qd) < 1e-12
+    with pytest.raises(ValueError, match=r"ctrl has shape \(2,\), \(\.\.\., 3\) is needed"):
+        step(*state, ctrl=[1, 2])
+
+
+LIMITS = {
+    "of a spring": ('joint="a" gear="2"', 'joint="a" gear="-2" forcerange="-30 50"'),
+    "of a motor": ('gear="3"', 'gear="3" forcerange="-2 5"'),
+    "of a joint": ('<joint name="b"', '<joint name="b" actuatorfrcrange="-20 30"'),
+}
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("kind", LIMITS)
+def test_forces_are_limited_as_mujocos(arm, kind, scheme, dtype):
+    was, limited = LIMITS[kind]
+    text = arm.read_text()
+    assert text.count(was) == 1
+    arm.write_text(text.replace(was, limited))
+    robot = kalmarm.load(arm, key="k", takes_steps=True)
+    assert robot.notes == ()
+    model = mujoco.MjModel.from_xml_path(str(arm))
+    np.testing.assert_array_equal(
+        robot.terms.force_range, kalmarm.from_mujoco(model, takes_steps=True).terms.force_range
+    )
+    state = robot.random_state(3, 40, dtype=dtype)
+    q, qd = stepped_by_mujoco(model, SCHEMES[scheme], state, [0.4, 7, 0.5])
+    step = kalmarm.ImplicitStep(robot, H, scheme=scheme)
+    ours = step(*state)
+    bound = 1e-12 if dtype == np.float64 else 1e-5
+    assert relative(ours.qd, qd) < bound
+    assert relative(ours.q, q) < bound
+    unlimited = kalmarm.ImplicitStep(load_text(arm, text), H, scheme=scheme)(*state)
+    differs = np.any(np.abs(unlimited.qd - ours.qd) > 1e-4, axis=1)
+    assert 0 < np.count_nonzero(differs)
+    for i in range(0, 40, 7):
+        np.testing.assert_allclose(step(*(x[i] for x in state)).qd, ours.qd[i], rtol=30 * bound)
+
+
+def load_text(path, text):
+    path.write_text(text)
+    return kalmarm.load(path, key="k", takes_steps=True)
+
+
+def test_derivatives_have_the_gravity_that_is_compensated(arm):
+    robot = kalmarm.load(arm, key="k", takes_steps=True)
+    step = kalmarm.ImplicitStep(robot, H)
+    q, qd, tau = robot.random_state(3)
+    found = step.derivatives(q, qd, tau)
+    np.testing.assert_allclose(found.a, step.acceleration(q, qd, tau), rtol=1e-11)
+    e = 1e-5
+    for k in range(2):  # of the ball joint q is no vector
+        d = np.zeros(robot.nq)
+        d[k] = e
+        difference = (step.acceleration(q + d, qd, tau) - step.acceleration(q - d, qd, tau)) / (
+            2 * e
+        )
+        np.testing.assert_allclose(found.dq[:, k], difference, atol=1e-7 * np.abs(found.dq).max())
+    rows = step.derivatives(q, qd, np.stack([tau, 2 * tau]))
+    np.testing.assert_allclose(rows.dq[0], found.dq, rtol=1e-12, atol=1e-9)
+
+
+def test_a_step_writes_to_out_and_says_what_happened(arm):
+    robot = kalmarm.load(arm, key="k", takes_steps=True)
+    step = kalmarm.ImplicitStep(robot, H)
+    for count in (None, 9):
+        state = robot.random_state(0, count)
+        fresh, out = step(*state), step(*robot.random_state(1, count))
+        again, outcomes = step(*state, out=out, status=True)
+        assert np.shape(outcomes) == np.shape(fresh.a)[:-1]
+        for one, other, given in zip(again, fresh, out, strict=True):
+            assert one is given
+            np.testing.assert_array_equal(one, other)
+        with pytest.raises(ValueError, match=r"out.q lies in the same memory as q"):
+            step(out.q, *state[1:], out=out)
+    with pytest.raises(TypeError, match="out is not what an earlier call returned"):
+        step(*state, out=out.a)
+    q = state.q.copy()
+    q[4] = np.nan
+    _, outcomes = step(q, state.qd, status=True)
+    assert (outcomes["status"] != 0).tolist() == [i == 4 for i in range(9)]
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
@@ -137,8 +242,7 @@ def test_what_a_file_has_beyond_is_named(tmp_path):
     )
     path.write_text(ARM.format(more, "0 0 0 0"))
     notes = (
-        "ignored: 1 actuator with activation dynamics, 1 actuator of a joint of several axes, "
-        "force limits of 1 actuator",
+        "ignored: 1 actuator with activation dynamics, 1 actuator of a joint of several axes",
         "ignored: 1 actuator with negative stiffness or damping",
     )
     with pytest.warns(UserWarning, match="ignored: "):
@@ -147,6 +251,7 @@ def test_what_a_file_has_beyond_is_named(tmp_path):
     with pytest.warns(UserWarning, match="ignored: "):
         same = kalmarm.from_mujoco(model, takes_steps=True)
     assert robot.notes == same.notes == notes
+    assert robot.terms.actuators[-1].force_range == (-1, 1)
     np.testing.assert_array_equal(robot.terms.stiffness, same.terms.stiffness)
     with pytest.warns(UserWarning, match="7 actuators.*damping of 3 joints.*1 body"):
         kalmarm.load(path)
@@ -297,7 +402,7 @@ def test_bad_gains_of_states_are_one_line(g1):
     with pytest.raises(ValueError, match="spring about a ball or a free joint"):
         step.acceleration(*state, stiffness=np.ones((4, g1.nv)))
     with pytest.raises(ValueError, match="damping has shape"):
-        step.acceleration(*state, damping=np.ones(g1.nv))
+        step.acceleration(*state, damping=np.ones(g1.nv - 1))
     row = kalmarm.CoupledRow(np.eye(g1.nv)[-1], damping=1)
     with pytest.raises(ValueError, match="beside terms that couple joints"):
         coupled = kalmarm.ImplicitStep(g1, H, rows=[row])
@@ -319,7 +424,9 @@ TENDONS = """<tendon>
 def test_fixed_tendons_step_as_mujocos(tmp_path, scheme):
     path = tmp_path / "arm.xml"
     path.write_text(ARM.format("", ".2 2").replace("<keyframe>", TENDONS))
-    with pytest.warns(UserWarning, match="1 tendon, 1 tendon with a dead band|1 tendon with a dead"):
+    with pytest.warns(
+        UserWarning, match="1 tendon, 1 tendon with a dead band|1 tendon with a dead"
+    ):
         robot = kalmarm.load(path, key="k", takes_steps=True)
     (row,) = robot.terms.rows
     np.testing.assert_array_equal(row.jacobian, [1.5, -2, 0, 0, 0])
@@ -331,8 +438,7 @@ def test_fixed_tendons_step_as_mujocos(tmp_path, scheme):
     model.tendon_stiffness[2] = 0  # the dead band
     q, qd = stepped_by_mujoco(model, SCHEMES[scheme], state, [0.4, 7, 0.5, 0.2, 2])
     step = kalmarm.ImplicitStep(robot, H, scheme=scheme)
-    tau = state.tau + robot.terms.torque + robot.terms.compensated.gravity(state.q)
-    ours = step(state.q, state.qd, tau)
+    ours = step(*state)
     assert relative(ours.a, (qd - state.qd) / H) < 1e-9
     assert relative(ours.q, q) < 1e-12
 
@@ -347,7 +453,9 @@ def test_a_compiled_model_has_the_terms_of_its_file(tmp_path):
     """Beside tendons and actuators that have none, before those that do."""
     text = ARM.format("", ".2 2").replace("<keyframe>", TENDONS)
     text = text.replace('<fixed name="t" ', SPATIAL).replace("<actuator>", OTHERS, 1)
-    text = text.replace("<worldbody>", '<option actuatorgroupdisable="3"/><worldbody><site name="s1"/>')
+    text = text.replace(
+        "<worldbody>", '<option actuatorgroupdisable="3"/><worldbody><site name="s1"/>'
+    )
     text = text.replace("<body pos=", '<site name="s2"/><body pos=', 1)
     text = text.replace('ctrl=".4', 'ctrl="0 0 0 0 0 .4')
     path = tmp_path / "arm.xml"
@@ -364,7 +472,8 @@ def test_a_compiled_model_has_the_terms_of_its_file(tmp_path):
         np.testing.assert_allclose(ours, other, rtol=1e-14)
     for one, other in zip(robot.terms.actuators, same.terms.actuators, strict=True):
         assert one[:3] == other[:3] and one.row == other.row
-        np.testing.assert_allclose(one[3:], other[3:], rtol=1e-14)
+        np.testing.assert_allclose(one[3:-2], other[3:-2], rtol=1e-14)
+        assert one[-2:] == other[-2:]
     for one, other in zip(robot.terms.rows, same.terms.rows, strict=True):
         np.testing.assert_array_equal(one.jacobian, other.jacobian)
         np.testing.assert_allclose(one[1:], other[1:], rtol=1e-14)

@@ -20,6 +20,7 @@ int driven_dof(const mjModel* m, int i) {
 // Of a compiled model.
 struct Law {
   double torque, constant, stiffness, damping;  // G g0, G b0, k, b
+  double stiffness_by_u, damping_by_u;
 };
 Law law_of(const mjModel* m, int i, double u) {
   const mjtNum *gain = m->actuator_gainprm + static_cast<std::ptrdiff_t>(i) * mjNGAIN,
@@ -30,7 +31,8 @@ Law law_of(const mjModel* m, int i, double u) {
   const auto sloped = [&](int p) {  // as 0 rather than -0
     return 0 - G * G * ((affine ? gain[p] * u : 0) + (biased ? bias[p] : 0));
   };
-  return {G * gain[0], biased ? G * bias[0] : 0, sloped(1), sloped(2)};
+  return {G * gain[0], biased ? G * bias[0] : 0,         sloped(1),
+          sloped(2),   affine ? 0 - G * G * gain[1] : 0, affine ? 0 - G * G * gain[2] : 0};
 }
 
 // Of the actuators of one joint or tendon: their stiffness and what they pull with at length zero.
@@ -46,12 +48,28 @@ struct Spring {
   }
 };
 
+std::array<double, 2> range_of(bool is_limited, const mjtNum* ranges, std::ptrdiff_t i) {
+  if (!is_limited) return {-Actuator::limitless, Actuator::limitless};
+  return {ranges[2 * i], ranges[2 * i + 1]};
+}
+
+std::array<double, 2> control_range(const mjModel* m, int i) {
+  const int at = control_address(m, i);
+  const bool clamps = (m->opt.disableflags & mjDSBL_CLAMPCTRL) == 0;
+  return range_of(clamps && m->actuator_ctrllimited[at], m->actuator_ctrlrange, at);
+}
+
+// Of the joint, which feels G times the actuator's force.
+std::array<double, 2> force_range(const mjModel* m, int i) {
+  auto [low, high] = range_of(m->actuator_forcelimited[i], m->actuator_forcerange, i);
+  const double G = m->actuator_gear[6 * i];
+  return {std::min(G * low, G * high), std::max(G * low, G * high)};
+}
+
 // A control within its limits.
 double limited(const mjModel* m, int i, double value) {
-  const auto at = static_cast<std::ptrdiff_t>(control_address(m, i));
-  const mjtNum* range = m->actuator_ctrlrange + 2 * at;
-  const bool clamps = (m->opt.disableflags & mjDSBL_CLAMPCTRL) == 0;
-  return clamps && m->actuator_ctrllimited[at] ? std::clamp(value, range[0], range[1]) : value;
+  const auto [low, high] = control_range(m, i);
+  return std::clamp(value, low, high);
 }
 
 bool is_muted(const Law& law) {
@@ -185,8 +203,20 @@ std::vector<Actuator> actuators_of(const mjModel* m, const VectorX<double>& cont
          .gain = law.torque,
          .constant = law.constant,
          .stiffness = law.stiffness,
-         .damping = law.damping});
+         .damping = law.damping,
+         .stiffness_by_control = law.stiffness_by_u,
+         .damping_by_control = law.damping_by_u,
+         .control_range = control_range(m, i),
+         .force_range = force_range(m, i)});
   }
+  return out;
+}
+
+std::vector<std::array<double, 2>> force_ranges(const mjModel* m) {
+  std::vector<std::array<double, 2>> out(m->nv, {-Actuator::limitless, Actuator::limitless});
+  for (int j = 0; j < m->njnt; ++j)
+    if (has_one_axis(m->jnt_type[j]))
+      out[m->jnt_dofadr[j]] = range_of(m->jnt_actfrclimited[j], m->jnt_actfrcrange, j);
   return out;
 }
 

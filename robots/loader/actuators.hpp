@@ -14,6 +14,7 @@
 
 #include <mujoco/mujoco.h>
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -62,6 +63,9 @@ int mute_destabilising(mjModel* model, const VectorX<double>& controls);
 
 // (1), in MuJoCo's order; without those that are muted. Throws InputError where a number is not finite.
 std::vector<Actuator> actuators_of(const mjModel* model, const VectorX<double>& controls);
+
+// Of what the actuators of a joint exert together, of every DoF.
+std::vector<std::array<double, 2>> force_ranges(const mjModel* model);
 
 // The joints' own terms, all of every DoF.
 JointTerms joint_terms(const mjModel* model);

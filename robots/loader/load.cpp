@@ -65,6 +65,7 @@ LoadedRobot loaded(const MujocoModel& model, const std::string& name) {
           .terms = std::move(driven.terms),
           .torque = std::move(driven.torque),
           .actuators = model.actuators(),
+          .force_range = force_ranges(model.get()),
           .compensated = std::move(compensated),
           .frames = named_frames(model),
           .notes = model.notes()};

@@ -118,7 +118,7 @@ std::shared_ptr<const MujocoModel> MujocoModel::load(const std::string& path,
     const bool imposes = options.takes_steps && options.imposes_couplings;
     const std::vector<NamedCoupling> imposed =
         imposes ? linear_couplings(spec.get()) : std::vector<NamedCoupling>{};
-    strip(spec.get(), sites, options.takes_steps);
+    strip(spec.get(), sites, options.takes_steps, options.limits_forces);
     const std::vector<GivenInertia> taken = take_out_inertias(spec.get());
     if (const std::string note = one_line(note_of(taken)); !note.empty()) notes.push_back(note);
     const std::vector<DampingRatio> ratios = damping_ratios(spec.get());
@@ -148,7 +148,8 @@ std::shared_ptr<const MujocoModel> MujocoModel::copy_of(const mjModel* given,
   const MovingParts parts = parts_of(model.get());
   refuse_coupling_armature(parts.actuators, parts.tendons, takes_steps);
   std::vector<std::string> notes;
-  const std::string ignored = ignored_parts(parts, {.takes_steps = takes_steps});
+  const std::string ignored =
+      ignored_parts(parts, {.takes_steps = takes_steps, .limits_forces = takes_steps});
   if (!ignored.empty()) notes.push_back(one_line("ignored: " + ignored));
   VectorX<double> controls = limited_controls(model.get(), parts.actuators, ctrl);
   for (std::size_t i = 0; i < parts.actuators.size(); ++i)

@@ -45,13 +45,14 @@ void strip_static_inertia(mjsBody* body, bool keeps_mass) {
 }
 
 // Those whose force is no part of implicit steps stay for what they add to M and the damping of a joint.
-void strip_actuators(mjSpec* spec) {
+void strip_actuators(mjSpec* spec, bool limits_forces) {
   spec->compiler.LRopt.mode = mjLRMODE_NONE;
   const std::vector<mjsElement*> actuators = elements(spec, mjOBJ_ACTUATOR);
   const std::vector<ActuatorPart> parts = actuator_parts(spec);
   for (std::size_t i = 0; i < parts.size(); ++i) {
     mjsActuator* actuator = mjs_asActuator(actuators[i]);
-    actuator->forcelimited = mjLIMITED_FALSE;
+    if (!limits_forces || !drives_joint(parts[i].transmission))
+      actuator->forcelimited = mjLIMITED_FALSE;
     if (parts[i].left_out().empty()) continue;
     const bool adds = parts[i].armature != 0 || parts[i].damping != 0;
     if (adds && (parts[i].transmission == mjTRN_JOINT || parts[i].drives_row()))
@@ -59,6 +60,7 @@ void strip_actuators(mjSpec* spec) {
     else
       mjs_delete(spec, actuators[i]);
   }
+  if (limits_forces) return;
   for (mjsElement* e : elements(spec, mjOBJ_JOINT)) mjs_asJoint(e)->actfrclimited = mjLIMITED_FALSE;
 }
 
@@ -114,7 +116,7 @@ void strip_inertias(mjSpec* spec, bool keeps_static_mass) {
       mjs_setString(mjs_asMesh(e)->material, "");
 }
 
-void strip(mjSpec* spec, Sites sites, bool takes_steps) {
+void strip(mjSpec* spec, Sites sites, bool takes_steps, bool limits_forces) {
   refuse_coupling_armature(actuator_parts(spec), tendon_parts(spec), takes_steps);
   // As much as the compiler needs, whatever a simulation is given.
   spec->memory = -1;
@@ -134,7 +136,7 @@ void strip(mjSpec* spec, Sites sites, bool takes_steps) {
   for (const mjtObj type : {mjOBJ_KEY, mjOBJ_SENSOR, mjOBJ_TUPLE, mjOBJ_NUMERIC, mjOBJ_TEXT,
                             mjOBJ_EXCLUDE, mjOBJ_PAIR, mjOBJ_EQUALITY})
     for (mjsElement* e : elements(spec, type)) mjs_delete(spec, e);
-  strip_actuators(spec);
+  strip_actuators(spec, limits_forces);
   strip_tendons(spec);
   for (const mjtObj type : {mjOBJ_SKIN, mjOBJ_CAMERA, mjOBJ_LIGHT})
     for (mjsElement* e : elements(spec, type)) mjs_delete(spec, e);

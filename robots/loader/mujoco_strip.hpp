@@ -18,6 +18,7 @@ void strip_inertias(mjSpec* spec, bool keeps_static_mass);
 
 // Throws InputError where armature couples joints; of fixed tendons it may where whoever asks takes steps
 // with their rows.
-void strip(mjSpec* spec, Sites sites = Sites::stripped, bool takes_steps = false);
+void strip(mjSpec* spec, Sites sites = Sites::stripped, bool takes_steps = false,
+           bool limits_forces = false);
 
 }  // namespace kalmarm

@@ -33,6 +33,7 @@ struct BodyParameters {
   std::array<double, 3> center_of_mass = {0, 0, 0};    // in the body's frame [m]
   std::array<double, 6> inertia = {0, 0, 0, 0, 0, 0};  // xx, yy, zz, xy, xz, yz about the
                                                        // centre of mass [kg m^2]
+  bool solid = true;  // else moments A <= B < C - A, which no body has, are taken as given
 };
 
 class KALMARM_EXPORT ModelBuilder {

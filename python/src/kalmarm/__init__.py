@@ -1,15 +1,15 @@
 """Robot dynamics by the filters of estimation theory: arrays in, arrays out, float32 or float64.
 
-    robot = kalmarm.load("g1.xml")              # or from_mujoco, from_pinocchio, Builder
-    q, qd, tau = robot.random_state(0, 4096)
-    a = robot.forward_dynamics(q, qd, tau)      # (4096, nv)
+robot = kalmarm.load("g1.xml")              # or from_mujoco, from_pinocchio, Builder
+q, qd, tau = robot.random_state(0, 4096)
+a = robot.forward_dynamics(q, qd, tau)      # (4096, nv)
 """
 
 from ._core import (
-    Derivatives,
     DynamicsError,
     Factors,
     Frame,
+    Model,
     Plan,
     Recommendation,
     __version__,
@@ -20,6 +20,7 @@ from ._core import (
 from .builder import Builder
 from .files import LoadError, from_mujoco, load
 from .pinocchio import PinocchioStates, from_pinocchio
+from .results import Derivatives
 from .robot import Actuator, CoupledRow, Robot, Rung, State, Status, Terms
 from .step import ImplicitStep, Stepped
 
@@ -33,6 +34,7 @@ __all__ = [
     "Frame",
     "ImplicitStep",
     "LoadError",
+    "Model",
     "PinocchioStates",
     "Plan",
     "Recommendation",

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from . import _core
-from ._names import unknown
+from ._names import numbers, unknown
 from .robot import Description, Robot, Terms
 
 _SUFFIXES = {
@@ -58,6 +58,7 @@ class Builder:
         mass: float = 0.0,
         center_of_mass: Sequence[float] = (0, 0, 0),
         inertia: Any = (0, 0, 0),
+        solid: bool = True,
     ) -> int:
         """Adds a body and the joint on its inboard side; returns the body's number.
 
@@ -73,13 +74,15 @@ class Builder:
         limits: of a hinge or slide, for random states.
         mass [kg], center_of_mass in the body's frame [m].
         inertia: about the center of mass [kg m^2]: (xx, yy, zz), (xx, yy, zz, xy, xz, yz) or 3 x 3.
+        solid: principal moments A <= B < C - A, which no solid body has, are refused; else they are
+            taken as given.
         """
         if isinstance(parent, str):
             if parent not in self._bodies:
                 raise unknown("body", parent, self._bodies)
             parent = self._bodies[parent]
         suffixes = _SUFFIXES.get(joint, ())
-        each = np.broadcast_to(np.asarray(armature, float), (len(suffixes),)).tolist()
+        each = np.broadcast_to(numbers("armature", armature), (len(suffixes),)).tolist()
         body = self._core.add_body(
             name=name,
             parent=int(parent),
@@ -92,6 +95,7 @@ class Builder:
             mass=float(mass),
             center_of_mass=[float(x) for x in center_of_mass],
             inertia=_six(inertia),
+            solid=bool(solid),
         )
         called = name if joint_name is None else joint_name
         self._dofs += [called + suffix for suffix in suffixes]
@@ -130,7 +134,7 @@ class Builder:
     ) -> Robot:
         """The robot; options are those of `Robot`. q0: where it starts, (nq,). terms: its springs
         and dampers."""
-        start = np.array(self._q0 if q0 is None else q0, float)
+        start = numbers("q0", self._q0 if q0 is None else q0).copy()
         if start.shape != (len(self._q0),):
             raise ValueError(f"build: q0 has shape {start.shape}, ({len(self._q0)},) is needed")
         return Robot(
@@ -148,7 +152,7 @@ class Builder:
 
 
 def _six(inertia: Any) -> list[float]:
-    given = np.asarray(inertia, float)
+    given = numbers("inertia", inertia)
     if given.shape == (3,):
         return [*given.tolist(), 0.0, 0.0, 0.0]
     if given.shape == (6,):

@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 
 from . import _core
+from ._names import number, numbers, one_of, several
+from ._urdf import pinocchios_order
 from .robot import Actuator, CoupledRow, Description, Robot, Terms
 
 
@@ -30,6 +32,7 @@ def load(
     controls: Mapping[str, float] | None = None,
     imposes_couplings: bool = False,
     takes_steps: bool = False,
+    dof_order: str = "file",
     **options: Any,
 ) -> Robot:
     """The robot of an MJCF or URDF file, read through MuJoCo (`pip install mujoco`).
@@ -57,29 +60,43 @@ def load(
     takes_steps: whoever asks takes an `ImplicitStep` with `Robot.terms`: no warning names what
         these have. Fixed tendons may have armature then, which is in `terms.rows` and not in the
         robot's M; else that is refused.
+    dof_order: "file", depth first with children in the order of the file, as MuJoCo; or
+        "pinocchio", with children of a URDF's link in the order of their joints' names. Where these
+        differ a note says so.
     Options are those of `Robot`.
     """
     files = _compiled()
+    one_of("dof_order", dof_order, ("file", "pinocchio"))
     file = re.sub(r"[\0-\x1f\x7f]", " ", os.fsdecode(path))  # in messages, which are one line
     if not os.path.exists(path):
         raise FileNotFoundError(f"{file}: no such file")
+    asked = {
+        "floating": "" if floating is True else floating or None,
+        "key": key or "",
+        "armature": _by_name("armature", armature),
+        "inertia": one_of("inertia", inertia, ("given", "balanced")),
+        "urdf_inertia": urdf_inertia and one_of("urdf_inertia", urdf_inertia, ("geometry", "none")),
+        "package_path": [os.fsencode(folder) for folder in several("package_path", package_path)],
+        "controls": _by_name("controls", controls),
+        "imposes_couplings": bool(imposes_couplings),
+        "takes_steps": bool(takes_steps),
+    }
     try:
-        loaded = files.load(
-            os.fsencode(path),
-            floating="" if floating is True else floating or None,
-            key=key or "",
-            armature=dict(armature or {}),
-            inertia=inertia,
-            urdf_inertia=urdf_inertia,
-            package_path=[os.fsencode(folder) for folder in package_path],
-            controls=dict(controls or {}),
-            imposes_couplings=imposes_couplings,
-            takes_steps=takes_steps,
-        )
-        robot = _robot(loaded, options)
+        loaded = files.load(os.fsencode(path), **asked)
+        if not loaded["model"].nv:
+            raise ValueError("no joint, so no degree of freedom")
     except ValueError as error:
         reason = str(error)
         raise LoadError(reason if reason.startswith(file) else f"{file}: {reason}") from None
+    dofs = loaded["model"].dofs
+    order = pinocchios_order(path, dofs)
+    if order != list(range(len(dofs))):
+        if dof_order == "pinocchio":
+            loaded = _reordered(loaded, order)
+        else:
+            note = "DoF are in the order of the file, and not in Pinocchio's: dof_order='pinocchio'"
+            loaded["notes"] += (note,)
+    robot = _robot(loaded, options)
     _warn(file, robot)
     return robot
 
@@ -107,7 +124,7 @@ def from_mujoco(
 
     if not isinstance(model, mujoco.MjModel):
         raise TypeError(f"from_mujoco: {type(model).__name__} is no mujoco.MjModel")
-    controls = np.zeros(model.nu) if ctrl is None else np.asarray(ctrl, float)
+    controls = np.zeros(model.nu) if ctrl is None else numbers("ctrl", ctrl)
     if controls.shape != (model.nu,):
         raise ValueError(f"ctrl has shape {controls.shape}, ({model.nu},) is needed")
     loaded = files.from_model(
@@ -132,7 +149,9 @@ def _compiled() -> Any:
         ) from error
     built = _core.mujoco_version
     if not built:
-        raise ImportError("kalmarm was built without MuJoCo: build it again where that is installed")
+        raise ImportError(
+            "kalmarm was built without MuJoCo: build it again where that is installed"
+        )
     if mujoco.__version__ != built:
         raise ImportError(
             f"kalmarm was built for MuJoCo {built}, and {mujoco.__version__} is installed: "
@@ -141,6 +160,31 @@ def _compiled() -> Any:
     from . import _files
 
     return _files
+
+
+def _by_name(option: str, given: Mapping[str, float] | None) -> dict[str, float]:
+    return {name: number(f"{option} of '{name}'", value) for name, value in (given or {}).items()}
+
+
+def _reordered(loaded: dict[str, Any], order: list[int]) -> dict[str, Any]:
+    """DoF k is what DoF order[k] was, in all that is by DoF or by entries of q."""
+    place = {old: new for new, old in enumerate(order)} | {-1: -1}
+    model, entries = loaded["model"]._reordered(order)
+    weights = loaded["compensated"]
+    by_dof = ("damping", "stiffness", "reference", "torque", "force_range")
+    return {
+        **loaded,
+        **{name: [loaded[name][k] for k in order] for name in by_dof},
+        **{name: [loaded[name][i] for i in entries] for name in ("q0", "q_range")},
+        "model": model,
+        "compensated": weights and weights._reordered(order)[0],
+        "frames": {
+            name: _core.Frame(place[one.link], one.rotation, one.translation)
+            for name, one in loaded["frames"].items()
+        },
+        "actuators": [(one[0], place[one[1]], *one[2:]) for one in loaded["actuators"]],
+        "rows": [([one[0][k] for k in order], *one[1:]) for one in loaded["rows"]],
+    }
 
 
 def _robot(loaded: dict[str, Any], options: dict[str, Any]) -> Robot:
@@ -152,9 +196,13 @@ def _robot(loaded: dict[str, Any], options: dict[str, Any]) -> Robot:
     weights = loaded["compensated"]
     terms = Terms(
         *(np.array(loaded[name]) for name in ("damping", "stiffness", "reference", "torque")),
-        actuators=tuple(Actuator(*one) for one in loaded["actuators"]),
+        actuators=tuple(
+            Actuator(*one[:-2], *(tuple(limits) for limits in one[-2:]))
+            for one in loaded["actuators"]
+        ),
         compensated=weights and robot(weights, None, wants=("inverse_dynamics",)),
         rows=tuple(CoupledRow(np.array(row[0]), *row[1:]) for row in loaded["rows"]),
+        force_range=np.array(loaded["force_range"], float).reshape(-1, 2),
     )
     return robot(loaded["model"], terms, **options)
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 import enum
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from . import _core
-from ._names import dofs_of, unknown
+from ._names import dofs_of, number, numbers, several, unknown
 
 if TYPE_CHECKING:
     from ._core import Frame, Model, Recommendation
@@ -57,8 +58,8 @@ class CoupledRow(NamedTuple):
 
 class Actuator(NamedTuple):
     """Of the file, on a hinge, a slide or a fixed tendon of the length q: it moves its DoF, or along
-    its tendon's J, by gain u + constant - stiffness q - damping qd at the control u. Force limits
-    are not in it."""
+    its tendon's J, by gain u + constant - stiffness q - damping qd at the control u. One at a force
+    limit is the force of that limit alone."""
 
     name: str
     dof: int  # -1 on a tendon
@@ -68,6 +69,10 @@ class Actuator(NamedTuple):
     stiffness: float  # of a gain by length or velocity at this u
     damping: float
     row: int = -1  # of `Terms.rows`, on a tendon
+    stiffness_by_control: float = 0.0  # how stiffness and damping change with u
+    damping_by_control: float = 0.0
+    control_range: tuple[float, float] = (-np.inf, np.inf)
+    force_range: tuple[float, float] = (-np.inf, np.inf)  # [N m or N], on a DoF
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,11 +80,11 @@ class Terms:
     """What a robot's file says of implicit steps, each (nv,): linear dampers, springs of hinges and
     slides with their references, and actuators at their controls.
 
-    torque: of actuators without stiffness, to be added to tau. For other controls of an actuator
-        add gain (u - control) at its DoF, or times its row's jacobian.
+    torque: of actuators without stiffness.
     rows: fixed tendons, with their actuators.
-    compensated: the robot of the weights that the file compensates (gravcomp): its `gravity(q)` is
-        to be added to tau; None where there is none.
+    compensated: the robot of the weights that the file compensates (gravcomp), whose `gravity(q)`
+        is added to tau; None where there is none.
+    force_range: (nv, 2), of what the actuators of a DoF exert together; None: without limits.
     """
 
     damping: NDArray[np.float64]
@@ -89,6 +94,7 @@ class Terms:
     actuators: tuple[Actuator, ...] = ()
     compensated: Robot | None = None
     rows: tuple[CoupledRow, ...] = ()
+    force_range: NDArray[np.float64] | None = None
 
 
 @dataclass(frozen=True)
@@ -113,14 +119,18 @@ class Robot(_core.Robot):
         a = robot.forward_dynamics(q, qd, tau)              # (nv,)
         a = robot.forward_dynamics(q, qd, tau, threads=2)   # (4096, nv) of q (4096, nq), ...
 
+    - Leading dimensions are broadcast as NumPy does it: one q (nq,) and many tau (4096, nv), or the
+      other way round. All but the first argument may be one number, for every DoF.
     - dtype: float32 or float64, one for all arrays of a call; the result has it too. Lists are
       taken for float64 where no array says otherwise. Anything that lends its memory is an array:
       NumPy, the buffer protocol, DLPack (PyTorch tensors on the CPU).
     - out: an array that the result is written to, contiguous and apart from the inputs.
     - threads: cores for many states, 0 for all; bits of the result do not depend on it.
-    - Failure: of one state DynamicsError is raised, and a RuntimeWarning where the answer is not to
-      be relied upon; of many the rows that failed are NaN. With status=True nothing is raised, and
-      (result, outcomes) is returned: records of `outcome_dtype`, whose status is a `Status`.
+    - Failure: of one state DynamicsError is raised; of many the rows that failed are NaN. Where
+      answers are not to be relied upon, one RuntimeWarning says why, and of many states which rows.
+      With status=True nothing is raised or warned of, and (result, outcomes) is returned: records
+      of `outcome_dtype`, whose status is a `Status`.
+    - Robots are pickled and copied, to other processes too, by their definition.
     - Any number of Python threads may call one robot at once: each call takes memory of its own.
       Python's global lock is released for many states, and for robots of 64 DoF or more.
 
@@ -156,27 +166,35 @@ class Robot(_core.Robot):
         at_rest: qd is zero, and is not looked at.
         rules: by which work may be left out, of docs/questions.md; all unless told.
         """
-        options = {key: value for key, value in locals().items() if key in _OPTIONS}
+        options = {
+            "tolerance": None if tolerance is None else number("tolerance", tolerance),
+            "wants": several("wants", wants),
+            "asked": several("asked", asked),
+            "frames": several("frames", frames),
+            "locked": several("locked", locked),
+            "q": None if q is None else tuple(numbers("q", q).ravel().tolist()),
+            "at_rest": bool(at_rest),
+            "rules": None if rules is None else several("rules", rules),
+        }
         names = description.model.dofs
-        locked_dofs = dofs_of(names, locked)
-        position = description.q0 if q is None and locked_dofs else () if q is None else q
+        locked_dofs = dofs_of(names, options["locked"])
         super().__init__(
             description.model,
-            tolerance,
-            list(wants),
-            dofs_of(names, asked),
-            [_frame(description, frame) for frame in frames],
+            options["tolerance"],
+            options["wants"],
+            dofs_of(names, options["asked"]),
+            [_frame(description, frame) for frame in options["frames"]],
             locked_dofs,
-            [float(x) for x in position],
-            at_rest,
-            None if rules is None else list(rules),
+            options["q"] or (description.q0 if locked_dofs else ()),
+            options["at_rest"],
+            options["rules"],
         )
         self._description = description
         self._options = options
 
     def replace(self, **options: Any) -> Robot:
         """The same robot with other options of `Robot`: tolerance, asked, locked, at_rest, ..."""
-        unknown_options = options.keys() - _OPTIONS
+        unknown_options = options.keys() - self._options.keys()
         if unknown_options:
             raise TypeError(f"replace: no option is called '{unknown_options.pop()}'")
         return Robot(self._description, **(self._options | options))
@@ -222,10 +240,18 @@ class Robot(_core.Robot):
     @property
     def at_rest(self) -> bool:
         """Whether qd is taken for zero."""
-        return bool(self._options["at_rest"])
+        at_rest: bool = self._options["at_rest"]
+        return at_rest
 
     def with_model(self, model: Model) -> Robot:
-        """The same question of another robot with the same joints."""
+        """The same question of another robot with the same joints: ValueError where a DoF or an
+        entry of q is another."""
+        ours, theirs = (list(zip(one.dofs, one.coordinates)) for one in (self.model, model))
+        if ours != theirs:
+            raise ValueError(
+                f"with_model: the model is not of {self.name}, whose DoF are {_listed(ours)}: "
+                f"it has {_listed(theirs)}"
+            )
         return Robot(replace(self._description, model=model), **self._options)
 
     def dof(self, joint: str) -> int:
@@ -285,15 +311,20 @@ class Robot(_core.Robot):
         )
 
     def __reduce__(self) -> tuple[Any, ...]:
-        raise TypeError("a Robot is not pickled: load it anew in the other process")
-
-
-_OPTIONS = {"tolerance", "wants", "asked", "frames", "locked", "q", "at_rest", "rules"}
+        """By its definition: copies, and robots of other processes, take memory of their own."""
+        return partial(type(self), **self._options), (self._description,)
 
 
 def _frame(description: Description, frame: str | Frame) -> Frame:
-    if not isinstance(frame, str):
+    if isinstance(frame, _core.Frame):
         return frame
+    if not isinstance(frame, str):
+        raise TypeError(f"frames holds {frame!r}: a name or a kalmarm.Frame is needed")
     if frame not in description.frames:
         raise unknown("frame", frame, description.frames)
     return description.frames[frame]
+
+
+def _listed(dofs: list[tuple[str, str]]) -> str:
+    some = ", ".join(f"{name} ({coordinate})" for name, coordinate in dofs[:3])
+    return some + (f", ... ({len(dofs)})" if len(dofs) > 3 else "")

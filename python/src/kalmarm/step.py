@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
+from ._motors import Motors
+from ._names import as_array, number, numbers
+from .results import Derivatives
 from .robot import CoupledRow, Robot
 
 
@@ -23,20 +27,28 @@ class Stepped(NamedTuple):
 class ImplicitStep(_core.ImplicitStep):
     """Moves a robot by h, with springs and dampers taken at the end of the step.
 
+        step = kalmarm.ImplicitStep(robot, 0.002)       # with what the robot's file has
+        q, qd, a = step(q, qd, tau, ctrl=u)             # one state, or 4096 of (4096, nq), ...
         step = kalmarm.ImplicitStep(robot, 0.002, damping=200, stiffness=1e5, reference=target)
-        q, qd, a = step(q, qd, tau)             # one state, or 4096 of (4096, nq), ...
         a = step.acceleration(q, qd, tau, stiffness=kp)  # each with gains (4096, nv) of its own
 
-    With K and B the diagonal matrices of stiffness and damping,
+    With K and B the diagonal matrices of stiffness and damping, and f what actuators without
+    stiffness exert and the compensation of gravity,
 
-        (M + h B + h^2 K) a = tau - B qd - K (q - reference + h qd) - bias,  a = (qd+ - qd) / h
+        (M + h B + h^2 K) a = tau + f - B qd - K (q - reference + h qd) - bias,  a = (qd+ - qd) / h
 
     and q+ is q moved along qd+ for h: MuJoCo's integrator "discrete". scheme="springs_at_start"
     takes springs where the step begins, as MuJoCo's "implicitfast": stable for any damping, not for
     any stiffness. A position controller with gains kp and kv is a spring and a damper, its target
     their reference.
 
-    Calls take arrays, dtypes, leading dimensions, `out`, `status` and `threads` as `Robot`'s.
+    `robot.terms` has what the file says: springs, dampers, tendons, actuators at their controls,
+    and compensation of gravity. tau is added to these. An actuator whose force reaches its limit as
+    the step begins is the force of that limit, without stiffness and damping; limits on tendons are
+    not looked at. For ball and free joints, damping alone.
+
+    Calls take arrays, dtypes, leading dimensions, numbers, `out`, `status` and `threads` as
+    `Robot`'s.
     """
 
     def __init__(
@@ -44,6 +56,7 @@ class ImplicitStep(_core.ImplicitStep):
         robot: Robot,
         h: float,
         *,
+        ctrl: Any = None,
         damping: Any = None,
         stiffness: Any = None,
         reference: Any = None,
@@ -51,8 +64,11 @@ class ImplicitStep(_core.ImplicitStep):
         scheme: str = "springs_at_end",
     ) -> None:
         """h: [s], not negative.
+        ctrl: controls of `robot.terms.actuators`, (nu,), within the file's limits; those that the
+            robot was loaded with unless given.
         damping, stiffness, reference: (nv,) [N m s/rad or N s/m; N m/rad or N/m; rad or m], or one
-            number for every hinge and slide; those of `robot.terms`, its file's, unless given.
+            number for every hinge and slide; those of `robot.terms`, its file's, unless given. Force
+            limits are then those of actuators without stiffness and damping.
         rows: terms that couple joints; each adds J' (armature + h damping + h^2 stiffness) J to
             the matrix. Those of `robot.terms`, the tendons of its file, unless given.
         scheme: "springs_at_end" or "springs_at_start".
@@ -64,42 +80,149 @@ class ImplicitStep(_core.ImplicitStep):
         if robot.n != robot.nv or robot.at_rest:
             raise ValueError("ImplicitStep: the robot's question leaves joints out or is at rest")
         terms = robot.terms
-        given = {
-            "damping": terms.damping if damping is None else damping,
-            "stiffness": terms.stiffness if stiffness is None else stiffness,
-            "reference": terms.reference if reference is None else reference,
+        given = {"damping": damping, "stiffness": stiffness, "reference": reference}
+        self._own = {
+            name: _of_every_dof(robot, name, getattr(terms, name) if value is None else value)
+            for name, value in given.items()
         }
+        self._rows = [
+            (_row(robot, row.jacobian), *map(float, row[1:5]), bool(row.imposed))
+            for row in (terms.rows if rows is None else rows)
+        ]
         super().__init__(
-            robot.model,
-            h,
-            *(_of_every_dof(robot, name, value) for name, value in given.items()),
-            [
-                (_row(robot, row.jacobian), *map(float, row[1:5]), bool(row.imposed))
-                for row in (terms.rows if rows is None else rows)
-            ],
-            scheme,
-            robot.tolerance,
+            robot.model, number("h", h), *self._own.values(), self._rows, scheme, robot.tolerance
         )
         self._robot = robot
+        self._options = {"ctrl": ctrl, **given, "rows": rows, "scheme": scheme}
+        has_own_gains = any(value is not None for value in given.values())
+        self._motors = Motors(robot, ctrl, has_own_gains=has_own_gains)
+        self._springless = Motors(robot, ctrl, has_own_gains=True)  # beside gains of states
+        self._adds = bool(terms.actuators) or bool(np.any(terms.torque))
 
     def __call__(
         self,
-        q: Any,
-        qd: Any,
-        tau: Any,
+        q: ArrayLike,
+        qd: ArrayLike,
+        tau: ArrayLike = 0.0,
+        out: Stepped | None = None,
         *,
-        damping: Any = None,
-        stiffness: Any = None,
-        reference: Any = None,
+        ctrl: ArrayLike | None = None,
+        damping: ArrayLike | None = None,
+        stiffness: ArrayLike | None = None,
+        reference: ArrayLike | None = None,
+        status: bool = False,
         threads: int = 1,
-    ) -> Stepped:
+    ) -> Any:
         """The state after h. Of many states, those that failed are NaN; of one, DynamicsError.
 
+        q (..., nq), qd and tau (..., nv) -> Stepped(q, qd, a): (..., nq), (..., nv), (..., nv).
+
+        ctrl: (..., nu), of every state its own, in place of the step's.
         damping, stiffness, reference: (..., nv), of every state its own, as `acceleration` has it.
+        out: what an earlier call of the same shape returned, apart from the inputs.
         """
-        gains = {"damping": damping, "stiffness": stiffness, "reference": reference}
-        a = self.acceleration(q, qd, tau, **gains, threads=threads)
-        return Stepped(*self.advance(q, qd, a), a)
+        if out is not None and (not isinstance(out, tuple) or len(out) != 3):
+            raise TypeError("ImplicitStep: out is not what an earlier call returned")
+        found = self.acceleration(
+            q,
+            qd,
+            tau,
+            out and out[2],
+            ctrl=ctrl,
+            damping=damping,
+            stiffness=stiffness,
+            reference=reference,
+            status=status,
+            threads=threads,
+        )
+        a, outcomes = found if status else (found, None)
+        stepped = Stepped(*self.advance(q, qd, a, out and out[:2]), a)
+        return (stepped, outcomes) if status else stepped
+
+    def acceleration(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        tau: ArrayLike = 0.0,
+        out: Any = None,
+        *,
+        ctrl: ArrayLike | None = None,
+        damping: ArrayLike | None = None,
+        stiffness: ArrayLike | None = None,
+        reference: ArrayLike | None = None,
+        status: bool = False,
+        threads: int = 1,
+    ) -> Any:
+        """a = (qd+ - qd) / h of the step.
+
+        q (..., nq), qd and tau (..., nv) -> a (..., nv) [rad/s^2 or m/s^2].
+
+        ctrl: (..., nu), controls of `robot.terms.actuators`, in place of the step's.
+        damping, stiffness, reference: (..., nv), of every state its own, in place of the step's, or
+            one number for every hinge and slide. References cost nothing; dampers and springs 1.2
+            times the time of a step, but below a tolerance of 1e-12 every state then is a robot
+            that is made anew. ValueError with the row and the DoF where one is negative or not
+            finite, where a ball or free joint has a spring, and where dampers or springs stand
+            beside rows of the step.
+        """
+        given = {"damping": damping, "stiffness": stiffness, "reference": reference}
+        gains = {name: self._gain(name, x) for name, x in given.items() if x is not None}
+        tau, held = self._driven(
+            q, qd, tau, ctrl, threads, self._springless if gains else self._motors
+        )
+        return super().acceleration(
+            q, qd, tau, out, **(gains or held), status=status, threads=threads
+        )
+
+    def derivatives(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        tau: ArrayLike = 0.0,
+        out: Derivatives | None = None,
+        *,
+        ctrl: ArrayLike | None = None,
+        status: bool = False,
+    ) -> Any:
+        """Derivatives of the step's acceleration by q, qd and tau, analytically, and a itself.
+
+        q (..., nq), qd and tau (..., nv) -> Derivatives(dq, dqd, dtau, a), as those of
+        Robot.forward_dynamics_derivatives; dtau is the inverse of M + h B + h^2 K. out: what an
+        earlier call of the same shape returned. ValueError where an actuator with stiffness or
+        damping is at a force limit.
+        """
+        tau, held = self._driven(q, qd, tau, ctrl, 1, self._motors)
+        if held:
+            raise ValueError(
+                "derivatives: an actuator with stiffness or damping is at its force limit, or at a "
+                "control that changes them"
+            )
+        found = super().derivatives(q, qd, tau, out, status=status)
+        weights = self._robot.terms.compensated
+        if weights is not None:
+            d = found[0] if status else found
+            d.dq[...] += d.dtau @ _gravity_by_q(weights, q).astype(d.dq.dtype)
+        return found
+
+    def _driven(
+        self, q: Any, qd: Any, tau: Any, ctrl: Any, threads: int, motors: Motors
+    ) -> tuple[Any, dict[str, Any]]:
+        """tau with what the file adds, and gains in the place of the step's own."""
+        weights = self._robot.terms.compensated
+        if not self._adds and weights is None and ctrl is None:
+            return tau, {}
+        like = as_array(q)
+        dtype = like.dtype if like.dtype.kind == "f" else np.dtype(float)
+        driven = motors.driven(like, as_array(qd), ctrl)
+        added = driven.torque.astype(dtype)
+        if weights is not None:  # with status: the step says what is wrong with q
+            added = added + weights.gravity(q, status=True, threads=threads)[0]
+        gains = {name: x.astype(dtype) for name, x in driven.gains().items()}
+        return as_array(tau, dtype) + added, gains
+
+    def _gain(self, name: str, value: Any) -> Any:
+        """One number is of every hinge and slide."""
+        return value if np.ndim(value) else _of_every_dof(self._robot, name, value)
 
     @property
     def robot(self) -> Robot:
@@ -111,11 +234,12 @@ class ImplicitStep(_core.ImplicitStep):
         return f"<kalmarm.ImplicitStep of {self._robot.name}, h = {self.h:g} s, {self.scheme}>"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        raise TypeError("an ImplicitStep is not pickled: make it anew in the other process")
+        """By its definition, as a robot."""
+        return partial(type(self), **self._options), (self._robot, self.h)
 
 
 def _row(robot: Robot, jacobian: ArrayLike) -> list[float]:
-    given = np.asarray(jacobian, float)
+    given = numbers("ImplicitStep: a row's jacobian", jacobian)
     if given.shape != (robot.nv,):
         raise ValueError(
             f"ImplicitStep: a row's jacobian has shape {given.shape}, ({robot.nv},) is needed"
@@ -124,7 +248,7 @@ def _row(robot: Robot, jacobian: ArrayLike) -> list[float]:
 
 
 def _of_every_dof(robot: Robot, name: str, value: Any) -> list[float]:
-    given = np.asarray(value, float)
+    given = numbers(f"ImplicitStep: {name}", value)
     if given.ndim == 0:
         return [float(given) if single else 0.0 for single in robot.model.single]
     if given.shape != (robot.nv,):
@@ -132,3 +256,16 @@ def _of_every_dof(robot: Robot, name: str, value: Any) -> list[float]:
             f"ImplicitStep: {name} has shape {given.shape}, () or ({robot.nv},) is needed"
         )
     return [float(x) for x in given]
+
+
+def _gravity_by_q(weights: Robot, q: ArrayLike) -> NDArray[np.float64]:
+    """Derivatives of the torque that bears the weights, (..., nv, nv).
+
+    With that torque g(q) and dampers of one the robot of the weights stands still, so that by q its
+    acceleration M^-1 (g - g(q)) changes by -M^-1 dg/dq: no M here is singular, as that of weights is.
+    """
+    q = np.asarray(q, float)
+    still = ImplicitStep(weights, 1.0, damping=np.ones(weights.nv))
+    held, _ = weights.gravity(q, status=True)
+    d, _ = still.derivatives(q, np.zeros_like(held), held, status=True)
+    return np.linalg.solve(d.dtau, -d.dq)

@@ -10,6 +10,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -66,6 +67,11 @@ struct LoadOptions {
   // model; without this option such a file is refused.
   bool takes_steps = false;
 
+  // Whoever asks keeps the forces of actuators on joints within Actuator::force_range and
+  // LoadedRobot::force_range, which are infinite without this option: no note says that limits are
+  // ignored.
+  bool limits_forces = false;
+
   bool operator==(const LoadOptions&) const = default;
 };
 
@@ -76,14 +82,20 @@ struct NamedFrame {
 
 // An actuator of the file on a hinge, a slide or a fixed tendon, whose force is affine in the length q,
 // its rate and its control u: it moves its DoF, or along its tendon's J, by
-// gain u + constant - stiffness q - damping q'. Force limits are not in it.
+// gain u + constant - stiffness q - damping q', within its force limits. An actuator at a limit is the
+// force of that limit, without stiffness and damping.
 struct Actuator {
   std::string name;                   // "" where the file has none
   int dof = -1;                       // -1 where it is on a tendon,
   int row = -1;                       // which is that of LoadedRobot::terms
   double control = 0;                 // u, within the file's limits of it
   double gain = 0, constant = 0;      // [N m or N], of a unit of u
-  double stiffness = 0, damping = 0;  // as JointTerms; of a gain by length or velocity at this u
+  double stiffness = 0, damping = 0;  // as JointTerms; of a gain by length or velocity at this u,
+  double stiffness_by_control = 0, damping_by_control = 0;  // and how they change with it
+  std::array<double, 2> control_range = {-limitless, limitless};
+  std::array<double, 2> force_range = {-limitless, limitless};  // [N m or N], of the joint
+
+  static constexpr double limitless = std::numeric_limits<double>::infinity();
 };
 
 struct LoadedRobot {
@@ -102,6 +114,8 @@ struct LoadedRobot {
   JointTerms terms;
   std::vector<double> torque;
   std::vector<Actuator> actuators;
+  std::vector<std::array<double, 2>>
+      force_range;  // (nv), of what actuators exert together [N m or N]
 
   // Where the file compensates gravity (gravcomp): the robot of these weights alone. Its inverse
   // dynamics at q, at rest, are the torque that bears them, to be added to tau.

@@ -48,7 +48,8 @@ std::string ignored_parts(const MovingParts& parts, const LoadOptions& options) 
       things.add("actuator");
     else if (!why.empty() && !actuator.is_off)
       things.add(why);
-    limited += options.takes_steps && why.empty() && actuator.has_force_limit;
+    limited += options.takes_steps && why.empty() && actuator.has_force_limit &&
+               !(options.limits_forces && drives_joint(actuator.transmission));
   }
   for (const TendonPart& tendon : parts.tendons) {
     const std::string why = tendon.left_out();
@@ -64,7 +65,8 @@ std::string ignored_parts(const MovingParts& parts, const LoadOptions& options) 
     if (joint.damping != 0 && !options.adds_friction && !options.takes_steps) forces.add("damping");
     if (joint.friction != 0 && !options.adds_friction) forces.add("friction");
     if (joint.stiffness != 0 && !(joint.is_single && options.takes_steps)) forces.add("springs");
-    if (options.takes_steps && joint.has_force_limit) forces.add("limits of actuators' forces");
+    if (options.takes_steps && joint.has_force_limit && !(options.limits_forces && joint.is_single))
+      forces.add("limits of actuators' forces");
     if (joint.is_nonlinear) forces.add("nonlinear springs or damping");
   }
   int compensated = 0;

@@ -98,6 +98,20 @@ TEST(Actuators, WithoutTermsAreNamed) {
   expect_steps_of_mujoco(text);
 }
 
+TEST(Actuators, HaveTheForceLimitsOfTheirJointsWhereAsked) {
+  std::string text = arm(actuators("<motor joint='slide' gear='-2' forcerange='-1 3'/>"));
+  text.replace(text.find("<joint name='slide'"), 6, "<joint actuatorfrcrange='-4 5'");
+  const TemporaryFile file(text, ".xml");
+  const LoadedRobot without = load_robot(file.path(), {.takes_steps = true});
+  EXPECT_EQ(without.notes, Notes{"ignored: limits of actuators' forces of 1 joint, "
+                                 "force limits of 1 actuator"});
+  EXPECT_EQ(without.actuators[0].force_range[1], Actuator::limitless);
+  const LoadedRobot robot = load_robot(file.path(), {.takes_steps = true, .limits_forces = true});
+  EXPECT_EQ(robot.notes, Notes{});
+  EXPECT_EQ(robot.actuators[0].force_range, (std::array{-6.0, 2.0}));
+  EXPECT_EQ(robot.force_range[robot.dof("slide")], (std::array{-4.0, 5.0}));
+}
+
 // Without its force, what it adds to M and the damping of its joint stays.
 TEST(Actuators, WithoutTermsAddTheirArmatureAndDamping) {
   const std::string filtered =
