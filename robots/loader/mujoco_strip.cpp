@@ -114,7 +114,7 @@ void strip_inertias(mjSpec* spec, bool keeps_static_mass) {
       mjs_setString(mjs_asMesh(e)->material, "");
 }
 
-void strip(mjSpec* spec, Sites sites, bool takes_steps) {
+void strip(mjSpec* spec, Frames frames, bool takes_steps) {
   refuse_coupling_armature(actuator_parts(spec), tendon_parts(spec), takes_steps);
   // As much as the compiler needs, whatever a simulation is given.
   spec->memory = -1;
@@ -139,7 +139,7 @@ void strip(mjSpec* spec, Sites sites, bool takes_steps) {
   for (const mjtObj type : {mjOBJ_SKIN, mjOBJ_CAMERA, mjOBJ_LIGHT})
     for (mjsElement* e : elements(spec, type)) mjs_delete(spec, e);
   for (mjsElement* e : elements(spec, mjOBJ_SITE))
-    if (sites == Sites::kept)
+    if (frames == Frames::kept)
       mjs_setString(mjs_asSite(e)->material, "");
     else
       mjs_delete(spec, e);

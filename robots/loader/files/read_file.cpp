@@ -93,7 +93,7 @@ void refuse_names_that_are_no_text(mjSpec* spec) {
 ReadFile read_file(const std::string& path, const LoadOptions& options) {
   const std::vector<XmlTag> tags = checked_tags(path);
   std::string left_out;
-  ReadFile out{parse(path, left_out), {}, {}, {}, {}};
+  ReadFile out{parse(path, left_out), {}, {}, {}};
   mjSpec* spec = out.spec.get();
   const auto note = [&](const std::string& text) {
     if (!text.empty()) out.notes.push_back(one_line(text));
@@ -108,8 +108,7 @@ ReadFile read_file(const std::string& path, const LoadOptions& options) {
     find_packages(spec, path, options.package_path);
     refuse_meshes_that_are_no_files(spec, path);
     if (is_urdf(tags)) {
-      out.weights = weigh_links(spec, path, options.urdf_inertia);
-      note(out.weights);
+      note(weigh_links(spec, path, options.urdf_inertia));
       note(ignored_transmissions(tags));
       note(lost_mimics(tags));
     }
