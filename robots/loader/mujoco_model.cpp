@@ -74,7 +74,8 @@ std::shared_ptr<const MujocoModel> complete(std::unique_ptr<mjModel, void (*)(mj
   const int muted = mute_destabilising(model.get(), controls);
   if (muted > 0 && takes_steps)
     notes.push_back("ignored: " + counted(muted, "actuator with negative stiffness or damping"));
-  if (model->nv == 0) throw InputError("no joint, so no degree of freedom");
+  if (model->nv == 0)
+    throw InputError("no joint, so no degree of freedom (option floating gives the root one)");
   const std::string idle = note_of_joints_without_inertia(lowered(model.get()));
   if (!idle.empty()) notes.push_back(one_line(idle));
   auto out = std::make_shared<const MujocoModel>(model.release(), std::move(notes), std::move(key),

@@ -62,6 +62,15 @@ void strip_actuators(mjSpec* spec) {
   for (mjsElement* e : elements(spec, mjOBJ_JOINT)) mjs_asJoint(e)->actfrclimited = mjLIMITED_FALSE;
 }
 
+// Of keyframes nothing stays but their number: to delete one takes MuJoCo time by all that are left.
+void empty_keys(mjSpec* spec) {
+  for (mjsElement* e : elements(spec, mjOBJ_KEY)) {
+    const mjsKey* key = mjs_asKey(e);
+    for (mjDoubleVec* of : {key->qpos, key->qvel, key->act, key->mpos, key->mquat, key->ctrl})
+      mjs_setDouble(of, nullptr, 0);
+  }
+}
+
 // Those stay that are rows and move something.
 void strip_tendons(mjSpec* spec) {
   const std::vector<mjsElement*> tendons = elements(spec, mjOBJ_TENDON);
@@ -125,14 +134,15 @@ void strip(mjSpec* spec, Frames frames, bool takes_steps) {
     *size = -1;
   spec->nuserdata = 0;
   spec->nkey = 0;
+  empty_keys(spec);
   spec->compiler.discardvisual = 0;  // of a URDF: the geoms that stay have a mass
   for (mjsElement* e : elements(spec, mjOBJ_JOINT))
     if (mjsJoint* joint = mjs_asJoint(e); joint->type == mjJNT_BALL) {
       joint->limited = mjLIMITED_FALSE;  // its limit may be one that MuJoCo does not have
       joint->range[0] = joint->range[1] = 0;
     }
-  for (const mjtObj type : {mjOBJ_KEY, mjOBJ_SENSOR, mjOBJ_TUPLE, mjOBJ_NUMERIC, mjOBJ_TEXT,
-                            mjOBJ_EXCLUDE, mjOBJ_PAIR, mjOBJ_EQUALITY})
+  for (const mjtObj type : {mjOBJ_SENSOR, mjOBJ_TUPLE, mjOBJ_NUMERIC, mjOBJ_TEXT, mjOBJ_EXCLUDE,
+                            mjOBJ_PAIR, mjOBJ_EQUALITY})
     for (mjsElement* e : elements(spec, type)) mjs_delete(spec, e);
   strip_actuators(spec);
   strip_tendons(spec);

@@ -88,10 +88,21 @@ void refuse_names_that_are_no_text(mjSpec* spec) {
                          "': the name is not UTF-8");
 }
 
+// What MuJoCo's reader refuses without the names, or takes in part.
+void refuse_bad_tree(const std::string& path, const std::vector<XmlTag>& tags) {
+  try {
+    refuse_bad_names(tags);
+    refuse_several_roots(tags);
+  } catch (const InputError& e) {
+    throw InputError(path + ": " + e.what());
+  }
+}
+
 }  // namespace
 
 ReadFile read_file(const std::string& path, const LoadOptions& options) {
   const std::vector<XmlTag> tags = checked_tags(path);
+  if (is_urdf(tags)) refuse_bad_tree(path, tags);
   std::string left_out;
   ReadFile out{parse(path, left_out), {}, {}, {}};
   mjSpec* spec = out.spec.get();
@@ -100,8 +111,6 @@ ReadFile read_file(const std::string& path, const LoadOptions& options) {
   };
   note(left_out);
   try {
-    if (is_urdf(tags)) refuse_several_roots(tags);
-    if (is_urdf(tags)) refuse_two_of_a_name(tags);
     refuse_names_that_are_no_text(spec);
     if (options.floating) free_root(spec, *options.floating);
     note(note_of_welded_base(spec));
