@@ -2,7 +2,7 @@
 //
 // MuJoCo loads the file a second time, untouched, so that what our loader makes of it is compared
 // too. Where it cannot (it refuses the file, or options make another robot of it), the output says
-// why, and its model of what we read of the file stands in; of --step it always does.
+// why, and its model of what we read of the file stands in.
 //
 // MuJoCo is a reference for M, whose entries both sides form without cancellation: bound 1e-13. For
 // a = M^-1 (tau - bias) it is one more contender with an error of its own, that of a factorisation
@@ -43,22 +43,8 @@ struct Options {
   StepOptions of_step;
 };
 
-// MuJoCo's model of a scene, and where it is from.
-struct Theirs {
-  std::shared_ptr<const MujocoModel> model;
-  std::string why_touched;  // "" where it is of the file, untouched
-
-  std::string words() const {
-    return why_touched.empty() ? "the file, untouched" : "what we read, since " + why_touched;
-  }
-  json to_json() const {
-    return {{"untouched", why_touched.empty()},
-            {"reason", why_touched.empty() ? json(nullptr) : json(why_touched)}};
-  }
-};
-
 // What MuJoCo says of a scene's states.
-struct Reference {
+struct Answers {
   std::vector<MatrixX<double>> mass, inverse;
   std::vector<VectorX<double>> acceleration;
   double acceleration_bound = least_acceleration_bound;
@@ -93,21 +79,9 @@ struct Row {
   }
 };
 
-// Throws InputError where the file has other joints than we read of it.
-Theirs theirs(const Scene& scene) {
-  if (scene.file.empty()) return {mujoco_of(scene), "a family has no file"};
-  Untouched untouched = load_untouched(scene.file, scene.read);
-  if (!untouched.model) return {scene.mujoco, untouched.reason};
-  const mjModel *m = untouched.model->get(), *read = scene.mujoco->get();
-  if (m->nv != read->nv || m->nq != read->nq)
-    throw InputError(scene.file + ": MuJoCo reads " + std::to_string(m->nv) + " DoF, we " +
-                     std::to_string(read->nv));
-  return {std::move(untouched.model), ""};
-}
-
-Reference reference(MujocoSolver& mujoco, const std::vector<State>& states, int nv,
-                    const std::string& scene) {
-  Reference out;
+Answers answers_of(MujocoSolver& mujoco, const std::vector<State>& states, int nv,
+                   const std::string& scene) {
+  Answers out;
   for (const State& state : states) {
     MatrixX<double> M(nv, nv), X(nv, nv);
     VectorX<double> a(nv);
@@ -128,7 +102,7 @@ Reference reference(MujocoSolver& mujoco, const std::vector<State>& states, int 
 
 template <class T>
 void compare_variants(const Scene& scene, const std::vector<State>& states,
-                      const Reference& reference, const std::string& precision,
+                      const Answers& reference, const std::string& precision,
                       std::vector<Row>& rows) {
   const Model<T> model = scene.model.cast<T>();
   const int nv = model.nv();
@@ -157,8 +131,9 @@ void compare_variants(const Scene& scene, const std::vector<State>& states,
   }
 }
 
-void print(const Scene& scene, std::size_t states, const Theirs& theirs, const Reference& reference,
-           double mass, const json& mass_variants, const std::vector<Row>& rows) {
+void print(const Scene& scene, std::size_t states, const Reference& theirs,
+           const Answers& reference, double mass, const json& mass_variants,
+           const std::vector<Row>& rows) {
   std::printf("%s, %zu states against MuJoCo %s of %s\n", scene.name.c_str(), states,
               mujoco_version(), theirs.words().c_str());
   std::printf("  M: largest relative error %.2e, bound %.0e  %s\n", mass, mass_bound,
@@ -183,10 +158,10 @@ json compare(const Scene& scene, const Options& options) {
   const int nv = model.nv();
   refuse_large(scene.name + ": matrices of " + std::to_string(options.random) + " states",
                2.0 * options.random * nv * nv * sizeof(double));
-  const Theirs theirs = kalmarm::theirs(scene);
+  const Reference theirs = reference_of(scene);
   MujocoSolver mujoco(theirs.model);
   const std::vector<State> states = random_states(scene, options.random, options.seed);
-  const Reference reference = kalmarm::reference(mujoco, states, nv, scene.name);
+  const Answers reference = answers_of(mujoco, states, nv, scene.name);
 
   Spread mass;  // of all variants that give M
   json mass_variants = json::array();
@@ -229,7 +204,7 @@ json compare(const Scene& scene, const Options& options) {
   const bool from_file = scene.mujoco != nullptr;
   return {{"scene", scene.name},
           {"states", states.size()},
-          {"reference", theirs.to_json()},
+          {"reference", to_json(theirs)},
           {"notes", from_file ? json(scene.mujoco->notes()) : json::array()},
           {"mass", mass_record},
           {"mass_variants", mass_variants},

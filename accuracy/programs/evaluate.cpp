@@ -165,7 +165,7 @@ std::optional<AskedStep> asked_step(const Options& options, const Scene& scene) 
     throw InputError(
         "--step is of the whole robot that moves: no --dofs, --locked, --free or --at-rest");
   AskedStep out(scene, *options.step, options.h,
-                joint_terms_of(scene, options.damping, options.stiffness));
+                with_terms(joint_terms_of(scene), scene.model, options.damping, options.stiffness));
   if (options.read.imposes_couplings && !out.rows().imposes())
     throw InputError(scene.name + ": has no couplings of joints");
   return out;

@@ -17,6 +17,7 @@
 #include "robots/loader/names.hpp"
 #include "robots/scene/inventory.hpp"
 #include "robots/scene/question.hpp"
+#include "robots/scene/sites.hpp"
 
 namespace kalmarm {
 namespace {
@@ -31,6 +32,7 @@ struct Options {
   int random = 200;
   std::uint64_t seed = 1;
   std::string json_file;
+  bool frames = false;
 };
 
 // What a rule leaves out, of so many DoF.
@@ -109,6 +111,18 @@ json precision(const Options& options, const Scene& scene, const Question& quest
           {"reason", advice.reason},           {"states", options.random}};
 }
 
+// What --site knows: where it stands in the axes of the last link of a DoF, or of the world.
+json frames_of(const Scene& scene) {
+  json out = json::array();
+  for (const auto& [name, at] : sites_of(scene))
+    out.push_back(
+        {{"name", name},
+         {"dof", at.link < 0 ? json(nullptr) : json(scene.model.name(at.link))},
+         {"translation", {at.translation.x(), at.translation.y(), at.translation.z()}},
+         {"rotation", {at.rotation.w(), at.rotation.x(), at.rotation.y(), at.rotation.z()}}});
+  return out;
+}
+
 json describe(const Options& options, const Scene& scene) {
   const Question question = question_of(scene, options.question);
   const Plan plan = make_plan(scene.model, question, rules_of(options.question));
@@ -145,6 +159,7 @@ json describe(const Options& options, const Scene& scene) {
   out["singular"] = names(plan.singular);
   out["left"] = left(plan);
   out["flops"] = flops_before_and_after(plan, whole);
+  if (options.frames) out["frames"] = frames_of(scene);
   if (options.tolerance) out["precision"] = precision(options, scene, question);
   return out;
 }
@@ -212,6 +227,13 @@ void print(const json& plan) {
                   before, after, before / after);
     line("flops", text);
   }
+  for (const json& frame : plan.value("frames", json::array())) {
+    const json& p = frame["translation"];
+    std::snprintf(text, sizeof text, " at (%.6g, %.6g, %.6g) m of ", p[0].get<double>(),
+                  p[1].get<double>(), p[2].get<double>());
+    line("frame", frame["name"].get<std::string>() + text +
+                      (frame["dof"].is_null() ? "the world" : frame["dof"].get<std::string>()));
+  }
   if (!plan.contains("precision")) return;
   line("precision", plan["precision"]["reason"]);
 }
@@ -251,6 +273,8 @@ int main(int argc, char** argv) {
   app.add_option("--seed", options.seed, "of these states")
       ->check(any_seed())
       ->capture_default_str();
+  app.add_flag("--frames", options.frames,
+               "list the frames that --site knows: sites, bodies, links");
   app.add_option("--json", options.json_file, std::string("the plan: ") + json_help);
   return run_program(app, argc, argv, [&] { return run(options); });
 }

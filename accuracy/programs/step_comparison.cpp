@@ -26,7 +26,7 @@ using nlohmann::json;
 
 constexpr double least_bound = 1e-9;
 
-struct Reference {
+struct Steps {
   Integrator integrator;
   StepTerms terms;
   VectorX<double> compared;        // 1, or 0 for a DoF that is not
@@ -56,7 +56,7 @@ double amplified(ImplicitStep<double>& step, const std::vector<State>& states, i
 }
 
 template <class T>
-Row compared(const Reference& reference, const RobotModel& robot, std::optional<double> tolerance,
+Row compared(const Steps& reference, const RobotModel& robot, std::optional<double> tolerance,
              const std::vector<State>& states, double h) {
   Row row{.integrator = to_string(reference.integrator),
           .variant = tolerance ? "Fast, last bits" : "Fast",
@@ -83,13 +83,21 @@ Row compared(const Reference& reference, const RobotModel& robot, std::optional<
 
 }  // namespace
 
+json to_json(const Reference& reference) {
+  const std::string& why = reference.why_touched;
+  return {{"untouched", why.empty()}, {"reason", why.empty() ? json(nullptr) : json(why)}};
+}
+
 json compare_steps(const Scene& scene, const StepOptions& options, bool quiet) {
   const RobotModel robot = plain(scene.model);
   refuse_large(scene.name + ": " + std::to_string(options.random) + " states",
                4.0 * options.random * (robot.nq + robot.nv()) * sizeof(double));
-  const JointTerms joints = joint_terms_of(scene, options.damping, options.stiffness);
+  const JointTerms joints =
+      with_terms(joint_terms_of(scene), scene.model, options.damping, options.stiffness);
   const std::vector<State> states = random_states(scene, options.random, options.seed);
-  const auto mujoco = mujoco_of(scene);
+  const Reference mujoco = step_reference_of(scene);
+  const JointTerms of_mujoco =
+      with_terms(mujoco.model->joint_terms(), scene.model, options.damping, options.stiffness);
   const double h = options.h;
   const std::vector<bool> lone = lone_free_dofs(scene.model);
   const auto left_out = std::ranges::count(lone, true);
@@ -110,7 +118,7 @@ json compare_steps(const Scene& scene, const StepOptions& options, bool quiet) {
       not_compared[to_string(integrator)] = "gyroscopic torques at the end of a step";
       continue;
     }
-    Reference reference{integrator, StepTerms(scene, integrator, joints), euler ? all : held, {}};
+    Steps reference{integrator, StepTerms(scene, integrator, joints), euler ? all : held, {}};
     const StepTerms& terms = reference.terms;
     if (const std::string why = left_out_of_rows(scene.model, terms.terms().rows, integrator);
         !why.empty()) {
@@ -120,7 +128,7 @@ json compare_steps(const Scene& scene, const StepOptions& options, bool quiet) {
       continue;
     }
     springs = terms.springs(), dampers = terms.dampers();
-    MujocoStep theirs(*mujoco, h, joints, integrator);
+    MujocoStep theirs(*mujoco.model, h, of_mujoco, integrator);
     ImplicitStep<double> step(robot, h, terms.terms(), terms.scheme());
     reference.bound = std::max(reference.bound, amplified(step, states, robot.nv()));
     double lost = 0;
@@ -140,9 +148,9 @@ json compare_steps(const Scene& scene, const StepOptions& options, bool quiet) {
 
   if (!quiet) {
     const std::string tendons = coupled > 0 ? ", " + std::to_string(coupled) + " tendons" : "";
-    std::printf("%s, %zu steps of %g s against MuJoCo %s: %d springs, %d dampers%s\n",
-                scene.name.c_str(), states.size(), h, mujoco_version(), springs, dampers,
-                tendons.c_str());
+    std::printf("%s, %zu steps of %g s against MuJoCo %s of %s: %d springs, %d dampers%s\n",
+                scene.name.c_str(), states.size(), h, mujoco_version(), mujoco.words().c_str(),
+                springs, dampers, tendons.c_str());
     std::printf("  %-14s %-22s %-9s %14s %9s %9s\n", "integrator", "variant", "precision",
                 "acceleration", "bound", "failures");
     for (const Row& row : rows)
@@ -154,7 +162,8 @@ json compare_steps(const Scene& scene, const StepOptions& options, bool quiet) {
   json out = {{"scene", scene.name},          {"h", h},
               {"states", states.size()},      {"springs", springs},
               {"dampers", dampers},           {"tendons", coupled},
-              {"not_compared", not_compared}, {"variants", json::array()}};
+              {"not_compared", not_compared}, {"reference", to_json(mujoco)},
+              {"variants", json::array()}};
   bool pass = true;
   for (const Row& row : rows) {
     pass = pass && row.pass();

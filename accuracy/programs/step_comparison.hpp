@@ -1,4 +1,5 @@
-// Implicit steps against mj_step of MuJoCo, for compare_mujoco --step.
+// Implicit steps against mj_step of MuJoCo, for compare_mujoco --step: of its own load of the file,
+// untouched, without what has no terms here, or of what we read of it where there is none.
 //
 // a = (v+ - v) / h of every form of the fast path, in each precision, for random states; bound in
 // float64: 1e-9, or nv u kappa of M^ where that is more, as for accelerations. A difference of velocities
@@ -10,6 +11,7 @@
 #include <optional>
 
 #include "robots/scene/scene.hpp"
+#include "robots/scene/untouched.hpp"
 
 namespace kalmarm {
 
@@ -20,6 +22,9 @@ struct StepOptions {
   int random = 100;
   std::uint64_t seed = 1;
 };
+
+// Where a reference is from.
+nlohmann::json to_json(const Reference& reference);
 
 // A record of the scene, with "pass"; its table is printed unless `quiet`. Throws InputError.
 nlohmann::json compare_steps(const Scene& scene, const StepOptions& options, bool quiet);

@@ -12,6 +12,7 @@
 #include "robots/loader/input_error.hpp"
 #include "robots/loader/mujoco_model.hpp"
 #include "robots/loader/mujoco_shim.hpp"
+#include "robots/loader/names.hpp"
 #include "robots/loader/robot_of.hpp"
 
 namespace kalmarm {
@@ -38,18 +39,8 @@ class Handlers {
 
 std::vector<NamedFrame> named_frames(const MujocoModel& model) {
   std::vector<NamedFrame> out;
-  const mjModel* m = model.get();
-  const std::vector<LinkFrame> bodies = model.body_frames();
-  const auto add = [&](mjtObj kind, int i, const LinkFrame& at) {
-    if (const char* name = mj_id2name(m, kind, i); name && *name)
-      out.push_back({name, {at.link, plain(at.R), plain(at.p)}});
-  };
-  for (int i = 0; i < m->nsite; ++i) {
-    const mjtNum *p = m->site_pos + 3 * i, *q = m->site_quat + 4 * i;
-    add(mjOBJ_SITE, i,
-        bodies[m->site_bodyid[i]].then({p[0], p[1], p[2]}, {q[0], q[1], q[2], q[3]}));
-  }
-  for (int i = 1; i < m->nbody; ++i) add(mjOBJ_BODY, i, bodies[i]);
+  for (const auto& [name, at] : model.frames())
+    out.push_back({name, {at.link, plain(at.R), plain(at.p)}});
   return out;
 }
 
@@ -75,7 +66,7 @@ LoadedRobot loaded(const MujocoModel& model, const std::string& name) {
 
 LoadedRobot load_robot(const std::string& path, const LoadOptions& options) {
   const Handlers handlers;
-  return loaded(*MujocoModel::load(path, options, Sites::kept),
+  return loaded(*MujocoModel::load(path, options, Frames::kept),
                 std::filesystem::path(path).stem().string());
 }
 
@@ -94,13 +85,15 @@ LoadedRobot robot_of(const mjModel* model, const std::string& name,
 const Frame& LoadedRobot::frame(const std::string& frame_name) const {
   for (const NamedFrame& one : frames)
     if (one.name == frame_name) return one.frame;
-  throw std::invalid_argument("robot '" + name + "': no site or body '" + frame_name + "'");
+  std::vector<std::string> names;
+  for (const NamedFrame& one : frames) names.push_back(one.name);
+  throw std::invalid_argument("robot '" + name + "': " + unknown_name("frame", frame_name, names));
 }
 
 int LoadedRobot::dof(const std::string& joint) const {
   for (int k = 0; k < model.nv(); ++k)
     if (model.names[k] == joint || model.names[k].starts_with(joint + ":")) return k;
-  throw std::invalid_argument("robot '" + name + "': no joint '" + joint + "'");
+  throw std::invalid_argument("robot '" + name + "': " + unknown_name("joint", joint, model.names));
 }
 
 }  // namespace kalmarm

@@ -1,4 +1,4 @@
-// MujocoModel::lower: from a compiled model to one-DoF joints.
+// lowered: from a compiled model to one-DoF joints.
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -96,11 +96,7 @@ class Lowering {
   Frame add_joint(int j, const Frame& frame) {
     const Vec3 anchor = vec3(m_->jnt_pos + 3 * j);
     const int q = m_->jnt_qposadr[j];
-    const char* given = mj_id2name(m_, mjOBJ_JOINT, j);
-    const char* body = mj_id2name(m_, mjOBJ_BODY, m_->jnt_bodyid[j]);
-    const std::string name =
-        given ? given
-              : (body ? body : "body" + std::to_string(m_->jnt_bodyid[j])) + std::string("_joint");
+    const std::string name = name_of_joint(j);
     switch (m_->jnt_type[j]) {
       case mjJNT_HINGE: {
         const Quaternion A = turn_z_to(vec3(m_->jnt_axis + 3 * j));
@@ -128,6 +124,20 @@ class Lowering {
       default:
         throw InputError("joint '" + name + "' is of a type that is not supported");
     }
+  }
+
+  // One that has none is its body's, with its number there where that has several joints.
+  std::string name_of_joint(int j) const {
+    if (const char* given = mj_id2name(m_, mjOBJ_JOINT, j)) return given;
+    const int body = m_->jnt_bodyid[j];
+    std::string name = "body" + std::to_string(body);
+    const auto taken_by = [&](mjtObj kind) { return mj_name2id(m_, kind, name.c_str()) >= 0; };
+    while (taken_by(mjOBJ_BODY)) name += "_";
+    if (const char* of_body = mj_id2name(m_, mjOBJ_BODY, body)) name = of_body;
+    name += "_joint";
+    if (m_->body_jntnum[body] > 1) name += std::to_string(j - m_->body_jntadr[body] + 1);
+    while (taken_by(mjOBJ_JOINT)) name += "_";
+    return name;
   }
 
   int add_turns(const Frame& at, int q, const std::string& name) {
@@ -181,8 +191,10 @@ class Lowering {
 
 }  // namespace
 
+Model<double> lowered(const mjModel* m) { return Lowering(m).model(); }
+
 VectorX<double> diagonal_at_start(const mjModel* m) {
-  const Model<double> model = Lowering(m).model();
+  const Model<double> model = lowered(m);
   LinkKinematics<double> kin(model);
   CompositeInertia<double> composite(model);
   MatrixX<double> M(model.nv(), model.nv());
@@ -190,8 +202,6 @@ VectorX<double> diagonal_at_start(const mjModel* m) {
   mass_matrix(model, kin, composite, Eigen::Ref<MatrixX<double>>(M));
   return M.diagonal();
 }
-
-Model<double> MujocoModel::lower() const { return Lowering(get()).model(); }
 
 std::optional<Model<double>> MujocoModel::compensated() const {
   const mjModel* m = get();
@@ -203,5 +213,19 @@ std::optional<Model<double>> MujocoModel::compensated() const {
 }
 
 std::vector<LinkFrame> MujocoModel::body_frames() const { return Lowering(get()).frames(); }
+
+std::vector<NamedLinkFrame> MujocoModel::frames() const {
+  const mjModel* m = get();
+  const std::vector<LinkFrame> bodies = body_frames();
+  std::vector<NamedLinkFrame> out;
+  const auto add = [&](mjtObj kind, int i, const LinkFrame& at) {
+    if (const char* name = mj_id2name(m, kind, i); name && *name) out.push_back({name, at});
+  };
+  for (int i = 0; i < m->nsite; ++i)
+    add(mjOBJ_SITE, i,
+        bodies[m->site_bodyid[i]].then(vec3(m->site_pos + 3 * i), quat(m->site_quat + 4 * i)));
+  for (int i = 0; i < m->nbody; ++i) add(mjOBJ_BODY, i, bodies[i]);
+  return out;
+}
 
 }  // namespace kalmarm

@@ -21,16 +21,15 @@
 namespace kalmarm {
 namespace {
 
-// Throws InputError with `what`, MuJoCo's reason and what may be behind it.
-mjModel* compiled(mjSpec* spec, const std::string& what, const std::string& hint = "") {
+// Throws InputError with `what` and MuJoCo's reason.
+mjModel* compiled(mjSpec* spec, const std::string& what) {
   if (mjModel* model = mj_compile(spec, nullptr)) return model;
-  throw InputError(what + ": " + std::string(mjs_getError(spec)) +
-                   (hint.empty() ? "" : " (" + hint + ")"));
+  throw InputError(what + ": " + std::string(mjs_getError(spec)));
 }
 
 // A file may hold parts that MuJoCo refuses and no robot needs: actuators, which are all muted then, and
 // bodies that cannot move, whose mass settotalmass leaves out then. `notes` have the reasons.
-mjModel* compiled_without_bad_parts(mjSpec* spec, const std::string& what, const std::string& hint,
+mjModel* compiled_without_bad_parts(mjSpec* spec, const std::string& what,
                                     std::vector<Control>& controls, std::vector<std::string>& notes,
                                     bool takes_steps) {
   if (mjModel* model = mj_compile(spec, nullptr)) return model;
@@ -48,7 +47,21 @@ mjModel* compiled_without_bad_parts(mjSpec* spec, const std::string& what, const
                  std::string(mjs_getError(spec))));
     strip_inertias(spec, false);
   }
-  return compiled(spec, what, hint);
+  return compiled(spec, what);
+}
+
+// M is singular in these joints; who locks them, asks for others or gives them armature is answered.
+std::string note_of_joints_without_inertia(const Model<double>& model) {
+  std::vector<bool> moves_inertia(model.nv());
+  std::string joints;
+  for (int k = model.nv() - 1; k >= 0; --k) {
+    const Joint<double>& joint = model.joint(k);
+    moves_inertia[k] = moves_inertia[k] || joint.r > 0 || !joint.body.massless();
+    if (moves_inertia[k] && joint.parent >= 0) moves_inertia[joint.parent] = true;
+  }
+  for (int k = 0; k < model.nv(); ++k)
+    if (!moves_inertia[k]) joints += (joints.empty() ? "'" : ", '") + model.name(k) + "'";
+  return joints.empty() ? "" : "no inertia (option armature gives some) is moved by: " + joints;
 }
 
 // Of a compiled model from which all is taken that has no terms; refuses here what later calls could not
@@ -61,12 +74,14 @@ std::shared_ptr<const MujocoModel> complete(std::unique_ptr<mjModel, void (*)(mj
   const int muted = mute_destabilising(model.get(), controls);
   if (muted > 0 && takes_steps)
     notes.push_back("ignored: " + counted(muted, "actuator with negative stiffness or damping"));
+  if (model->nv == 0)
+    throw InputError("no joint, so no degree of freedom (option floating gives the root one)");
+  const std::string idle = note_of_joints_without_inertia(lowered(model.get()));
+  if (!idle.empty()) notes.push_back(one_line(idle));
   auto out = std::make_shared<const MujocoModel>(model.release(), std::move(notes), std::move(key),
                                                  std::move(controls), imposed);
-  if (out->get()->nv == 0) throw InputError("no joint, so no degree of freedom");
   out->actuators();
   if (takes_steps) check_tendons(out->get());
-  out->lower();
   out->ranges();
   return out;
 }
@@ -111,19 +126,19 @@ JointTerms MujocoModel::joint_terms() const {
 }
 
 std::shared_ptr<const MujocoModel> MujocoModel::load(const std::string& path,
-                                                     const LoadOptions& options, Sites sites) {
+                                                     const LoadOptions& options, Frames frames) {
   install_mujoco_handlers();
-  auto [spec, notes, weights, key, set] = read_file(path, options);
+  auto [spec, notes, key, set] = read_file(path, options);
   try {
     const bool imposes = options.takes_steps && options.imposes_couplings;
     const std::vector<NamedCoupling> imposed =
         imposes ? linear_couplings(spec.get()) : std::vector<NamedCoupling>{};
-    strip(spec.get(), sites, options.takes_steps, options.limits_forces);
-    const std::vector<GivenInertia> taken = take_out_inertias(spec.get());
+    strip(spec.get(), frames, options.takes_steps, options.limits_forces);
+    const std::vector<GivenInertia> taken = take_out_inertias(spec.get(), frames == Frames::kept);
     if (const std::string note = one_line(note_of(taken)); !note.empty()) notes.push_back(note);
     const std::vector<DampingRatio> ratios = damping_ratios(spec.get());
     std::unique_ptr<mjModel, void (*)(mjModel*)> model(
-        compiled_without_bad_parts(spec.get(), path, weights, set, notes, options.takes_steps),
+        compiled_without_bad_parts(spec.get(), path, set, notes, options.takes_steps),
         mj_deleteModel);
     put_back(taken, spec.get(), model.get());
     if (!taken.empty()) {  // what the compiler made of the balls

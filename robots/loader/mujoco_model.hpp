@@ -48,6 +48,14 @@ struct LinkFrame {
   }
 };
 
+// A compiled model in one-DoF joints. Throws InputError.
+Model<double> lowered(const mjModel* model);
+
+struct NamedLinkFrame {
+  std::string name;
+  LinkFrame at;
+};
+
 // The diagonal of M where a compiled model starts (nv).
 VectorX<double> diagonal_at_start(const mjModel* model);
 
@@ -58,7 +66,7 @@ class MujocoModel {
   // (files/given_inertia.hpp).
   static std::shared_ptr<const MujocoModel> load(const std::string& path,
                                                  const LoadOptions& options = {},
-                                                 Sites sites = Sites::stripped);
+                                                 Frames frames = Frames::stripped);
 
   // A copy of a compiled model, as it is now, with what of it has terms; controls: MuJoCo's ctrl (nu).
   // Notes say what is ignored, by the same rules. Throws InputError.
@@ -80,7 +88,7 @@ class MujocoModel {
   const mjModel* get() const { return model_.get(); }
   const std::vector<std::string>& notes() const { return notes_; }  // of load(), each a line
   const Keyframe& home() const { return home_; }  // as the file or its keyframe starts
-  Model<double> lower() const;
+  Model<double> lower() const { return lowered(get()); }
 
   // Of every entry of q: a joint's limits, else +-pi of hinges and +-0.5 m of slides; +-1 of others.
   // Throws InputError where one is wider than the largest number.
@@ -94,6 +102,7 @@ class MujocoModel {
 
   const VectorX<double>& controls() const { return controls_; }  // MuJoCo's ctrl
   std::vector<LinkFrame> body_frames() const;                    // of MuJoCo's bodies, in its order
+  std::vector<NamedLinkFrame> frames() const;  // those with a name: sites, then bodies
 
  private:
   std::unique_ptr<mjModel, void (*)(mjModel*)> model_;

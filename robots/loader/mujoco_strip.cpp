@@ -64,6 +64,15 @@ void strip_actuators(mjSpec* spec, bool limits_forces) {
   for (mjsElement* e : elements(spec, mjOBJ_JOINT)) mjs_asJoint(e)->actfrclimited = mjLIMITED_FALSE;
 }
 
+// Of keyframes nothing stays but their number: to delete one takes MuJoCo time by all that are left.
+void empty_keys(mjSpec* spec) {
+  for (mjsElement* e : elements(spec, mjOBJ_KEY)) {
+    const mjsKey* key = mjs_asKey(e);
+    for (mjDoubleVec* of : {key->qpos, key->qvel, key->act, key->mpos, key->mquat, key->ctrl})
+      mjs_setDouble(of, nullptr, 0);
+  }
+}
+
 // Those stay that are rows and move something.
 void strip_tendons(mjSpec* spec) {
   const std::vector<mjsElement*> tendons = elements(spec, mjOBJ_TENDON);
@@ -116,7 +125,7 @@ void strip_inertias(mjSpec* spec, bool keeps_static_mass) {
       mjs_setString(mjs_asMesh(e)->material, "");
 }
 
-void strip(mjSpec* spec, Sites sites, bool takes_steps, bool limits_forces) {
+void strip(mjSpec* spec, Frames frames, bool takes_steps, bool limits_forces) {
   refuse_coupling_armature(actuator_parts(spec), tendon_parts(spec), takes_steps);
   // As much as the compiler needs, whatever a simulation is given.
   spec->memory = -1;
@@ -127,21 +136,22 @@ void strip(mjSpec* spec, Sites sites, bool takes_steps, bool limits_forces) {
     *size = -1;
   spec->nuserdata = 0;
   spec->nkey = 0;
+  empty_keys(spec);
   spec->compiler.discardvisual = 0;  // of a URDF: the geoms that stay have a mass
   for (mjsElement* e : elements(spec, mjOBJ_JOINT))
     if (mjsJoint* joint = mjs_asJoint(e); joint->type == mjJNT_BALL) {
       joint->limited = mjLIMITED_FALSE;  // its limit may be one that MuJoCo does not have
       joint->range[0] = joint->range[1] = 0;
     }
-  for (const mjtObj type : {mjOBJ_KEY, mjOBJ_SENSOR, mjOBJ_TUPLE, mjOBJ_NUMERIC, mjOBJ_TEXT,
-                            mjOBJ_EXCLUDE, mjOBJ_PAIR, mjOBJ_EQUALITY})
+  for (const mjtObj type : {mjOBJ_SENSOR, mjOBJ_TUPLE, mjOBJ_NUMERIC, mjOBJ_TEXT, mjOBJ_EXCLUDE,
+                            mjOBJ_PAIR, mjOBJ_EQUALITY})
     for (mjsElement* e : elements(spec, type)) mjs_delete(spec, e);
   strip_actuators(spec, limits_forces);
   strip_tendons(spec);
   for (const mjtObj type : {mjOBJ_SKIN, mjOBJ_CAMERA, mjOBJ_LIGHT})
     for (mjsElement* e : elements(spec, type)) mjs_delete(spec, e);
   for (mjsElement* e : elements(spec, mjOBJ_SITE))
-    if (sites == Sites::kept)
+    if (frames == Frames::kept)
       mjs_setString(mjs_asSite(e)->material, "");
     else
       mjs_delete(spec, e);

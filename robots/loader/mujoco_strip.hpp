@@ -6,7 +6,8 @@
 
 namespace kalmarm {
 
-enum class Sites { stripped, kept };
+// Sites, and bodies that MuJoCo fuses with others where a file has them fused, as a URDF does.
+enum class Frames { stripped, kept };
 
 // True where MuJoCo's compiler will take the body's inertia from its geoms. Those that have no mass or
 // are outside of inertiagrouprange do not count.
@@ -18,7 +19,7 @@ void strip_inertias(mjSpec* spec, bool keeps_static_mass);
 
 // Throws InputError where armature couples joints; of fixed tendons it may where whoever asks takes steps
 // with their rows.
-void strip(mjSpec* spec, Sites sites = Sites::stripped, bool takes_steps = false,
+void strip(mjSpec* spec, Frames frames = Frames::stripped, bool takes_steps = false,
            bool limits_forces = false);
 
 }  // namespace kalmarm

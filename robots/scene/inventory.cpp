@@ -37,7 +37,7 @@ Inventory inventory_of(const Scene& scene) {
   strip(spec.get());
   for (const auto& [kind, name] : kinds)
     for (Inventory::Element& element : out.elements)
-      if (element.kind == name) element.kept = count(spec.get(), kind);
+      if (element.kind == name) element.kept = kind == mjOBJ_KEY ? 0 : count(spec.get(), kind);
 
   const mjModel* m = scene.mujoco->get();
   const std::vector<LinkFrame> frames = scene.mujoco->body_frames();

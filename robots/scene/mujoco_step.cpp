@@ -2,8 +2,32 @@
 
 #include <algorithm>
 
+#include "robots/loader/mujoco_shim.hpp"
+#include "robots/loader/tendons.hpp"
+
 namespace kalmarm {
 namespace {
+
+// What a file that nobody stripped may have beside the terms of ImplicitStep.
+void strip_forces(mjModel* m) {
+  const auto zero = [](auto* numbers, std::ptrdiff_t count) { std::fill_n(numbers, count, 0); };
+  const std::ptrdiff_t joints = m->njnt, tendons = m->ntendon, actuators = actuator_count(m);
+  zero(m->jnt_actfrclimited, joints);
+  zero(m->jnt_actgravcomp, joints);  // without an actuator MuJoCo would leave it out
+  zero(m->jnt_stiffnesspoly, joints * mjNPOLY);
+  zero(m->dof_dampingpoly, static_cast<std::ptrdiff_t>(m->nv) * mjNPOLY);
+  zero(m->actuator_forcelimited, actuators);
+  zero(m->actuator_dampingpoly, actuators * mjNPOLY);
+  zero(m->tendon_actfrclimited, tendons);
+  zero(m->tendon_stiffnesspoly, tendons * mjNPOLY);
+  zero(m->tendon_dampingpoly, tendons * mjNPOLY);
+  const std::vector<int> rows = rows_of_tendons(m);
+  for (std::ptrdiff_t t = 0; t < tendons; ++t)
+    if (rows[t] < 0) m->tendon_stiffness[t] = m->tendon_damping[t] = m->tendon_armature[t] = 0;
+  for (std::ptrdiff_t i = 0; i < actuators; ++i)
+    if (m->actuator_trntype[i] == mjTRN_TENDON && rows[m->actuator_trnid[2 * i]] < 0)
+      m->actuator_damping[i] = m->actuator_armature[i] = 0;
+}
 
 mjtIntegrator mujoco_integrator(Integrator integrator) {
   switch (integrator) {
@@ -66,6 +90,7 @@ MujocoStep::MujocoStep(const MujocoModel& model, double h, const JointTerms& joi
       data_(mj_makeData(model_.get()), mj_deleteData),
       controls_(model.controls()) {
   mjModel* const m = model_.get();
+  strip_forces(m);
   m->opt.timestep = h;
   m->opt.integrator = integrator;
   if (!forces_of_file) {
@@ -79,6 +104,7 @@ MujocoStep::MujocoStep(const MujocoModel& model, double h, const JointTerms& joi
   // Springs at the start of a step give accelerations above 1e10, at which MuJoCo starts anew.
   m->opt.disableflags |= mjDSBL_CONTACT | mjDSBL_CONSTRAINT | mjDSBL_AUTORESET;
   m->opt.disableflags &= ~(mjDSBL_SPRING | mjDSBL_DAMPER);
+  m->opt.enableflags = 0;
   m->opt.density = m->opt.viscosity = 0;
   const bool compensates = forces_of_file && model.compensated().has_value();
   for (int i = 0; i < m->nbody; ++i)

@@ -92,7 +92,7 @@ std::vector<Frame> named_frames(const Scene& scene, const std::vector<std::strin
     if (found == known.end()) {
       std::vector<std::string> all;
       for (const NamedSite& site : known) all.push_back(site.name);
-      throw InputError(unknown_name("site or body", name, all));
+      throw InputError(unknown_name("site, body or link", name, all));
     }
     out.push_back(plain(found->site));
   }
@@ -109,7 +109,9 @@ void QuestionOptions::add_to(CLI::App& app) {
   list(
       "--dofs", dofs,
       "joints that are asked about (patterns such as 'left_*', ? for a comma in a name); else all");
-  list("--site", sites, "sites or bodies of J M^-1 J' (want operational), 6 rows each");
+  list("--site", sites,
+       "sites, bodies or links of J M^-1 J' (want operational), 6 rows each; plan --frames lists "
+       "them");
   auto* const lock = list("--locked", locked,
                           "joints that stand still, JOINT or JOINT=VALUE [rad or m]; patterns");
   list("--free", free, "the only joints that are not locked")->excludes(lock);

@@ -24,18 +24,17 @@ const char* to_string(Integrator integrator) {
   return "";
 }
 
-JointTerms joint_terms_of(const Scene& scene, std::optional<double> damping,
-                          std::optional<double> stiffness) {
-  JointTerms out = joint_terms_of(scene);
-  for (std::vector<double>* term : {&out.damping, &out.stiffness, &out.reference})
-    term->resize(scene.model.nv());
-  for (int k = 0; k < scene.model.nv(); ++k) {
-    const Coordinate coordinate = scene.model.joint(k).coordinate;
+JointTerms with_terms(JointTerms joints, const Model<double>& model, std::optional<double> damping,
+                      std::optional<double> stiffness) {
+  for (std::vector<double>* term : {&joints.damping, &joints.stiffness, &joints.reference})
+    term->resize(model.nv());
+  for (int k = 0; k < model.nv(); ++k) {
+    const Coordinate coordinate = model.joint(k).coordinate;
     if (coordinate != Coordinate::angle && coordinate != Coordinate::distance) continue;
-    if (damping) out.damping[k] = *damping;
-    if (stiffness) out.stiffness[k] = *stiffness;
+    if (damping) joints.damping[k] = *damping;
+    if (stiffness) joints.stiffness[k] = *stiffness;
   }
-  return out;
+  return joints;
 }
 
 StepTerms::StepTerms(const Scene& scene, Integrator integrator, const JointTerms& joints)

@@ -23,9 +23,9 @@ inline constexpr Integrator all_integrators[] = {Integrator::euler, Integrator::
 
 const char* to_string(Integrator integrator);  // as MJCF names it
 
-// Springs and dampers of the scene's joints; those of every hinge and slide as given, where they are.
-JointTerms joint_terms_of(const Scene& scene, std::optional<double> damping,
-                          std::optional<double> stiffness);
+// Springs and dampers of joints, for every DoF; those of every hinge and slide as given, where they are.
+JointTerms with_terms(JointTerms joints, const Model<double>& model, std::optional<double> damping,
+                      std::optional<double> stiffness);
 
 class StepTerms {
  public:

@@ -1,5 +1,7 @@
 #include "robots/scene/untouched.hpp"
 
+#include <algorithm>
+
 #include "robots/loader/files/model_files.hpp"
 #include "robots/loader/input_error.hpp"
 #include "robots/loader/mujoco_shim.hpp"
@@ -14,6 +16,18 @@ std::string changed_by(const LoadOptions& read) {
   if (read.inertia != InertiaPolicy::given) return "--inertia";
   if (!read.armature.empty()) return "--armature";
   return "";
+}
+
+// MuJoCo's ctrl: of the keyframe, else zero, but for actuators whose controls are given by name.
+VectorX<double> controls_of(const mjModel* m, const LoadOptions& read) {
+  VectorX<double> out = VectorX<double>::Zero(m->nu);
+  const int key = read.key.empty() ? -1 : mj_name2id(m, mjOBJ_KEY, read.key.c_str());
+  if (key >= 0)
+    std::copy_n(m->key_ctrl + static_cast<std::ptrdiff_t>(key) * m->nu, m->nu, out.data());
+  for (const auto& [name, control] : read.controls)
+    if (const int i = mj_name2id(m, mjOBJ_ACTUATOR, name.c_str()); i >= 0)
+      out[control_address(m, i)] = control;
+  return out;
 }
 
 }  // namespace
@@ -31,6 +45,26 @@ Untouched load_untouched(const std::string& path, const LoadOptions& read) {
   } catch (const InputError& e) {
     return {nullptr, e.what()};
   }
+}
+
+Reference reference_of(const Scene& scene) {
+  if (scene.file.empty()) return {mujoco_of(scene), "a family has no file"};
+  Untouched untouched = load_untouched(scene.file, scene.read);
+  if (!untouched.model) return {scene.mujoco, untouched.reason};
+  const mjModel *m = untouched.model->get(), *read = scene.mujoco->get();
+  if (m->nv != read->nv || m->nq != read->nq)
+    throw InputError(scene.file + ": MuJoCo reads " + std::to_string(m->nv) + " DoF, we " +
+                     std::to_string(read->nv));
+  return {std::move(untouched.model), ""};
+}
+
+Reference step_reference_of(const Scene& scene) {
+  const Reference out = reference_of(scene);
+  if (!out.why_touched.empty()) return out;
+  const mjModel* m = out.model->get();
+  if (m->nflex > 0) return {scene.mujoco, "flexes have forces of their own"};
+  if (m->nplugin > 0) return {scene.mujoco, "plugins have forces of their own"};
+  return {MujocoModel::copy_of(m, controls_of(m, scene.read), true), ""};
 }
 
 }  // namespace kalmarm

@@ -121,12 +121,15 @@ struct LoadedRobot {
   // dynamics at q, at rest, are the torque that bears them, to be added to tau.
   std::optional<RobotModel> compensated;
 
-  std::vector<NamedFrame> frames;  // those with a name: the file's sites, then its bodies
+  // Those with a name: the file's sites, then its bodies and links, "world" first, also those that are
+  // welded to others. A body's is where its children stand.
+  std::vector<NamedFrame> frames;
   // What an engineer should know of the file, each a line: what it holds beyond M and the bias
   // ("ignored: 2 connect constraints, 7 actuators"), and inertias that no solid body has, taken as given.
   std::vector<std::string> notes;
 
-  // Throws std::invalid_argument where no frame has this name; of several the first is taken.
+  // Of several frames of this name the first is taken. Throws std::invalid_argument, with the nearest
+  // names, where there is none.
   KALMARM_EXPORT const Frame& frame(const std::string& frame_name) const;
 
   // The first DoF of a joint. Throws std::invalid_argument where there is none of this name.

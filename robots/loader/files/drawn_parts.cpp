@@ -10,7 +10,8 @@
 namespace kalmarm {
 namespace {
 
-const std::set<std::string> drawn_in_urdf = {"visual", "material", "gazebo", "transmission"};
+const std::set<std::string> drawn_in_urdf = {"visual", "material", "gazebo", "transmission",
+                                             "sensor"};
 const std::set<std::string> drawn_in_mjcf = {"visual", "material", "texture", "light", "camera"};
 
 // Where a URDF's collisions begin that weigh nothing, since their link has an inertia of its own.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "robots/loader/files/drawn_parts.hpp"
 #include "robots/loader/input_error.hpp"
 
 namespace kalmarm {
@@ -20,9 +21,13 @@ void refuse_other_kinds(const std::string& path, const std::string& text,
   if (is_usd(path, text))
     refuse("USD is not read, convert it to URDF: usd_to_urdf -o robot.urdf " + path);
   if (tags.empty()) return;
-  // MuJoCo's reader would load a part of the robot without a word.
-  if (std::any_of(tags.begin(), tags.end(),
-                  [](const XmlTag& tag) { return tag.name.starts_with("xacro:"); }))
+  // MuJoCo's reader would load a part of the robot without a word. What is left over in what only draws
+  // builds nothing.
+  const auto is_macro = [](const XmlTag& tag) { return tag.name.starts_with("xacro:"); };
+  const auto any_macro = [&](const std::vector<XmlTag>& in) {
+    return std::any_of(in.begin(), in.end(), is_macro);
+  };
+  if (any_macro(tags) && any_macro(xml_tags(without_drawn_parts(text))))
     refuse("has macros, expand them first: xacro " + path + " > robot.urdf");
   if (tags[0].name == "sdf")
     refuse("SDF is not read, convert it to MJCF: sdf2mjcf " + path + " robot.xml");

@@ -44,7 +44,7 @@ RigidBody<double> principal(const mjsBody* body) {
 
 // The body that a file describes by a mass, a tensor, an inertial frame or none of them, in that frame and
 // with the bounds and the balance that the file asks for; none where geoms describe it. Where there is no
-// mass a negative moment is zero; a negative mass is none.
+// mass a negative moment is zero.
 std::optional<RigidBody<double>> given_body(const mjSpec* spec, mjsBody* body) {
   if (inertia_from_geoms(spec, body)) return std::nullopt;
   RigidBody<double> out;
@@ -62,7 +62,7 @@ std::optional<RigidBody<double>> given_body(const mjSpec* spec, mjsBody* body) {
     out.moments = out.moments.cwiseMax(0);
     if (thickness(out.moments) < 0) out.moments.setConstant(out.moments.mean());
   }
-  return out.mass < 0 ? RigidBody<double>{} : out;
+  return out;
 }
 
 // The inertial frame's axes become the principal ones.
@@ -94,26 +94,6 @@ bool is_held(const mjSpec* spec, mjsBody* body, const Vec3& moments) {
          Eigen::Map<const Vec3>(body->inertia).minCoeff() >= 0;
 }
 
-bool is_massless(const mjSpec* spec, mjsBody* body) {
-  const std::optional<RigidBody<double>> given = given_body(spec, body);
-  return given && given->massless();
-}
-
-// A link without inertia between joints, as ROS's files have them; one with nothing beyond it is
-// MuJoCo's to refuse.
-bool is_between_joints(const mjSpec* spec, mjsBody* body) {
-  if (!has_joint(body)) return false;
-  bool bears_mass = false;
-  for (mjsElement* e = mjs_firstChild(body, mjOBJ_BODY, 1); e; e = mjs_nextChild(body, e, 1)) {
-    mjsBody* at = mjs_asBody(e);
-    if (is_massless(spec, at)) continue;
-    bears_mass = true;
-    while (at != body && !has_joint(at)) at = mjs_getParent(at->element);
-    if (at == body) return false;  // welded to it
-  }
-  return bears_mass;
-}
-
 double mass_of_ball(const RigidBody<double>& given) { return given.mass > 0 ? given.mass : 1; }
 
 // In the place of a body, on its principal axes.
@@ -128,28 +108,28 @@ void set_ball(mjsBody* body, const RigidBody<double>& given) {
 
 }  // namespace
 
-std::vector<GivenInertia> take_out_inertias(mjSpec* spec) {
+std::vector<GivenInertia> take_out_inertias(mjSpec* spec, bool keeps_bodies) {
   std::vector<GivenInertia> taken, frames;
   for (mjsElement* e : elements(spec, mjOBJ_BODY)) {
     mjsBody* body = mjs_asBody(e);
     if (!moves(body)) continue;
     const std::optional<RigidBody<double>> given = given_body(spec, body);
-    if (!given || !given->moments.allFinite() || !(given->mass >= 0)) continue;
-    if (given->massless() && (has_joint(body) || body->mass == 0)) {
+    if (!given || !given->moments.allFinite() || !std::isfinite(given->mass)) continue;
+    if (given->mass < 0) throw InputError("body '" + name_of(e) + "' has a negative mass");
+    if (given->massless() && !has_joint(body)) {
       set_moments(body, given->axes, Vec3::Zero());
-      if (!has_joint(body)) frames.push_back({body, *given});
+      frames.push_back({body, *given});
+      continue;
     }
-    const bool is_compiled = given->massless()
-                                 ? !is_between_joints(spec, body)
-                                 : given->mass > 0 && is_held(spec, body, given->moments);
-    if (is_compiled) continue;
+    if (given->mass > 0 && is_held(spec, body, given->moments)) continue;
     if (given->moments.minCoeff() < 0)
       throw InputError("body '" + name_of(e) + "' has a negative moment of inertia (" +
                        words(given->moments) + "): option inertia=balanced takes the nearest body");
     set_ball(body, *given);
     taken.push_back({body, *given});
   }
-  if (!taken.empty() && spec->compiler.fusestatic) {  // a sum of inertias could not be put back
+  // A sum of inertias could not be put back.
+  if (spec->compiler.fusestatic && (keeps_bodies || !taken.empty())) {
     spec->compiler.fusestatic = 0;
     taken.insert(taken.end(), frames.begin(), frames.end());
   }

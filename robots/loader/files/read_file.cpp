@@ -88,28 +88,36 @@ void refuse_names_that_are_no_text(mjSpec* spec) {
                          "': the name is not UTF-8");
 }
 
+// What MuJoCo's reader refuses without the names, or takes in part.
+void refuse_bad_tree(const std::string& path, const std::vector<XmlTag>& tags) {
+  try {
+    refuse_bad_names(tags);
+    refuse_several_roots(tags);
+  } catch (const InputError& e) {
+    throw InputError(path + ": " + e.what());
+  }
+}
+
 }  // namespace
 
 ReadFile read_file(const std::string& path, const LoadOptions& options) {
   const std::vector<XmlTag> tags = checked_tags(path);
+  if (is_urdf(tags)) refuse_bad_tree(path, tags);
   std::string left_out;
-  ReadFile out{parse(path, left_out), {}, {}, {}, {}};
+  ReadFile out{parse(path, left_out), {}, {}, {}};
   mjSpec* spec = out.spec.get();
   const auto note = [&](const std::string& text) {
     if (!text.empty()) out.notes.push_back(one_line(text));
   };
   note(left_out);
   try {
-    if (is_urdf(tags)) refuse_several_roots(tags);
-    if (is_urdf(tags)) refuse_two_of_a_name(tags);
     refuse_names_that_are_no_text(spec);
     if (options.floating) free_root(spec, *options.floating);
     note(note_of_welded_base(spec));
     find_packages(spec, path, options.package_path);
     refuse_meshes_that_are_no_files(spec, path);
     if (is_urdf(tags)) {
-      out.weights = weigh_links(spec, path, options.urdf_inertia);
-      note(out.weights);
+      note(weigh_links(spec, path, options.urdf_inertia));
       note(ignored_transmissions(tags));
       note(lost_mimics(tags));
     }

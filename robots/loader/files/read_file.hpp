@@ -15,7 +15,6 @@ namespace kalmarm {
 struct ReadFile {
   SpecPtr spec;
   std::vector<std::string> notes;  // what was ignored, and what the options changed
-  std::string weights;             // which of them tells of links without inertia; may be empty
   Keyframe key;                    // as the file has it; empty where none is asked for
   std::vector<Control> controls;   // of the actuators that have terms
 };

@@ -82,7 +82,7 @@ void refuse_several_roots(const std::vector<XmlTag>& tags) {
   if (count > 1) throw InputError("several links have no parent, a URDF is one tree: " + roots);
 }
 
-void refuse_two_of_a_name(const std::vector<XmlTag>& tags) {
+void refuse_bad_names(const std::vector<XmlTag>& tags) {
   std::set<std::pair<std::string, std::string>> seen;
   for (const XmlTag& tag : tags) {
     // Transmissions, and controllers, name joints too, without a type.
@@ -91,17 +91,27 @@ void refuse_two_of_a_name(const std::vector<XmlTag>& tags) {
     if (!seen.emplace(tag.name, tag.attribute("name")).second)
       throw InputError("two " + tag.name + "s are called '" + tag.attribute("name") + "'");
   }
+  std::string joint;
+  for (const XmlTag& tag : tags) {
+    if (tag.name == "joint") joint = tag.attribute("name");
+    if ((tag.name != "parent" && tag.name != "child") || !tag.attributes.contains("link")) continue;
+    const std::string link = tag.attribute("link");
+    if (link != "world" && !seen.contains({"link", link}))
+      throw InputError("joint '" + joint + "': its " + tag.name + " link '" + link +
+                       "' is not in the file");
+  }
 }
 
 std::string lost_mimics(const std::vector<XmlTag>& tags) {
   std::set<std::string> joints;
   for (const XmlTag& tag : tags)
-    if (tag.name == "joint") joints.insert(tag.attribute("name"));
+    if (tag.name == "joint" && tag.attribute("type") != "fixed")
+      joints.insert(tag.attribute("name"));
   std::string out;
   for (const XmlTag& tag : tags)
     if (tag.name == "mimic" && !joints.contains(tag.attribute("joint")))
       add_quoted(out, tag.attribute("joint"));
-  return out.empty() ? "" : "ignored: <mimic> of joints that are not there: " + out;
+  return out.empty() ? "" : "ignored: <mimic> of joints that are not there or fixed: " + out;
 }
 
 std::string ignored_transmissions(const std::vector<XmlTag>& tags) {

@@ -15,11 +15,11 @@ namespace kalmarm {
 // takes a forest.
 void refuse_several_roots(const std::vector<XmlTag>& tags);
 
-// Throws InputError where two joints or two links have one name.
-void refuse_two_of_a_name(const std::vector<XmlTag>& tags);
+// Throws InputError where two joints or two links have one name, or a joint's link has none.
+void refuse_bad_names(const std::vector<XmlTag>& tags);
 
-// Names of joints that a <mimic> follows and the file has not, which MuJoCo's reader passes over; ""
-// where all are there.
+// Names of joints that a <mimic> follows and that are fixed or not in the file, which MuJoCo's reader
+// passes over; "" where there is none.
 std::string lost_mimics(const std::vector<XmlTag>& tags);
 
 // "ignored: 7 transmissions, 2 rotor inertias; option armature gives joints what they add to M", of what

@@ -7,6 +7,8 @@
 #include <string>
 
 #include "algorithms/model/mass_matrix.hpp"
+#include "kalmarm/dynamics.hpp"
+#include "kalmarm/load.hpp"
 #include "robots/loader/input_error.hpp"
 #include "robots/loader/mujoco_shim.hpp"
 #include "robots/loader/test/refusal.hpp"
@@ -140,8 +142,60 @@ TEST(Tensor, IsRefusedWhereAMassHasANegativeMoment) {
     const TemporaryFile file(wheel(inertial("1", tensor), "0 0 1"), ".urdf");
     expect_refused([&] { load_scene(file.path()); }, {"'wheel'", "inertia=balanced"});
   }
-  const TemporaryFile file(wheel(inertial("-1", "1 1 1"), "0 0 1"), ".urdf");
-  expect_refused([&] { load_scene(file.path()); }, {"wheel"});
+}
+
+// Of a last link, one between joints, and one that is welded, where MuJoCo takes it from the others.
+TEST(Mass, IsRefusedWhereItIsNegative) {
+  const std::string bad = inertial("-1", "1 1 1"), good = link("arm", inertial("2", "1 1 1"));
+  for (const std::string& rest :
+       {std::string(), good + hinge("wheel", "arm", "0 1 0"), good + weld("wheel", "arm")}) {
+    const TemporaryFile file(wheel(bad, "0 0 1", rest), ".urdf");
+    expect_refused([&] { load_scene(file.path()); }, {"body 'wheel' has a negative mass"});
+  }
+}
+
+// An arm of 0.02 kg m^2 with a fingertip on a joint, which carries nothing or a frame.
+std::string with_tip(const std::string& rest = "") {
+  return wheel(inertial("1", ".01 .01 .01", "<origin xyz='.1 0 0'/>"), "0 0 1",
+               link("tip", "") + hinge("wheel", "tip", "0 0 1") + rest);
+}
+
+TEST(LastLink, WithoutInertiaRefusesWhatNeedsItsJointAlone) {
+  for (const std::string& rest : {std::string(), link("nail", "") + weld("tip", "nail"),
+                                  link("point", inertial("0", "0 0 0")) + weld("tip", "point")}) {
+    SCOPED_TRACE(rest);
+    const LoadedRobot robot = load_robot(TemporaryFile(with_tip(rest), ".urdf").path());
+    const std::vector<double> q = {.1, .2}, zero = {0, 0}, tau = {.04, 0};
+    std::vector<double> a(2), X(1);
+    const Outcome all = Dynamics<double>(robot.model).forward_dynamics(q, zero, tau, a);
+    EXPECT_EQ(all.status, Outcome::Status::singular);
+    EXPECT_EQ(robot.model.names[all.joint], "tip");
+    ASSERT_EQ(robot.notes.size(), 1);
+    EXPECT_EQ(robot.notes[0], "no inertia (option armature gives some) is moved by: 'tip'");
+
+    DynamicsOptions other, locked;
+    other.question.dofs = {0};
+    locked.question.locked = {1};
+    locked.question.q = {0, .2};
+    for (const DynamicsOptions& options : {other, locked}) {
+      Dynamics<double> dynamics(robot.model, options);
+      std::vector<double> of_arm(1);
+      EXPECT_TRUE(dynamics.forward_dynamics(q, zero, tau, of_arm));
+      EXPECT_NEAR(of_arm[0], 2, 1e-15);
+    }
+  }
+}
+
+TEST(LastLink, WithoutInertiaMovesItsArmature) {
+  const Scene scene = read(with_tip(), ".urdf", {.armature = {{"tip", 1e-3}}});
+  EXPECT_EQ(scene.mujoco->notes(), Notes{});
+  expect_mass(scene, Eigen::Vector2d(.02, 1e-3).asDiagonal());
+}
+
+TEST(LastLink, MayBeAFrameThatCarriesAPointMass) {
+  const std::string point = inertial("2", "0 0 0", "<origin xyz='.3 0 0'/>");
+  const std::string text = wheel("", "0 0 1", link("point", point) + weld("wheel", "point"));
+  expect_mass(read(text, ".urdf"), MatrixX<double>::Constant(1, 1, 2 * .09));
 }
 
 TEST(Tensor, MayBeOfAFlatBody) {

@@ -278,6 +278,15 @@ TEST(HostileSize, OfASimulationIsPassedOver) {
   }
 }
 
+// To delete them one by one took MuJoCo ten minutes. No size of theirs counts.
+TEST(HostileSize, OfKeyframesCountsOnce) {
+  std::string keys;
+  for (int i = 0; i < 20'000; ++i) keys += "<key name='k" + std::to_string(i) + "' qpos='1 2'/>";
+  const TemporaryFile file(arm_and("<keyframe>" + keys + "</keyframe>"), ".xml");
+  EXPECT_EQ(load_scene(file.path()).model.nv(), 1);
+  expect_refused([&] { load_scene(file.path(), {.key = "k7"}); }, {"2 positions"});
+}
+
 // --- names
 
 std::string urdf(const std::string& first, const std::string& second) {
@@ -300,6 +309,26 @@ TEST(HostileNames, TwoJointsOfAName) {
   EXPECT_EQ(load_scene(good.path()).model.nv(), 2);
 }
 
+TEST(HostileNames, LinkOfAJointThatIsNotThere) {
+  const std::string fine = urdf("right", "");
+  for (const auto& [given, lost] : std::vector<std::pair<std::string, std::string>>{
+           {"<parent link='base'/><child link='r'/>", "<parent link='base'/><child link='rr'/>"},
+           {"<parent link='base'/><child link='r'/>", "<parent link='rr'/><child link='r'/>"}}) {
+    std::string text = fine;
+    text.replace(text.find(given), given.size(), lost);
+    const TemporaryFile file(text, ".urdf");
+    expect_refused([&] { load_scene(file.path()); },
+                   {file.path(), "joint 'right': its ", "link 'rr' is not in the file"});
+  }
+}
+
+TEST(HostileNames, TwoLinksOfAName) {
+  std::string text = urdf("right", "");
+  text.replace(text.find("<link name='r'>"), 15, "<link name='l'>");
+  const TemporaryFile file(text, ".urdf");
+  expect_refused([&] { load_scene(file.path()); }, {"two links are called 'l'"});
+}
+
 TEST(HostileNames, AreNoText) {
   for (const char* name :
        {"\xe9paule", "\xc0\xaf", "\xed\xa0\x80", "a\xf4\x90\x80\x80", "\xe2\x82"}) {
@@ -315,8 +344,17 @@ TEST(HostileNames, MimicOfAJointThatIsNotThere) {
   const Scene scene = load_scene(file.path());
   const std::vector<std::string>& notes = scene.mujoco->notes();
   EXPECT_TRUE(std::any_of(notes.begin(), notes.end(), [](const std::string& note) {
-    return note.find("not there: 'lost'") != std::string::npos;
+    return note.find("not there or fixed: 'lost'") != std::string::npos;
   }));
+}
+
+TEST(HostileNames, MimicOfAFixedJoint) {
+  std::string text = urdf("right", "<mimic joint='left'/>");
+  text.replace(text.find("'continuous'"), 12, "'fixed'");
+  const Scene scene = load_scene(TemporaryFile(text, ".urdf").path());
+  EXPECT_EQ(
+      scene.mujoco->notes(),
+      std::vector<std::string>{"ignored: <mimic> of joints that are not there or fixed: 'left'"});
 }
 
 TEST(HostileNames, CouplingToAJointThatIsNotThere) {

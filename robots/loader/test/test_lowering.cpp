@@ -390,7 +390,7 @@ TEST(Lowering, WhatDynamicsDoesNotAskForIsLeftOut) {
           inertia + "</body></body>",
       extras));
   const mjModel* m = scene.mujoco->get();
-  EXPECT_EQ(m->nsensor + m->neq + m->nkey + m->nsite + m->ncam + m->nlight, 0);
+  EXPECT_EQ(m->nsensor + m->neq + m->nsite + m->ncam + m->nlight, 0);
   EXPECT_EQ(m->ntendon, 1);  // that an actuator acts along: a row of steps
   expect_agreement(scene, 2);
 }
