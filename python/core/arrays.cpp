@@ -111,12 +111,14 @@ Inputs::Inputs(const char* call, std::span<const Argument> arguments) : call_(ca
     throw nb::value_error((call_ + ": more than 2^31 states"s).c_str());
   count_ = static_cast<int>(count);
   for (int i = 0; i < given_; ++i) {
-    std::array<npy_intp, NPY_MAXDIMS + 1> shape;
-    *std::ranges::copy(leading(), shape.begin()).out = arguments[i].width;
-    const std::span<const npy_intp> needed(shape.data(), dimensions_ + 1);
-    if (std::ranges::equal(shape_of(array(i)), needed)) continue;
+    const std::span<const npy_intp> shape = shape_of(array(i));
+    if (shape.size() == dimensions_ + 1 &&
+        std::equal(leading_.begin(), leading_.begin() + dimensions_, shape.begin()))
+      continue;
+    std::vector<npy_intp> needed(leading_.begin(), leading_.begin() + dimensions_);
+    needed.push_back(arguments[i].width);
     nb::object repeated =
-        checked(PyArray_SimpleNew(static_cast<int>(needed.size()), shape.data(), type_));
+        checked(PyArray_SimpleNew(static_cast<int>(needed.size()), needed.data(), type_));
     if (PyArray_CopyInto(array_of(repeated), array(i)) < 0) throw nb::python_error();
     arrays_[i] = std::move(repeated);
   }

@@ -71,7 +71,7 @@ class Inputs {
 
   const char* call_;
   std::array<nb::object, most> arrays_;
-  std::array<const char*, most> names_ = {};
+  std::array<const char*, most> names_;
   int given_ = 0, arguments_ = 0, type_ = NPY_NOTYPE, count_ = 1;
   std::array<npy_intp, NPY_MAXDIMS> leading_;
   std::size_t dimensions_ = 0;  // of leading_

@@ -458,6 +458,16 @@ NB_MODULE(_core, m) {
         "What the kernels in use were compiled for: x86-64-v3 or -v4, the best that the "
         "processor has unless the environment variable KALMARM_INSTRUCTION_SET names a lower one; "
         "'native' where they were compiled for this machine alone.");
+  m.def(
+      "_add_to_type_of",
+      [](nb::handle one, const char* name, nb::handle value) {
+        PyTypeObject* const type = Py_TYPE(one.ptr());
+        if (PyDict_SetItemString(type->tp_dict, name, value.ptr()) < 0) throw nb::python_error();
+        PyType_Modified(type);
+      },
+      "one"_a, "name"_a, "value"_a,
+      "An attribute of nanobind's types of functions, which Python may not change; those of this "
+      "package are its own (NB_DOMAIN).");
   bind_outcomes(m);
   bind_model(m);
   bind_answers(m);

@@ -46,7 +46,8 @@ int cores(const char* call, int threads, int states) {
   if (threads < 0)
     throw nb::value_error(
         (std::string(call) + ": " + std::to_string(threads) + " threads").c_str());
-  const int all = std::max(static_cast<int>(std::thread::hardware_concurrency()), 1);
+  // To ask takes longer than a call of a few states.
+  static const int all = std::max(static_cast<int>(std::thread::hardware_concurrency()), 1);
   return std::clamp(threads == 0 ? all : std::min(threads, all), 1, std::max(states, 1));
 }
 
@@ -88,7 +89,7 @@ nb::object Robot::rows(const Inputs& inputs, int threads, bool status, const nb:
     const int used = cores(inputs.call(), threads, count);
     worker->outcomes.resize(count);
     {
-      const WithoutLock released;
+      const WithoutLock released(count > 1 || model_.nv() >= large);
       const int failed = all(worker->dynamics, RowsView<T>(to, count, width),
                              std::span<Outcome>(worker->outcomes), used);
       for (int i = 0; failed > 0 && i < count; ++i)
@@ -145,7 +146,7 @@ nb::object Robot::newton_euler(Inputs&& in, nb::handle out, bool status, int thr
     const int used = cores(in.call(), threads, count);
     bool looks = status;  // else all rows are ok
     {
-      const WithoutLock released;
+      const WithoutLock released(count > 1 || nv >= large);
       worker->dynamics.inverse_dynamics(RowsView<const T>(in.data<T>(0), count, nq), rows(qd),
                                         rows(qdd), RowsView<T>(tau, count, asked_), used);
       looks = looks || !is_finite(tau, npy_intp(count) * asked_);

@@ -131,6 +131,32 @@ def test_forces_are_limited_as_mujocos(arm, kind, scheme, dtype):
         np.testing.assert_allclose(step(*(x[i] for x in state)).qd, ours.qd[i], rtol=30 * bound)
 
 
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_forces_are_limited_beside_tendons(tmp_path, scheme):
+    path = tmp_path / "arm.xml"
+    text = (
+        ARM.format("", ".2 2")
+        .replace("<keyframe>", TENDONS)
+        .replace('gear="2" kp="2e4"', 'gear="2" kp="2e4" forcerange="-3e4 3e4"')
+    )
+    assert "forcerange" in text
+    path.write_text(text)
+    with pytest.warns(UserWarning, match="1 tendon with a dead band"):
+        robot = kalmarm.load(path, key="k", takes_steps=True)
+    model = mujoco.MjModel.from_xml_path(str(path))
+    model.tendon_stiffness[2] = 0  # the dead band
+    state = robot.random_state(3, 20)
+    q, qd = stepped_by_mujoco(model, SCHEMES[scheme], state, [0.4, 7, 0.5, 0.2, 2])
+    step = kalmarm.ImplicitStep(robot, H, scheme=scheme)
+    ours, outcomes = step(*state, status=True)
+    assert np.all(outcomes["status"] == kalmarm.Status.OK)
+    assert relative(ours.qd, qd) < 1e-10
+    held = np.abs(2e4 * (0.4 - 2 * state.q[:, 0])) > 3e4
+    assert 0 < np.count_nonzero(held) < 20
+    for i in (np.flatnonzero(held)[0], np.flatnonzero(~held)[0]):
+        np.testing.assert_allclose(step(*(x[i] for x in state)).qd, ours.qd[i], rtol=1e-10)
+
+
 def load_text(path, text):
     path.write_text(text)
     return kalmarm.load(path, key="k", takes_steps=True)

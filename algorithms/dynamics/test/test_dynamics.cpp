@@ -316,6 +316,28 @@ TYPED_TEST(Doors, RowsAgreeToTheBitOnEveryCountOfThreads) {
     }
 }
 
+TYPED_TEST(Doors, OneRowIsOneStateToTheBit) {
+  using T = TypeParam;
+  for (const Family& family : robots()) {
+    SCOPED_TRACE(family.name);
+    const Model<double> model = family.make(3);
+    const int n = model.nv();
+    Dynamics<T> robot = dynamics_of<T>(model, by_all_rules);
+    Rows<T> rows(model, 1);
+    VectorX<T> a = poisoned<T>(n);
+    EXPECT_EQ(rows.forward_dynamics(robot), 0);
+    const Outcome one = robot.forward_dynamics(rows.q, rows.qd, rows.tau, a);
+    EXPECT_TRUE(one && std::equal(a.begin(), a.end(), rows.a.begin()));
+    EXPECT_EQ(rows.outcomes[0].rung, one.rung);
+    rows.inverse_dynamics(robot);
+    robot.inverse_dynamics(rows.q, rows.qd, rows.tau, a);
+    EXPECT_TRUE(std::equal(a.begin(), a.end(), rows.a.begin()));
+    rows.tau[0] = std::numeric_limits<T>::quiet_NaN();
+    EXPECT_EQ(rows.forward_dynamics(robot), 1);
+    EXPECT_FALSE(rows.outcomes[0]);
+  }
+}
+
 TYPED_TEST(Doors, RowsOfAQuestionAgreeToTheBitOnEveryCountOfThreads) {
   for (const Family& family : robots())
     for (const bool at_rest : {false, true}) {

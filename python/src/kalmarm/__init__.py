@@ -5,6 +5,7 @@ q, qd, tau = robot.random_state(0, 4096)
 a = robot.forward_dynamics(q, qd, tau)      # (4096, nv)
 """
 
+from . import _signatures
 from ._core import (
     DynamicsError,
     Factors,
@@ -20,9 +21,11 @@ from ._core import (
 from .builder import Builder
 from .files import LoadError, from_mujoco, load
 from .pinocchio import PinocchioStates, from_pinocchio
-from .results import Derivatives
+from .results import Derivatives, Outcome
 from .robot import Actuator, CoupledRow, Robot, Rung, State, Status, Terms
 from .step import ImplicitStep, Stepped
+
+_signatures.install()
 
 __all__ = [
     "Actuator",
@@ -35,6 +38,7 @@ __all__ = [
     "ImplicitStep",
     "LoadError",
     "Model",
+    "Outcome",
     "PinocchioStates",
     "Plan",
     "Recommendation",

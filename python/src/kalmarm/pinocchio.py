@@ -107,7 +107,7 @@ def _lower(model: Any, inertias: str, options: dict[str, Any]) -> Robot:
     return builder.build(notes=notes, **options)
 
 
-Part = tuple[str, NDArray[np.float64], str]  # joint, axis, what is added to the name of its DoF
+Part = tuple[str, Any, str]  # joint, axis, what is added to the name of its DoF
 
 
 def _parts(joint: Any, data: Any, model: Any, name: str) -> tuple[Part, ...]:

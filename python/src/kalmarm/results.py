@@ -2,19 +2,50 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypedDict
 
 from numpy.typing import NDArray
 
 
 class Derivatives(NamedTuple):
-    """Derivatives of an acceleration, and the acceleration itself, of n DoF that are asked about.
+    """Derivatives of an acceleration, and the acceleration itself, of the n DoF that are asked about.
 
-    Column j of dq is for a change of q along DoF j's velocity, so that joints with quaternions have
-    as many columns as DoF.
+    dq: by q, (..., n, n). Column j is for a change of q along DoF j's velocity, so that joints with
+        quaternions have as many columns as DoF.
+    dqd: by qd, (..., n, n).
+    dtau: by tau, (..., n, n): the inverse of M, of a step that of M + h B + h^2 K.
+    a: the acceleration, (..., n).
     """
 
-    dq: NDArray[Any]  # by q, (..., n, n)
-    dqd: NDArray[Any]  # by qd, (..., n, n)
-    dtau: NDArray[Any]  # by tau, (..., n, n): the inverse of what a step or M factors
-    a: NDArray[Any]  # (..., n)
+    dq: NDArray[Any]
+    dqd: NDArray[Any]
+    dtau: NDArray[Any]
+    a: NDArray[Any]
+
+
+class Outcome(TypedDict):
+    """What happened to a state: the fields of `outcome_dtype`, by which records are asked.
+
+        a, outcomes = robot.forward_dynamics(q, qd, tau, status=True)
+        outcomes["error"][outcomes["status"] == kalmarm.Status.OK]
+
+    status: a `Status`: OK, or why there is no answer.
+    rung: a `Rung`: which precision answered.
+    near_singular: OK, but D of `joint` may be wrong by 1 per cent or more.
+    widened: refined by factors of a wider precision, since its own did not help.
+    joint: the DoF at which the factorisation stopped, or nearly did; -1 where it did not.
+    steps: of refinement that were accepted.
+    D: the innovation covariance at `joint`: the inertia that it meets [kg m^2 or kg].
+    scale: what D was compared with, in the same unit: its size, or the error that it may have.
+    error: estimated relative error of the answer; NaN if there is none. In which norm: docs/errors.md.
+    """
+
+    status: int
+    rung: int
+    near_singular: bool
+    widened: bool
+    joint: int
+    steps: int
+    D: float
+    scale: float
+    error: float

@@ -166,7 +166,7 @@ class Robot(_core.Robot):
         at_rest: qd is zero, and is not looked at.
         rules: by which work may be left out, of docs/questions.md; all unless told.
         """
-        options = {
+        options: dict[str, Any] = {
             "tolerance": None if tolerance is None else number("tolerance", tolerance),
             "wants": several("wants", wants),
             "asked": several("asked", asked),

@@ -44,8 +44,8 @@ class ImplicitStep(_core.ImplicitStep):
 
     `robot.terms` has what the file says: springs, dampers, tendons, actuators at their controls,
     and compensation of gravity. tau is added to these. An actuator whose force reaches its limit as
-    the step begins is the force of that limit, without stiffness and damping; limits on tendons are
-    not looked at. For ball and free joints, damping alone.
+    the step begins is the force of that limit, without stiffness and damping, which beside tendons is
+    a step that is made anew; limits on tendons are not looked at. For ball and free joints, damping alone.
 
     Calls take arrays, dtypes, leading dimensions, numbers, `out`, `status` and `threads` as
     `Robot`'s.
@@ -170,6 +170,8 @@ class ImplicitStep(_core.ImplicitStep):
         tau, held = self._driven(
             q, qd, tau, ctrl, threads, self._springless if gains else self._motors
         )
+        if held and not gains and self._rows:
+            return self._beside_rows(q, qd, tau, held, out, status, threads)
         return super().acceleration(
             q, qd, tau, out, **(gains or held), status=status, threads=threads
         )
@@ -203,6 +205,34 @@ class ImplicitStep(_core.ImplicitStep):
             d = found[0] if status else found
             d.dq[...] += d.dtau @ _gravity_by_q(weights, q).astype(d.dq.dtype)
         return found
+
+    def _beside_rows(
+        self, q: Any, qd: Any, tau: Any, held: dict[str, Any], out: Any, status: bool, threads: int
+    ) -> Any:
+        """Each state with gains of its own is a step that is made anew."""
+
+        def step(i: tuple[int, ...]) -> _core.ImplicitStep:
+            gains = (held[name][i].tolist() for name in self._own)
+            robot = self._robot
+            return _core.ImplicitStep(
+                robot.model, self.h, *gains, self._rows, self.scheme, robot.tolerance
+            )
+
+        q, qd = as_array(q), as_array(qd, tau.dtype)
+        leading = tau.shape[:-1]
+        if not leading:
+            return step(()).acceleration(q, qd, tau, out, status=status)
+        a, outcomes = super().acceleration(
+            q, qd, tau, out, reference=held["reference"], status=True, threads=threads
+        )
+        q = np.broadcast_to(q, (*leading, self._robot.nq))
+        qd = np.broadcast_to(qd, tau.shape)
+        changed = np.zeros(leading, bool)
+        for name in ("damping", "stiffness"):
+            changed |= np.any(held[name] != np.asarray(self._own[name], tau.dtype), axis=-1)
+        for i in map(tuple, np.argwhere(changed)):
+            a[i], outcomes[i] = step(i).acceleration(q[i], qd[i], tau[i], status=True)
+        return (a, outcomes) if status else a
 
     def _driven(
         self, q: Any, qd: Any, tau: Any, ctrl: Any, threads: int, motors: Motors

@@ -1,0 +1,72 @@
+"""What editors and readers see: signatures, stubs, docstrings."""
+
+import ast
+import inspect
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import kalmarm
+
+PUBLIC = [getattr(kalmarm, name) for name in kalmarm.__all__]
+CALLS = {
+    f"{one.__name__}.{name}": call
+    for one in PUBLIC
+    if inspect.isclass(one)
+    for name, call in inspect.getmembers(one, callable)
+    if not name.startswith("_") and str(getattr(call, "__module__", "")).startswith("kalmarm")
+}
+CALLS |= {one.__name__: one for one in PUBLIC if callable(one) and not inspect.isclass(one)}
+
+
+def test_calls_were_found():
+    assert {"Robot.forward_dynamics", "ImplicitStep.advance", "Factors.solve", "load"} <= set(CALLS)
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_every_public_call_has_a_signature_and_a_docstring(name):
+    signature = inspect.signature(CALLS[name])
+    assert all(one.annotation != one.empty for one in list(signature.parameters.values())[1:])
+    assert inspect.getdoc(CALLS[name])
+
+
+def test_signatures_of_compiled_calls_are_their_arguments(iiwa):
+    signature = inspect.signature(iiwa.forward_dynamics)
+    assert list(signature.parameters) == ["q", "qd", "tau", "out", "status", "threads"]
+    assert signature.parameters["threads"].default == 1
+    assert signature.parameters["status"].kind == inspect.Parameter.KEYWORD_ONLY
+    unbound = inspect.signature(kalmarm.Robot.forward_dynamics)
+    assert list(unbound.parameters) == ["self", *signature.parameters]
+    rotation = inspect.signature(kalmarm.Frame).parameters["rotation"]
+    assert rotation.default == [1, 0, 0, 0]
+    state = iiwa.random_state(0)
+    bound = signature.bind(*state, threads=2)
+    np.testing.assert_array_equal(
+        iiwa.forward_dynamics(*bound.args, **bound.kwargs), iiwa.forward_dynamics(*state)
+    )
+
+
+def test_stubs_say_what_a_call_returns():
+    stub = ast.parse((Path(kalmarm.__file__).parent / "_core.pyi").read_text())
+    named = {one.name for one in stub.body if isinstance(one, ast.ClassDef)}
+    assert {"DynamicsError", "Factors", "Frame", "Model", "Plan", "Recommendation"} <= named
+    (robot,) = (one for one in stub.body if isinstance(one, ast.ClassDef) and one.name == "Robot")
+    returned = {}
+    for call in robot.body:
+        if isinstance(call, ast.FunctionDef):
+            returned.setdefault(call.name, []).append(ast.unparse(call.returns))
+    several = {name: results for name, results in returned.items() if len(results) > 1}
+    array, outcomes = "NDArray[Any]", "tuple[NDArray[Any], NDArray[Any]]"
+    derivatives = several.pop("forward_dynamics_derivatives")
+    assert derivatives == ["Derivatives", "tuple[Derivatives, NDArray[Any]]"]
+    assert len(several) == 10
+    assert all(results == [array, outcomes] for results in several.values())
+    assert "Any" not in [result for results in returned.values() for result in results]
+
+
+def test_every_field_of_an_outcome_and_of_results_is_described():
+    assert tuple(kalmarm.Outcome.__annotations__) == kalmarm.outcome_dtype.names
+    for one in (kalmarm.Outcome, kalmarm.Derivatives):
+        for field in one.__annotations__:
+            assert f"\n    {field}: " in one.__doc__
