@@ -68,8 +68,9 @@ void add(const State& state, MujocoSolver& theirs, Dynamics<double>& ours, Diffe
   ours.mass(state.q, M);
   const auto diagonal = M0.diagonal().array();
   // A diagonal entry that is zero but for rounding has no digits that could be compared.
+  constexpr double roundings = 100;  // MuJoCo's, about a centre of mass that is elsewhere
   const VectorX<double> size =
-      (diagonal > unit_roundoff<double>() * diagonal.maxCoeff())
+      (diagonal > roundings * unit_roundoff<double>() * diagonal.maxCoeff())
           .select(diagonal.sqrt(), std::numeric_limits<double>::infinity());
   raise(out.mass, ((M - M0).array() / (size * size.transpose()).array()).abs().maxCoeff());
   const Outcome mine = ours.forward_dynamics(state.q, state.qd, state.tau, a);

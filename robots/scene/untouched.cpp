@@ -1,10 +1,13 @@
 #include "robots/scene/untouched.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "robots/loader/files/model_files.hpp"
 #include "robots/loader/input_error.hpp"
 #include "robots/loader/mujoco_shim.hpp"
+#include "robots/loader/mujoco_spec.hpp"
+#include "robots/loader/mujoco_strip.hpp"
 
 namespace kalmarm {
 namespace {
@@ -15,6 +18,21 @@ std::string changed_by(const LoadOptions& read) {
   if (read.urdf_inertia != UrdfInertia::where_found) return "--urdf-inertia";
   if (read.inertia != InertiaPolicy::given) return "--inertia";
   if (!read.armature.empty()) return "--armature";
+  return "";
+}
+
+// A body that MuJoCo leaves out, tensor and all, where it is fused; "" where there is none.
+std::string lost_tensor(const std::string& path) {
+  char error[1024] = "";
+  const SpecPtr spec(mj_parseXML(path.c_str(), nullptr, error, sizeof error), mj_deleteSpec);
+  if (!spec || !spec->compiler.fusestatic || spec->compiler.boundmass > 0) return "";
+  for (mjsElement* e : elements(spec.get(), mjOBJ_BODY)) {
+    mjsBody* body = mjs_asBody(e);
+    const double* I = std::isnan(body->fullinertia[0]) ? body->inertia : body->fullinertia;
+    if (body->explicitinertial && body->mass == 0 && I[0] + I[1] + I[2] > 0 && moves(body) &&
+        !has_joint(body) && !inertia_from_geoms(spec.get(), body))
+      return name_of(e);
+  }
   return "";
 }
 
@@ -39,6 +57,9 @@ Untouched load_untouched(const std::string& path, const LoadOptions& read) {
     return {nullptr, option + " makes another robot of the file"};
   char error[1024] = "";
   try {
+    if (const std::string body = lost_tensor(path); !body.empty())
+      return {nullptr,
+              "MuJoCo leaves out fused bodies without mass, which have a tensor: '" + body + "'"};
     if (mjModel* model = mj_loadXML(path.c_str(), nullptr, error, sizeof error))
       return {std::make_shared<const MujocoModel>(model), ""};
     return {nullptr, one_line(error)};
