@@ -235,14 +235,14 @@ def mjcf_compiler(rng: random.Random) -> str:
 def mjcf_includes(rng: random.Random) -> dict[str, str]:
     """Nested includes, defaults, frames, copies, and a model that is attached."""
     part = Mjcf(rng, geoms=.5, prefix="part_")
-    parts = {"inner.xml": f"<mujocoinclude>{part.body()}</mujocoinclude>\n",
+    parts = {"inner.xml": f"<mujocoinclude>{part.body(depth=1)}</mujocoinclude>\n",
              "outer.xml": f'<mujocoinclude><body pos="0 0 1">{part.joint("hinge")}{part.inertial()}'
                           '<include file="inner.xml"/></body></mujocoinclude>\n',
-             "tool.xml": f'<mujoco model="tool"><worldbody>{Mjcf(rng).body()}</worldbody></mujoco>\n',
+             "tool.xml": f'<mujoco model="tool"><worldbody>{Mjcf(rng).body(depth=1)}</worldbody></mujoco>\n',
              "defaults.xml": '<mujocoinclude><default><joint armature=".02"/><geom density="700"/>'
                              '<default class="light"><geom density="20"/></default></default></mujocoinclude>\n'}
     own = Mjcf(rng, geoms=.5)
-    frame = f'<frame pos="{numbers(rng, place(rng))}"{own.turn()}>{own.body()}</frame>'
+    frame = f'<frame pos="{numbers(rng, place(rng))}"{own.turn()}>{own.body(depth=1)}</frame>'
     copies = ('<replicate count="3" offset="0 .3 0" euler="0 0 .3">'
               '<body><joint axis="0 1 0"/><geom type="box" size=".1 .2 .1"/></body></replicate>')
     attach = '<frame pos="0 0 2"><attach model="tool" prefix="tool_"/></frame>'

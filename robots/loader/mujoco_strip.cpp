@@ -68,7 +68,7 @@ void strip_lost_inertials(mjSpec* spec) {
   }
   for (mjsBody* body : others) {
     mjsBody* first = carrier(body);
-    if (!weighed.contains(first) && (first == body || !first->explicitinertial)) continue;
+    if (!weighed.contains(first) && (first == body || !(first->mass > 0))) continue;
     body->explicitinertial = 0;
     body->mass = 0;
   }
@@ -126,7 +126,6 @@ bool inertia_from_geoms(const mjSpec* spec, mjsBody* body) {
 void strip_inertias(mjSpec* spec, bool keeps_static_mass) {
   for (mjsElement* e : elements(spec, mjOBJ_BODY)) {
     mjsBody* body = mjs_asBody(e);
-    const bool is_world = mjs_getParent(e) == nullptr;
     const bool is_used = moves(body) || (keeps_static_mass && counts_in_total(spec, body));
     const bool from_geoms = is_used && inertia_from_geoms(spec, body);
     std::vector<mjsElement*> geoms;
@@ -141,7 +140,7 @@ void strip_inertias(mjSpec* spec, bool keeps_static_mass) {
       mjs_setString(geom->material, "");
       geom->contype = geom->conaffinity = 0;
     }
-    if (!moves(body) && !is_world && !from_geoms) strip_static_inertia(body, is_used);
+    if (!moves(body) && !from_geoms) strip_static_inertia(body, is_used);
   }
   strip_lost_inertials(spec);
   std::vector<std::string> meshes;

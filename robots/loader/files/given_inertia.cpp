@@ -87,6 +87,7 @@ std::string words(const Vec3& moments) {
 // Whether MuJoCo's compiler takes a body that has mass, whose own eigenvalues of a whole tensor are
 // rounded. Where it is welded to others its moments may be zero, unless the whole tensor is given.
 bool is_held(const mjSpec* spec, mjsBody* body, const Vec3& moments) {
+  if (is_full(body) && principal(body).moments.minCoeff() < least) return false;
   const double thinnest_held = is_full(body) ? digits : 0;
   if (!spec->compiler.balanceinertia && thickness(moments) < thinnest_held) return false;
   if (moments.minCoeff() >= least) return true;

@@ -248,6 +248,17 @@ TEST(Inertial, CountsWhereNoGeomWeighs) {
   }
 }
 
+// Also of a rod that is turned, whose tensor MuJoCo refuses before it balances or bounds it.
+TEST(Bounds, AndBalanceAreOfWhatMujocoTakesNoTensorOf) {
+  const auto arm = [](const std::string& compiler) {
+    return mjcf(compiler,
+                "<body><joint axis='0 1 0'/><inertial pos='0 0 0' mass='1' "
+                "fullinertia='1 1 2 -1 0 0'/></body>");
+  };
+  expect_mass(read(arm("balanceinertia='true'"), ".xml"), MatrixX<double>::Constant(1, 1, 4. / 3));
+  EXPECT_NEAR(mass(read(arm("boundinertia='.5'"), ".xml"))(0, 0), 1.25, 1e-14);
+}
+
 // In every way that we compile it: with a rod, and with all bodies kept, none is fused.
 TEST(Inertial, IsLostInFusedBodiesAsMujocoLosesIt) {
   const auto arm = [](const std::string& moments, const std::string& welded) {
@@ -264,6 +275,14 @@ TEST(Inertial, IsLostInFusedBodiesAsMujocoLosesIt) {
       kept.mujoco = MujocoModel::load(file.path(), {}, Frames::kept);
       expect_same_robot(scene, kept);
     }
+}
+
+// Of a root called world, which is MuJoCo's own; no tensor of what cannot move is looked at.
+TEST(Inertial, OfTheWorldCountsForNothing) {
+  const std::string arm = link("arm", inertial("1", "1 1 1")) + hinge("world", "arm", "0 0 1");
+  for (const char* tensor : {"1 1 1", "1 1 1 2", "0 0 0", "1 1 -1"})
+    expect_mass(read(urdf(link("world", inertial("5", tensor)) + arm), ".urdf"),
+                MatrixX<double>::Identity(1, 1));
 }
 
 TEST(TotalMass, HasToBeOfSomeBody) {
