@@ -68,9 +68,11 @@ void add(const State& state, MujocoSolver& theirs, Dynamics<double>& ours, Diffe
   ours.mass(state.q, M);
   const auto diagonal = M0.diagonal().array();
   // A diagonal entry that is zero but for rounding has no digits that could be compared.
+  constexpr double roundings = 100;  // MuJoCo's, about a centre of mass that is elsewhere
+  const double nothing = roundings * unit_roundoff<double>() *
+                         (M.diagonal().isZero(0) ? 1 : diagonal.maxCoeff());  // [kg m^2]
   const VectorX<double> size =
-      (diagonal > unit_roundoff<double>() * diagonal.maxCoeff())
-          .select(diagonal.sqrt(), std::numeric_limits<double>::infinity());
+      (diagonal > nothing).select(diagonal.sqrt(), std::numeric_limits<double>::infinity());
   raise(out.mass, ((M - M0).array() / (size * size.transpose()).array()).abs().maxCoeff());
   const Outcome mine = ours.forward_dynamics(state.q, state.qd, state.tau, a);
   const Outcome yours = theirs.acceleration(state.q, state.qd, state.tau, a0);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -42,6 +43,35 @@ void strip_static_inertia(mjsBody* body, bool keeps_mass) {
   std::fill(body->ipos, body->ipos + 3, weighs ? 0.0 : not_given);
   std::fill(body->inertia, body->inertia + 3, body->mass);  // a ball
   body->fullinertia[0] = not_given;
+}
+
+// The body that a welded one is fused with; itself where it has joints.
+mjsBody* carrier(mjsBody* body) {
+  while (!has_joint(body)) body = mjs_getParent(body->element);
+  return body;
+}
+
+// With inertiafromgeom="true" MuJoCo takes the inertia of fused bodies from the geoms of all of them, where
+// any weighs, else from the <inertial> of the one that has the joint: what others say is lost.
+void strip_lost_inertials(mjSpec* spec) {
+  if (spec->compiler.inertiafromgeom != mjINERTIAFROMGEOM_TRUE || !spec->compiler.fusestatic)
+    return;
+  std::set<mjsBody*> weighed;
+  std::vector<mjsBody*> others;
+  for (mjsElement* e : elements(spec, mjOBJ_BODY)) {
+    mjsBody* body = mjs_asBody(e);
+    if (!moves(body)) continue;
+    if (inertia_from_geoms(spec, body))
+      weighed.insert(carrier(body));
+    else
+      others.push_back(body);
+  }
+  for (mjsBody* body : others) {
+    mjsBody* first = carrier(body);
+    if (!weighed.contains(first) && (first == body || !(first->mass > 0))) continue;
+    body->explicitinertial = 0;
+    body->mass = 0;
+  }
 }
 
 // Those whose force is no part of implicit steps stay for what they add to M and the damping of a joint.
@@ -98,7 +128,6 @@ bool inertia_from_geoms(const mjSpec* spec, mjsBody* body) {
 void strip_inertias(mjSpec* spec, bool keeps_static_mass) {
   for (mjsElement* e : elements(spec, mjOBJ_BODY)) {
     mjsBody* body = mjs_asBody(e);
-    const bool is_world = mjs_getParent(e) == nullptr;
     const bool is_used = moves(body) || (keeps_static_mass && counts_in_total(spec, body));
     const bool from_geoms = is_used && inertia_from_geoms(spec, body);
     std::vector<mjsElement*> geoms;
@@ -113,8 +142,9 @@ void strip_inertias(mjSpec* spec, bool keeps_static_mass) {
       mjs_setString(geom->material, "");
       geom->contype = geom->conaffinity = 0;
     }
-    if (!moves(body) && !is_world && !from_geoms) strip_static_inertia(body, is_used);
+    if (!moves(body) && !from_geoms) strip_static_inertia(body, is_used);
   }
+  strip_lost_inertials(spec);
   std::vector<std::string> meshes;
   for (mjsElement* e : elements(spec, mjOBJ_GEOM))
     meshes.push_back(mjs_getString(mjs_asGeom(e)->meshname));

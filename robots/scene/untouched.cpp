@@ -1,10 +1,13 @@
 #include "robots/scene/untouched.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "robots/loader/files/model_files.hpp"
 #include "robots/loader/input_error.hpp"
 #include "robots/loader/mujoco_shim.hpp"
+#include "robots/loader/mujoco_spec.hpp"
+#include "robots/loader/mujoco_strip.hpp"
 
 namespace kalmarm {
 namespace {
@@ -15,6 +18,27 @@ std::string changed_by(const LoadOptions& read) {
   if (read.urdf_inertia != UrdfInertia::where_found) return "--urdf-inertia";
   if (read.inertia != InertiaPolicy::given) return "--inertia";
   if (!read.armature.empty()) return "--armature";
+  return "";
+}
+
+// What MuJoCo makes of fused bodies that it does not make of them where they are not; "" where nothing.
+std::string changed_by_fusing(const std::string& path) {
+  char error[1024] = "";
+  const SpecPtr spec(mj_parseXML(path.c_str(), nullptr, error, sizeof error), mj_deleteSpec);
+  if (!spec || !spec->compiler.fusestatic) return "";
+  const mjsCompiler& compiler = spec->compiler;
+  if (compiler.inertiafromgeom == mjINERTIAFROMGEOM_TRUE &&
+      (compiler.boundmass > 0 || compiler.boundinertia > 0))
+    return "MuJoCo takes boundmass and boundinertia, with inertiafromgeom, of fused bodies "
+           "together";
+  for (mjsElement* e : elements(spec.get(), mjOBJ_BODY)) {
+    mjsBody* body = mjs_asBody(e);
+    const double* I = std::isnan(body->fullinertia[0]) ? body->inertia : body->fullinertia;
+    if (body->explicitinertial && body->mass == 0 && I[0] + I[1] + I[2] > 0 && moves(body) &&
+        !has_joint(body) && !inertia_from_geoms(spec.get(), body) && !(compiler.boundmass > 0))
+      return "MuJoCo leaves out a fused body without mass, which has a tensor: '" + name_of(e) +
+             "'";
+  }
   return "";
 }
 
@@ -39,6 +63,8 @@ Untouched load_untouched(const std::string& path, const LoadOptions& read) {
     return {nullptr, option + " makes another robot of the file"};
   char error[1024] = "";
   try {
+    if (const std::string reason = changed_by_fusing(path); !reason.empty())
+      return {nullptr, reason};
     if (mjModel* model = mj_loadXML(path.c_str(), nullptr, error, sizeof error))
       return {std::make_shared<const MujocoModel>(model), ""};
     return {nullptr, one_line(error)};

@@ -87,6 +87,7 @@ std::string words(const Vec3& moments) {
 // Whether MuJoCo's compiler takes a body that has mass, whose own eigenvalues of a whole tensor are
 // rounded. Where it is welded to others its moments may be zero, unless the whole tensor is given.
 bool is_held(const mjSpec* spec, mjsBody* body, const Vec3& moments) {
+  if (is_full(body) && principal(body).moments.minCoeff() < least) return false;
   const double thinnest_held = is_full(body) ? digits : 0;
   if (!spec->compiler.balanceinertia && thickness(moments) < thinnest_held) return false;
   if (moments.minCoeff() >= least) return true;
@@ -165,8 +166,12 @@ void put_back(const std::vector<GivenInertia>& taken, const mjSpec* spec, mjMode
     model->body_mass[i] = scale * given.mass;
     Eigen::Map<Vec3>(model->body_inertia + 3 * i) = scale * given.moments;
   }
-  if (!taken.empty() && spec->compiler.settotalmass > 0)
+  if (!taken.empty() && spec->compiler.settotalmass > 0) {
+    if (std::all_of(model->body_mass, model->body_mass + model->nbody,
+                    [](double m) { return m == 0; }))
+      throw InputError("settotalmass: no body has a mass");
     mj_setTotalmass(model, spec->compiler.settotalmass);
+  }
   std::copy(model->body_mass, model->body_mass + model->nbody, model->body_subtreemass);
   for (auto body = model->nbody - 1; body > 0; --body)
     model->body_subtreemass[model->body_parentid[body]] += model->body_subtreemass[body];

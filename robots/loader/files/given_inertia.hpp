@@ -35,7 +35,7 @@ struct GivenInertia {
 std::vector<GivenInertia> take_out_inertias(mjSpec* spec, bool keeps_bodies);
 
 // What was taken out of the specification, into the model compiled from it, scaled to the total mass
-// that the file sets.
+// that the file sets. Throws InputError where it sets one and no body has a mass.
 void put_back(const std::vector<GivenInertia>& taken, const mjSpec* spec, mjModel* model);
 
 // Makes the inertias of moving bodies those of the nearest solid bodies. Returns a line that says

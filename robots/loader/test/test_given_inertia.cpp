@@ -248,6 +248,52 @@ TEST(Inertial, CountsWhereNoGeomWeighs) {
   }
 }
 
+// Also of a rod that is turned, whose tensor MuJoCo refuses before it balances or bounds it.
+TEST(Bounds, AndBalanceAreOfWhatMujocoTakesNoTensorOf) {
+  const auto arm = [](const std::string& compiler) {
+    return mjcf(compiler,
+                "<body><joint axis='0 1 0'/><inertial pos='0 0 0' mass='1' "
+                "fullinertia='1 1 2 -1 0 0'/></body>");
+  };
+  expect_mass(read(arm("balanceinertia='true'"), ".xml"), MatrixX<double>::Constant(1, 1, 4. / 3));
+  EXPECT_NEAR(mass(read(arm("boundinertia='.5'"), ".xml"))(0, 0), 1.25, 1e-14);
+}
+
+// In every way that we compile it: with a rod, and with all bodies kept, none is fused.
+TEST(Inertial, IsLostInFusedBodiesAsMujocoLosesIt) {
+  const auto arm = [](const std::string& moments, const std::string& welded) {
+    return mjcf("inertiafromgeom='true' fusestatic='true'",
+                "<body><joint axis='0 1 0'/><inertial pos='-.2 0 0' mass='2' diaginertia='" +
+                    moments + "'/><body pos='0 0 -.1'>" + welded + "</body></body>");
+  };
+  for (const char* moments : {".001 .0016 .0016", "0 .0016 .0016"})
+    for (const char* welded : {"<geom size='.02' pos='0 -.08 0'/>", arm_inertia}) {
+      const TemporaryFile file(arm(moments, welded), ".xml");
+      const Scene scene = load_scene(file.path());
+      if (moments[0] != '0' || welded != arm_inertia) expect_as_mujoco(arm(moments, welded));
+      Scene kept = scene;
+      kept.mujoco = MujocoModel::load(file.path(), {}, Frames::kept);
+      expect_same_robot(scene, kept);
+    }
+}
+
+// Of a root called world, which is MuJoCo's own; no tensor of what cannot move is looked at.
+TEST(Inertial, OfTheWorldCountsForNothing) {
+  const std::string arm = link("arm", inertial("1", "1 1 1")) + hinge("world", "arm", "0 0 1");
+  for (const char* tensor : {"1 1 1", "1 1 1 2", "0 0 0", "1 1 -1"})
+    expect_mass(read(urdf(link("world", inertial("5", tensor)) + arm), ".urdf"),
+                MatrixX<double>::Identity(1, 1));
+}
+
+TEST(TotalMass, HasToBeOfSomeBody) {
+  const TemporaryFile file("<robot name='r'><mujoco><compiler settotalmass='7'/></mujoco>" +
+                               link("base", "") + link("rotor", inertial("0", "1 1 1")) +
+                               hinge("base", "rotor", "0 0 1") + "</robot>",
+                           ".urdf");
+  expect_refused([&] { load_scene(file.path()); },
+                 {file.path(), "settotalmass", "no body has a mass"});
+}
+
 TEST(TotalMass, IsOfAllBodiesThatAreNotTheWorld) {
   const std::string moving = "<body><joint axis='0 1 0'/><inertial pos='.2 0 0' mass='5' ";
   const std::string solid = "diaginertia='.01 .05 .05'/></body>";
