@@ -34,6 +34,7 @@ class Execution {
                                  plan_.question.locked.empty();
     // What is copied is copied whole.
     if (!nothing_to_copy) triangles = Triangles::both;
+    fills_both_ = triangles == Triangles::both;
     for (const Part& part : plan_.parts)
       parts_.emplace_back(plan_, part, tolerance, triangles, make);
     if (nothing_to_copy) whole_ = &parts_[0].engine();
@@ -63,9 +64,9 @@ class Execution {
 
   // Rows of states, an outcome each, but for inverse dynamics; returns how many failed. One row is one
   // state, which takes less time than lanes (of M^-1 of g1 a half); two are faster in lanes. Joint noise
-  // of rows is for lanes: of one state two doubles answer it.
+  // of rows is for lanes: of one state two doubles answer it; and rows have both triangles.
   int answer_rows(int count, const Call<T>& call, Outcome* outcomes, int threads) {
-    if (count == 1 && !call.r) {
+    if (count == 1 && !call.r && fills_both_) {
       const Outcome outcome = answer(call);
       if (outcomes) *outcomes = outcome;
       return outcomes && !outcome;
@@ -216,7 +217,7 @@ class Execution {
 
   Plan plan_;
   Widths width_;
-  bool at_rest_;
+  bool at_rest_, fills_both_ = true;
   // Bits: a lookup in the question's set is 5 ns of every call.
   unsigned wanted_ = 0, direct_ = 0;  // direct: nothing is copied
   std::vector<T> zero_;               // velocities of a robot at rest

@@ -51,6 +51,13 @@ void expect_the_same_below(const Model<double>& model, DynamicsOptions options) 
   }
   EXPECT_TRUE(lower_M.guard_is_whole() && lower_X.guard_is_whole());
 
+  // Of rows both are, of one too.
+  std::vector<Outcome> outcome(1);
+  EXPECT_EQ(lower.mass(s.q, RowsView<T>(lower_M.numbers.data(), 1, n * n), outcome), 0);
+  EXPECT_EQ(lower.inverse_mass(s.q, RowsView<T>(lower_X.numbers.data(), 1, n * n), outcome), 0);
+  EXPECT_TRUE(lower_M.matrix() == lower_M.matrix().transpose());
+  EXPECT_TRUE(lower_X.matrix() == lower_X.matrix().transpose());
+
   // What else is read off M or M^-1 is what it was.
   VectorX<T> d = poisoned<T>(n), lower_d = d;
   MatrixX<T> L = poisoned<T>(18, 18), lower_L = L;
