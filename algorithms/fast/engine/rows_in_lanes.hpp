@@ -40,13 +40,13 @@ class RowsInLanes {
       case Want::inverse_dynamics:
         return reserve(torques_, count);
       case Want::mass:
-        if (MatrixBlock<P>::takes(lowered_.nv())) reserve(masses_, count);
+        if (MatrixOfRows<P>::takes(lowered_.nv())) reserve(masses_, count);
         return;
       case Want::derivatives:
         if (DerivativesOfRows<P>::takes(lowered_.nv())) reserve(derivatives_, count);
         return;
       case Want::inverse:
-        if (MatrixBlock<P>::takes(lowered_.nv())) reserve(inverses_, count);
+        if (MatrixOfRows<P>::takes(lowered_.nv())) reserve(inverses_, count);
         return;
       case Want::solve:
         return reserve(solves_of_rows_, count);
