@@ -34,7 +34,7 @@ class Execution {
                                  plan_.question.locked.empty();
     // What is copied is copied whole.
     if (!nothing_to_copy) triangles = Triangles::both;
-    fills_both_ = triangles == Triangles::both;
+    fills_lower_ = triangles == Triangles::lower;
     for (const Part& part : plan_.parts)
       parts_.emplace_back(plan_, part, tolerance, triangles, make);
     if (nothing_to_copy) whole_ = &parts_[0].engine();
@@ -64,9 +64,43 @@ class Execution {
 
   // Rows of states, an outcome each, but for inverse dynamics; returns how many failed. One row is one
   // state, which takes less time than lanes (of M^-1 of g1 a half); two are faster in lanes. Joint noise
-  // of rows is for lanes: of one state two doubles answer it; and rows have both triangles.
+  // of rows is for lanes: of one state two doubles answer it.
   int answer_rows(int count, const Call<T>& call, Outcome* outcomes, int threads) {
-    if (count == 1 && !call.r && fills_both_) {
+    const int failed = failures_of_rows(count, call, outcomes, threads);
+    if (fills_lower_ && (call.want == Want::mass || call.want == Want::inverse))
+      for (int i = 0; i < count; ++i) mirror(call.out + i * width_.n * width_.n);
+    return failed;
+  }
+
+  Outcome factor(const T* q) {
+    need({.want = Want::solve});
+    std::copy_n(q, width_.nq, factored_q_.data());
+    factor_again();
+    return kept_;
+  }
+
+  // Torques of joints that are not asked about are zero. NaN after a factorisation that failed.
+  Outcome solve(int columns, const T* taus, T* X) {
+    if (!(wanted_ & bit(Want::solve))) refuse(Want::solve);
+    if (factors_ == Kept::none) throw std::logic_error("solve: nothing has been factored");
+    if (factors_ == Kept::overwritten) factor_again();
+    if (!kept_) {
+      std::fill_n(X, columns * width_.n, std::numeric_limits<T>::quiet_NaN());
+      return kept_;
+    }
+    return whole_ ? whole_->solve(columns, taus, X) : solve_parts(columns, taus, X, kept_);
+  }
+
+ private:
+  static constexpr int wants = static_cast<int>(Want::derivatives) + 1;
+  static constexpr int most_rows_of_a_worker = 64;
+  static constexpr unsigned bit(Want want) { return 1u << static_cast<int>(want); }
+  [[noreturn]] static void refuse(Want what) {
+    throw std::logic_error(std::string("the question does not want ") + to_string(what));
+  }
+
+  int failures_of_rows(int count, const Call<T>& call, Outcome* outcomes, int threads) {
+    if (count == 1 && !call.r) {
       const Outcome outcome = answer(call);
       if (outcomes) *outcomes = outcome;
       return outcomes && !outcome;
@@ -102,31 +136,10 @@ class Execution {
     return failed;
   }
 
-  Outcome factor(const T* q) {
-    need({.want = Want::solve});
-    std::copy_n(q, width_.nq, factored_q_.data());
-    factor_again();
-    return kept_;
-  }
-
-  // Torques of joints that are not asked about are zero. NaN after a factorisation that failed.
-  Outcome solve(int columns, const T* taus, T* X) {
-    if (!(wanted_ & bit(Want::solve))) refuse(Want::solve);
-    if (factors_ == Kept::none) throw std::logic_error("solve: nothing has been factored");
-    if (factors_ == Kept::overwritten) factor_again();
-    if (!kept_) {
-      std::fill_n(X, columns * width_.n, std::numeric_limits<T>::quiet_NaN());
-      return kept_;
-    }
-    return whole_ ? whole_->solve(columns, taus, X) : solve_parts(columns, taus, X, kept_);
-  }
-
- private:
-  static constexpr int wants = static_cast<int>(Want::derivatives) + 1;
-  static constexpr int most_rows_of_a_worker = 64;
-  static constexpr unsigned bit(Want want) { return 1u << static_cast<int>(want); }
-  [[noreturn]] static void refuse(Want what) {
-    throw std::logic_error(std::string("the question does not want ") + to_string(what));
+  // The upper triangle of the lower one, of rows that engines answer as they do one state.
+  void mirror(T* X) const {
+    for (std::ptrdiff_t j = 0; j < width_.n; ++j)
+      for (std::ptrdiff_t i = 0; i < j; ++i) X[j * width_.n + i] = X[i * width_.n + j];
   }
 
   // What engines work out they may leave where their factors stood.
@@ -217,7 +230,7 @@ class Execution {
 
   Plan plan_;
   Widths width_;
-  bool at_rest_, fills_both_ = true;
+  bool at_rest_, fills_lower_ = false;
   // Bits: a lookup in the question's set is 5 ns of every call.
   unsigned wanted_ = 0, direct_ = 0;  // direct: nothing is copied
   std::vector<T> zero_;               // velocities of a robot at rest

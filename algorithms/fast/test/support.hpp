@@ -101,6 +101,14 @@ inline std::vector<Family> all_families() {
   return all;
 }
 
+// Two rows of the same numbers: of a state that rows are to answer, since one row is answered as one state.
+template <class T>
+VectorX<T> twice(const VectorX<T>& x) {
+  VectorX<T> out(2 * x.size());
+  out << x, x;
+  return out;
+}
+
 template <class T>
 VectorX<T> poisoned(int n) {
   return VectorX<T>::Constant(n, std::numeric_limits<T>::quiet_NaN());

@@ -27,10 +27,14 @@ class ErrorEstimateOf : public testing::Test {
     VectorX<T> a = poisoned<T>(drawn.nv());
     Outcome out;
     if constexpr (std::is_same_v<T, float>) {
-      std::vector<Outcome> outcomes(1);
-      const int failed = robot.forward_dynamics(state.q, state.qd, state.tau, a, outcomes);
-      ASSERT_EQ(failed, !outcomes[0]);
+      // Twice, since one row would be one state.
+      std::vector<Outcome> outcomes(2);
+      VectorX<T> rows = poisoned<T>(2 * drawn.nv());
+      const int failed =
+          robot.forward_dynamics(twice(state.q), twice(state.qd), twice(state.tau), rows, outcomes);
+      ASSERT_EQ(failed, 2 * !outcomes[0]);
       out = outcomes[0];
+      a = rows.head(drawn.nv());
     } else {
       out = robot.forward_dynamics(state.q, state.qd, state.tau, a);
     }
