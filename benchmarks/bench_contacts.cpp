@@ -12,11 +12,7 @@
 #include <vector>
 
 #include "accuracy/programs/common/ranges.hpp"
-#include "algorithms/study/inverse_mass/eigen_cholesky.hpp"
-#include "algorithms/study/inverse_mass/sequential.hpp"
-#include "algorithms/study/riccati/conventional.hpp"
-#include "algorithms/study/riccati/rows_beside.hpp"
-#include "algorithms/study/riccati/ud.hpp"
+#include "algorithms/study/contact_variants.hpp"
 #include "benchmarks/case.hpp"
 #include "benchmarks/driver.hpp"
 #include "robots/scene/question.hpp"
@@ -92,16 +88,7 @@ void add(const Robot& robot, std::shared_ptr<const Pool<T>> pool) {
 template <class T>
 void add_all(const Robot& robot) {
   const auto pool = std::make_shared<const Pool<T>>(robot.c->states);
-  add<T, Batch<EigenLLT>>(robot, pool);
-  add<T, Batch<EigenLDLT>>(robot, pool);
-  add<T, Sequential<Conventional>>(robot, pool);
-  add<T, Sequential<Joseph>>(robot, pool);
-  add<T, Sequential<RowsBeside>>(robot, pool);
-  add<T, Sequential<UD>>(robot, pool);
-  add<T, Sequential<Potter>>(robot, pool);
-  add<T, Sequential<ArrayHouseholder>>(robot, pool);
-  add<T, Sequential<ArrayMGS>>(robot, pool);
-  add<T, Sequential<ArrayGivens>>(robot, pool);
+  for_each_contact_variant([&]<class V>() { add<T, V>(robot, pool); });
 }
 
 }  // namespace

@@ -5,13 +5,7 @@
 #include <span>
 
 #include "accuracy/programs/common/csv.hpp"
-#include "algorithms/study/inverse_mass/batch.hpp"
-#include "algorithms/study/inverse_mass/eigen_cholesky.hpp"
-#include "algorithms/study/inverse_mass/sequential.hpp"
-#include "algorithms/study/riccati/array.hpp"
-#include "algorithms/study/riccati/conventional.hpp"
-#include "algorithms/study/riccati/rows_beside.hpp"
-#include "algorithms/study/riccati/ud.hpp"
+#include "algorithms/study/contact_variants.hpp"
 #include "algorithms/test/multiprecision.hpp"
 
 namespace kalmarm::contact_errors {
@@ -93,16 +87,7 @@ std::string rows_of(const Scene& scene, const State& state, int number_of_state,
                        field(scene.name) + ',' + std::to_string(model.nv()) + ',' +
                            std::to_string(rows.size()) + ',' + number(d) + ',' + precision,
                        std::to_string(number_of_state));
-    answers.template add<Batch<EigenLLT>>();
-    answers.template add<Batch<EigenLDLT>>();
-    answers.template add<Sequential<Conventional>>();
-    answers.template add<Sequential<Joseph>>();
-    answers.template add<Sequential<RowsBeside>>();
-    answers.template add<Sequential<UD>>();
-    answers.template add<Sequential<Potter>>();
-    answers.template add<Sequential<ArrayHouseholder>>();
-    answers.template add<Sequential<ArrayMGS>>();
-    answers.template add<Sequential<ArrayGivens>>();
+    for_each_contact_variant([&]<class V>() { answers.template add<V>(); });
     text += answers.text();
   }
   return text;

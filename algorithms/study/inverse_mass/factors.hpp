@@ -7,6 +7,7 @@
 // A D(k) that may be lost in rounding gets a second look by singularity.hpp.
 #pragma once
 
+#include <cassert>
 #include <span>
 #include <vector>
 
@@ -48,6 +49,8 @@ Outcome factor(const Model<T>& model, const LinkKinematics<T>& kin,
   Update::start(model, kin, ws.update);
   if constexpr (requires { Update::add_contact(contacts[0], ws.update); })
     for (const ContactRow<T>& row : contacts) Update::add_contact(row, ws.update);
+  else
+    assert(contacts.empty());  // in world frames there are none
   for (int k = model.nv() - 1; k >= 0; --k) {
     ws.D[k] = Update::measure(model, k, ws.update, ws.g[k]);
     if (!ws.test.passes(model, kin, k, tested().D[k])) return ws.test.look(model, kin, k, tested());

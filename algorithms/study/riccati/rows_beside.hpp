@@ -8,10 +8,10 @@
 //   3. P0+ = P0 - (U / D0) U',   w+ = sqrt(D0 / D) (w - (w_h / D0) U),   other rows as they are   (R4)
 // exactly, since w+ w+' = w w' + U U' / D0 - (U + w_h w)(U + w_h w)' / D. To the parent P0 goes by the
 // congruence and rows by phi; more than six are compressed to six by reflections. The error of H^-1 b
-// grows as sqrt(d) u, that of P - g U' as d u, that of an array (array.hpp) not at all.
+// grows as sqrt(d) u, that of P - g U' as d u, and that of rotations, Gram-Schmidt and UD not (docs/contacts.md).
 //
 // P0 and D0 are those of the robot without contacts, so that the test for singular mechanisms looks
-// at them (factors.hpp): what contacts alone hold is refused. 400 flops a link, a row 40 more.
+// at them (factors.hpp): what contacts alone hold is refused.
 #pragma once
 
 #include <cmath>
