@@ -86,8 +86,8 @@ def _table(found: dict[tuple, list[ContactError]], data: Data) -> Table:
         )
     return Table(
         "All stiffnesses together. Exponent: of the median error in d, where it is above 100 u. "
-        "Time: from q to the answer, memory taken before. Silent: answers that are wrong by more "
-        "than 1 % without a warning.",
+        "Time: from q to the answer at d = 10⁴ kg, memory taken before. Silent: answers that are "
+        "wrong by more than 1 % without a warning.",
         ["Robot", "Variant", "Precision", "Time", "Exponent", "Refused", "Largest error", "Silent"],
         rows,
         "lllrrrrr",
