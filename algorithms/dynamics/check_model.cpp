@@ -144,6 +144,16 @@ bool fits_float(const RobotModel& model) {
   return out;
 }
 
+void check_frame(const char* what, const Frame& frame, int nv) {
+  const std::string name = std::string(what) + ": a frame on link " + std::to_string(frame.link);
+  if (frame.link < -1 || frame.link >= nv)
+    throw std::invalid_argument(name + " of a robot with " + std::to_string(nv));
+  const Vector3<double> at(frame.translation.data());
+  if (!is_turn(quaternion_of(frame.rotation)) || !at.allFinite())
+    throw std::invalid_argument(name +
+                                " has a quaternion of no length or a number that is not finite");
+}
+
 void check_tolerance(double tolerance) {
   if (!(tolerance >= last_bits && tolerance <= 1))
     throw std::invalid_argument("options: tolerance " + short_text("%.3g", tolerance) +

@@ -8,6 +8,9 @@ namespace kalmarm {
 // With the DoF: a model that contradicts itself, what no robot can be, a number above `largest`.
 void check_model(const RobotModel& model, double largest);
 
+// A frame of a robot with nv links that is on none of them or has no pose; `what` begins the text.
+void check_frame(const char* what, const Frame& frame, int nv);
+
 void check_tolerance(double tolerance);
 
 // Whether float holds all numbers of the links.

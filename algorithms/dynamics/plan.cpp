@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "algorithms/dynamics/check_model.hpp"
 #include "algorithms/fast/lowering/lowered_model.hpp"
 #include "algorithms/fast/translational/translational.hpp"
 #include "algorithms/model/plain.hpp"
@@ -74,16 +75,7 @@ class Planning {
     for (int k = 1; k < nv; ++k)
       if (whole.joint(k).coordinate == Coordinate::follower && locked[k] != locked[k - 1])
         refuse("DoF '" + whole.name(k) + "': of a joint all DoF are locked or none");
-    for (const Frame& frame : question.frames)
-      if (frame.link < -1 || frame.link >= nv)
-        refuse("a frame on link " + std::to_string(frame.link) + " of a robot with " +
-               std::to_string(nv));
-    for (const Frame& frame : question.frames) {
-      const Vector3<double> at(frame.translation.data());
-      if (!is_turn(quaternion_of(frame.rotation)) || !at.allFinite())
-        refuse("a frame on link " + std::to_string(frame.link) +
-               " has a quaternion of no length or a number that is not finite");
-    }
+    for (const Frame& frame : question.frames) check_frame("question", frame, nv);
     if (question.q.empty() && question.locked.empty()) question.q.assign(whole.nq(), 0);
     if (static_cast<int>(question.q.size()) != whole.nq())
       refuse("q holds " + std::to_string(question.q.size()) + " numbers, " +

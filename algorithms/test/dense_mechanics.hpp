@@ -89,6 +89,13 @@ class World {
     for (int k = 0; k < model.nv(); ++k) bodies_.push_back(body(k));
   }
 
+  const WorldBody& of_body(int k) const { return bodies_[k]; }
+  // A frame's motion: at `translation` from the origin of a link, -1 the base, in the link's axes.
+  WorldLink frame(int link, const Vector3<Mp>& translation) const {
+    const WorldLink on = link < 0 ? fixed_base() : links_[link];
+    return carried(on, on.R * translation);
+  }
+
   MatrixX<Mp> mass_matrix() const {
     const int nv = model_.nv();
     MatrixX<Mp> M = MatrixX<Mp>::Zero(nv, nv);

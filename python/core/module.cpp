@@ -19,6 +19,7 @@
 #include <utility>
 
 #include "arrays.hpp"
+#include "kinematics.hpp"
 #include "outcomes.hpp"
 #include "robot.hpp"
 #include "step.hpp"
@@ -443,6 +444,17 @@ many columns as DoF. out: what an earlier call of the same shape returned.)")
            "Seconds of C++ calls, of all rows or of one after another: for python/benchmarks.");
 }
 
+void bind_kinematics(nb::module_& m) {
+  nb::class_<KinematicsOfRobot>(m, "Kinematics")
+      .def(nb::init<RobotModel, std::vector<Frame>>(), "model"_a, "frames"_a)
+      .def_prop_ro("mass", &KinematicsOfRobot::mass, "Of all bodies [kg].")
+      .def("_compute", &KinematicsOfRobot::compute, "results"_a, "q"_a, "qd"_a.none(),
+           "qdd"_a.none(), "axes"_a, "threads"_a,
+           nb::sig("def _compute(self, results: list[int], q: typing.Any, qd: typing.Any, qdd: "
+                   "typing.Any, axes: int, threads: int) -> list[numpy.ndarray]"),
+           "An array a result, whose last dimension has all numbers of a state.");
+}
+
 int import_numpy() {
   import_array1(-1);
   return 0;
@@ -472,6 +484,7 @@ NB_MODULE(_core, m) {
   bind_model(m);
   bind_answers(m);
   bind_robot(m);
+  bind_kinematics(m);
   bind_step(m);
 }
 

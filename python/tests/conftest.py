@@ -2,6 +2,7 @@ import warnings
 from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 import kalmarm
@@ -39,3 +40,72 @@ def relative(x, truth) -> float:
     """Largest |x - truth| over a row, by the row's own size."""
     axis = tuple(range(1, np.ndim(truth)))
     return float(np.max(np.linalg.norm(x - truth, axis=axis) / np.linalg.norm(truth, axis=axis)))
+
+
+def pinocchio_states(model, count, seed):
+    rng = np.random.default_rng(seed)
+    low = np.maximum(model.lowerPositionLimit, -1.0)
+    high = np.minimum(model.upperPositionLimit, 1.0)
+    pin.seed(seed)
+    q = np.array([pin.randomConfiguration(model, low, high) for _ in range(count)])
+    v, tau = rng.standard_normal((2, count, model.nv))
+    return q, v, tau
+
+
+def of_joints(kinds):
+    """A tree of them with odd placements."""
+    model, parent = pin.Model(), 0
+    pin.seed(3)
+    for i, kind in enumerate(kinds):
+        joint = model.addJoint(parent, kind, pin.SE3.Random(), f"j{i}")
+        model.appendBodyToJoint(joint, pin.Inertia.Random(), pin.SE3.Random())
+        parent = joint if i % 3 else parent
+    model.armature[:] = np.linspace(0.1, 0.5, model.nv)
+    for joint in model.joints:  # of axes that turn with the body it would be other physics
+        if joint.shortname() in ("JointModelPlanar", "JointModelFreeFlyer", "JointModelSpherical"):
+            model.armature[joint.idx_v : joint.idx_v + joint.nv] = 0
+    return model
+
+
+AXIS = np.array([0.6, 0.0, 0.8])
+# Python cannot make this one with an axis.
+UNALIGNED = pin.buildModelFromXML(
+    '<robot name="r"><link name="a"/><link name="b"/><joint name="j" type="continuous">'
+    '<parent link="a"/><child link="b"/><axis xyz="0.6 0 0.8"/></joint></robot>'
+).joints[1]
+BY_JOINTS = {
+    "every kind of joint": [
+        pin.JointModelRUBZ(),
+        pin.JointModelPlanar(),
+        UNALIGNED,
+        pin.JointModelTranslation(),
+        pin.JointModelRUBX(),
+        pin.JointModelSpherical(),
+        pin.JointModelRY(),
+        pin.JointModelPrismaticUnaligned(AXIS),
+        pin.JointModelFreeFlyer(),
+        pin.JointModelPlanar(),
+        pin.JointModelRUBY(),
+    ],
+    "three angles": [
+        pin.JointModelSphericalZYX(),
+        pin.JointModelPX(),
+        pin.JointModelSphericalZYX(),
+    ],
+}
+
+
+@pytest.fixture(params=[*NAMES, *BY_JOINTS])
+def peer(request):
+    """Pinocchio's own reading of the file, or a model of ours there, the robot made from that, and
+    its convention."""
+    name = request.param
+    if name in BY_JOINTS:
+        model = of_joints(BY_JOINTS[name])
+    else:
+        model = pin.buildModelFromMJCF(str(file_of(name)))
+    model.damping[:] = 0
+    model.friction[:] = 0
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # of inertias at random
+        return model, kalmarm.from_pinocchio(model), kalmarm.PinocchioStates(model)

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "algorithms/fast/covariance/articulated.hpp"
+#include "algorithms/fast/kinematics/triple.hpp"
 #include "algorithms/spatial/inlining.hpp"
 #include "algorithms/spatial/pack.hpp"
 
@@ -73,29 +74,6 @@ KALMARM_INLINE void store_some(const Wide<T>& x, int count, bool room, T* to) {
     *to = x;
   else
     store_first(x, count, room, to);
-}
-
-template <class T>
-struct Triple {
-  T x, y, z;
-
-  friend Triple operator+(const Triple& a, const Triple& b) {
-    return {a.x + b.x, a.y + b.y, a.z + b.z};
-  }
-  friend Triple operator-(const Triple& a, const Triple& b) {
-    return {a.x - b.x, a.y - b.y, a.z - b.z};
-  }
-  friend Triple operator*(const T& a, const Triple& b) { return {a * b.x, a * b.y, a * b.z}; }
-};
-
-template <class T>
-KALMARM_INLINE T dot(const Triple<T>& a, const Triple<T>& b) {
-  return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-
-template <class T>
-KALMARM_INLINE Triple<T> cross(const Triple<T>& a, const Triple<T>& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
 template <class T, int numbers, class V = Wide<T>>

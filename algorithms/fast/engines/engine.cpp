@@ -4,6 +4,7 @@
 #include <cstring>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "algorithms/fast/engines/engines.hpp"
 
@@ -62,6 +63,17 @@ std::unique_ptr<Engine<float>> make_engine(const RobotModel& robot, const Engine
 template <>
 std::unique_ptr<Engine<double>> make_engine(const RobotModel& robot, const EngineOptions& options) {
   return chosen().engines->make_double(robot, options);
+}
+
+template <>
+std::unique_ptr<KinematicsEngine<float>> make_kinematics(const RobotModel& robot,
+                                                         const std::vector<Frame>& frames) {
+  return chosen().engines->kinematics_float(robot, frames);
+}
+template <>
+std::unique_ptr<KinematicsEngine<double>> make_kinematics(const RobotModel& robot,
+                                                          const std::vector<Frame>& frames) {
+  return chosen().engines->kinematics_double(robot, frames);
 }
 
 const char* instruction_set() { return chosen().name; }

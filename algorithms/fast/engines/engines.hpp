@@ -1,8 +1,11 @@
-// The table of an instruction set: what makes an engine of its kernels. Everything else that the
+// The table of an instruction set: what makes the engines of its kernels. Everything else that the
 // kernels' files define is local to their instruction set.
 #pragma once
 
+#include <vector>
+
 #include "algorithms/fast/engine/engine.hpp"
+#include "algorithms/fast/frames/kinematics_engine.hpp"
 
 namespace kalmarm {
 
@@ -12,9 +15,17 @@ std::unique_ptr<Engine<double>> make_spatial_engine(const RobotModel& robot,
 std::unique_ptr<Engine<double>> make_translational_engine(const RobotModel& robot,
                                                           const EngineOptions& options);
 
+template <class T>
+std::unique_ptr<KinematicsEngine<T>> make_engine_of_kinematics(const RobotModel& robot,
+                                                               const std::vector<Frame>& frames);
+
 struct Engines {
   std::unique_ptr<Engine<float>> (*make_float)(const RobotModel&, const EngineOptions&);
   std::unique_ptr<Engine<double>> (*make_double)(const RobotModel&, const EngineOptions&);
+  std::unique_ptr<KinematicsEngine<float>> (*kinematics_float)(const RobotModel&,
+                                                               const std::vector<Frame>&);
+  std::unique_ptr<KinematicsEngine<double>> (*kinematics_double)(const RobotModel&,
+                                                                 const std::vector<Frame>&);
 };
 
 }  // namespace kalmarm

@@ -20,6 +20,7 @@ from ._core import (
 )
 from .builder import Builder
 from .files import LoadError, from_mujoco, load
+from .kinematics import Kinematics
 from .pinocchio import PinocchioStates, from_pinocchio
 from .results import Derivatives, Outcome
 from .robot import Actuator, CoupledRow, Robot, Rung, State, Status, Terms
@@ -36,6 +37,7 @@ __all__ = [
     "Factors",
     "Frame",
     "ImplicitStep",
+    "Kinematics",
     "LoadError",
     "Model",
     "Outcome",

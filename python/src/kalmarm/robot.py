@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from . import _core
+from .kinematics import Kinematics
 from ._names import dofs_of, number, numbers, several, unknown
 
 if TYPE_CHECKING:
@@ -242,6 +243,15 @@ class Robot(_core.Robot):
         """Whether qd is taken for zero."""
         at_rest: bool = self._options["at_rest"]
         return at_rest
+
+    def kinematics(self, frames: Iterable[str | Frame] | None = None) -> Kinematics:
+        """Where frames and all bodies are and how they move: of the frames by name, or those of the
+        robot's question."""
+        if frames is None:
+            frames = self._options["frames"]
+        chosen = several("frames", frames)
+        names = [one if isinstance(one, str) else f"frame {i}" for i, one in enumerate(chosen)]
+        return Kinematics(self.model, names, [_frame(self._description, one) for one in chosen])
 
     def with_model(self, model: Model) -> Robot:
         """The same question of another robot with the same joints: ValueError where a DoF or an

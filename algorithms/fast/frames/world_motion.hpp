@@ -1,0 +1,191 @@
+// Where links stand and how they move, in the axes of the fixed base, base to tips, for one state or, with
+// T a Pack, one state in every lane. With the placement of lowered_link.hpp, r = p(k) - p(parent), e the
+// joint's axis and u the angular velocity w before the joint, whose axes at a ball are all its body's:
+//   R(k) = R(parent) Rz(theta) Rx(alpha) Rz(angle),  e = R(k) e_z                             (1)
+//   r    = R(parent) p + d e                                                                  (2)
+//   v(k) = v(parent) + w x r                                        + e q' at a slide         (3)
+//   w(k) = w(parent) + e q' at a hinge                                                        (4)
+//   a(k) = a(parent) + w' x r + w x (w x r)                         + 2 u x e q' + e q'' at a slide  (5)
+//   w'(k) = w'(parent) + u x e q' + e q'' at a hinge                                          (6)
+// w and w' of (3) and (5) are the parent's: where a joint turns, r ends on its axis. v and a are those of
+// the link's origin, without gravity.
+//
+// p(k) is kept from the root of link k's tree, where a position joint on the base ends, else the placement
+// on the base: what is near each other keeps its digits wherever the robot has gone. About 60 flops a hinge,
+// 105 with velocities, and its sine and cosine.
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "algorithms/fast/kinematics/placements.hpp"
+#include "algorithms/fast/kinematics/triple.hpp"
+#include "algorithms/spatial/lanes.hpp"
+
+namespace kalmarm {
+
+namespace detail {
+
+template <class T>
+Triple<T> zeros() {
+  const T zero = T(typename Lanes<T>::Scalar(0));
+  return {zero, zero, zero};
+}
+
+}  // namespace detail
+
+template <class T>
+class WorldMotion : public Placements<T> {
+  using S = typename Lanes<T>::Scalar;
+
+ public:
+  struct Link {
+    T d;         // of a slide
+    int tree;    // of `roots`
+    Triad<T> R;  // (1)
+    Triple<T> p, w, v, w_dot, a;
+  };
+
+  std::vector<Link> links;
+  std::vector<Triple<T>> roots;  // of every tree, in the base's axes; zero where there is none
+
+  // `given`: what `model` was lowered from.
+  WorldMotion(const LoweredModel<S>& model, const Model<double>& given)
+      : Placements<T>(model), links(model.nv()) {
+    for (int k = 0; k < model.nv(); ++k) {
+      const int parent = model.link(k).parent;
+      links[k].tree = parent < 0 ? static_cast<int>(bases_.size()) : links[parent].tree;
+      if (parent >= 0) continue;
+      const Matrix3<double> E = given.E(k);
+      const Vector3<double>& d = given.joint(k).translation;
+      const auto column = [&](int j) {
+        return Triple<T>{T(S(E(0, j))), T(S(E(1, j))), T(S(E(2, j)))};
+      };
+      bases_.push_back({{column(0), column(1), column(2)}, {T(S(d[0])), T(S(d[1])), T(S(d[2]))}});
+    }
+    roots.assign(std::max<std::size_t>(bases_.size(), 1), detail::zeros<T>());
+  }
+
+  // R and p of `steps`, links in rising order that begin at the base.
+  void stand(const LoweredModel<S>& model, const std::vector<int>& steps, const T* q) {
+    sweep<false>(model, steps, q, nullptr, nullptr);
+  }
+  // The same, and how they move; qdd: null where it is zero.
+  void move(const LoweredModel<S>& model, const std::vector<int>& steps, const T* q, const T* qd,
+            const T* qdd) {
+    sweep<true>(model, steps, q, qd, qdd);
+  }
+
+ private:
+  // The base's frame of a tree, by the placement of its first link.
+  struct Base {
+    Triad<T> R;
+    Triple<T> p;
+  };
+
+  template <bool moves>
+  void sweep(const LoweredModel<S>& model, const std::vector<int>& steps, const T* q, const T* qd,
+             const T* qdd);
+  KALMARM_INLINE Triple<T> place(const LoweredModel<S>& model, const LoweredLink<S>& link,
+                                 const T& d, Triad<T>& R) const;
+
+  std::vector<Base> bases_;
+};
+
+namespace detail {
+
+// (x, y) of axes turned about the third by (c, s).
+template <class T, class C>
+KALMARM_INLINE void turn_axes(const Direction<C>& by, Triple<T>& x, Triple<T>& y) {
+  const Triple<T> turned = by.c * x + by.s * y;
+  y = by.c * y - by.s * x;
+  x = turned;
+}
+
+}  // namespace detail
+
+// (1) and (2): R becomes that of the link; r.
+template <class T>
+KALMARM_INLINE Triple<T> WorldMotion<T>::place(const LoweredModel<S>& model,
+                                               const LoweredLink<S>& link, const T& d,
+                                               Triad<T>& R) const {
+  using Kind = typename LoweredLink<S>::Kind;
+  using Tilt = typename LoweredLink<S>::Tilt;
+  if (link.kind == Kind::cyclic) {
+    R = {R.y, R.z, R.x};
+    return detail::zeros<T>();
+  }
+  if (link.kind == Kind::matrix) {
+    const MatrixPlacement<T>& phi = this->matrices[link.varying];
+    const auto column = [&](int j) {
+      return R.turned(phi.R.R[0][j], phi.R.R[1][j], phi.R.R[2][j]);
+    };
+    const Triple<T> r = R.turned(phi.p[0], phi.p[1], phi.p[2]);
+    R = {column(0), column(1), column(2)};
+    return r;
+  }
+  Triple<T> r = link.p[0] * R.x;
+  if (link.p[1] != S(0)) r += link.p[1] * R.y;
+  if (link.p[2] != S(0)) r += link.p[2] * R.z;
+  if (link.turned) detail::turn_axes(model.uncommon(link).theta, R.x, R.y);
+  if (link.tilt == Tilt::right) {
+    const Triple<T> y = R.y;
+    R.y = R.z;
+    R.z = {-y.x, -y.y, -y.z};
+  } else if (link.tilt == Tilt::any) {
+    detail::turn_axes(link.alpha, R.y, R.z);
+  }
+  if (link.slides) {
+    detail::turn_axes(model.uncommon(link).turn, R.x, R.y);
+    return r + d * R.z;
+  }
+  detail::turn_axes(this->direction(link), R.x, R.y);
+  return link.d != S(0) ? r + link.d * R.z : r;
+}
+
+template <class T>
+template <bool moves>
+void WorldMotion<T>::sweep(const LoweredModel<S>& model, const std::vector<int>& steps, const T* q,
+                           const T* qd, const T* qdd) {
+  using Kind = typename LoweredLink<S>::Kind;
+  detail::set_placements(model, q, *this);
+  const Triple<T> zero = detail::zeros<T>();
+  Triple<T> u = zero;
+  for (const int k : steps) {
+    const LoweredLink<S>& link = model.link(k);
+    Link& at = links[k];
+    const Link* const parent = link.parent < 0 ? nullptr : &links[link.parent];
+    at.R = parent ? parent->R : bases_[at.tree].R;
+    Triple<T> r = place(model, link, at.d, at.R);
+    if (!parent) {
+      roots[at.tree] = bases_[at.tree].p;
+      if (link.coordinate == Coordinate::position) {
+        roots[at.tree] += r;
+        r = zero;
+      }
+    }
+    at.p = parent ? parent->p + r : r;
+    if constexpr (moves) {
+      at.w = parent ? parent->w : zero;
+      at.v = parent ? parent->v : zero;
+      at.w_dot = parent ? parent->w_dot : zero;
+      at.a = parent ? parent->a : zero;
+      if (link.kind != Kind::cyclic) u = at.w;
+      const Triple<T>& e = at.R.z;
+      const Triple<T> w_x_r = cross(at.w, r), u_x_e = qd[k] * cross(u, e);
+      at.v += w_x_r;
+      at.a += cross(at.w_dot, r) + cross(at.w, w_x_r);
+      if (link.slides) {
+        at.v += qd[k] * e;
+        at.a += u_x_e + u_x_e;
+        if (qdd) at.a += qdd[k] * e;
+      } else {
+        at.w += qd[k] * e;
+        at.w_dot += u_x_e;
+        if (qdd) at.w_dot += qdd[k] * e;
+      }
+    }
+  }
+}
+
+}  // namespace kalmarm

@@ -1,0 +1,134 @@
+// Kinematics: where a robot's frames and its mass are, and how they move.
+//
+//   kalmarm::Kinematics<double> kinematics(model, {tool, foot});
+//   kinematics.compute(q, qd, {.axes = kalmarm::Axes::local, .jacobians = Jt, .velocities = V});
+//
+// All that is asked of one state comes from one sweep from the base to the tips; what is left out of the
+// results is not worked out. A frame (robot_model.hpp) is any place on a link, or on the fixed base.
+// F: their number. Spatial vectors are (angular; linear), as everywhere in Kalmarm.
+//
+// A velocity is J qd, an acceleration J qdd + J' qd with J' the time derivative of the same J, so that
+// with qdd = 0 it is what J does not give. The axes say which J (Pinocchio's names):
+//
+//   Axes      Pinocchio            angular   linear velocity   linear acceleration
+//   local     LOCAL                R'w       R'v               R'(a - w x v)        spatial, of the frame's axes
+//   world     WORLD                w         v - w x p         a - w' x p - w x v   spatial, at the base's origin
+//   aligned   LOCAL_WORLD_ALIGNED  w         v                 a                    classical
+//
+// with R and p the frame's pose, w its angular velocity, v and a the velocity and acceleration of its
+// origin, all in the base's axes. Gravity is no part of an acceleration. mj_jac of MuJoCo is `aligned`,
+// with the linear rows in jacp.
+//
+// Errors: nothing is divided or subtracted but what has to be, so that there is no outcome. With s the sum of
+// the lengths on the way from the frame's tree's root, positions are right to about n u (s + |root|),
+// Jacobians in local and aligned axes to n u s wherever the robot stands, `world` to n u |p|. A state that
+// is not finite gives results that are not, in its own row alone.
+//
+// Sizes are checked at every call: std::invalid_argument names the call and both sizes. Memory is taken
+// when the object is made; the first call of rows, and one on more threads than before, take more. One
+// thread at a time may use an object. One state of Kinematics<float> is worked out in double.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "kalmarm/export.hpp"
+#include "kalmarm/robot_model.hpp"
+#include "kalmarm/views.hpp"
+
+namespace kalmarm {
+
+enum class Axes { local, world, aligned };
+
+// Each may be left out. View: MatrixView<T>, column-major, of one state; of rows of states, one in a row,
+// std::optional<RowsView<T>>, of which a row has the columns of one state's matrix after each other.
+template <class View>
+struct KinematicResults {
+  Axes axes = Axes::aligned;  // of jacobians, velocities and accelerations
+
+  // --- of the frames
+  View positions = {};      // 3 x F: p [m]
+  View rotations = {};      // 3 x 3F: R, three columns a frame
+  View quaternions = {};    // 4 x F: of R, (w, x, y, z), w >= 0
+  View jacobians = {};      // nv x 6F: the transpose of J, six columns a frame, as solves take it
+  View velocities = {};     // 6 x F [rad/s; m/s]
+  View accelerations = {};  // 6 x F [rad/s^2; m/s^2]
+
+  // --- of all bodies, in the base's axes; c: the centre of mass
+  View center = {};               // 3: c [m]; NaN where nothing has a mass
+  View center_velocity = {};      // 3: c' [m/s]
+  View center_acceleration = {};  // 3: c'' [m/s^2]
+  View center_jacobian = {};      // nv x 3: the transpose of J, c' = J qd
+  View momentum = {};             // 6: angular about c, linear: A qd [N m s; N s]
+  View momentum_rate = {};        // 6: A qdd + A' qd [N m; N]
+  View momentum_matrix = {};      // nv x 6: the transpose of A (centroidal momentum matrix)
+  View kinetic_energy = {};       // 1: qd' M qd / 2, rotors (armature) included [J]
+  View potential_energy = {};     // 1: zero at the base's origin [J]
+};
+
+template <class T>
+using StateKinematics = KinematicResults<MatrixView<T>>;
+template <class T>
+using RowsOfKinematics = KinematicResults<std::optional<RowsView<T>>>;
+
+template <class T>
+class KinematicsEngine;
+class Threads;
+
+template <class T>
+class KALMARM_EXPORT Kinematics {
+ public:
+  // Throws std::invalid_argument where a frame is on a link that is not there or has no axes, and where
+  // the model is what no robot can be, as Dynamics does.
+  explicit Kinematics(const RobotModel& model, const std::vector<Frame>& frames = {});
+  ~Kinematics();
+  Kinematics(Kinematics&&) noexcept;
+  Kinematics& operator=(Kinematics&&) noexcept;
+
+  int nq() const { return nq_; }
+  int nv() const { return nv_; }
+  int frames() const { return frames_; }
+  double mass() const { return mass_; }  // of all bodies [kg]
+
+  // From q (nq) and, for what moves, qd (nv) and qdd (nv; without it zero). About 60 flops a link on the
+  // way to a frame, 45 more with velocities, 12 more an entry of J that is not zero; 250 a link for what all bodies
+  // have. Velocities without qd: std::invalid_argument.
+  void compute(VectorView<const T> q, const StateKinematics<T>& out) {
+    of_state(q, nullptr, nullptr, out);
+  }
+  void compute(VectorView<const T> q, VectorView<const T> qd, const StateKinematics<T>& out) {
+    of_state(q, &qd, nullptr, out);
+  }
+  void compute(VectorView<const T> q, VectorView<const T> qd, VectorView<const T> qdd,
+               const StateKinematics<T>& out) {
+    of_state(q, &qd, &qdd, out);
+  }
+
+  // The same of rows of states, on `threads` cores.
+  void compute_rows(RowsView<const T> q, const RowsOfKinematics<T>& out, int threads = 1) {
+    of_rows(q, nullptr, nullptr, out, threads);
+  }
+  void compute_rows(RowsView<const T> q, RowsView<const T> qd, const RowsOfKinematics<T>& out,
+                    int threads = 1) {
+    of_rows(q, &qd, nullptr, out, threads);
+  }
+  void compute_rows(RowsView<const T> q, RowsView<const T> qd, RowsView<const T> qdd,
+                    const RowsOfKinematics<T>& out, int threads = 1) {
+    of_rows(q, &qd, &qdd, out, threads);
+  }
+
+ private:
+  void of_state(const VectorView<const T>& q, const VectorView<const T>* qd,
+                const VectorView<const T>* qdd, const StateKinematics<T>& out);
+  void of_rows(const RowsView<const T>& q, const RowsView<const T>* qd,
+               const RowsView<const T>* qdd, const RowsOfKinematics<T>& out, int threads);
+  KinematicsEngine<T>& engine() const;  // throws std::logic_error where it was moved away
+
+  int nq_ = 0, nv_ = 0, frames_ = 0;
+  double mass_ = 0;
+  std::unique_ptr<KinematicsEngine<T>> engine_;
+  std::unique_ptr<Threads> threads_;
+};
+
+}  // namespace kalmarm

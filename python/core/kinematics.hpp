@@ -1,0 +1,42 @@
+// A robot's kinematics on NumPy arrays, of one state or of as many as leading dimensions say.
+#pragma once
+
+#include <kalmarm/kinematics.hpp>
+#include <type_traits>
+#include <vector>
+
+#include "arrays.hpp"
+#include "workers.hpp"
+
+namespace kalmarm::python {
+
+class KinematicsOfRobot {
+ public:
+  KinematicsOfRobot(RobotModel model, std::vector<Frame> frames);
+
+  int frames() const { return static_cast<int>(frames_.size()); }
+  double mass() const;
+
+  // Of each of `results`, by its place in KinematicResults, an array of the leading dimensions and as many
+  // numbers as a state has. qd, qdd: None where they are not given. axes: as Axes counts them.
+  nb::list compute(const std::vector<int>& results, nb::handle q, nb::handle qd, nb::handle qdd,
+                   int axes, int threads);
+
+ private:
+  template <class T>
+  Workers<T, Kinematics<T>>& workers() {
+    if constexpr (std::is_same_v<T, float>)
+      return float_workers_;
+    else
+      return double_workers_;
+  }
+
+  RobotModel model_;
+  std::vector<Frame> frames_;
+  Workers<float, Kinematics<float>> float_workers_{
+      [this] { return Kinematics<float>(model_, frames_); }};
+  Workers<double, Kinematics<double>> double_workers_{
+      [this] { return Kinematics<double>(model_, frames_); }};
+};
+
+}  // namespace kalmarm::python
