@@ -1,8 +1,8 @@
 // bench_peers: the fast path against other libraries, and against itself built by another compiler,
 // on the same mechanisms in the same states in one run.
 //
-// Names are task/variant/scene/precision; tasks are acceleration, inverse_dynamics, inverse, mass and
-// derivatives, of all TASK_batch, and of matrices TASK_triangle. Everything is verified before it is
+// Names are task/variant/scene/precision; tasks are acceleration, inverse_dynamics, inverse, mass,
+// derivatives, frame and momentum, of all TASK_batch, and of matrices TASK_triangle. Everything is verified before it is
 // timed: results against the float64 square-root filter, torques against Newton and Euler in link
 // frames, derivatives against differences of the filter; what is wrong is reported as an error and is
 // not timed. A library without armature solves the mechanism without. Counters: as in case.hpp,
@@ -32,6 +32,7 @@
 #include "benchmarks/case.hpp"
 #include "benchmarks/derivative_check.hpp"
 #include "benchmarks/driver.hpp"
+#include "benchmarks/kinematics_check.hpp"
 #include "benchmarks/peak.hpp"
 #include "benchmarks/peers/mechanism.hpp"
 #include "benchmarks/peers/peer.hpp"
@@ -44,7 +45,8 @@ namespace {
 using Module = decltype(&kalmarm_peers);
 
 constexpr const char* timed_call =
-    "From q, qd and tau (inverse, mass: q; inverse_dynamics: tau's numbers as qdd) in the "
+    "From q, qd and tau (inverse, mass, frame, momentum: q; inverse_dynamics: tau's numbers as "
+    "qdd) in the "
     "library's own conventions to the result in its "
     "own memory: kinematics, velocity terms and gravity included, conversions of states and "
     "results not. Matrices have both triangles, TASK_triangle the one that a library fills. "
@@ -67,7 +69,7 @@ class SolverPeer final : public Peer {
   std::string name() const override { return name_; }
   std::string version() const override { return version_; }
   bool can(Task task) const override {
-    return task != Task::derivatives && !is_triangle(task) && (has_mass || task != Task::mass) &&
+    return is_common(task) && (has_mass || task != Task::mass) &&
            (has_inverse_dynamics || task != Task::inverse_dynamics);
   }
   void add_state(const double* q, const double* qd, const double* tau) override {
@@ -194,6 +196,13 @@ std::string judge(const Contest& contest, const Peer& peer, Task task, int i) {
     const double bound = derivative_bound(truth.bound<T>(truth.condition[i]));
     return error <= bound ? "" : wrong(error, bound);
   }
+  if (is_kinematics(task)) {
+    using RowMajor = Eigen::Matrix<double, -1, -1, Eigen::RowMajor>;
+    RowMajor columns = RowMajor::Constant(6, nv, std::numeric_limits<double>::quiet_NaN());
+    peer.get_columns(i, columns.data());
+    const KinematicsCheck check(truth.scene.model, truth.states[i].q);
+    return truth.compare<T>(task == Task::frame ? check.frame() : check.momentum(), columns, 1);
+  }
   const bool is_mass = task == Task::mass || task == Task::mass_triangle;
   if (is_mass || task == Task::inverse || task == Task::inverse_triangle) {
     auto matrix = poisoned();
@@ -225,6 +234,10 @@ double least_numbers(const Model<double>& model, Task task) {
       return nq + nv * (nv + 1) / 2;
     case Task::derivatives:
       return nq + 2 * nv + 3 * nv * nv;
+    case Task::frame:
+      return nq + 12 + 6 * nv;
+    case Task::momentum:
+      return nq + 3 + 6 * nv;
   }
   return 0;
 }
@@ -275,6 +288,10 @@ void add_tasks(std::shared_ptr<const Contest> contest) {
       {Task::mass, "mass_batch", true},
       {Task::derivatives, "derivatives", false},
       {Task::derivatives, "derivatives_batch", true},
+      {Task::frame, "frame", false},
+      {Task::frame, "frame_batch", true},
+      {Task::momentum, "momentum", false},
+      {Task::momentum, "momentum_batch", true},
   };
   constexpr int most_in_batches = 180;  // DoF: 1024 matrices of more take over 256 MiB
   const bool large = contest->truth.scene.model.nv() > most_in_batches;

@@ -78,7 +78,7 @@ KinematicsCall<T> call_of(const KinematicResults<View>& out, int nv, int frames,
 
 template <class T>
 void need_motion(const KinematicsCall<T>& call) {
-  if (call.qd) return;
+  if (call.qd || !call.wants_motion()) return;
   for (int i = 0; i < kinematics; ++i) {
     KinematicsCall<T> one;
     one.out[i] = call.out[i];

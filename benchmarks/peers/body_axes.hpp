@@ -71,6 +71,13 @@ class BodyAxes {
     Eigen::Map<RowMajor>(out, nv_, nv_) = T(q).transpose() * in_order(B) * T(q);
   }
 
+  // B T, of columns that take velocities to something in the base's axes
+  void columns(const double* q, const Matrix& B, double* out) const {
+    Matrix X(B.rows(), nv_);
+    for (int k = 0; k < nv_; ++k) X.col(k) = B.col(order_[k]);
+    Eigen::Map<RowMajor>(out, B.rows(), nv_) = X * T(q);
+  }
+
   // (3), (4) and (2)
   void derivatives(const double* q, const double* qd, const double* tau, const Vector& aB,
                    const Matrix& AqB, const Matrix& AvB, const Matrix& AtB, double* dq, double* dqd,

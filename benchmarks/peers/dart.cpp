@@ -85,7 +85,7 @@ class Dart final : public Peer {
 
   std::string name() const override { return "DART"; }
   std::string version() const override { return "DART " DART_VERSION " (Debian's build)"; }
-  bool can(Task task) const override { return !is_triangle(task) && task != Task::derivatives; }
+  bool can(Task task) const override { return is_common(task); }
   bool has_armature() const override { return false; }
 
   void add_state(const double* q, const double* qd, const double* tau) override {

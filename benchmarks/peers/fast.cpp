@@ -1,6 +1,7 @@
 // Kalmarm's fast path as a contender, through the one door, so that one program can time what two
 // compilers make of it. The test for singularity and its Outcome are part of every call.
 #include <algorithm>
+#include <array>
 #include <type_traits>
 
 #include "algorithms/dynamics/plan.hpp"
@@ -8,6 +9,7 @@
 #include "algorithms/study/flops/flops.hpp"
 #include "benchmarks/peers/peer.hpp"
 #include "kalmarm/dynamics.hpp"
+#include "kalmarm/kinematics.hpp"
 
 namespace kalmarm {
 namespace {
@@ -24,6 +26,7 @@ class Fast final : public Peer {
         lower_(plain(model), {.tolerance = tolerance,
                               .question = {.want = {Want::inverse, Want::mass}},
                               .triangles = Triangles::lower}),
+        kinematics_(plain(model), {{model.nv() - 1}}),
         nq_(model.nq()),
         nv_(model.nv()),
         a_(nv_),
@@ -31,7 +34,8 @@ class Fast final : public Peer {
         matrix_(nv_, nv_),
         dq_(matrix_),
         dqd_(matrix_),
-        dtau_(matrix_) {}
+        dtau_(matrix_),
+        columns_(nv_, 6) {}
 
   std::string name() const override {
     return std::string(refined_ ? "Ladder<last_bits>" : "Ladder<default>") + KALMARM_PEER_TAG;
@@ -43,7 +47,7 @@ class Fast final : public Peer {
   }
   bool has_batch(Task task) const override { return !is_triangle(task); }
   double flops(Task task, bool batch) const override {
-    if (task != Task::acceleration && refined_) return 0;
+    if (is_kinematics(task) || (task != Task::acceleration && refined_)) return 0;
     return kalmarm::flops(robot_.plan(), want(task), robot_.tolerance(), {.rows = batch});
   }
 
@@ -65,7 +69,9 @@ class Fast final : public Peer {
   }
   bool batch(Task task) override {
     batched_ = true;
-    const std::size_t width = task == Task::inverse || task == Task::mass ? nv_ * nv_ : nv_;
+    const std::size_t width = is_kinematics(task)                           ? nv_ * 6
+                              : task == Task::inverse || task == Task::mass ? nv_ * nv_
+                                                                            : nv_;
     rows_.resize(q_.size() * width);
     switch (task) {
       case Task::acceleration:
@@ -80,6 +86,17 @@ class Fast final : public Peer {
       case Task::inverse_triangle:
       case Task::mass_triangle:
         return false;
+      case Task::frame: {
+        const auto [columns, points, rotations] = rows_of_kinematics();
+        kinematics_.compute_rows(
+            q_rows_, {.positions = points, .rotations = rotations, .jacobians = columns});
+        return true;
+      }
+      case Task::momentum: {
+        const auto [columns, points, rotations] = rows_of_kinematics();
+        kinematics_.compute_rows(q_rows_, {.center = points, .momentum_matrix = columns});
+        return true;
+      }
       case Task::derivatives: {
         const auto count = static_cast<std::ptrdiff_t>(q_.size());
         for (std::vector<T>* X : {&dq_rows_, &dqd_rows_, &dtau_rows_}) X->resize(count * nv_ * nv_);
@@ -122,6 +139,21 @@ class Fast final : public Peer {
     return static_cast<bool>(
         robot_.derivatives(q_[i], qd_[i], tau_[i], {.dq = dq_, .dqd = dqd_, .dtau = dtau_}, a_));
   }
+  bool frame(int i) override {
+    batched_ = false;
+    kinematics_.compute(q_[i],
+                        {.positions = point_, .rotations = rotation_, .jacobians = columns_});
+    return true;
+  }
+  bool momentum(int i) override {
+    batched_ = false;
+    kinematics_.compute(q_[i], {.center = point_, .momentum_matrix = columns_});
+    return true;
+  }
+  void get_columns(int i, double* out) const override {
+    std::copy_n(batched_ ? &rows_[i * nv_ * 6] : columns_.data(), nv_ * 6,
+                out);  // of J', by columns
+  }
   void get_torque(int i, double* tau) const override {
     std::copy_n(batched_ ? &rows_[i * nv_] : torque_.data(), nv_, tau);
   }
@@ -156,6 +188,9 @@ class Fast final : public Peer {
         return Want::mass;
       case Task::derivatives:
         return Want::derivatives;
+      case Task::frame:
+      case Task::momentum:
+        break;
     }
     return Want::acceleration;
   }
@@ -172,15 +207,26 @@ class Fast final : public Peer {
   }
   int states() const override { return static_cast<int>(q_.size()); }
 
+  // J' or A', positions, rotations.
+  std::array<RowsView<T>, 3> rows_of_kinematics() {
+    points_.resize(3 * q_.size());
+    rotations_.resize(9 * q_.size());
+    return {RowsView<T>(rows_), RowsView<T>(points_), RowsView<T>(rotations_)};
+  }
+
   bool refined_;
   Dynamics<T> robot_, lower_;
+  Kinematics<T> kinematics_;
   int nq_, nv_;
   std::vector<VectorX<T>> q_, qd_, tau_;
   std::vector<T> q_rows_, qd_rows_, tau_rows_;
-  std::vector<T> rows_, dq_rows_, dqd_rows_, dtau_rows_;  // what the last batch has left
+  std::vector<T> rows_, dq_rows_, dqd_rows_, dtau_rows_, points_,
+      rotations_;  // what the last batch has left
   std::vector<Outcome> outcomes_;
   VectorX<T> a_, torque_;
-  MatrixX<T> matrix_, dq_, dqd_, dtau_;
+  MatrixX<T> matrix_, dq_, dqd_, dtau_, columns_;
+  Vector3<T> point_;
+  Matrix3<T> rotation_;
   bool batched_ = false, is_lower_ = false;  // the last call
 };
 

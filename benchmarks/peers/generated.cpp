@@ -82,7 +82,7 @@ class Generated final : public Peer {
     return out + ")";
   }
   bool can(Task task) const override {
-    if (task == Task::derivatives || is_triangle(task)) return false;
+    if (!is_common(task)) return false;
     const bool is_matrix = task == Task::inverse || task == Task::mass;
     return mechanism_.nv <= (is_matrix ? largest_nv_of_matrices : largest_nv);
   }

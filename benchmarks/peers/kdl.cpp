@@ -58,9 +58,7 @@ class Kdl final : public Peer {
 
   std::string name() const override { return "KDL"; }
   std::string version() const override { return "KDL " KDL_VERSION_STRING " (Debian's build)"; }
-  bool can(Task task) const override {
-    return !is_triangle(task) && task != Task::inverse && task != Task::derivatives;
-  }
+  bool can(Task task) const override { return is_common(task) && task != Task::inverse; }
 
   void add_state(const double* q, const double* qd, const double* tau) override {
     const auto array = [this](const double* x) {

@@ -58,8 +58,18 @@ enum class Task {
   mass,
   derivatives,
   inverse_triangle,
-  mass_triangle
+  mass_triangle,
+  frame,    // the last body's: its pose and J, in the base's axes
+  momentum  // the centroidal momentum matrix and the centre of mass
 };
+
+// What most libraries have.
+inline bool is_common(Task task) {
+  return task == Task::acceleration || task == Task::inverse_dynamics || task == Task::inverse ||
+         task == Task::mass;
+}
+
+inline bool is_kinematics(Task task) { return task == Task::frame || task == Task::momentum; }
 
 // One triangle of a symmetric matrix is enough.
 inline bool is_triangle(Task task) {
@@ -89,7 +99,7 @@ class Peer {
 
   // The timed calls, of state i or, `batch`, of all; false where they failed. acceleration and derivatives
   // take q, qd and tau; inverse_dynamics takes q, qd and, with tau's numbers, qdd; inverse and mass
-  // take q. Both triangles are filled, or by TASK_triangle at least the one that the library fills.
+  // take q, and so do frame and momentum. Both triangles are filled, or by TASK_triangle at least the one that the library fills.
   virtual bool acceleration(int) { return false; }
   virtual bool inverse_dynamics(int) { return false; }
   virtual bool inverse(int) { return false; }
@@ -97,6 +107,8 @@ class Peer {
   virtual bool inverse_triangle(int) { return false; }
   virtual bool mass_triangle(int) { return false; }
   virtual bool derivatives(int) { return false; }
+  virtual bool frame(int) { return false; }
+  virtual bool momentum(int) { return false; }
   virtual bool batch(Task task) {
     for (int i = 0; i < states(); ++i)
       if (!call(task, i)) return false;
@@ -118,6 +130,10 @@ class Peer {
         return mass_triangle(i);
       case Task::derivatives:
         return derivatives(i);
+      case Task::frame:
+        return frame(i);
+      case Task::momentum:
+        return momentum(i);
     }
     return false;
   }
@@ -127,6 +143,8 @@ class Peer {
   virtual void get_acceleration(int, double*) const {}
   virtual void get_torque(int, double*) const {}  // of inverse_dynamics
   virtual void get_matrix(int, double*) const {}
+  virtual void get_columns(int, double*) const {
+  }  // of frame or momentum, 6 x nv, (angular; linear)
   virtual void get_derivatives(int, double* /*dq*/, double* /*dqd*/, double* /*dtau*/) const {}
 
  protected:

@@ -7,11 +7,15 @@
 //   mass              crba, the same
 //   TASK_triangle     without the mirror image
 //   derivatives       computeABADerivatives
+//   frame             computeFrameJacobian, the fastest for one frame
+//   momentum          ccrba
 // Results stay in pinocchio::Data.
 #include <algorithm>
 #include <pinocchio/algorithm/aba-derivatives.hpp>
 #include <pinocchio/algorithm/aba.hpp>
+#include <pinocchio/algorithm/centroidal.hpp>
 #include <pinocchio/algorithm/crba.hpp>
+#include <pinocchio/algorithm/frames.hpp>
 #include <pinocchio/algorithm/rnea.hpp>
 
 #include "benchmarks/peers/body_axes.hpp"
@@ -44,10 +48,14 @@ void mirror(Stored& X) {
 // The variants share one, without the tensors.
 struct Robot {
   pin::Model model;
+  pin::FrameIndex last;  // the frame of the last body
   pin::Data data;
 
   explicit Robot(const Mechanism& mechanism)
-      : model(make_model<pin::JointCollectionDefaultTpl>(mechanism)), data(model) {
+      : model(make_model<pin::JointCollectionDefaultTpl>(mechanism)),
+        last(model.addFrame(
+            pin::Frame("last", model.njoints - 1, 0, pin::SE3::Identity(), pin::OP_FRAME))),
+        data(model) {
     for (auto* tensor : {&data.d2tau_dqdq, &data.d2tau_dvdv, &data.d2tau_dqdv, &data.d2tau_dadq})
       *tensor = {};
   }
@@ -61,7 +69,10 @@ class Pinocchio final : public Peer {
         convention_(convention),
         robot_(std::move(robot)),
         model_(robot_->model),
-        data_(robot_->data) {}
+        data_(robot_->data),
+        J_(6, mechanism.nv) {
+    J_.setZero();
+  }
 
   std::string name() const override {
     return std::string(is_local() ? "Pinocchio<LOCAL>@" : "Pinocchio<WORLD>@") + compiler_name;
@@ -70,7 +81,7 @@ class Pinocchio final : public Peer {
     return std::string("Pinocchio " PINOCCHIO_VERSION " (headers, ") + compiler_name + " " +
            compiler_version + ")";
   }
-  // rnea, computeMinverse and computeABADerivatives have no convention.
+  // The others have no convention.
   bool can(Task task) const override {
     return is_local() || task == Task::acceleration || task == Task::mass ||
            task == Task::mass_triangle;
@@ -115,6 +126,23 @@ class Pinocchio final : public Peer {
     return true;
   }
 
+  bool frame(int i) override {
+    pin::computeFrameJacobian(model_, data_, states_[i].q, robot_->last, pin::LOCAL_WORLD_ALIGNED,
+                              J_);
+    columns_ = &J_;
+    return true;
+  }
+  bool momentum(int i) override {
+    pin::ccrba(model_, data_, states_[i].q, states_[i].qd);
+    columns_ = &data_.Ag;
+    return true;
+  }
+
+  void get_columns(int i, double* out) const override {
+    Matrix X(6, mechanism_.nv);
+    X << columns_->bottomRows(3), columns_->topRows(3);
+    axes_.columns(states_[i].given_q.data(), X, out);
+  }
   void get_acceleration(int i, double* a) const override {
     axes_.acceleration(states_[i].given_q.data(), states_[i].given_qd.data(), data_.ddq, a);
   }
@@ -146,6 +174,8 @@ class Pinocchio final : public Peer {
   std::shared_ptr<Robot> robot_;
   const pin::Model& model_;
   pin::Data& data_;
+  pin::Data::Matrix6x J_;
+  const pin::Data::Matrix6x* columns_ = &J_;
   bool matrix_is_mass_ = false;  // of the last matrix
   std::vector<PinocchioState> states_;
 };

@@ -75,7 +75,7 @@ class Simbody final : public Peer {
     SimTK_version_simbody(&major, &minor, &patch);
     return "Simbody " + std::to_string(major) + "." + std::to_string(minor) + " (Debian's build)";
   }
-  bool can(Task task) const override { return !is_triangle(task) && task != Task::derivatives; }
+  bool can(Task task) const override { return is_common(task); }
   bool has_armature() const override { return false; }
 
   void add_state(const double* q, const double* qd, const double* tau) override {

@@ -162,7 +162,9 @@ def test_whole_body_is_pinocchios(peer):
         close(found["momentum"][i], data.hg.vector[LINEAR_FIRST], np.abs(data.Ag).max() * 10)
         pin.computeCentroidalMomentumTimeVariation(model, data, q[i], v[i], qdd_pin[i])
         close(found["momentum_rate"][i], data.dhg.vector[LINEAR_FIRST], 1000 * of.mass)
-        close(found["kinetic_energy"][i], pin.computeKineticEnergy(model, data, q[i], v[i]))
+        M = np.triu(pin.crba(model, data, q[i]))
+        kinetic = v[i] @ M @ v[i] - np.diag(M) @ v[i] ** 2 / 2  # its own leaves out some armatures
+        close(found["kinetic_energy"][i], kinetic)
         close(
             found["potential_energy"][i], pin.computePotentialEnergy(model, data, q[i]), of.mass
         )
