@@ -41,7 +41,9 @@ constexpr Named<View> named[] = {
     {"momentum_rate", &KinematicResults<View>::momentum_rate},
     {"momentum_matrix", &KinematicResults<View>::momentum_matrix},
     {"kinetic_energy", &KinematicResults<View>::kinetic_energy},
-    {"potential_energy", &KinematicResults<View>::potential_energy}};
+    {"potential_energy", &KinematicResults<View>::potential_energy},
+    {"coriolis", &KinematicResults<View>::coriolis},
+    {"regressor", &KinematicResults<View>::regressor}};
 
 [[noreturn]] void refuse_size(const char* name, const std::string& given,
                               const std::string& needed) {

@@ -36,7 +36,9 @@ std::vector<Result<T>> results_of(int F, int nv) {
           {6, &R::momentum_rate},
           {6 * nv, &R::momentum_matrix},
           {1, &R::kinetic_energy},
-          {1, &R::potential_energy}};
+          {1, &R::potential_energy},
+          {nv * nv, &R::coriolis},
+          {10 * nv * nv, &R::regressor}};
 }
 
 }  // namespace

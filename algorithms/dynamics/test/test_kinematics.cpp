@@ -28,8 +28,8 @@ struct Results {
   MatrixX<T>& operator[](Kinematic what) { return of[static_cast<int>(what)]; }
 
   StateKinematics<T> all(Axes axes) {
-    return {axes,  of[0], of[1], of[2],  of[3],  of[4],  of[5],  of[6],
-            of[7], of[8], of[9], of[10], of[11], of[12], of[13], of[14]};
+    return {axes,  of[0], of[1],  of[2],  of[3],  of[4],  of[5],  of[6],  of[7],
+            of[8], of[9], of[10], of[11], of[12], of[13], of[14], of[15], of[16]};
   }
 };
 
@@ -44,8 +44,8 @@ struct Rows {
   }
 
   RowsOfKinematics<T> all(Axes axes) {
-    return {axes,  of[0], of[1], of[2],  of[3],  of[4],  of[5],  of[6],
-            of[7], of[8], of[9], of[10], of[11], of[12], of[13], of[14]};
+    return {axes,  of[0], of[1],  of[2],  of[3],  of[4],  of[5],  of[6],  of[7],
+            of[8], of[9], of[10], of[11], of[12], of[13], of[14], of[15], of[16]};
   }
 };
 
@@ -81,6 +81,7 @@ double largest_error(const MatrixX<double>& is, const MatrixX<double>& should) {
   return size > 0 ? error / size : error;
 }
 
+constexpr int by_definition = static_cast<int>(Kinematic::coriolis);  // those before it
 const char* const names[] = {
     "positions",     "rotations",     "quaternions",     "jacobians",           "velocities",
     "accelerations", "center",        "center_velocity", "center_acceleration", "center_jacobian",
@@ -107,7 +108,7 @@ void agrees_with_the_definitions(const Model<double>& given, Axes axes, std::uin
     const auto truth = true_kinematics(model, state.template cast<double>(), frames, axes);
     Results<T> one(nv, 3);
     robot.compute(state.q, state.qd, state.tau, one.all(axes));
-    for (int j = 0; j < kinematics; ++j) {
+    for (int j = 0; j < by_definition; ++j) {
       EXPECT_LE(largest_error(one.of[j].template cast<double>(), truth[j]), bound<T>(nv))
           << names[j];
       const Eigen::Map<const MatrixX<T>> row(rows.of[j].data() + i * shapes[j].size(),
@@ -141,7 +142,7 @@ TEST(Kinematics, FarFromTheBaseWhatIsNearEachOtherKeepsItsDigits) {
     Results<double> is(model.nv(), 3);
     robot.compute(state.q, state.qd, state.tau, is.all(axes));
     const auto truth = true_kinematics(model, state, frames, axes);
-    for (int j = 0; j < kinematics; ++j)
+    for (int j = 0; j < by_definition; ++j)
       EXPECT_LE(largest_error(is.of[j], truth[j]), bound<double>(model.nv())) << names[j];
   }
 }
@@ -205,6 +206,60 @@ TEST(Kinematics, JacobiansAreThoseOfOperational) {
   EXPECT_LE((Jt.transpose() * X - JXJ).norm(), 1e-12 * JXJ.norm());
 }
 
+// C qd is what velocities need; M' - 2 C is skew-symmetric.
+TEST(Kinematics, TheCoriolisMatrixIsTheOneThatMassChangesBy) {
+  for (const Family& family : families_and_robots()) {
+    SCOPED_TRACE(family.name);
+    const Model<double> model = family.make(6);
+    const State<double> state = random_state(model, 7);
+    const int nv = model.nv();
+    Kinematics<double> robot(plain(model));
+    Dynamics<double> dynamics(plain(model));
+    MatrixX<double> C(nv, nv);
+    VectorX<double> bias(nv), gravity(nv);
+    robot.compute(state.q, state.qd, {.coriolis = C});
+    dynamics.bias(state.q, state.qd, bias);
+    dynamics.gravity(state.q, gravity);
+    const double size = C.norm() * state.qd.norm() + gravity.norm();
+    EXPECT_LE((C * state.qd + gravity - bias).norm(), bound<double>(nv) * size);
+    const MatrixX<double> rest = mass_rate(model, state) - 2 * C;
+    EXPECT_LE((rest + rest.transpose()).norm(), bound<double>(nv) * C.norm());
+  }
+}
+
+// Y knows nothing of the bodies, and gives the torques of any.
+TEST(Kinematics, TheRegressorGivesTheTorquesOfAnyBodies) {
+  for (const Family& family : families_and_robots()) {
+    SCOPED_TRACE(family.name);
+    const Model<double> model = family.make(6);
+    const State<double> state = random_state(model, 8);
+    const int nv = model.nv();
+    MatrixX<double> Y(nv, 10 * nv), same(Y);
+    RobotModel robot = plain(model), heavier = robot;
+    for (LinkParameters& link : heavier.links) {
+      link.mass = 3 + 2 * link.mass;
+      link.center_of_mass[1] += 0.3;
+      link.principal_moments = {1, 1.1, 1.2};
+    }
+    for (const RobotModel* bodies : {&robot, &heavier}) {
+      Kinematics<double>(*bodies).compute(state.q, state.qd, state.tau,
+                                          {.regressor = bodies == &robot ? Y : same});
+      const Model<double> of_bodies = model_of(*bodies);
+      VectorX<double> pi(10 * nv), tau(nv);
+      for (int k = 0; k < nv; ++k) {
+        const auto& M = of_bodies.M(k);
+        pi.segment<10>(10 * k) << M.m, M.h, M.I(0, 0), M.I(1, 1), M.I(2, 2), M.I(0, 1), M.I(0, 2),
+            M.I(1, 2);
+      }
+      Dynamics<double>(*bodies).inverse_dynamics(state.q, state.qd, state.tau, tau);
+      VectorX<double> by_Y = Y * pi;
+      for (int k = 0; k < nv; ++k) by_Y[k] += bodies->links[k].armature * state.tau[k];
+      EXPECT_LE((by_Y - tau).norm(), 10 * bound<double>(nv) * tau.norm());
+    }
+    EXPECT_EQ(Y, same);
+  }
+}
+
 // Of each result alone the bits of all together.
 TEST(Kinematics, WhatIsLeftOutChangesNothing) {
   const Model<double> model = creature(8);
@@ -237,6 +292,8 @@ TEST(Kinematics, WhatIsLeftOutChangesNothing) {
   alone(&Out::momentum_matrix, 12);
   alone(&Out::kinetic_energy, 13);
   alone(&Out::potential_energy, 14);
+  alone(&Out::coriolis, 15);
+  alone(&Out::regressor, 16);
 }
 
 TEST(Kinematics, RowsOnAnyNumberOfThreadsHaveTheSameBits) {

@@ -29,8 +29,10 @@ enum class Kinematic {
   momentum_matrix,
   kinetic_energy,
   potential_energy,
+  coriolis,
+  regressor,
 };
-constexpr int kinematics = static_cast<int>(Kinematic::potential_energy) + 1;
+constexpr int kinematics = static_cast<int>(Kinematic::regressor) + 1;
 
 // Of one state: a result is a matrix of so many rows and columns.
 struct KinematicShape {
@@ -52,7 +54,9 @@ inline std::array<KinematicShape, kinematics> kinematic_shapes(int nv, int frame
            {6, 1},
            {nv, 6},
            {1, 1},
-           {1, 1}}};
+           {1, 1},
+           {nv, nv},
+           {nv, 10 * nv}}};
 }
 
 // Null: not given, or not wanted.
@@ -72,7 +76,7 @@ struct KinematicsCall {
   bool wants_motion() const {
     return wants({Kinematic::velocities, Kinematic::accelerations, Kinematic::center_velocity,
                   Kinematic::center_acceleration, Kinematic::momentum, Kinematic::momentum_rate,
-                  Kinematic::kinetic_energy});
+                  Kinematic::kinetic_energy, Kinematic::coriolis, Kinematic::regressor});
   }
 };
 

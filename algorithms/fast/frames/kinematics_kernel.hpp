@@ -10,8 +10,9 @@
 #include <algorithm>
 #include <vector>
 
+#include "algorithms/fast/frames/coriolis.hpp"
 #include "algorithms/fast/frames/kinematics_engine.hpp"
-#include "algorithms/fast/frames/whole_body.hpp"
+#include "algorithms/fast/frames/regressor.hpp"
 #include "algorithms/model/plain.hpp"
 
 namespace kalmarm {
@@ -42,6 +43,11 @@ class KinematicsKernel {
   };
 
   T* at(Kinematic what) { return results_[static_cast<int>(what)].data(); }
+  T* with_memory(Kinematic what) {
+    std::vector<T>& result = results_[static_cast<int>(what)];
+    result.resize(sizes_[static_cast<int>(what)], T(S(0)));
+    return result.data();
+  }
   static void put(const Triple<T>& v, T* to) {
     to[0] = v.x;
     to[1] = v.y;
@@ -67,13 +73,20 @@ class KinematicsKernel {
   std::vector<int> on_a_way_, all_;
   WorldMotion<T> motion_;
   WholeBody<T> whole_;
-  std::array<std::vector<T>, kinematics> results_;
+  CoriolisMatrix<T> coriolis_;
+  Regressor<T> regressor_;
+  std::array<int, kinematics> sizes_;
+  std::array<std::vector<T>, kinematics> results_;  // C and Y: from the first call for them on
 };
 
 template <class T>
 KinematicsKernel<T>::KinematicsKernel(const Model<double>& given, const LoweredModel<S>& model,
                                       const std::vector<Frame>& frames)
-    : model_(model), motion_(model, given), whole_(model, given.gravity()) {
+    : model_(model),
+      motion_(model, given),
+      whole_(model, given.gravity()),
+      coriolis_(model),
+      regressor_(model, given.gravity()) {
   const int nv = model.nv();
   std::vector<char> passed(nv, 0);
   for (const Frame& frame : frames) {
@@ -99,16 +112,20 @@ KinematicsKernel<T>::KinematicsKernel(const Model<double>& given, const LoweredM
     if (passed[k]) on_a_way_.push_back(k);
   }
   const auto shapes = kinematic_shapes(nv, static_cast<int>(frames.size()));
-  for (int i = 0; i < kinematics; ++i) results_[i].assign(shapes[i].size(), T(S(0)));
+  for (int i = 0; i < kinematics; ++i) {
+    sizes_[i] = shapes[i].size();
+    if (i < static_cast<int>(Kinematic::coriolis)) results_[i].assign(sizes_[i], T(S(0)));
+  }
 }
 
 template <class T>
 template <class Call>
 void KinematicsKernel<T>::fill(const Call& call, const T* q, const T* qd, const T* qdd) {
-  const bool whole = call.wants(
-      {Kinematic::center, Kinematic::center_velocity, Kinematic::center_acceleration,
-       Kinematic::center_jacobian, Kinematic::momentum, Kinematic::momentum_rate,
-       Kinematic::momentum_matrix, Kinematic::kinetic_energy, Kinematic::potential_energy});
+  const bool whole =
+      call.wants({Kinematic::center, Kinematic::center_velocity, Kinematic::center_acceleration,
+                  Kinematic::center_jacobian, Kinematic::momentum, Kinematic::momentum_rate,
+                  Kinematic::momentum_matrix, Kinematic::kinetic_energy,
+                  Kinematic::potential_energy, Kinematic::coriolis, Kinematic::regressor});
   const std::vector<int>& steps = whole ? all_ : on_a_way_;
   if (call.wants_motion())
     motion_.move(model_, steps, q, qd, qdd);
@@ -193,8 +210,13 @@ void KinematicsKernel<T>::fill_whole(const Call& call, const T* qd) {
     put(Kinematic::momentum_rate, 0, whole_.angular_rate, whole_.linear_rate);
     *at(Kinematic::kinetic_energy) = whole_.kinetic;
   }
-  if (!call.wants({Kinematic::center_jacobian, Kinematic::momentum_matrix})) return;
+  if (call[Kinematic::regressor])
+    regressor_.fill(model_, motion_, with_memory(Kinematic::regressor));
+  if (!call.wants({Kinematic::center_jacobian, Kinematic::momentum_matrix, Kinematic::coriolis}))
+    return;
   whole_.compose(model_, motion_);
+  if (call[Kinematic::coriolis])
+    coriolis_.fill(model_, motion_, whole_, with_memory(Kinematic::coriolis));
   const T one = T(S(1)) / whole_.mass;
   for (int k = 0; k < model_.nv(); ++k) {
     const auto& [angular, linear] = whole_.columns[k];

@@ -28,6 +28,14 @@ struct Symmetric {
   }
 };
 
+// Of a body, or of all that hangs on a link: mass, first moment and inertia about the link's origin.
+template <class T>
+struct Composite {
+  T m;
+  Triple<T> h;
+  Symmetric<T> I;
+};
+
 template <class T>
 class WholeBody {
   using S = typename Lanes<T>::Scalar;
@@ -52,20 +60,16 @@ class WholeBody {
   void stand(const LoweredModel<S>& model, const WorldMotion<T>& at);
   // After it: velocities, accelerations, momenta, kinetic energy.
   void move(const LoweredModel<S>& model, const WorldMotion<T>& at, const T* qd);
-  // After `stand`: the columns.
+  // After `stand`: the columns, and the composites.
   void compose(const LoweredModel<S>& model, const WorldMotion<T>& at);
+  const Composite<T>& composite(int k) const { return composites_[k]; }
+  Composite<T> body(const LoweredModel<S>& model, int k) const;  // of link k alone
 
  private:
   struct Body {
     Triple<T> offset;  // of C from the link's origin
     Triple<T> C;
     Symmetric<T> W;
-  };
-  // Of all that hangs on a link, its own body included.
-  struct Composite {
-    T m;
-    Triple<T> h;
-    Symmetric<T> I;
   };
 
   KALMARM_INLINE static Symmetric<T> turned(const Triad<T>& R, const CentralBody<S>& body);
@@ -74,7 +78,7 @@ class WholeBody {
 
   Triple<T> gravity_;
   std::vector<Body> bodies_;
-  std::vector<Composite> composites_;
+  std::vector<Composite<T>> composites_;
 };
 
 template <class T>
@@ -145,22 +149,24 @@ void WholeBody<T>::move(const LoweredModel<S>& model, const WorldMotion<T>& at, 
 }
 
 template <class T>
+Composite<T> WholeBody<T>::body(const LoweredModel<S>& model, int k) const {
+  const Body& own = bodies_[k];
+  const T m = T(model.central(k).m);
+  const Symmetric<T>& W = own.W;
+  Composite<T> out = {
+      m, m * own.offset, {W.yy + W.zz, W.xx + W.zz, W.xx + W.yy, -W.xy, -W.xz, -W.yz}};
+  add_point(m, own.offset, out.I);
+  return out;
+}
+
+template <class T>
 void WholeBody<T>::compose(const LoweredModel<S>& model, const WorldMotion<T>& at) {
   const int nv = model.nv();
   composites_.resize(nv);
-  for (int k = 0; k < nv; ++k) {
-    const Body& own = bodies_[k];
-    const S m = model.central(k).m;
-    const Symmetric<T>& W = own.W;
-    Composite& body = composites_[k];
-    body.m = T(m);
-    body.h = m * own.offset;
-    body.I = {W.yy + W.zz, W.xx + W.zz, W.xx + W.yy, -W.xy, -W.xz, -W.yz};
-    add_point(body.m, own.offset, body.I);
-  }
+  for (int k = 0; k < nv; ++k) composites_[k] = body(model, k);
   for (int k = nv - 1; k >= 0; --k) {
     const auto& link = at.links[k];
-    const Composite& body = composites_[k];
+    const Composite<T>& body = composites_[k];
     const Triple<T>& e = link.R.z;
     const bool slides = model.link(k).slides;
     Triple<T> arm = link.p - center;
@@ -171,7 +177,7 @@ void WholeBody<T>::compose(const LoweredModel<S>& model, const WorldMotion<T>& a
     const int parent = model.link(k).parent;
     if (parent < 0) continue;
     const Triple<T> r = link.p - at.links[parent].p, h = body.h;
-    Composite& to = composites_[parent];
+    Composite<T>& to = composites_[parent];
     const T hx = h.x * r.x, hy = h.y * r.y, hz = h.z * r.z;
     to.m += body.m;
     to.h += h + body.m * r;

@@ -150,40 +150,57 @@ void WorldMotion<T>::sweep(const LoweredModel<S>& model, const std::vector<int>&
   using Kind = typename LoweredLink<S>::Kind;
   detail::set_placements(model, q, *this);
   const Triple<T> zero = detail::zeros<T>();
-  Triple<T> u = zero;
+  // Of the link before, in registers.
+  Triad<T> R;
+  Triple<T> p, w, v, w_dot, a, u;
   for (const int k : steps) {
     const LoweredLink<S>& link = model.link(k);
     Link& at = links[k];
-    const Link* const parent = link.parent < 0 ? nullptr : &links[link.parent];
-    at.R = parent ? parent->R : bases_[at.tree].R;
-    Triple<T> r = place(model, link, at.d, at.R);
-    if (!parent) {
+    if (link.parent < 0) {
+      R = bases_[at.tree].R;
+      p = zero;
+      if constexpr (moves) w = v = w_dot = a = zero;
+    } else if (!link.hangs_on_previous) {
+      const Link& parent = links[link.parent];
+      R = parent.R;
+      p = parent.p;
+      if constexpr (moves) {
+        w = parent.w;
+        v = parent.v;
+        w_dot = parent.w_dot;
+        a = parent.a;
+      }
+    }
+    Triple<T> r = place(model, link, at.d, R);
+    if (link.parent < 0) {
       roots[at.tree] = bases_[at.tree].p;
       if (link.coordinate == Coordinate::position) {
         roots[at.tree] += r;
         r = zero;
       }
     }
-    at.p = parent ? parent->p + r : r;
+    p += r;
+    at.R = R;
+    at.p = p;
     if constexpr (moves) {
-      at.w = parent ? parent->w : zero;
-      at.v = parent ? parent->v : zero;
-      at.w_dot = parent ? parent->w_dot : zero;
-      at.a = parent ? parent->a : zero;
-      if (link.kind != Kind::cyclic) u = at.w;
-      const Triple<T>& e = at.R.z;
-      const Triple<T> w_x_r = cross(at.w, r), u_x_e = qd[k] * cross(u, e);
-      at.v += w_x_r;
-      at.a += cross(at.w_dot, r) + cross(at.w, w_x_r);
+      if (link.kind != Kind::cyclic) u = w;
+      const Triple<T>& e = R.z;
+      const Triple<T> w_x_r = cross(w, r), u_x_e = qd[k] * cross(u, e);
+      v += w_x_r;
+      a += cross(w_dot, r) + cross(w, w_x_r);
       if (link.slides) {
-        at.v += qd[k] * e;
-        at.a += u_x_e + u_x_e;
-        if (qdd) at.a += qdd[k] * e;
+        v += qd[k] * e;
+        a += u_x_e + u_x_e;
+        if (qdd) a += qdd[k] * e;
       } else {
-        at.w += qd[k] * e;
-        at.w_dot += u_x_e;
-        if (qdd) at.w_dot += qdd[k] * e;
+        w += qd[k] * e;
+        w_dot += u_x_e;
+        if (qdd) w_dot += qdd[k] * e;
       }
+      at.w = w;
+      at.v = v;
+      at.w_dot = w_dot;
+      at.a = a;
     }
   }
 }

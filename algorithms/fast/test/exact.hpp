@@ -61,6 +61,9 @@ inline double error(const AccelerationDerivatives<Mp>& x,
                    relative(x.dtau, truth.dtau), relative(x.a, truth.a)});
 }
 
+// q moved by h along the velocity of DoF k.
+State<Mp> moved(const Model<Mp>& model, State<Mp> state, int k, const Mp& h);
+
 // Central differences: their error is about the square of the step, 1e-34.
 AccelerationDerivatives<Mp> differences(const Model<Mp>& model, const State<Mp>& state);
 

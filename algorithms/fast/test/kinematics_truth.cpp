@@ -101,4 +101,16 @@ std::array<MatrixX<double>, kinematics> true_kinematics(const Model<double>& mod
   return rounded;
 }
 
+MatrixX<double> mass_rate(const Model<double>& model, const State<double>& state) {
+  const Model<Mp> wide = model.cast<Mp>();
+  const State<Mp> at = state.cast<Mp>();
+  const Mp h("1e-12");
+  const auto mass = [&](const Mp& time) {
+    State<Mp> later = at;
+    for (int k = 0; k < model.nv(); ++k) later = moved(wide, later, k, Mp(time * at.qd[k]));
+    return World(wide, later.q, later.qd).mass_matrix();
+  };
+  return MatrixX<Mp>((mass(h) - mass(-h)) / (2 * h)).cast<double>();
+}
+
 }  // namespace kalmarm::test

@@ -17,4 +17,7 @@ std::array<MatrixX<double>, kinematics> true_kinematics(const Model<double>& mod
                                                         const std::vector<Frame>& frames,
                                                         Axes axes);
 
+// dM/dt of a robot in motion, by differences whose error is some 1e-24.
+MatrixX<double> mass_rate(const Model<double>& model, const State<double>& state);
+
 }  // namespace kalmarm::test

@@ -35,6 +35,13 @@ double worst_entry(const MatrixX<double>& X, const MatrixX<Mp>& exact) {
   return worst;
 }
 
+VectorX<Mp> acceleration(const Model<Mp>& model, const State<Mp>& state) {
+  const World world(model, state.q, state.qd);
+  return world.mass_matrix().llt().solve(state.tau - world.bias());
+}
+
+}  // namespace
+
 // q moved by h along the velocity of DoF k.
 State<Mp> moved(const Model<Mp>& model, State<Mp> state, int k, const Mp& h) {
   int first = k;
@@ -52,13 +59,6 @@ State<Mp> moved(const Model<Mp>& model, State<Mp> state, int k, const Mp& h) {
   state.q.segment<4>(i) << turned.w(), turned.x(), turned.y(), turned.z();
   return state;
 }
-
-VectorX<Mp> acceleration(const Model<Mp>& model, const State<Mp>& state) {
-  const World world(model, state.q, state.qd);
-  return world.mass_matrix().llt().solve(state.tau - world.bias());
-}
-
-}  // namespace
 
 AccelerationDerivatives<Mp> differences(const Model<Mp>& model, const State<Mp>& state) {
   const Mp h("1e-17");

@@ -25,7 +25,7 @@
 // is not finite gives results that are not, in its own row alone.
 //
 // Sizes are checked at every call: std::invalid_argument names the call and both sizes. Memory is taken
-// when the object is made; the first call of rows, and one on more threads than before, take more. One
+// when the object is made; the first call of rows, one on more threads than before, and the first for C or Y take more. One
 // thread at a time may use an object. One state of Kinematics<float> is worked out in double.
 #pragma once
 
@@ -65,6 +65,13 @@ struct KinematicResults {
   View momentum_matrix = {};      // nv x 6: the transpose of A (centroidal momentum matrix)
   View kinetic_energy = {};       // 1: qd' M qd / 2, rotors (armature) included [J]
   View potential_energy = {};     // 1: zero at the base's origin [J]
+
+  // --- of inverse dynamics
+  // nv x nv: C of tau = M qdd + C qd + gravity; M' - 2 C is skew-symmetric.
+  View coriolis = {};
+  // nv x 10 nv: Y of tau = Y pi + r qdd, gravity included, with pi(k) = (m, m c, Ixx, Iyy, Izz, Ixy, Ixz, Iyz) of
+  // every link, about its origin in its axes, and r the armatures.
+  View regressor = {};
 };
 
 template <class T>

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 
 AXES = ("local", "world", "aligned")
+COLUMNS = ("rotations", "coriolis", "regressor")  # matrices that come column after column
 
 
 class Kinematics(_core.Kinematics):
@@ -36,6 +37,9 @@ class Kinematics(_core.Kinematics):
     momentum (6,): angular about the centre of mass, linear: A qd. momentum_rate (6,): A qdd + A' qd.
         momentum_matrix (6, n): A.
     kinetic_energy (), with rotors; potential_energy ().
+    coriolis (n, n): C of tau = M qdd + C qd + gravity, for which M' - 2 C is skew-symmetric.
+    regressor (n, 10 n): Y of tau = Y pi + r qdd, gravity included, with pi = (m, m c, Ixx, Iyy, Izz, Ixy, Ixz, Iyz)
+        of the link of every DoF, about its origin in its axes, and r the armatures.
 
     axes: "local": the frame's own (Pinocchio's LOCAL); "world": the base's, of what passes its origin (WORLD);
         "aligned": the base's, of the frame's origin, with its classical acceleration (LOCAL_WORLD_ALIGNED;
@@ -62,6 +66,8 @@ class Kinematics(_core.Kinematics):
             "momentum_matrix": (6, nv),
             "kinetic_energy": (),
             "potential_energy": (),
+            "coriolis": (nv, nv),
+            "regressor": (10 * nv, nv),
         }
 
     def compute(
@@ -83,7 +89,7 @@ class Kinematics(_core.Kinematics):
         out = {}
         for name, flat in zip(names, self._compute(numbers, q, qd, qdd, in_axes, threads)):
             shaped = flat.reshape(flat.shape[:-1] + self._shapes[name])
-            out[name] = np.swapaxes(shaped, -1, -2) if name == "rotations" else shaped
+            out[name] = np.swapaxes(shaped, -1, -2) if name in COLUMNS else shaped
         return out
 
     def __repr__(self) -> str:
