@@ -211,18 +211,33 @@ void draw_rows(const RobotModel& model, std::ptrdiff_t rows, VectorView<const T>
   }
 }
 
-// Of one state: `add` where q adds, and of every quaternion a block turn(k, i).
-template <class T, class Block>
-void set_jacobian(const RobotModel& model, T add, const Block& block, T* D) {
+// Blocks of two Jacobians for one quaternion.
+struct Blocks {
+  Matrix first, second;
+};
+
+template <class T>
+void write_block(const Matrix& block, std::ptrdiff_t nv, int k, T* D) {
+  for (int column = 0; column < 3; ++column)
+    for (int row = 0; row < 3; ++row) D[(k + column) * nv + k + row] = T(block(row, column));
+}
+
+// Of one state: on the diagonals `add` and 1 where q adds, and of every quaternion blocks(k, i).
+template <class T, class BlocksOf>
+void set_jacobians(const RobotModel& model, T add, const BlocksOf& blocks, T* first, T* second) {
   const std::ptrdiff_t nv = model.nv();
-  std::fill_n(D, nv * nv, T(0));
+  std::fill_n(first, nv * nv, T(0));
+  std::fill_n(second, nv * nv, T(0));
   each_coordinate(
-      model, [&](int k, int) { D[k * (nv + 1)] = add; },
+      model,
+      [&](int k, int) {
+        first[k * (nv + 1)] = add;
+        second[k * (nv + 1)] = T(1);
+      },
       [&](int k, int i) {
-        const Matrix of_turn = block(k, i);
-        for (int column = 0; column < 3; ++column)
-          for (int row = 0; row < 3; ++row)
-            D[(k + column) * nv + k + row] = T(of_turn(row, column));
+        const Blocks of_turn = blocks(k, i);
+        write_block(of_turn.first, nv, k, first);
+        write_block(of_turn.second, nv, k, second);
       });
 }
 
@@ -236,12 +251,11 @@ void integrate_jacobians_of_rows(const RobotModel& model, std::ptrdiff_t rows, R
   require(call, "dq", dq, rows, size);
   require(call, "dv", dv, rows, size);
   for (std::ptrdiff_t row = 0; row < rows; ++row) {
-    const auto turn = [&](int k) { return Turn(read_vector(v.data() + row * nv + k)); };
-    set_jacobian(
-        model, T(1), [&](int k, int) { return turn(k).inverse_rotation(); },
-        dq.data() + row * size);
-    set_jacobian(
-        model, T(1), [&](int k, int) { return turn(k).jacobian(); }, dv.data() + row * size);
+    const auto blocks = [&](int k, int) {
+      const Turn turn(read_vector(v.data() + row * nv + k));
+      return Blocks{turn.inverse_rotation(), turn.jacobian()};
+    };
+    set_jacobians(model, T(1), blocks, dq.data() + row * size, dv.data() + row * size);
   }
 }
 
@@ -257,14 +271,12 @@ void difference_jacobians_of_rows(const RobotModel& model, std::ptrdiff_t rows,
   require(call, "d1", d1, rows, size);
   for (std::ptrdiff_t row = 0; row < rows; ++row) {
     const T *const from = q0.data() + row * nq, *const to = q1.data() + row * nq;
-    const auto inverse_jacobian = [&](int i) {
-      return Turn(shorter_turn(read_turn(from + i), read_turn(to + i))).inverse_jacobian();
+    const auto blocks = [&](int, int i) {
+      const Turn turn(shorter_turn(read_turn(from + i), read_turn(to + i)));
+      const Matrix by_q1 = turn.inverse_jacobian();
+      return Blocks{-by_q1.transpose(), by_q1};  // (7)
     };
-    set_jacobian(
-        model, T(-1), [&](int, int i) { return Matrix(-inverse_jacobian(i).transpose()); },  // (7)
-        d0.data() + row * size);
-    set_jacobian(
-        model, T(1), [&](int, int i) { return inverse_jacobian(i); }, d1.data() + row * size);
+    set_jacobians(model, T(-1), blocks, d0.data() + row * size, d1.data() + row * size);
   }
 }
 

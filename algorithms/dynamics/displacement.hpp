@@ -1,4 +1,5 @@
-// q moved along a velocity for a time: what `integrate` and implicit steps share.
+// q moved along a velocity for a time: what `integrate` and implicit steps share. It is defined in
+// configuration.cpp.
 #pragma once
 
 #include "kalmarm/robot_model.hpp"

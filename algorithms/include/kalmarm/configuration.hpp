@@ -39,8 +39,8 @@
 
 namespace kalmarm {
 
-// q_next (nq) = q [+] v; q_next may be q. (1) and (2): a flop a hinge, 60 and a sine and a cosine a
-// quaternion.
+// q_next (nq) = q [+] v; q_next may be q, and else lies apart from q and v. (1) and (2): a flop a
+// hinge, 65 and a sine and a cosine a quaternion.
 KALMARM_EXPORT void integrate(const RobotModel& model, VectorView<const double> q,
                               VectorView<const double> v, VectorView<double> q_next);
 KALMARM_EXPORT void integrate(const RobotModel& model, VectorView<const float> q,
@@ -89,7 +89,7 @@ KALMARM_EXPORT void random(const RobotModel& model, std::ptrdiff_t rows,
                            std::mt19937_64& generator, RowsView<float> q);
 
 // dq = d(q [+] v)/dq and dv = d(q [+] v)/dv, each nv x nv, column-major, block diagonal, by (4)
-// and (5), which do not depend on q. nv^2 stores each, and 100 flops a quaternion.
+// and (5), which do not depend on q. nv^2 stores each, and 170 flops a quaternion.
 KALMARM_EXPORT void integrate_jacobians(const RobotModel& model, VectorView<const double> q,
                                         VectorView<const double> v, MatrixView<double> dq,
                                         MatrixView<double> dv);
