@@ -275,7 +275,7 @@ class Robot(_core.Robot):
 
         Hinges [rad], slides and free positions [m] are uniform from lower to upper, (nq,) each;
         quaternions are uniform over all rotations, and their bounds are not read. ValueError with
-        the DoF where a bound is not finite or lower is above upper.
+        the DoF where a bound is not finite or lower is above upper. rng: a generator, or its seed.
         """
         seed = np.random.default_rng(rng).integers(2**64, dtype=np.uint64)
         return self._random_configuration(lower, upper, int(seed), count)
