@@ -7,6 +7,7 @@
 #include <string>
 
 #include "algorithms/dynamics/coupled_rows.hpp"
+#include "algorithms/dynamics/displacement.hpp"
 #include "algorithms/dynamics/gain_rows.hpp"
 #include "algorithms/model/short_text.hpp"
 #include "algorithms/spatial/spatial.hpp"
@@ -118,33 +119,7 @@ void move(const RobotModel& model, double h, VectorView<const T> a, VectorView<T
            std::to_string(nv));
   const T step = static_cast<T>(h);
   for (int k = 0; k < nv; ++k) v.data()[k] += step * a.data()[k];
-  for (int k = 0; k < nv; ++k) {
-    const LinkParameters& link = model.links[k];
-    T* const at = q.data() + link.q_index;
-    const T* const rate = v.data() + k;
-    switch (link.coordinate) {
-      case Coordinate::angle:
-      case Coordinate::distance:
-        at[0] += step * rate[0];
-        break;
-      case Coordinate::position:
-        for (int i = 0; i < 3; ++i) at[i] += step * rate[i];
-        break;
-      case Coordinate::quaternion: {
-        const Vector3<double> half =
-            Eigen::Map<const Vector3<T>>(rate).template cast<double>() * (h / 2);
-        const double angle = half.norm(), s = angle > 0 ? std::sin(angle) / angle : 1;
-        Eigen::Quaternion<double> turned(at[0], at[1], at[2], at[3]);
-        turned = turned *
-                 Eigen::Quaternion<double>(std::cos(angle), s * half[0], s * half[1], s * half[2]);
-        turned.normalize();
-        at[0] = T(turned.w()), at[1] = T(turned.x()), at[2] = T(turned.y()), at[3] = T(turned.z());
-        break;
-      }
-      case Coordinate::follower:
-        break;
-    }
-  }
+  displace<T>(model, q.data(), v.data(), h, q.data());  // (3)
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <limits>
 #include <memory>
+#include <random>
 #include <set>
 
 #include "algorithms/fast/test/planar_support.hpp"
@@ -15,6 +16,7 @@
 #include "algorithms/study/riccati/conventional.hpp"
 #include "algorithms/study/solver.hpp"
 #include "algorithms/test/allocations.hpp"
+#include "kalmarm/configuration.hpp"
 
 namespace kalmarm::test {
 namespace {
@@ -182,6 +184,26 @@ TYPED_TEST(Allocation, DynamicsForMAloneMakeOneModel) {
   };
   EXPECT_LT(taken({Want::mass}) + 300, taken({Want::mass, Want::inverse}));  // both take a plan
   EXPECT_LT(taken({Want::inverse}), taken({Want::inverse, Want::acceleration}));
+}
+
+TYPED_TEST(Allocation, PositionsTakeNone) {
+  using T = TypeParam;
+  const Model<double> model = everything(3);
+  const RobotModel robot = plain(model);
+  const State<T> state = random_state(model, 62).template cast<T>();
+  VectorX<T> q = state.q, v = state.qd;
+  const VectorX<T> lower = VectorX<T>::Zero(robot.nq), upper = VectorX<T>::Ones(robot.nq);
+  MatrixX<T> A(robot.nv(), robot.nv()), B = A;
+  std::mt19937_64 generator;
+  EXPECT_EQ(allocations_of([&] {
+              integrate(robot, state.q, state.qd, q);
+              difference(robot, state.q, q, v);
+              integrate_jacobians(robot, state.q, v, A, B);
+              difference_jacobians(robot, state.q, q, A, B);
+              neutral(robot, q);
+              kalmarm::random(robot, lower, upper, generator, q);
+            }),
+            0);
 }
 
 TYPED_TEST(Allocation, ParameterDerivativesAllocateOnlyTheirWorkspaces) {

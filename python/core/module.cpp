@@ -19,6 +19,7 @@
 #include <utility>
 
 #include "arrays.hpp"
+#include "configuration.hpp"
 #include "kinematics.hpp"
 #include "outcomes.hpp"
 #include "robot.hpp"
@@ -338,7 +339,8 @@ void bind_robot(nb::module_& m) {
            "raised, of several its row is NaN.");
 
   const nb::kw_only options;
-  nb::class_<Robot>(m, "Robot")
+  nb::class_<Robot> robot(m, "Robot");
+  robot
       .def(
           "__init__",
           [](Robot* self, const RobotModel& model, std::optional<double> tolerance,
@@ -442,6 +444,7 @@ many columns as DoF. out: what an earlier call of the same shape returned.)")
                    ", out: typing.Any, calls: int, *, singly: bool = False, threads: int = 1) -> "
                    "float"),
            "Seconds of C++ calls, of all rows or of one after another: for python/benchmarks.");
+  bind_configuration(robot);
 }
 
 void bind_kinematics(nb::module_& m) {

@@ -268,6 +268,28 @@ class Robot(_core.Robot):
         """The first DoF of a joint."""
         return dofs_of(self.dofs, [joint])[0]
 
+    def neutral(self, *, dtype: DTypeLike = np.float64) -> NDArray[Any]:
+        """q = 0, (nq,), with quaternions (1, 0, 0, 0). The home of the robot's file is `q0`."""
+        q = np.zeros(self.nq, dtype)
+        q[self.model.quaternions] = 1
+        return q
+
+    def random_configuration(
+        self,
+        lower: ArrayLike,
+        upper: ArrayLike,
+        rng: np.random.Generator | int | None = None,
+        count: int | None = None,
+    ) -> NDArray[Any]:
+        """q of one state, (nq,), or of `count`, (count, nq), in the dtype of the bounds.
+
+        Hinges [rad], slides and free positions [m] are uniform from lower to upper, (nq,) each;
+        quaternions are uniform over all rotations, and their bounds are not read. ValueError with
+        the DoF where a bound is not finite or lower is above upper. rng: a generator, or its seed.
+        """
+        seed = np.random.default_rng(rng).integers(2**64, dtype=np.uint64)
+        return self._random_configuration(lower, upper, int(seed), count)
+
     def random_state(
         self,
         rng: np.random.Generator | int | None = None,
