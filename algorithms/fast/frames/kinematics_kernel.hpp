@@ -8,6 +8,10 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
+#include <numeric>
+#include <set>
+#include <utility>
 #include <vector>
 
 #include "algorithms/fast/frames/coriolis.hpp"
@@ -22,7 +26,7 @@ class KinematicsKernel {
   using S = typename Lanes<T>::Scalar;
 
  public:
-  // `given`: what `model` was lowered from. Both are kept by reference.
+  // `given`: what `model`, which is kept by reference, was lowered from.
   KinematicsKernel(const Model<double>& given, const LoweredModel<S>& model,
                    const std::vector<Frame>& frames);
 
@@ -41,6 +45,20 @@ class KinematicsKernel {
     Triple<S> origin;
     std::vector<int> way;
   };
+
+  static std::vector<Place> places_of(const LoweredModel<S>& model,
+                                      const std::vector<Frame>& frames);
+  // In rising order.
+  static std::vector<int> links_to(const std::vector<Place>& places) {
+    std::set<int> links;
+    for (const Place& place : places) links.insert(place.way.begin(), place.way.end());
+    return {links.begin(), links.end()};
+  }
+  static std::vector<int> all_links(int nv) {
+    std::vector<int> links(nv);
+    std::iota(links.begin(), links.end(), 0);
+    return links;
+  }
 
   T* at(Kinematic what) { return results_[static_cast<int>(what)].data(); }
   T* with_memory(Kinematic what) {
@@ -70,7 +88,7 @@ class KinematicsKernel {
 
   const LoweredModel<S>& model_;
   std::vector<Place> places_;
-  std::vector<int> on_a_way_, all_;
+  Way<T> on_a_way_, all_;  // of links on the way to a frame, of all
   WorldMotion<T> motion_;
   WholeBody<T> whole_;
   CoriolisMatrix<T> coriolis_;
@@ -83,16 +101,26 @@ template <class T>
 KinematicsKernel<T>::KinematicsKernel(const Model<double>& given, const LoweredModel<S>& model,
                                       const std::vector<Frame>& frames)
     : model_(model),
+      places_(places_of(model, frames)),
+      on_a_way_(model, links_to(places_)),
+      all_(model, all_links(model.nv())),
       motion_(model, given),
       whole_(model, given.gravity()),
       coriolis_(model),
       regressor_(model, given.gravity()) {
-  const int nv = model.nv();
-  std::vector<char> passed(nv, 0);
+  const auto shapes = kinematic_shapes(model.nv(), static_cast<int>(frames.size()));
+  for (int i = 0; i < kinematics; ++i) {
+    sizes_[i] = shapes[i].size();
+    if (i < static_cast<int>(Kinematic::coriolis)) results_[i].assign(sizes_[i], T(S(0)));
+  }
+}
+
+template <class T>
+auto KinematicsKernel<T>::places_of(const LoweredModel<S>& model, const std::vector<Frame>& frames)
+    -> std::vector<Place> {
+  std::vector<Place> out;
   for (const Frame& frame : frames) {
-    const Site<Wider<S>> site = Site<double>{frame.link, quaternion_of(frame.rotation),
-                                             Vector3<double>(frame.translation.data())}
-                                    .template cast<Wider<S>>();
+    const Site<Wider<S>> site = site_of(frame).template cast<Wider<S>>();
     const Transform<Wider<S>> phi =
         frame.link < 0 ? site.phi() : model.phi_on_link(frame.link, site.phi());
     const auto column = [&](int j) {
@@ -100,22 +128,11 @@ KinematicsKernel<T>::KinematicsKernel(const Model<double>& given, const LoweredM
     };
     Place place = {
         frame.link, {column(0), column(1), column(2)}, {S(phi.p[0]), S(phi.p[1]), S(phi.p[2])}, {}};
-    for (int k = frame.link; k >= 0; k = model.link(k).parent) {
-      place.way.push_back(k);
-      passed[k] = 1;
-    }
+    for (int k = frame.link; k >= 0; k = model.link(k).parent) place.way.push_back(k);
     std::reverse(place.way.begin(), place.way.end());
-    places_.push_back(std::move(place));
+    out.push_back(std::move(place));
   }
-  for (int k = 0; k < nv; ++k) {
-    all_.push_back(k);
-    if (passed[k]) on_a_way_.push_back(k);
-  }
-  const auto shapes = kinematic_shapes(nv, static_cast<int>(frames.size()));
-  for (int i = 0; i < kinematics; ++i) {
-    sizes_[i] = shapes[i].size();
-    if (i < static_cast<int>(Kinematic::coriolis)) results_[i].assign(sizes_[i], T(S(0)));
-  }
+  return out;
 }
 
 template <class T>
@@ -126,11 +143,11 @@ void KinematicsKernel<T>::fill(const Call& call, const T* q, const T* qd, const 
                   Kinematic::center_jacobian, Kinematic::momentum, Kinematic::momentum_rate,
                   Kinematic::momentum_matrix, Kinematic::kinetic_energy,
                   Kinematic::potential_energy, Kinematic::coriolis, Kinematic::regressor});
-  const std::vector<int>& steps = whole ? all_ : on_a_way_;
+  Way<T>& way = whole ? all_ : on_a_way_;
   if (call.wants_motion())
-    motion_.move(model_, steps, q, qd, qdd);
+    motion_.move(model_, way, q, qd, qdd);
   else
-    motion_.stand(model_, steps, q);
+    motion_.stand(model_, way, q);
   for (int f = 0; f < static_cast<int>(places_.size()); ++f) fill_frame(call, f);
   if (whole) fill_whole(call, qd);
 }

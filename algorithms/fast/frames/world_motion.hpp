@@ -16,6 +16,7 @@
 #pragma once
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "algorithms/fast/kinematics/placements.hpp"
@@ -34,13 +35,51 @@ Triple<T> zeros() {
 
 }  // namespace detail
 
+// Links in rising order that begin at the base, and their hinges, whose sines and cosines are worked out together.
 template <class T>
-class WorldMotion : public Placements<T> {
+class Way {
+  using S = typename Lanes<T>::Scalar;
+
+ public:
+  std::vector<int> links;
+  std::vector<int> hinge;  // of each, if it is one: its place in sin and cos
+  std::vector<T> sin, cos;
+
+  Way(const LoweredModel<S>& model, std::vector<int> on_it) : links(std::move(on_it)) {
+    const HingeAngles<S>& all = model.hinges();
+    for (const int k : links) {
+      const LoweredLink<S>& link = model.link(k);
+      hinge.push_back(static_cast<int>(angles_.q_index.size()));
+      if (link.coordinate != Coordinate::angle) continue;
+      const auto i = angles_.q_index.size();
+      if (i % padding<S> == 0) {
+        angles_.offset.resize(i + padding<S>, S(0));
+        angles_.quarters.resize(i + padding<S>);
+      }
+      angles_.q_index.push_back(all.q_index[link.varying]);
+      angles_.offset[i] = all.offset[link.varying];
+      angles_.quarters[i] = all.quarters[link.varying];
+    }
+    q_.resize((angles_.q_index.size() + padding<T> - 1) / padding<T> * padding<T>, T(S(0)));
+    sin = cos = q_;
+  }
+
+  void set_angles(const T* q) {
+    for (std::size_t i = 0; i < angles_.q_index.size(); ++i) q_[i] = q[angles_.q_index[i]];
+    sin_cos(q_, angles_.offset, angles_.quarters, sin, cos);
+  }
+
+ private:
+  HingeAngles<S> angles_;
+  std::vector<T> q_;
+};
+
+template <class T>
+class WorldMotion {
   using S = typename Lanes<T>::Scalar;
 
  public:
   struct Link {
-    T d;         // of a slide
     int tree;    // of `roots`
     Triad<T> R;  // (1)
     Triple<T> p, w, v, w_dot, a;
@@ -50,8 +89,7 @@ class WorldMotion : public Placements<T> {
   std::vector<Triple<T>> roots;  // of every tree, in the base's axes; zero where there is none
 
   // `given`: what `model` was lowered from.
-  WorldMotion(const LoweredModel<S>& model, const Model<double>& given)
-      : Placements<T>(model), links(model.nv()) {
+  WorldMotion(const LoweredModel<S>& model, const Model<double>& given) : links(model.nv()) {
     for (int k = 0; k < model.nv(); ++k) {
       const int parent = model.link(k).parent;
       links[k].tree = parent < 0 ? static_cast<int>(bases_.size()) : links[parent].tree;
@@ -66,14 +104,13 @@ class WorldMotion : public Placements<T> {
     roots.assign(std::max<std::size_t>(bases_.size(), 1), detail::zeros<T>());
   }
 
-  // R and p of `steps`, links in rising order that begin at the base.
-  void stand(const LoweredModel<S>& model, const std::vector<int>& steps, const T* q) {
-    sweep<false>(model, steps, q, nullptr, nullptr);
+  // R and p of the links on the way.
+  void stand(const LoweredModel<S>& model, Way<T>& way, const T* q) {
+    sweep<false>(model, way, q, nullptr, nullptr);
   }
   // The same, and how they move; qdd: null where it is zero.
-  void move(const LoweredModel<S>& model, const std::vector<int>& steps, const T* q, const T* qd,
-            const T* qdd) {
-    sweep<true>(model, steps, q, qd, qdd);
+  void move(const LoweredModel<S>& model, Way<T>& way, const T* q, const T* qd, const T* qdd) {
+    sweep<true>(model, way, q, qd, qdd);
   }
 
  private:
@@ -84,10 +121,7 @@ class WorldMotion : public Placements<T> {
   };
 
   template <bool moves>
-  void sweep(const LoweredModel<S>& model, const std::vector<int>& steps, const T* q, const T* qd,
-             const T* qdd);
-  KALMARM_INLINE Triple<T> place(const LoweredModel<S>& model, const LoweredLink<S>& link,
-                                 const T& d, Triad<T>& R) const;
+  void sweep(const LoweredModel<S>& model, Way<T>& way, const T* q, const T* qd, const T* qdd);
 
   std::vector<Base> bases_;
 };
@@ -102,21 +136,19 @@ KALMARM_INLINE void turn_axes(const Direction<C>& by, Triple<T>& x, Triple<T>& y
   x = turned;
 }
 
-}  // namespace detail
-
-// (1) and (2): R becomes that of the link; r.
-template <class T>
-KALMARM_INLINE Triple<T> WorldMotion<T>::place(const LoweredModel<S>& model,
-                                               const LoweredLink<S>& link, const T& d,
-                                               Triad<T>& R) const {
+// (1) and (2): R becomes that of the link, whose joint is at q and, if it is a hinge, turned by `hinge`; r.
+template <class T, class S>
+KALMARM_INLINE Triple<T> place(const LoweredModel<S>& model, const LoweredLink<S>& link, const T* q,
+                               const Direction<T>& hinge, Triad<T>& R) {
   using Kind = typename LoweredLink<S>::Kind;
   using Tilt = typename LoweredLink<S>::Tilt;
   if (link.kind == Kind::cyclic) {
     R = {R.y, R.z, R.x};
-    return detail::zeros<T>();
+    return zeros<T>();
   }
   if (link.kind == Kind::matrix) {
-    const MatrixPlacement<T>& phi = this->matrices[link.varying];
+    MatrixPlacement<T> phi;
+    set_matrix(link, model.uncommon(link).E, q, phi);
     const auto column = [&](int j) {
       return R.turned(phi.R.R[0][j], phi.R.R[1][j], phi.R.R[2][j]);
     };
@@ -127,33 +159,36 @@ KALMARM_INLINE Triple<T> WorldMotion<T>::place(const LoweredModel<S>& model,
   Triple<T> r = link.p[0] * R.x;
   if (link.p[1] != S(0)) r += link.p[1] * R.y;
   if (link.p[2] != S(0)) r += link.p[2] * R.z;
-  if (link.turned) detail::turn_axes(model.uncommon(link).theta, R.x, R.y);
+  if (link.turned) turn_axes(model.uncommon(link).theta, R.x, R.y);
   if (link.tilt == Tilt::right) {
     const Triple<T> y = R.y;
     R.y = R.z;
     R.z = {-y.x, -y.y, -y.z};
   } else if (link.tilt == Tilt::any) {
-    detail::turn_axes(link.alpha, R.y, R.z);
+    turn_axes(link.alpha, R.y, R.z);
   }
   if (link.slides) {
-    detail::turn_axes(model.uncommon(link).turn, R.x, R.y);
-    return r + d * R.z;
+    turn_axes(model.uncommon(link).turn, R.x, R.y);
+    return r + T(*q + T(link.d)) * R.z;
   }
-  detail::turn_axes(this->direction(link), R.x, R.y);
+  turn_axes(hinge, R.x, R.y);
   return link.d != S(0) ? r + link.d * R.z : r;
 }
 
+}  // namespace detail
+
 template <class T>
 template <bool moves>
-void WorldMotion<T>::sweep(const LoweredModel<S>& model, const std::vector<int>& steps, const T* q,
-                           const T* qd, const T* qdd) {
+void WorldMotion<T>::sweep(const LoweredModel<S>& model, Way<T>& way, const T* q, const T* qd,
+                           const T* qdd) {
   using Kind = typename LoweredLink<S>::Kind;
-  detail::set_placements(model, q, *this);
+  way.set_angles(q);
   const Triple<T> zero = detail::zeros<T>();
   // Of the link before, in registers.
   Triad<T> R;
   Triple<T> p, w, v, w_dot, a, u;
-  for (const int k : steps) {
+  for (std::size_t i = 0; i < way.links.size(); ++i) {
+    const int k = way.links[i];
     const LoweredLink<S>& link = model.link(k);
     Link& at = links[k];
     if (link.parent < 0) {
@@ -171,7 +206,10 @@ void WorldMotion<T>::sweep(const LoweredModel<S>& model, const std::vector<int>&
         a = parent.a;
       }
     }
-    Triple<T> r = place(model, link, at.d, R);
+    const bool turns = link.coordinate == Coordinate::angle;
+    const Direction<T> hinge = turns ? Direction<T>{way.cos[way.hinge[i]], way.sin[way.hinge[i]]}
+                                     : Direction<T>{zero.x, zero.x};
+    Triple<T> r = detail::place(model, link, q + link.q_index, hinge, R);
     if (link.parent < 0) {
       roots[at.tree] = bases_[at.tree].p;
       if (link.coordinate == Coordinate::position) {
