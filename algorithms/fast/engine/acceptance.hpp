@@ -34,6 +34,7 @@ class Acceptance {
         accepted_(square(S(accepted_error(tolerance)))),
         of_energy_(square(S(rounding_constant) * unit_roundoff<S>())),
         of_noise_(of_energy_ / lowered.rounding_unit()),
+        of_gravity_(of_energy_ * lowered.energy_of_gravity()),
         largest_variance_(lowered.largest_variance()),
         least_(S(least_beside_gravity * least_beside_gravity) * squares_of(robot.gravity)),
         least_size_(least_ * square(mean_root(lowered.least_inertias()))),
@@ -46,7 +47,7 @@ class Acceptance {
   Judged<T> judge(const AccelerationSums<T>& of_a) const {
     using std::min, std::sqrt;
     const T nothing = of_a.squares * T(S(0)), e = T(accepted_);
-    const T sum = T(of_noise_) * of_a.noise + T(of_energy_) * of_a.energy;
+    const T sum = T(of_noise_) * of_a.noise + T(of_energy_) * of_a.energy + T(of_gravity_);
     const T all = sum + T(square(unit_roundoff<S>())) * of_a.rounding;
     const T size = larger(of_a.size, T(least_size_));
     const T euclid =
@@ -105,6 +106,7 @@ class Acceptance {
   double tolerance_;
   S accepted_;              // e^2
   S of_energy_, of_noise_;  // (c u)^2, and of N in units of its weights
+  S of_gravity_;            // (c u)^2 G
   S largest_variance_;
   S least_, least_size_;  // the least |a|^2 and |a|_s^2
   S terms_;               // (2) of terms_of_columns.hpp
