@@ -1,6 +1,6 @@
 // Operational-space control at 1 kHz: the hand of an arm with three joints follows a circle in the plane, and
 // the joints that this leaves free are damped.
-//   tau = J' Lambda (x'' - J' qd) + bias + N' tau_0,   Lambda = (J M^-1 J')^-1,  N' = 1 - J' Lambda J M^-1
+//   tau = J^T Lambda (xdd - dJ/dt qd) + bias + N^T tau_0,  Lambda = (J M^-1 J^T)^-1,  N^T = 1 - J^T Lambda J M^-1
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -47,7 +47,7 @@ int main() {
   Vector q = {-0.5, 1.2, 0.6}, qd = {0, 0, 0}, x, bias, tau, a;
   std::array<double, 6> v, drift;  // of the hand: (angular; linear)
   std::array<double, 6 * n> Jt;    // its Jacobian, transposed: column i is row i of J
-  std::array<double, 2 * n> J, X;  // rows of x and z, and M^-1 J'
+  std::array<double, 2 * n> J, X;  // rows of x and z, and M^-1 J^T
   Vector center = {};
   double largest = 0;
   for (int step = 0; step < 4000; ++step) {
@@ -72,7 +72,7 @@ int main() {
       force[i] = -rate * rate * (wanted[i] - center[axis]) + stiffness * error +
                  damping * (speed[i] - v[3 + axis]) - drift[3 + axis];
       for (int k = 0; k < n; ++k) {
-        force[i] += 2 * X[i * n + k] * qd[k];  // N' tau_0 with tau_0 = -2 qd
+        force[i] += 2 * X[i * n + k] * qd[k];  // N^T tau_0 with tau_0 = -2 qd
         for (int j = 0; j < 2; ++j) L[i][j] += J[i * n + k] * X[j * n + k];
       }
     }

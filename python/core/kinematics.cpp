@@ -48,11 +48,7 @@ KinematicsOfRobot::KinematicsOfRobot(RobotModel model, std::vector<Frame> frames
   workers<double>().take();  // refuses what is wrong
 }
 
-double KinematicsOfRobot::mass() const {
-  double sum = 0;
-  for (const LinkParameters& link : model_.links) sum += link.mass;
-  return sum;
-}
+double KinematicsOfRobot::mass() { return workers<double>().take()->dynamics.mass(); }
 
 nb::list KinematicsOfRobot::compute(const std::vector<int>& results, nb::handle q, nb::handle qd,
                                     nb::handle qdd, int axes, int threads) {

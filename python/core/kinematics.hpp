@@ -15,7 +15,7 @@ class KinematicsOfRobot {
   KinematicsOfRobot(RobotModel model, std::vector<Frame> frames);
 
   int frames() const { return static_cast<int>(frames_.size()); }
-  double mass() const;
+  double mass();
 
   // Of each of `results`, by its place in KinematicResults, an array of the leading dimensions and as many
   // numbers as a state has. qd, qdd: None where they are not given. axes: as Axes counts them.

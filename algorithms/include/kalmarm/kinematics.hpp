@@ -7,19 +7,18 @@
 // results is not worked out. A frame (robot_model.hpp) is any place on a link, or on the fixed base.
 // F: their number. Spatial vectors are (angular; linear), as everywhere in Kalmarm.
 //
-// A velocity is J qd, an acceleration J qdd + J' qd with J' the time derivative of the same J, so that
-// with qdd = 0 it is what J does not give. The axes say which J (Pinocchio's names):
+// A velocity is J qd, an acceleration J qdd + dJ/dt qd with the same J, so that with qdd = 0 it is dJ/dt qd. The axes say which J (Pinocchio's names):
 //
 //   Axes      Pinocchio            angular   linear velocity   linear acceleration
-//   local     LOCAL                R'w       R'v               R'(a - w x v)        spatial, of the frame's axes
-//   world     WORLD                w         v - w x p         a - w' x p - w x v   spatial, at the base's origin
+//   local     LOCAL                R^T w     R^T v             R^T (a - w x v)      spatial, of the frame's axes
+//   world     WORLD                w         v - w x p         a - z x p - w x v    spatial, at the base's origin
 //   aligned   LOCAL_WORLD_ALIGNED  w         v                 a                    classical
 //
-// with R and p the frame's pose, w its angular velocity, v and a the velocity and acceleration of its
-// origin, all in the base's axes. Gravity is no part of an acceleration. mj_jac of MuJoCo is `aligned`,
+// with R and p the frame's pose, w and z its angular velocity and acceleration, v and a the velocity and
+// acceleration of its origin, all in the base's axes. Gravity is no part of an acceleration. mj_jac of MuJoCo is `aligned`,
 // with the linear rows in jacp.
 //
-// Errors: nothing is divided or subtracted but what has to be, so that there is no outcome. With s the sum of
+// Errors: nothing is solved for, so that every result has a bound and no outcome is needed. With s the sum of
 // the lengths on the way from the frame's tree's root, positions are right to about n u (s + |root|),
 // Jacobians in local and aligned axes to n u s wherever the robot stands, `world` to n u |p|. A state that
 // is not finite gives results that are not, in its own row alone.
@@ -57,17 +56,17 @@ struct KinematicResults {
 
   // --- of all bodies, in the base's axes; c: the centre of mass
   View center = {};               // 3: c [m]; NaN where nothing has a mass
-  View center_velocity = {};      // 3: c' [m/s]
-  View center_acceleration = {};  // 3: c'' [m/s^2]
-  View center_jacobian = {};      // nv x 3: the transpose of J, c' = J qd
+  View center_velocity = {};      // 3: dc/dt [m/s]
+  View center_acceleration = {};  // 3: d^2c/dt^2 [m/s^2]
+  View center_jacobian = {};      // nv x 3: the transpose of J, dc/dt = J qd
   View momentum = {};             // 6: angular about c, linear: A qd [N m s; N s]
-  View momentum_rate = {};        // 6: A qdd + A' qd [N m; N]
+  View momentum_rate = {};        // 6: A qdd + dA/dt qd [N m; N]
   View momentum_matrix = {};      // nv x 6: the transpose of A (centroidal momentum matrix)
   View kinetic_energy = {};       // 1: qd' M qd / 2, rotors (armature) included [J]
   View potential_energy = {};     // 1: zero at the base's origin [J]
 
   // --- of inverse dynamics
-  // nv x nv: C of tau = M qdd + C qd + gravity; M' - 2 C is skew-symmetric.
+  // nv x nv: C of tau = M qdd + C qd + gravity; dM/dt - 2 C is skew-symmetric.
   View coriolis = {};
   // nv x 10 nv: Y of tau = Y pi + r qdd, gravity included, with pi(k) = (m, m c, Ixx, Iyy, Izz, Ixy, Ixz, Iyz) of
   // every link, about its origin in its axes, and r the armatures.

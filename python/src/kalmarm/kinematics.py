@@ -32,12 +32,12 @@ class Kinematics(_core.Kinematics):
     positions (F, 3), rotations (F, 3, 3), quaternions (F, 4), w first and not negative: of the frames in
         the base's axes.
     jacobians (F, 6, n), velocities (F, 6), accelerations (F, 6): (angular; linear) in `axes`. Velocities are
-        J qd, accelerations J qdd + J' qd, without gravity; qdd is zero where it is not given.
+        J qd, accelerations J qdd + dJ/dt qd, without gravity; qdd is zero where it is not given.
     center (3,), center_velocity, center_acceleration, center_jacobian (3, n): of the centre of mass.
-    momentum (6,): angular about the centre of mass, linear: A qd. momentum_rate (6,): A qdd + A' qd.
+    momentum (6,): angular about the centre of mass, linear: A qd. momentum_rate (6,): A qdd + dA/dt qd.
         momentum_matrix (6, n): A.
     kinetic_energy (), with rotors; potential_energy ().
-    coriolis (n, n): C of tau = M qdd + C qd + gravity, for which M' - 2 C is skew-symmetric.
+    coriolis (n, n): C of tau = M qdd + C qd + gravity, for which dM/dt - 2 C is skew-symmetric.
     regressor (n, 10 n): Y of tau = Y pi + r qdd, gravity included, with pi = (m, m c, Ixx, Iyy, Izz, Ixy, Ixz, Iyz)
         of the link of every DoF, about its origin in its axes, and r the armatures.
 
