@@ -78,6 +78,13 @@ KALMARM_INLINE void add_body(Articulated<T>& P, const LoweredBody<S>& body) {
 }
 
 template <class T>
+KALMARM_INLINE void set_zero(Articulated<T>& P) {
+  P.Axx = P.Axy = P.Ayy = P.Axz = P.Ayz = P.Azz = T(0);
+  P.Bxx = P.Bxy = P.Byx = P.Byy = P.Bxz = P.Byz = P.Bzx = P.Bzy = P.Bzz = T(0);
+  P.Cxx = P.Cxy = P.Cyy = P.Cxz = P.Cyz = P.Czz = T(0);
+}
+
+template <class T>
 KALMARM_INLINE void add(Articulated<T>& to, const Articulated<T>& from) {
   to.Axx += from.Axx;
   to.Axy += from.Axy;

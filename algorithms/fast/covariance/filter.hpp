@@ -7,8 +7,8 @@
 // of z and
 //   begin_all(), has_done(k)                        links that the policy filters by itself, first
 //   begin(k, z), add_body(k, z)                     z- starts at link k, or comes from link k + 1
-//   add_branch(index, z), keep(index, begun, z)     sums over children other than k + 1; `index` is
-//                                                   the index of the sum in ws.branches
+//   add_branch(index, z), keep(index, z)            sums over children other than k + 1, which begin_all
+//                                                   begins; `index`: of the sum in ws.branches
 //   measured<slides, noise>(k, g, 1/D, P+, z)       z- becomes z+; P+ where c is not zero
 //   to_parent(link, joint, d, z), cycle(z), to_parent(phi, z)       z+ becomes z- of the parent
 // and may have r(k), a lane's own joint noise in place of the model's.
@@ -187,15 +187,9 @@ KALMARM_INLINE void leave(const LoweredModel<S>& model, int k, Workspace& ws,
                           const typename Policy::Load& z, const Policy& policy) {
   const int index = model.link(model.link(k).parent).branch;
   auto& branch = ws.branches[index];
-  policy.keep(index, branch.begun, z);
-  if (branch.begun) {
-    add(branch.P, P);
-    branch.pending.add(pending);
-  } else {
-    branch.P = P;
-    branch.pending = pending;
-    branch.begun = true;
-  }
+  policy.keep(index, z);
+  add(branch.P, P);
+  branch.pending.add(pending);
 }
 
 // Links one by one.
@@ -250,7 +244,10 @@ KALMARM_NOINLINE KALMARM_SWEEP void filter_joint(const LoweredModel<S>& model, c
 template <class T, class S, class Workspace, class Policy>
 void filter(const LoweredModel<S>& model, Workspace& ws, const Policy& policy) {
   ws.margin = T(S(1));
-  for (auto& branch : ws.branches) branch.begun = false;
+  for (auto& branch : ws.branches) {
+    set_zero(branch.P);
+    branch.pending = HandedOn<T>::none();
+  }
   policy.begin_all();
   Carried<T, typename Policy::Load> carried;
   for (auto run = model.runs().rbegin(); run != model.runs().rend(); ++run) {

@@ -46,7 +46,6 @@ struct CovarianceWorkspace : Placements<T> {
   };
   // Of a link with several children: the sum over them, and l-.
   struct Branch {
-    bool begun;
     Articulated<T> P;
     Sixfold<T> z, l;
     HandedOn<T> pending;
@@ -232,7 +231,9 @@ struct BiasedForces {
   const T* tau;
   CovarianceWorkspace<T>& ws;
 
-  void begin_all() const {}
+  void begin_all() const {
+    for (auto& branch : ws.branches) set_zero(branch.z);
+  }
   static constexpr bool has_done(int) { return false; }
   T squared_rate(int k) const {
     const auto& at = ws.links[k];
@@ -248,13 +249,7 @@ struct BiasedForces {
     bias<true>(model.body(k), at.wx, at.wy, at.wz, z, ws.noise);
   }
   KALMARM_INLINE void add_branch(int index, Load& z) const { add(z, ws.branches[index].z); }
-  KALMARM_INLINE void keep(int index, bool begun, const Load& z) const {
-    auto& sum = ws.branches[index].z;
-    if (begun)
-      add(sum, z);
-    else
-      sum = z;
-  }
+  KALMARM_INLINE void keep(int index, const Load& z) const { add(ws.branches[index].z, z); }
 
   template <bool slides, bool noise, class P_plus>
   KALMARM_INLINE void measured(int k, const Sixfold<T>& g, const T& inverse_D, const P_plus& P,

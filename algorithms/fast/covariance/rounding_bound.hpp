@@ -63,7 +63,7 @@ template <class S>
 class RoundingBound {
  public:
   explicit RoundingBound(const LoweredModel<S>& model)
-      : placed_(model), branches_(model.branch_count()) {}
+      : placed_(model), sums_(model.branch_count()) {}
 
   // At q (nq), tips to base as far as the first joint whose bound is `last` or more.
   KALMARM_NOINLINE KALMARM_SWEEP RoundingLoss
@@ -81,10 +81,6 @@ class RoundingBound {
     std::vector<Link> links;
 
     explicit Placed(const LoweredModel<S>& model) : Placements<S>(model), links(model.nv()) {}
-  };
-  struct Branch {
-    bool begun;
-    Articulated<Both> X;
   };
 
   static Both both(const Number& P, const Number& of_S) {
@@ -154,7 +150,7 @@ class RoundingBound {
                                 Articulated<Both>& X) const;
 
   Placed placed_;
-  std::vector<Branch> branches_;
+  std::vector<Articulated<Both>> sums_;  // of links with several children, over them
 };
 
 template <class S>
@@ -270,7 +266,7 @@ void RoundingBound<S>::to_parent(const LoweredModel<S>& model, int k, const S* q
 template <class S>
 RoundingLoss RoundingBound<S>::look(const LoweredModel<S>& model, const S* q, double last) {
   detail::set_placements(model, q, placed_);
-  for (Branch& branch : branches_) branch.begun = false;
+  for (Articulated<Both>& sum : sums_) set_zero(sum);
   RoundingLoss loss;
   Articulated<Both> X;
   bool carried = false;
@@ -283,7 +279,7 @@ RoundingLoss RoundingBound<S>::look(const LoweredModel<S>& model, const S* q, do
       set_body(X, body);
     if (link.branch >= 0) {
       add_sizes(X);
-      add(X, branches_[link.branch].X);
+      add(X, sums_[link.branch]);
     }
     add_sizes(X);
     if (link.slides) {
@@ -298,13 +294,9 @@ RoundingLoss RoundingBound<S>::look(const LoweredModel<S>& model, const S* q, do
     if (link.parent < 0) continue;
     to_parent(model, k, q + link.q_index, X);
     if (carried) continue;
-    Branch& branch = branches_[model.link(link.parent).branch];
-    if (branch.begun) {
-      add(branch.X, X);
-      add_sizes(branch.X);
-    } else {
-      branch = {true, X};
-    }
+    Articulated<Both>& sum = sums_[model.link(link.parent).branch];
+    add(sum, X);
+    add_sizes(sum);
   }
   return loss;
 }

@@ -55,7 +55,11 @@ void filter(const LoweredModel<S>& model, const T* tau, const T* qd, DerivativeT
   using Kind = typename LoweredLink<S>::Kind;
   const T zero = T(S(0));
   auto& table = ws.table;
-  for (auto& branch : ws.branches) branch.begun = false;
+  const Sixfold<T> none = {zero, zero, zero, zero, zero, zero};
+  for (auto& branch : ws.branches) {
+    set_zero(branch.P);
+    branch.z = branch.Qx = branch.Qy = branch.Qz = none;
+  }
   Articulated<T> P;
   Sixfold<T> z, Qx, Qy, Qz;
   bool carried = false;  // from link k + 1
@@ -63,8 +67,8 @@ void filter(const LoweredModel<S>& model, const T* tau, const T* qd, DerivativeT
     const LoweredLink<S>& link = model.link(k);
     const LoweredBody<S>& body = model.body(k);
     if (!carried) {
-      for_numbers(P, [&](int, T& x) { x = zero; });
-      z = Qx = Qy = Qz = {zero, zero, zero, zero, zero, zero};
+      set_zero(P);
+      z = Qx = Qy = Qz = none;
     }
     if (!link.massless) {
       const T m = T(body.m);
@@ -123,10 +127,6 @@ void filter(const LoweredModel<S>& model, const T* tau, const T* qd, DerivativeT
     }
     if (carried) continue;
     auto& branch = ws.branches[model.link(link.parent).branch];
-    if (!branch.begun) {
-      branch = {true, P, z, Qx, Qy, Qz};
-      continue;
-    }
     add(branch.P, P);
     add(branch.z, z);
     add(branch.Qx, Qx);

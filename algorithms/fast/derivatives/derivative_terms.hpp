@@ -80,7 +80,6 @@ struct DerivativeTerms {
     constants = 12,
   };
   struct Branch {
-    bool begun;
     Articulated<T> P;
     Sixfold<T> z, Qx, Qy, Qz;
   };

@@ -19,7 +19,6 @@ struct FastFactors : Placements<T> {
   };
   // Of a link with several children: the sum over them.
   struct Branch {
-    bool begun;
     Articulated<T> P;
     HandedOn<T> pending;
   };
@@ -49,7 +48,7 @@ struct NoForces {
   void begin(int, Load) const {}
   void add_body(int, Load) const {}
   void add_branch(int, Load) const {}
-  void keep(int, bool, Load) const {}
+  void keep(int, Load) const {}
   template <bool slides, bool noise, class P_plus>
   KALMARM_INLINE void measured(int k, const Sixfold<T>&, const T& inverse_D, const P_plus&,
                                Load) const {

@@ -243,14 +243,8 @@ class LimbsInLanes {
         P.Bxy[lane], P.Byx[lane], P.Byy[lane], P.Bxz[lane], P.Byz[lane], P.Bzx[lane], P.Bzy[lane],
         P.Bzz[lane], P.Cxx[lane], P.Cxy[lane], P.Cyy[lane], P.Cxz[lane], P.Cyz[lane], P.Czz[lane]};
     const HandedOn<S> handed = {pending.moment[lane], pending.force[lane]};
-    if (branch.begun) {
-      kalmarm::add(branch.P, own);
-      branch.pending.add(handed);
-    } else {
-      branch.P = own;
-      branch.pending = handed;
-      branch.begun = true;
-    }
+    kalmarm::add(branch.P, own);
+    branch.pending.add(handed);
   }
 
   std::vector<char> taken_;

@@ -27,7 +27,6 @@ struct CompositeForces : Placements<T> {
   };
   // What the children of a link with several have summed up to.
   struct Branch {
-    bool begun;
     Rigid<T> R;
   };
 
@@ -145,7 +144,8 @@ template <class T, class S>
 KALMARM_SWEEP void set_composite_forces(const LoweredModel<S>& model, CompositeForces<T>& ws) {
   using Kind = typename LoweredLink<S>::Kind;
   const T zero = T(S(0));
-  for (auto& branch : ws.branches) branch.begun = false;
+  for (auto& branch : ws.branches)
+    branch.R = {zero, zero, zero, zero, zero, zero, zero, zero, zero, zero};
   Rigid<T> R;
   bool carried = false;  // R comes from link k + 1
   for (int k = model.nv() - 1; k >= 0; --k) {
@@ -177,14 +177,7 @@ KALMARM_SWEEP void set_composite_forces(const LoweredModel<S>& model, CompositeF
       to_parent(ws.matrices[link.varying], moved);
       R = moved;
     }
-    if (carried) continue;
-    auto& branch = ws.branches[model.link(link.parent).branch];
-    if (branch.begun) {
-      add(branch.R, R);
-    } else {
-      branch.R = R;
-      branch.begun = true;
-    }
+    if (!carried) add(ws.branches[model.link(link.parent).branch].R, R);
   }
 }
 

@@ -124,7 +124,6 @@ struct InverseDynamicsWorkspace : Placements<T> {
   struct Branch {
     T wx, wy, wz;
     Sixfold<T> a;  // alpha, a
-    bool begun;
     Sixfold<T> z;
   };
 
@@ -317,7 +316,7 @@ KALMARM_SWEEP void set_link_forces(const LoweredModel<S>& model, const T* qd, co
 template <bool turning, class T, class S>
 KALMARM_SWEEP void sum_forces(const LoweredModel<S>& model, const T* qdd,
                               InverseDynamicsWorkspace<T>& ws, T* tau) {
-  for (auto& branch : ws.branches) branch.begun = false;
+  for (auto& branch : ws.branches) set_zero(branch.z);
   ws.own.template begin<turning>();
   Sixfold<T> z;
   bool carried = false;  // z comes from link k + 1
@@ -338,13 +337,7 @@ KALMARM_SWEEP void sum_forces(const LoweredModel<S>& model, const T* qdd,
     carried = link.hangs_on_previous;
     if (link.parent < 0) continue;
     force_to_parent(model, link, ws, at.d, z);
-    if (carried) continue;
-    auto& branch = ws.branches[model.link(link.parent).branch];
-    if (branch.begun)
-      add(branch.z, z);
-    else
-      branch.z = z;
-    branch.begun = true;
+    if (!carried) add(ws.branches[model.link(link.parent).branch].z, z);
   }
 }
 

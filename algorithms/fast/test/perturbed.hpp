@@ -21,7 +21,8 @@ struct Perturbed {
   explicit operator double() const { return static_cast<double>(value); }
 
   friend Perturbed operator+(Perturbed a, Perturbed b) {
-    return rounded(a.value + b.value, a.value);
+    const long double sum = a.value + b.value;
+    return sum == b.value ? exactly(sum) : rounded(sum, a.value);
   }
   friend Perturbed operator-(Perturbed a, Perturbed b) {
     return rounded(a.value - b.value, a.value);
