@@ -23,6 +23,7 @@ Dynamics<T>::Dynamics(const RobotModel& model, const DynamicsOptions& options,
                                      nq_, tolerance_, options.triangles, make);
   asked_ = static_cast<int>(execution_->width().n);
   rows_ = static_cast<int>(execution_->width().k);
+  forces_ = static_cast<int>(execution_->width().f);
 }
 
 template <class T>
@@ -89,6 +90,28 @@ void Dynamics<T>::check_derivatives(const Derivatives<T>& out) const {
   for (const auto& [name, X] : all)
     if (*X && (!X->fits(asked_, asked_) || (X->is_row_major() && X != &out.dtau)))
       refuse("derivatives", name, X->shape(), detail::shape(asked_, asked_) + ", column-major,");
+}
+
+template <class T>
+void Dynamics<T>::check_turning(bool act, Axes axes) {
+  if (act && axes != Axes::local)
+    throw std::invalid_argument(
+        "derivatives: forces that do not turn with their frames: Axes::local is needed");
+}
+
+template <class T>
+const T* Dynamics<T>::checked_forces(const char* call, const StateForces<T>& forces) const {
+  if (!forces.on) return nullptr;
+  check(call, "forces", forces.on->size(), forces_);
+  return forces.on->data();
+}
+
+template <class T>
+const T* Dynamics<T>::checked_forces(const char* call, std::ptrdiff_t count,
+                                     const ForceRows<T>& forces) const {
+  if (!forces.on) return nullptr;
+  check(call, "forces", count, *forces.on, forces_);
+  return forces.on->data();
 }
 
 template <class T>

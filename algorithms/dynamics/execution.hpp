@@ -24,13 +24,15 @@ class Execution {
   Execution(Plan plan, int nq, double tolerance, Triangles triangles, const MakeEngine<T>& make)
       : plan_(std::move(plan)),
         width_{nq, plan_.nv, static_cast<std::ptrdiff_t>(plan_.asked.size()),
-               6 * static_cast<std::ptrdiff_t>(plan_.question.frames.size())},
+               6 * static_cast<std::ptrdiff_t>(plan_.question.frames.size()),
+               6 * static_cast<std::ptrdiff_t>(plan_.question.acted_on.size())},
         at_rest_(plan_.question.at_rest),
         zero_(plan_.nv, T(0)),
         factored_q_(nq, T(0)) {
     for (const Want want : plan_.question.want) wanted_ |= bit(want);
     const bool nothing_to_copy = plan_.parts.size() == 1 && width_.n == plan_.nv &&
                                  plan_.parts[0].reduction.model.nv() == plan_.nv &&
+                                 plan_.parts[0].acted_on.size() == plan_.question.acted_on.size() &&
                                  plan_.question.locked.empty();
     // What is copied is copied whole.
     if (!nothing_to_copy) triangles = Triangles::both;

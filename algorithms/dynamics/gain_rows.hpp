@@ -36,6 +36,7 @@ class GainsOfRows {
         of_damping_(static_cast<T>(h)),
         of_stiffness_(static_cast<T>(h * h_of_springs)),
         tolerance_(options.tolerance.value_or(default_tolerance<T>)),
+        acted_on_(options.question.acted_on),
         rules_(rules_for(tolerance_)) {
     std::erase_if(rules_, [&](Rule rule) {
       // Its kernel has no joint noise of a lane.
@@ -73,15 +74,13 @@ class GainsOfRows {
           refuse("a spring about a ball or a free joint: stiffness", i, k, x);
   }
 
-  // a of rows of q, v and the torques tau^, by r of damping and stiffness, null: the step's own. How
-  // many failed.
-  int acceleration(std::ptrdiff_t rows, const T* q, const T* v, const T* tau, const T* damping,
-                   const T* stiffness, T* a, Outcome* outcomes, int threads) {
+  // The call, of rows at the torques tau^, with r of damping and stiffness, null: the step's own. How many
+  // failed.
+  int acceleration(std::ptrdiff_t rows, Call<T> call, const T* damping, const T* stiffness,
+                   Outcome* outcomes, int threads) {
     set_noise(rows, damping, stiffness);
-    return execution_->answer_rows(
-        static_cast<int>(rows),
-        {.want = Want::acceleration, .q = q, .qd = v, .tau = tau, .out = a, .r = r_.data()},
-        outcomes, std::max(threads, 1));
+    call.r = r_.data();
+    return execution_->answer_rows(static_cast<int>(rows), call, outcomes, std::max(threads, 1));
   }
 
  private:
@@ -132,6 +131,7 @@ class GainsOfRows {
     if (!changed) return;
     Question question;
     question.want = {Want::acceleration};
+    question.acted_on = acted_on_;
     execution_ =
         std::make_unique<Execution<T>>(make_plan(model_of(robot_), question, rules_), robot_.nq,
                                        tolerance_, Triangles::both, make_engine<T>);
@@ -142,6 +142,7 @@ class GainsOfRows {
   RobotModel robot_;
   T of_damping_, of_stiffness_;
   double tolerance_;
+  std::vector<Frame> acted_on_;
   std::set<Rule> rules_;
   std::vector<T> armature_, own_damping_, own_stiffness_, r_;
   std::vector<int> without_, springless_;  // DoF without noise in robot_; without springs

@@ -138,6 +138,7 @@ ImplicitStep<T>::ImplicitStep(const RobotModel& model, double h, const JointTerm
                               Scheme scheme, const DynamicsOptions& options)
     : model_(model),
       h_(h),
+      forces_(6 * static_cast<std::ptrdiff_t>(options.question.acted_on.size())),
       dynamics_(checked<T>(model, h, terms, scheme, options),
                 with_solve(options, !terms.rows.empty())),
       rows_of_terms_(is_as_velocity(model) ? repeated : 1),
@@ -220,13 +221,14 @@ void ImplicitStep<T>::set_torque(std::ptrdiff_t rows, const T* q, const T* v, co
 
 template <class T>
 Outcome ImplicitStep<T>::acceleration(VectorView<const T> q, VectorView<const T> v,
-                                      VectorView<const T> tau, VectorView<T> a) {
+                                      VectorView<const T> tau, VectorView<T> a,
+                                      const StateForces<T>& forces) {
   require("acceleration", q.size(), v.size(), tau.size());
   set_torque(1, q.data(), v.data(), tau.data(), tau_.data());
-  if (!solves_rows()) return dynamics_.forward_dynamics(q, v, VectorView<const T>(tau_), a);
+  if (!solves_rows()) return dynamics_.forward_dynamics(q, v, VectorView<const T>(tau_), a, forces);
   is_kept_ = false;
-  const Outcome outcome =
-      dynamics_.forward_dynamics(q, v, VectorView<const T>(tau_), a, coupled_->B(), coupled_->Y());
+  const Outcome outcome = dynamics_.forward_dynamics(q, v, VectorView<const T>(tau_), a,
+                                                     coupled_->B(), coupled_->Y(), forces);
   return outcome ? coupled(outcome, q.data(), v.data(), coupled_->Y().data(), a.data()) : outcome;
 }
 
@@ -245,20 +247,25 @@ Outcome ImplicitStep<T>::coupled(Outcome of_a0, const T* q, const T* v, const T*
 
 template <class T>
 int ImplicitStep<T>::acceleration(RowsView<const T> q, RowsView<const T> v, RowsView<const T> tau,
-                                  RowsView<T> a, std::span<Outcome> outcomes, int threads) {
-  return acceleration(q, v, tau, GainRows<T>{}, a, outcomes, threads);
+                                  RowsView<T> a, std::span<Outcome> outcomes, int threads,
+                                  const ForceRows<T>& forces) {
+  return acceleration(q, v, tau, GainRows<T>{}, a, outcomes, threads, forces);
 }
 
 template <class T>
 int ImplicitStep<T>::acceleration(RowsView<const T> q, RowsView<const T> v, RowsView<const T> tau,
                                   const GainRows<T>& gains, RowsView<T> a,
-                                  std::span<Outcome> outcomes, int threads) {
+                                  std::span<Outcome> outcomes, int threads,
+                                  const ForceRows<T>& forces) {
   const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
   const std::ptrdiff_t nv = model_.nv(), nq = model_.nq;
   if (!q.fits(count, nq) || !v.fits(count, nv) || !tau.fits(count, nv))
     refuse("acceleration: rows of q, v and tau are " + q.shape() + ", " + v.shape() + " and " +
            tau.shape() + ", needed " + detail::shape(count, nq) + " and " +
            detail::shape(count, nv));
+  if (forces.on && !forces.on->fits(count, forces_))
+    refuse("acceleration: rows of forces are " + forces.on->shape() + ", needed " +
+           detail::shape(count, forces_));
   const auto numbers_of = [&](const char* what, const RowsView<const T>& given,
                               const std::vector<T>& own, bool positive) -> Numbers {
     if (!given.data()) return {own.data(), false};
@@ -281,12 +288,20 @@ int ImplicitStep<T>::acceleration(RowsView<const T> q, RowsView<const T> v, Rows
     if (!a.fits(count, nv))
       refuse("acceleration: rows of the result are " + a.shape() + ", needed " +
              detail::shape(count, nv));
-    return gains_->acceleration(count, q.data(), v.data(), rows_.data(), gains.damping.data(),
-                                gains.stiffness.data(), a.data(), outcomes.data(), threads);
+    return gains_->acceleration(count,
+                                {.want = Want::acceleration,
+                                 .q = q.data(),
+                                 .qd = v.data(),
+                                 .tau = rows_.data(),
+                                 .out = a.data(),
+                                 .forces = forces.on ? forces.on->data() : nullptr,
+                                 .axes = forces.axes},
+                                gains.damping.data(), gains.stiffness.data(), outcomes.data(),
+                                threads);
   }
   if (!solves_rows())
     return dynamics_.forward_dynamics(q, v, RowsView<const T>(rows_.data(), count, nv), a, outcomes,
-                                      threads);
+                                      threads, forces);
   is_kept_ = false;
   const std::ptrdiff_t m = coupled_->solved(), size = nv * m;
   Y_.resize(std::max<std::size_t>(Y_.size(), std::min(count, rows_at_once) * size));
@@ -294,13 +309,15 @@ int ImplicitStep<T>::acceleration(RowsView<const T> q, RowsView<const T> v, Rows
   for (std::ptrdiff_t first = 0; first < count; first += rows_at_once) {
     const std::ptrdiff_t n = std::min(rows_at_once, count - first);
     const auto of = outcomes.subspan(first, n);
+    ForceRows<T> acting{.axes = forces.axes};
+    if (forces.on) acting.on.emplace(forces.on->data() + first * forces_, n, forces_);
     // Those that failed are counted below.
     static_cast<void>(
         dynamics_.forward_dynamics(RowsView<const T>(q.data() + first * nq, n, nq),
                                    RowsView<const T>(v.data() + first * nv, n, nv),
                                    RowsView<const T>(rows_.data() + first * nv, n, nv),
                                    RowsView<T>(a.data() + first * nv, n, nv), coupled_->B(),
-                                   MatrixView<T>(Y_.data(), nv, n * m), of, threads));
+                                   MatrixView<T>(Y_.data(), nv, n * m), of, threads, acting));
     for (std::ptrdiff_t i = 0; i < n; ++i) {
       const std::ptrdiff_t at = first + i;
       if (of[i])
@@ -314,9 +331,9 @@ int ImplicitStep<T>::acceleration(RowsView<const T> q, RowsView<const T> v, Rows
 
 template <class T>
 Outcome ImplicitStep<T>::step(VectorView<T> q, VectorView<T> v, VectorView<const T> tau,
-                              VectorView<T> a) {
+                              VectorView<T> a, const StateForces<T>& forces) {
   const Outcome outcome = acceleration(VectorView<const T>(q.data(), q.size()),
-                                       VectorView<const T>(v.data(), v.size()), tau, a);
+                                       VectorView<const T>(v.data(), v.size()), tau, a, forces);
   if (outcome) advance(model_, h_, VectorView<const T>(a.data(), a.size()), q, v);
   return outcome;
 }
@@ -324,19 +341,19 @@ Outcome ImplicitStep<T>::step(VectorView<T> q, VectorView<T> v, VectorView<const
 template <class T>
 Outcome ImplicitStep<T>::derivatives(VectorView<const T> q, VectorView<const T> v,
                                      VectorView<const T> tau, const Derivatives<T>& out,
-                                     VectorView<T> a) {
+                                     VectorView<T> a, const StateForces<T>& forces) {
   require("derivatives", q.size(), v.size(), tau.size());
   const int nv = model_.nv();
   Derivatives<T> all = out;
   if (!all.dtau) all.dtau = MatrixView<T>(X_.data(), nv, nv);  // (4) has X
   if (solves_rows()) {
-    const Outcome of_a = acceleration(q, v, tau, a);
+    const Outcome of_a = acceleration(q, v, tau, a, forces);
     if (!of_a) return of_a;
     coupled_->take_forces(tau_.data());
   } else {
     set_torque(1, q.data(), v.data(), tau.data(), tau_.data());
   }
-  const Outcome outcome = dynamics_.derivatives(q, v, VectorView<const T>(tau_), all, a);
+  const Outcome outcome = dynamics_.derivatives(q, v, VectorView<const T>(tau_), all, a, forces);
   if (!outcome) return outcome;
   const auto less = [&](const MatrixView<T>& by, int column, T c) {
     if (!by || c == T(0)) return;

@@ -109,7 +109,7 @@ class PartState {
   };
 
   struct Worker {
-    std::vector<T> q, qd, tau, r, out;
+    std::vector<T> q, qd, tau, forces, r, out;
     std::vector<T> derivatives[3];
     std::vector<Outcome> outcomes;
     std::unique_ptr<Reading> reading;
@@ -154,7 +154,8 @@ class PartState {
   VectorX<T> q_;           // where what is locked by noise stands
   std::vector<int> dofs_;  // of the whole
   std::vector<Site<T>> sites_;
-  Copies q_in_, v_in_;             // state of the whole -> of the part
+  Copies q_in_, v_in_;  // state of the whole -> of the part
+  Copies forces_in_;
   std::vector<int> free_dofs_;     // of the part: those that are not locked
   Copies asked_;                   // DoF of the part -> of the result
   Copies block_out_, frames_out_;  // row of the engine's selection, or of J -> row of the result
@@ -165,7 +166,8 @@ template <class T>
 PartState<T>::PartState(const Plan& plan, const Part& part, double tolerance, Triangles triangles,
                         const MakeEngine<T>& make)
     : at_rest_(plan.question.at_rest),
-      part_{part.reduction.model.nq(), part.reduction.model.nv(), part.reduction.model.nv(), 0},
+      part_{part.reduction.model.nq(), part.reduction.model.nv(), part.reduction.model.nv(), 0,
+            static_cast<std::ptrdiff_t>(6 * part.acted_on.size())},
       model_(part.reduction.model),
       q_(part_.nq),
       dofs_(part.reduction.dofs) {
@@ -188,6 +190,8 @@ PartState<T>::PartState(const Plan& plan, const Part& part, double tolerance, Tr
     for (int i = 0; i < q_entries(joint.coordinate); ++i)
       q_in_.add(reduction.q_whole[joint.q_index + i], joint.q_index + i);
   }
+  for (int i = 0; i < static_cast<int>(part.acted_index.size()); ++i)
+    for (int j = 0; j < 6; ++j) forces_in_.add(6 * part.acted_index[i] + j, 6 * i + j);
   const bool holds_locked = static_cast<int>(free_dofs_.size()) < model_.nv();
 
   EngineOptions options;
@@ -197,6 +201,7 @@ PartState<T>::PartState(const Plan& plan, const Part& part, double tolerance, Tr
   options.kernel = part.kernel;
   options.zeros = part.zeros;
   options.want = question.want;
+  options.acted_on = part.acted_on;
   if (plan.partial_answers) {
     if (part.block) options.selection.dofs = part.asked;
     if (part.block) options.want.insert(Want::operational);
@@ -238,6 +243,7 @@ void PartState<T>::reserve(Want want, int workers, int states) {
     while (static_cast<std::ptrdiff_t>(w.q.size()) < states * part_.nq)
       w.q.insert(w.q.end(), q_.begin(), q_.end());
     for (std::vector<T>* const x : {&w.qd, &w.tau, &w.r}) grow(*x, part_.nv);
+    grow(w.forces, part_.f);
     // A solve of one state has a vector, whatever is asked.
     grow(w.out, std::max(part_.out(of_engine), part_.nv));
     if (want == Want::derivatives)
@@ -266,10 +272,13 @@ Call<T> PartState<T>::gather(Worker& w, int states, const Call<T>& call,
     } else if (from.tau) {
       v_in_(from.tau, tau);
     }
+    if (from.forces) forces_in_(from.forces, w.forces.data() + i * part_.f);
     if (from.r) v_in_(from.r, w.r.data() + i * part_.nv);
   }
   if (call.qd) out.qd = w.qd.data();
   if (call.tau) out.tau = w.tau.data();
+  if (call.forces) out.forces = w.forces.data();
+  out.axes = call.axes;
   if (call.r) out.r = w.r.data();
   for (std::size_t i = 0; i < call.derivatives.size(); ++i)
     if (call.derivatives[i]) out.derivatives[i] = w.derivatives[i].data();

@@ -76,6 +76,13 @@ class Planning {
       if (whole.joint(k).coordinate == Coordinate::follower && locked[k] != locked[k - 1])
         refuse("DoF '" + whole.name(k) + "': of a joint all DoF are locked or none");
     for (const Frame& frame : question.frames) check_frame("question", frame, nv);
+    for (const Frame& frame : question.acted_on) {
+      check_frame("question", frame, nv);
+      if (frame.link >= 0 && frame.link + 1 < nv &&
+          whole.joint(frame.link + 1).coordinate == Coordinate::follower)
+        refuse("forces act on DoF '" + whole.name(frame.link) +
+               "', which is not the last of its joint");
+    }
     if (question.q.empty() && question.locked.empty()) question.q.assign(whole.nq(), 0);
     if (static_cast<int>(question.q.size()) != whole.nq())
       refuse("q holds " + std::to_string(question.q.size()) + " numbers, " +
@@ -122,8 +129,14 @@ class Planning {
     for (int k = 0; k < reduced_.model.nv(); ++k) reduced_of[reduced_.dofs[k]] = k;
     for (const int k : plan_.asked) asked_[reduced_of[k]] = 1;
     sited_.assign(reduced_.model.nv(), 0);
-    for (const Frame& site : question.frames)
-      if (site.link >= 0 && standing_[site.link].link >= 0) sited_[standing_[site.link].link] = 1;
+    pushed_ = sited_;
+    const auto mark = [&](const std::vector<Frame>& frames, std::vector<char>& links) {
+      for (const Frame& frame : frames)
+        if (frame.link >= 0 && standing_[frame.link].link >= 0)
+          links[standing_[frame.link].link] = 1;
+    };
+    mark(question.frames, sited_);
+    mark(question.acted_on, pushed_);
   }
 
   void drop_trees() {
@@ -147,7 +160,7 @@ class Planning {
     std::vector<char> carries(model.nv(), 0), needed(model.nv(), 0);
     std::vector<int> dofs;
     for (int k = model.nv() - 1; k >= 0; --k) {
-      needed[k] |= asked_[k] | sited_[k];
+      needed[k] |= asked_[k] | sited_[k] | pushed_[k];
       carries[k] |= !model.joint(k).body.massless();
       if (model.parent(k) >= 0) {
         carries[model.parent(k)] |= carries[k] | (model.joint(k).r > 0);
@@ -213,18 +226,22 @@ class Planning {
     for (int k = 0; k < part.reduction.model.nv(); ++k)
       if (std::binary_search(plan_.asked.begin(), plan_.asked.end(), part.reduction.dofs[k]))
         part.asked.push_back(k);
-    const std::vector<Frame>& frames = plan_.question.frames;
-    for (int i = 0; i < static_cast<int>(frames.size()); ++i) {
-      if (frames[i].link < 0 || fate[frames[i].link] == Fate::dropped) continue;
-      const Standing& link = standing[frames[i].link];
-      if (link.link < 0) continue;
-      const Site<long double> site = site_of(frames[i]).cast<long double>();
-      const Standing at = link.then(site.rotation, site.translation);
-      part.frame_index.push_back(i);
-      part.frames.push_back(
-          plain(Site<long double>{at.link, at.rotation, at.translation}.cast<double>()));
-    }
-    part.kernel = kernel_for(part.reduction.model);
+    const auto place = [&](const std::vector<Frame>& frames, std::vector<int>& index,
+                           std::vector<Frame>& of_part) {
+      for (int i = 0; i < static_cast<int>(frames.size()); ++i) {
+        if (frames[i].link < 0 || fate[frames[i].link] == Fate::dropped) continue;
+        const Standing& link = standing[frames[i].link];
+        if (link.link < 0) continue;
+        const Site<long double> site = site_of(frames[i]).cast<long double>();
+        const Standing at = link.then(site.rotation, site.translation);
+        index.push_back(i);
+        of_part.push_back(
+            plain(Site<long double>{at.link, at.rotation, at.translation}.cast<double>()));
+      }
+    };
+    place(plan_.question.frames, part.frame_index, part.frames);
+    place(plan_.question.acted_on, part.acted_index, part.acted_on);
+    part.kernel = kernel_for(part);
     if (!rules_.contains(Rule::zero_terms)) part.zeros = Zeros::kept;
     part.block = rules_.contains(Rule::partial_answers) &&
                  plan_.question.want.contains(Want::inverse) &&
@@ -232,8 +249,9 @@ class Planning {
     return part;
   }
 
-  Kernel kernel_for(const Model<double>& model) const {
-    if (rules_.contains(Rule::translations) && is_translational(model))
+  Kernel kernel_for(const Part& part) const {
+    if (rules_.contains(Rule::translations) && part.acted_on.empty() &&
+        is_translational(part.reduction.model))
       return Kernel::translational;
     if (rules_.contains(Rule::rest) && plan_.question.at_rest &&
         plan_.question.want.contains(Want::acceleration))
@@ -290,7 +308,7 @@ class Planning {
   std::vector<Standing> standing_;  // of the whole's links in reduced_
   std::vector<int> tree_;           // of the links of reduced_
   int trees_ = 0;
-  std::vector<char> asked_, sited_, dropped_;
+  std::vector<char> asked_, sited_, pushed_, dropped_;
 };
 
 }  // namespace

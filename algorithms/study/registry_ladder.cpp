@@ -49,7 +49,11 @@ class TwoDoublesSolver final : public Solver<double> {
   Outcome acceleration(const VectorX<double>& q, const VectorX<double>& qd,
                        const VectorX<double>& tau, VectorX<double>& a) override {
     if (!q.allFinite() || !qd.allFinite() || !tau.allFinite()) return not_finite;
-    return acceleration_.acceleration(q.data(), qd.data(), tau.data(), a.data());
+    return acceleration_.acceleration({.want = Want::acceleration,
+                                       .q = q.data(),
+                                       .qd = qd.data(),
+                                       .tau = tau.data(),
+                                       .out = a.data()});
   }
   Outcome factor(const VectorX<double>& q) override {
     return q.allFinite() ? factors_.factor(q.data()) : not_finite;

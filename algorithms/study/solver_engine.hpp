@@ -163,10 +163,13 @@ class SolverEngine final : public Engine<T> {
 // make(model), which is kept, is a solver of every part, in precision T.
 template <class T, class Make>
 MakeEngine<T> engines_by(const Make& make) {
-  return [make](const RobotModel& robot, const EngineOptions&) -> std::unique_ptr<Engine<T>> {
-    const Model<T> model = model_of(robot).cast<T>();
-    return std::make_unique<SolverEngine<T>>(model, make);
-  };
+  return
+      [make](const RobotModel& robot, const EngineOptions& options) -> std::unique_ptr<Engine<T>> {
+        if (!options.acted_on.empty())
+          throw std::invalid_argument("solvers of the study take no forces from outside");
+        const Model<T> model = model_of(robot).cast<T>();
+        return std::make_unique<SolverEngine<T>>(model, make);
+      };
 }
 
 }  // namespace kalmarm

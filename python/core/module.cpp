@@ -324,9 +324,12 @@ void bind_answers(nb::module_& m) {
 #define KALMARM_CALL_OF(name, second)                                           \
   nb::sig("def " name "(self, q: " KALMARM_ARRAY ", " second ": " KALMARM_ARRAY \
           ", " KALMARM_OPTIONS ")" KALMARM_RESULT)
-#define KALMARM_CALL_OF_STATE(name, third)                                         \
-  nb::sig("def " name "(self, q: " KALMARM_ARRAY ", qd: " KALMARM_ARRAY ", " third \
-          ": " KALMARM_ARRAY ", " KALMARM_OPTIONS ")" KALMARM_RESULT)
+#define KALMARM_FORCES KALMARM_OPTIONS ", forces: typing.Any = None, axes: str = 'aligned'"
+#define KALMARM_CALL_WITH_FORCES(name, more)                                                     \
+  nb::sig("def " name "(self, q: " KALMARM_ARRAY ", qd: " KALMARM_ARRAY more ", " KALMARM_FORCES \
+          ")" KALMARM_RESULT)
+#define KALMARM_CALL_OF_STATE(name, third) \
+  KALMARM_CALL_WITH_FORCES(name, ", " third ": " KALMARM_ARRAY)
 
 void bind_robot(nb::module_& m) {
   nb::class_<Factors>(m, "Factors",
@@ -345,12 +348,14 @@ void bind_robot(nb::module_& m) {
           "__init__",
           [](Robot* self, const RobotModel& model, std::optional<double> tolerance,
              const std::vector<std::string>& wants, std::vector<int> asked,
-             std::vector<Frame> frames, std::vector<int> locked, std::vector<double> q,
-             bool at_rest, const std::optional<std::vector<std::string>>& rules) {
+             std::vector<Frame> frames, std::vector<Frame> acted_on, std::vector<int> locked,
+             std::vector<double> q, bool at_rest,
+             const std::optional<std::vector<std::string>>& rules) {
             DynamicsOptions options{.tolerance = tolerance};
             for (const std::string& want : wants) options.question.want.insert(want_of(want));
             options.question.dofs = std::move(asked);
             options.question.frames = std::move(frames);
+            options.question.acted_on = std::move(acted_on);
             options.question.locked = std::move(locked);
             options.question.q = std::move(q);
             options.question.at_rest = at_rest;
@@ -360,8 +365,8 @@ void bind_robot(nb::module_& m) {
             }
             new (self) Robot(model, std::move(options));
           },
-          "model"_a, "tolerance"_a.none(), "wants"_a, "asked"_a, "frames"_a, "locked"_a, "q"_a,
-          "at_rest"_a, "rules"_a = nb::none())
+          "model"_a, "tolerance"_a.none(), "wants"_a, "asked"_a, "frames"_a, "acted_on"_a,
+          "locked"_a, "q"_a, "at_rest"_a, "rules"_a = nb::none())
       .def_prop_ro(
           "nq", [](const Robot& self) { return self.model().nq; }, "Entries of q.")
       .def_prop_ro(
@@ -376,22 +381,26 @@ void bind_robot(nb::module_& m) {
       .def("plan", &Robot::plan, "What is left out, and by which rule.")
       .def("forward_dynamics", &Robot::forward_dynamics, "q"_a, "qd"_a, "tau"_a,
            "out"_a = nb::none(), options, "status"_a = false, "threads"_a = 1,
+           "forces"_a = nb::none(), "axes"_a = "aligned",
            KALMARM_CALL_OF_STATE("forward_dynamics", "tau"),
-           R"(a = M(q)^-1 (tau - bias(q, qd)), gravity and armature included.
+           R"(a = M(q)^-1 (tau + J' forces - bias(q, qd)), gravity and armature included.
 
 q (..., nq), qd and tau (..., nv) -> a (..., n). Hinges: rad, rad/s, Nm, rad/s^2; slides: m, m/s,
-N, m/s^2.)")
+N, m/s^2. forces (..., 6 f): of every frame of `acted_on` the moment about the origin of `axes` and the
+force [Nm, N], with the axes of `Kinematics`.)")
       .def("inverse_dynamics", &Robot::inverse_dynamics, "q"_a, "qd"_a, "qdd"_a,
            "out"_a = nb::none(), options, "status"_a = false, "threads"_a = 1,
+           "forces"_a = nb::none(), "axes"_a = "aligned",
            KALMARM_CALL_OF_STATE("inverse_dynamics", "qdd"),
-           R"(tau = M(q) qdd + bias(q, qd), gravity and armature included.
+           R"(tau = M(q) qdd + bias(q, qd) - J' forces, gravity and armature included.
 
-q (..., nq), qd and qdd (..., nv) -> tau (..., n) [Nm or N].)")
+q (..., nq), qd and qdd (..., nv) -> tau (..., n) [Nm or N]. forces: as of `forward_dynamics`.)")
       .def("bias", &Robot::bias, "q"_a, "qd"_a, "out"_a = nb::none(), options, "status"_a = false,
-           "threads"_a = 1, KALMARM_CALL_OF("bias", "qd"),
-           R"(Velocity terms and gravity: the torques of qdd = 0.
+           "threads"_a = 1, "forces"_a = nb::none(), "axes"_a = "aligned",
+           KALMARM_CALL_WITH_FORCES("bias", ""),
+           R"(Velocity terms and gravity, less J' forces: the torques of qdd = 0.
 
-q (..., nq), qd (..., nv) -> (..., n) [Nm or N].)")
+q (..., nq), qd (..., nv) -> (..., n) [Nm or N]. forces: as of `forward_dynamics`.)")
       .def("gravity", &Robot::gravity, "q"_a, "out"_a = nb::none(), options, "status"_a = false,
            "threads"_a = 1, KALMARM_CALL_OF_Q("gravity"),
            R"(The torques that hold the robot against gravity.
@@ -425,12 +434,14 @@ q (..., nq) -> (..., 6 f, 6 f) of f frames, six rows each: angular, then linear,
 q (..., nq), tau (..., n) -> (..., n). For many tau in one state: factor(q).solve(tau).)")
       .def("forward_dynamics_derivatives", &Robot::derivatives, "q"_a, "qd"_a, "tau"_a,
            "out"_a = nb::none(), options, "status"_a = false, "threads"_a = 1,
+           "forces"_a = nb::none(), "axes"_a = "aligned",
            KALMARM_CALL_OF_STATE("forward_dynamics_derivatives", "tau"),
            R"(Derivatives of forward dynamics, analytically, and a itself.
 
 q (..., nq), qd and tau (..., nv) -> Derivatives(dq, dqd, dtau, a): three (..., n, n) and (..., n).
 Column j of dq is for a change of q along DoF j's velocity, so that joints with quaternions have as
-many columns as DoF. out: what an earlier call of the same shape returned.)")
+many columns as DoF. out: what an earlier call of the same shape returned. forces turn with their frames:
+axes "local" is needed.)")
       .def("factor", &Robot::factor, nb::keep_alive<0, 1>(), "q"_a,
            nb::sig("def factor(self, q: " KALMARM_ARRAY ") -> Factors"),
            "Factors of M in one state q (nq,), for any number of solves.")

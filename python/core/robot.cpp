@@ -40,6 +40,49 @@ RowsView<const T> rows_of(const Inputs& in, int i, int width) {
   return {in.data<T>(i), in.count(), width};
 }
 
+Axes axes_of(const char* call, const std::string& name) {
+  if (name == "local") return Axes::local;
+  if (name == "world") return Axes::world;
+  if (name == "aligned") return Axes::aligned;
+  throw nb::value_error(
+      (std::string(call) + ": axes '" + name + "' is unknown: local, world, aligned").c_str());
+}
+
+// The arguments of a call, and forces from outside after them where they are given.
+class WithForces {
+ public:
+  WithForces(const char* call, std::initializer_list<Argument> arguments, nb::handle forces,
+             int width, const std::string& axes)
+      : arguments_(static_cast<int>(arguments.size())),
+        width_(width),
+        given_(!forces.is_none()),
+        axes_(given_ ? axes_of(call, axes) : Axes::aligned) {
+    std::copy(arguments.begin(), arguments.end(), all_.begin());
+    if (given_) all_[arguments_] = {"forces", forces, width};
+  }
+
+  std::span<const Argument> all() const { return {all_.data(), std::size_t(arguments_ + given_)}; }
+
+  template <class T>
+  StateForces<T> of_state(const Inputs& in) const {
+    StateForces<T> out{.axes = axes_};
+    if (given_) out.on.emplace(vector<T>(in, arguments_, 0, width_));
+    return out;
+  }
+  template <class T>
+  ForceRows<T> of_rows(const Inputs& in) const {
+    ForceRows<T> out{.axes = axes_};
+    if (given_) out.on.emplace(rows_of<T>(in, arguments_, width_));
+    return out;
+  }
+
+ private:
+  std::array<Argument, 4> all_;
+  int arguments_, width_;
+  bool given_;
+  Axes axes_;
+};
+
 }  // namespace
 
 int cores(const char* call, int threads, int states) {
@@ -54,7 +97,8 @@ int cores(const char* call, int threads, int states) {
 Robot::Robot(RobotModel model, DynamicsOptions options)
     : model_(std::move(model)),
       options_(std::move(options)),
-      rows_(6 * static_cast<int>(options_.question.frames.size())) {
+      rows_(6 * static_cast<int>(options_.question.frames.size())),
+      forces_(6 * static_cast<int>(options_.question.acted_on.size())) {
   if (model_.nv() == 0) throw nb::value_error("the robot has no joint, so no degree of freedom");
   asked_ = workers<double>().take()->dynamics.asked();
 }
@@ -100,26 +144,33 @@ nb::object Robot::rows(const Inputs& inputs, int threads, bool status, const nb:
 }
 
 nb::object Robot::forward_dynamics(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
-                                   bool status, int threads) {
+                                   bool status, int threads, nb::handle forces,
+                                   const std::string& axes) {
   constexpr const char* call = "forward_dynamics";
   need(call, Want::acceleration);
   const int nq = model_.nq, nv = model_.nv();
-  Inputs in(call, {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}});
+  const WithForces given(call, {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}}, forces, forces_,
+                         axes);
+  Inputs in(call, given.all());
   return rows(
       in, threads, status, in.result(out, {asked_}), asked_,
       [&]<class T>(Dynamics<T>& dynamics, T* a) {
         return dynamics.forward_dynamics(vector<T>(in, 0, 0, nq), vector<T>(in, 1, 0, nv),
-                                         vector<T>(in, 2, 0, nv), {a, asked_});
+                                         vector<T>(in, 2, 0, nv), {a, asked_},
+                                         given.of_state<T>(in));
       },
       [&]<class T>(Dynamics<T>& dynamics, RowsView<T> a, std::span<Outcome> outcomes, int used) {
         return dynamics.forward_dynamics(rows_of<T>(in, 0, nq), rows_of<T>(in, 1, nv),
-                                         rows_of<T>(in, 2, nv), a, outcomes, used);
+                                         rows_of<T>(in, 2, nv), a, outcomes, used,
+                                         given.of_rows<T>(in));
       });
 }
 
-nb::object Robot::newton_euler(Inputs&& in, nb::handle out, bool status, int threads, int qd,
-                               int qdd) {
-  need(in.call(), Want::inverse_dynamics);
+template <class Given>
+nb::object Robot::newton_euler(const char* call, const Given& given, nb::handle out, bool status,
+                               int threads, int qd, int qdd) {
+  need(call, Want::inverse_dynamics);
+  Inputs in(call, given.all());
   const int nq = model_.nq, nv = model_.nv(), count = in.count();
   const nb::object result = in.result(out, {asked_});
   return in.with_scalar([&]<class T>(T) {
@@ -137,7 +188,8 @@ nb::object Robot::newton_euler(Inputs&& in, nb::handle out, bool status, int thr
         const WithoutLock released(nv >= large);
         worker->dynamics.inverse_dynamics(vector<T>(in, 0, 0, nq),
                                           VectorView<const T>(rows(qd).data(), nv),
-                                          VectorView<const T>(rows(qdd).data(), nv), {tau, asked_});
+                                          VectorView<const T>(rows(qdd).data(), nv), {tau, asked_},
+                                          given.template of_state<T>(in));
         outcome = outcome_of(tau, asked_);
         if (!outcome) std::fill_n(tau, asked_, std::numeric_limits<T>::quiet_NaN());
       }
@@ -148,7 +200,8 @@ nb::object Robot::newton_euler(Inputs&& in, nb::handle out, bool status, int thr
     {
       const WithoutLock released(count > 1 || nv >= large);
       worker->dynamics.inverse_dynamics(RowsView<const T>(in.data<T>(0), count, nq), rows(qd),
-                                        rows(qdd), RowsView<T>(tau, count, asked_), used);
+                                        rows(qdd), RowsView<T>(tau, count, asked_), used,
+                                        given.template of_rows<T>(in));
       looks = looks || !is_finite(tau, npy_intp(count) * asked_);
       if (looks) {
         worker->outcomes.resize(count);
@@ -164,20 +217,27 @@ nb::object Robot::newton_euler(Inputs&& in, nb::handle out, bool status, int thr
 }
 
 nb::object Robot::inverse_dynamics(nb::handle q, nb::handle qd, nb::handle qdd, nb::handle out,
-                                   bool status, int threads) {
+                                   bool status, int threads, nb::handle forces,
+                                   const std::string& axes) {
+  constexpr const char* call = "inverse_dynamics";
   const int nv = model_.nv();
-  return newton_euler(
-      Inputs("inverse_dynamics", {{"q", q, model_.nq}, {"qd", qd, nv}, {"qdd", qdd, nv}}), out,
-      status, threads, 1, 2);
+  const WithForces given(call, {{"q", q, model_.nq}, {"qd", qd, nv}, {"qdd", qdd, nv}}, forces,
+                         forces_, axes);
+  return newton_euler(call, given, out, status, threads, 1, 2);
 }
 
-nb::object Robot::bias(nb::handle q, nb::handle qd, nb::handle out, bool status, int threads) {
-  return newton_euler(Inputs("bias", {{"q", q, model_.nq}, {"qd", qd, model_.nv()}}), out, status,
-                      threads, 1, -1);
+nb::object Robot::bias(nb::handle q, nb::handle qd, nb::handle out, bool status, int threads,
+                       nb::handle forces, const std::string& axes) {
+  constexpr const char* call = "bias";
+  const WithForces given(call, {{"q", q, model_.nq}, {"qd", qd, model_.nv()}}, forces, forces_,
+                         axes);
+  return newton_euler(call, given, out, status, threads, 1, -1);
 }
 
 nb::object Robot::gravity(nb::handle q, nb::handle out, bool status, int threads) {
-  return newton_euler(Inputs("gravity", {{"q", q, model_.nq}}), out, status, threads, -1, -1);
+  constexpr const char* call = "gravity";
+  const WithForces given(call, {{"q", q, model_.nq}}, nb::none(), 0, {});
+  return newton_euler(call, given, out, status, threads, -1, -1);
 }
 
 nb::object Robot::mass_matrix(nb::handle q, nb::handle out, bool status, int threads) {
@@ -265,11 +325,14 @@ nb::object Robot::solve(nb::handle q, nb::handle tau, nb::handle out, bool statu
 }
 
 nb::object Robot::derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
-                              bool status, int threads) {
+                              bool status, int threads, nb::handle forces,
+                              const std::string& axes) {
   constexpr const char* call = "forward_dynamics_derivatives";
   need(call, Want::derivatives);
   const int nq = model_.nq, nv = model_.nv();
-  Inputs in(call, {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}});
+  const WithForces given(call, {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}}, forces, forces_,
+                         axes);
+  Inputs in(call, given.all());
   DerivativeArrays arrays(in, out, asked_);
   const auto& fields = arrays.fields;
 
@@ -286,7 +349,8 @@ nb::object Robot::derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::h
         };
         const Outcome one = dynamics.derivatives(
             vector<T>(in, 0, 0, nq), vector<T>(in, 1, 0, nv), vector<T>(in, 2, 0, nv),
-            {.dq = matrix(0), .dqd = matrix(1), .dtau = matrix(2)}, {a, asked_});
+            {.dq = matrix(0), .dqd = matrix(1), .dtau = matrix(2)}, {a, asked_},
+            given.of_state<T>(in));
         if (!one) lose(T(), 0);
         return one;
       },
@@ -296,7 +360,8 @@ nb::object Robot::derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::h
         };
         const int failed = dynamics.derivatives(
             rows_of<T>(in, 0, nq), rows_of<T>(in, 1, nv), rows_of<T>(in, 2, nv),
-            {.dq = matrices(0), .dqd = matrices(1), .dtau = matrices(2)}, a, outcomes, used);
+            {.dq = matrices(0), .dqd = matrices(1), .dtau = matrices(2)}, a, outcomes, used,
+            given.of_rows<T>(in));
         for (int i = 0; failed > 0 && i < in.count(); ++i)
           if (!outcomes[i]) lose(T(), i);
         return failed;

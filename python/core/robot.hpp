@@ -33,11 +33,15 @@ class Robot {
   int asked() const { return asked_; }
   PlanSummary plan();
 
+  // forces: None, or six numbers of every frame that is acted on, in `axes`.
   nb::object forward_dynamics(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
-                              bool status, int threads);
+                              bool status, int threads, nb::handle forces,
+                              const std::string& axes);
   nb::object inverse_dynamics(nb::handle q, nb::handle qd, nb::handle qdd, nb::handle out,
-                              bool status, int threads);
-  nb::object bias(nb::handle q, nb::handle qd, nb::handle out, bool status, int threads);
+                              bool status, int threads, nb::handle forces,
+                              const std::string& axes);
+  nb::object bias(nb::handle q, nb::handle qd, nb::handle out, bool status, int threads,
+                  nb::handle forces, const std::string& axes);
   nb::object gravity(nb::handle q, nb::handle out, bool status, int threads);
   nb::object mass_matrix(nb::handle q, nb::handle out, bool status, int threads);
   nb::object inverse_mass_matrix(nb::handle q, nb::handle out, bool status, int threads);
@@ -46,7 +50,7 @@ class Robot {
   nb::object operational(nb::handle q, nb::handle out, bool status, int threads);
   nb::object solve(nb::handle q, nb::handle tau, nb::handle out, bool status, int threads);
   nb::object derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out, bool status,
-                         int threads);
+                         int threads, nb::handle forces, const std::string& axes);
   std::unique_ptr<Factors> factor(nb::handle q);
   Recommendation recommend(double tolerance, nb::handle q, nb::handle qd, nb::handle tau) const;
 
@@ -72,14 +76,15 @@ class Robot {
   nb::object rows(const Inputs& inputs, int threads, bool status, const nb::object& result,
                   npy_intp width, const One& one, const All& all);
   // tau of rows or of one state; qd, qdd: inputs, -1: zero.
-  nb::object newton_euler(Inputs&& inputs, nb::handle out, bool status, int threads, int qd,
-                          int qdd);
+  template <class Given>
+  nb::object newton_euler(const char* call, const Given& given, nb::handle out, bool status,
+                          int threads, int qd, int qdd);
 
   RobotModel model_;
   DynamicsOptions options_;
   Workers<float> float_workers_{[this] { return Dynamics<float>(model_, options_); }};
   Workers<double> double_workers_{[this] { return Dynamics<double>(model_, options_); }};
-  int asked_ = 0, rows_ = 0;
+  int asked_ = 0, rows_ = 0, forces_ = 0;
 };
 
 // Factors of M in one state. They keep a worker of their robot's, and one thread at a time solves.

@@ -25,5 +25,5 @@ def test_example_runs_and_draws_its_picture(title, code, tmp_path, monkeypatch):
     assert (ROOT / "docs" / "python" / picture.name).exists()
 
 
-def test_there_are_seven_examples():
-    assert len(BLOCKS) == 7
+def test_there_are_eight_examples():
+    assert len(BLOCKS) == 8

@@ -33,7 +33,7 @@ def test_every_public_call_has_a_signature_and_a_docstring(name):
 
 def test_signatures_of_compiled_calls_are_their_arguments(iiwa):
     signature = inspect.signature(iiwa.forward_dynamics)
-    assert list(signature.parameters) == ["q", "qd", "tau", "out", "status", "threads"]
+    assert list(signature.parameters) == ["q", "qd", "tau", "out", "status", "threads", "forces", "axes"]
     assert signature.parameters["threads"].default == 1
     assert signature.parameters["status"].kind == inspect.Parameter.KEYWORD_ONLY
     unbound = inspect.signature(kalmarm.Robot.forward_dynamics)

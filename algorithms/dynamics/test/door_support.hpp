@@ -51,6 +51,12 @@ inline bool is_single(const Model<double>& model, int k) {
   return c == Coordinate::angle || c == Coordinate::distance;
 }
 
+// The last DoF of the joint that ends at link k or after it.
+inline int end_of_joint(const Model<double>& model, int k) {
+  while (k + 1 < model.nv() && model.joint(k + 1).coordinate == Coordinate::follower) ++k;
+  return k;
+}
+
 // Every third joint of one DoF.
 inline std::vector<int> some_locked(const Model<double>& model) {
   std::vector<int> out;

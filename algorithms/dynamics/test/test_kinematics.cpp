@@ -50,12 +50,6 @@ struct Rows {
   }
 };
 
-// The last DoF of the joint that ends at link k or after it.
-int end_of_joint(const Model<double>& model, int k) {
-  while (k + 1 < model.nv() && model.joint(k + 1).coordinate == Coordinate::follower) ++k;
-  return k;
-}
-
 std::vector<Frame> frames_on(const Model<double>& model) {
   return {{end_of_joint(model, model.nv() - 1), {1, 0.2, -0.3, 0.1}, {0.1, 0, 0.2}},
           {-1, {0.5, 0.1, 0, 0.3}, {1, 2, 3}},

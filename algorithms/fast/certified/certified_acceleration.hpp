@@ -36,13 +36,16 @@ struct CertifiedModels {
   LoweredModel<Pair<double>> twice;
   RobotModel robot;
   double tolerance;
+  std::vector<Frame> acted_on;
 
   CertifiedModels(const LoweredModel<double>& in_double, const RobotModel& of_robot,
-                  double of_options)
+                  double of_options, const std::vector<Frame>& by_forces)
       : lowered(in_double),
-        twice(model_of(of_robot).cast<Pair<double>>()),
+        twice(model_of(of_robot).cast<Pair<double>>(), Zeros::left_out,
+              accepted_error(default_tolerance<Pair<double>>), by_forces),
         robot(of_robot),
-        tolerance(of_options) {}
+        tolerance(of_options),
+        acted_on(by_forces) {}
 };
 
 // A sweep of the conventional form and its refinement, for one state or one in every lane.
@@ -60,15 +63,16 @@ class CertifiedSweep {
 
   // a (nv) of the first `states` lanes. Where out[i] is not settled, it is not to be used.
   void acceleration(const CertifiedModels& models, const T* q, const T* qd, const T* tau,
-                    int states, T* a, Verdict* out) {
-    covariance_acceleration(models.lowered, q, qd, tau, sweep_, a);
-    refine(models, q, qd, tau, sweep_, states, a, out);
+                    const Acting<T>& acting, int states, T* a, Verdict* out) {
+    covariance_acceleration(models.lowered, q, qd, tau, sweep_, a, acting);
+    refine(models, q, qd, tau, acting, sweep_, states, a, out);
   }
 
   // The same of a that a sweep has left.
   void refine(const CertifiedModels& models, const T* q, const T* qd, const T* tau,
-              const CovarianceWorkspace<T>& swept, int states, T* a, Verdict* out) {
-    residual_.set_motion(models.twice, q, qd, tau);
+              const Acting<T>& acting, const CovarianceWorkspace<T>& swept, int states, T* a,
+              Verdict* out) {
+    residual_.set_motion(models.twice, q, qd, tau, acting);
     std::array<double, Lanes<T>::count> errors{};
     for (int i = 0; i < states; ++i) errors[i] = error_of_D(models, swept, q, i);
     const T eps = packed(errors);
@@ -132,27 +136,28 @@ inline Outcome outcome_of(const Verdict& refined) {
 class CertifiedAcceleration {
  public:
   explicit CertifiedAcceleration(const CertifiedModels& models)
-      : sweep_(models), wide_(models.robot) {}
+      : sweep_(models), wide_(models.robot, models.acted_on) {}
 
-  // a (nv); swept: of a sweep that has been made, with its a, or null.
-  Outcome acceleration(const CertifiedModels& models, const double* q, const double* qd,
-                       const double* tau, double* a,
+  // call.out = a (nv); swept: of a sweep that has been made, with its a, or null.
+  Outcome acceleration(const CertifiedModels& models, const Call<double>& call,
                        const CovarianceWorkspace<double>* swept = nullptr) {
+    const Acting<double> acting = {call.forces, call.axes};
     Verdict refined;
     if (swept)
-      sweep_.refine(models, q, qd, tau, *swept, 1, a, &refined);
+      sweep_.refine(models, call.q, call.qd, call.tau, acting, *swept, 1, call.out, &refined);
     else
-      sweep_.acceleration(models, q, qd, tau, 1, a, &refined);
-    return refined.settled ? outcome_of(refined) : last_resort(models, q, qd, tau, a);
+      sweep_.acceleration(models, call.q, call.qd, call.tau, acting, 1, call.out, &refined);
+    return refined.settled ? outcome_of(refined) : last_resort(models, call);
   }
 
-  // The same in two doubles, with joint noise r (nv) where it is given (WideAcceleration).
-  Outcome last_resort(const CertifiedModels& models, const double* q, const double* qd,
-                      const double* tau, double* a, const double* r = nullptr) {
+  // The same in two doubles, with joint noise where it is given (WideAcceleration).
+  Outcome last_resort(const CertifiedModels& models, const Call<double>& call) {
     const int nq = models.lowered.nq(), nv = models.lowered.nv();
-    if (!all_finite(nq, q) || !all_finite(nv, qd) || !all_finite(nv, tau))
+    const auto forces = static_cast<std::ptrdiff_t>(6 * models.acted_on.size());
+    if (!all_finite(nq, call.q) || !all_finite(nv, call.qd) || !all_finite(nv, call.tau) ||
+        (call.forces && !all_finite(forces, call.forces)))
       return {.status = Outcome::Status::not_finite};
-    Outcome out = wide_.acceleration(q, qd, tau, a, r);
+    Outcome out = wide_.acceleration(call);
     out.rung = Outcome::Rung::two_doubles;
     return out;
   }

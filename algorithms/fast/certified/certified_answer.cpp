@@ -10,8 +10,9 @@ namespace kalmarm {
 
 std::shared_ptr<const CertifiedModels> make_certified_models(const LoweredModel<double>& lowered,
                                                              const RobotModel& robot,
-                                                             double tolerance) {
-  return std::make_shared<const CertifiedModels>(lowered, robot, tolerance);
+                                                             const EngineOptions& options) {
+  return std::make_shared<const CertifiedModels>(lowered, robot, options.tolerance,
+                                                 options.acted_on);
 }
 
 struct CertifiedAnswer::Parts {
@@ -53,11 +54,10 @@ Outcome CertifiedAnswer::answer(const Call<double>& call,
   switch (call.want) {
     case Want::acceleration:
     case Want::derivatives: {
-      const double* const qd = parts.velocity(call);
-      return call.r ? parts.acceleration->last_resort(*parts.models, call.q, qd, call.tau, call.out,
-                                                      call.r)
-                    : parts.acceleration->acceleration(*parts.models, call.q, qd, call.tau,
-                                                       call.out, swept);
+      Call<double> moving = call;
+      moving.qd = parts.velocity(call);
+      return call.r ? parts.acceleration->last_resort(*parts.models, moving)
+                    : parts.acceleration->acceleration(*parts.models, moving, swept);
     }
     case Want::inverse:
       return parts.factors->inverse(call.q, call.out);

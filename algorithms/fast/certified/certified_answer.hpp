@@ -17,7 +17,7 @@ struct CovarianceWorkspace;
 // `lowered` is kept by reference.
 std::shared_ptr<const CertifiedModels> make_certified_models(const LoweredModel<double>& lowered,
                                                              const RobotModel& robot,
-                                                             double tolerance);
+                                                             const EngineOptions& options);
 
 // The memory of one worker.
 class CertifiedAnswer {

@@ -3,8 +3,8 @@
 //   r = tau - ID(q, q', x)          what x leaves of the torques                             (1)
 //   r = tau - M(q) x                the same at rest, without gravity                        (2)
 // by the kernels of rigid/inverse_dynamics.hpp, on a model that was lowered in pairs (spatial/pair.hpp),
-// from sines and cosines in pairs. q, q', tau and the parameters are exact as they stand, so r is that
-// of the mechanism itself. x comes as a sum of two numbers, high + low, which need not round to `high`.
+// from sines and cosines in pairs. q, q', tau, forces from outside and the parameters are exact as they stand,
+// so r is that of the mechanism itself. x comes as a sum of two numbers, high + low, which need not round to `high`.
 //
 // (1) takes about 1390 flops a hinge, and 200 for its sine and cosine.
 #pragma once
@@ -31,10 +31,12 @@ class TwiceResidual {
         qd_(model.nv()),
         x_(model.nv()),
         torque_(model.nv()),
+        forces_(6 * model.acted_on().size()),
         tau_(model.nv()) {}
 
   // The equation that is to be solved. (1):
-  void set_motion(const Model& model, const T* q, const T* qd, const T* tau);
+  void set_motion(const Model& model, const T* q, const T* qd, const T* tau,
+                  const Acting<T>& acting);
   // (2):
   void set_mass(const Model& model, const T* q);
   void set_torque(const T* tau) { std::copy_n(tau, tau_.size(), tau_.data()); }
@@ -45,16 +47,20 @@ class TwiceResidual {
  private:
   bool moving_ = false;  // (1), else (2)
   InverseDynamicsWorkspace<Wide> workspace_;
-  std::vector<Wide> q_, qd_, x_, torque_;
+  std::vector<Wide> q_, qd_, x_, torque_, forces_;
+  Acting<Wide> acting_;
   std::vector<T> tau_;
 };
 
 template <class T>
-void TwiceResidual<T>::set_motion(const Model& model, const T* q, const T* qd, const T* tau) {
+void TwiceResidual<T>::set_motion(const Model& model, const T* q, const T* qd, const T* tau,
+                                  const Acting<T>& acting) {
   set_mass(model, q);
   moving_ = true;
   set_torque(tau);
   std::copy_n(qd, qd_.size(), qd_.begin());
+  if (acting.forces) std::copy_n(acting.forces, forces_.size(), forces_.begin());
+  acting_ = {acting.forces ? forces_.data() : nullptr, acting.axes};
 }
 
 template <class T>
@@ -70,7 +76,7 @@ void TwiceResidual<T>::of(const Model& model, const T* high, const T* low, T* r)
   for (int k = 0; k < nv; ++k) x_[k] = low ? Wide{high[k], low[k]} : Wide(high[k]);
   if (moving_) {
     detail::set_link_forces<true>(model, qd_.data(), x_.data(), workspace_);
-    detail::sum_forces<true>(model, x_.data(), workspace_, torque_.data());
+    detail::sum_forces<true>(model, x_.data(), workspace_, torque_.data(), acting_);
   } else {
     detail::set_link_forces<false>(model, x_.data(), x_.data(), workspace_);
     detail::sum_forces<false>(model, x_.data(), workspace_, torque_.data());
@@ -83,7 +89,7 @@ void TwiceResidual<T>::of(const Model& model, const T* high, const T* low, T* r)
 
 extern template class LoweredModel<Pair<double>>;
 extern template LoweredModel<Pair<double>>::LoweredModel(const kalmarm::Model<Pair<double>>&, Zeros,
-                                                         double);
+                                                         double, const std::vector<Frame>&);
 extern template class TwiceResidual<double>;
 extern template class TwiceResidual<Pack<double, padding<double>>>;
 

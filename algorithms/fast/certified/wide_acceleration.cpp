@@ -18,8 +18,9 @@ namespace kalmarm {
 struct WideAcceleration::Sweeps {
   using T = DoubleDouble;
 
-  explicit Sweeps(const RobotModel& robot)
-      : model(kalmarm::model_of(robot).cast<T>()),
+  Sweeps(const RobotModel& robot, const std::vector<Frame>& acted_on)
+      : model(kalmarm::model_of(robot).cast<T>(), Zeros::left_out,
+              accepted_error(default_tolerance<T>), acted_on),
         sweep(model),
         inverse_dynamics(model),
         solve(model),
@@ -30,6 +31,7 @@ struct WideAcceleration::Sweeps {
         a(qd),
         r(qd),
         d(qd),
+        forces(6 * acted_on.size()),
         gravity(std::hypot(robot.gravity[0], robot.gravity[1], robot.gravity[2])) {
     for (int k = 0; k < model.nv(); ++k) own_noise.push_back(model.body(k).r);
   }
@@ -55,42 +57,44 @@ struct WideAcceleration::Sweeps {
   InverseDynamicsWorkspace<T> inverse_dynamics;
   BoundedSolve<T> solve;
   WideTest test;
-  std::vector<T> q, qd, tau, a, r, d;
+  std::vector<T> q, qd, tau, a, r, d, forces;
   std::vector<T> own_noise;
   bool noisy = false;  // the model has that of a call
   double gravity;
 };
 
-WideAcceleration::WideAcceleration(const RobotModel& robot)
-    : sweeps_(std::make_unique<Sweeps>(robot)) {}
+WideAcceleration::WideAcceleration(const RobotModel& robot, const std::vector<Frame>& acted_on)
+    : sweeps_(std::make_unique<Sweeps>(robot, acted_on)) {}
 
 WideAcceleration::WideAcceleration(WideAcceleration&&) noexcept = default;
 WideAcceleration::~WideAcceleration() = default;
 
-Outcome WideAcceleration::acceleration(const double* q, const double* qd, const double* tau,
-                                       double* a, const double* r) {
+Outcome WideAcceleration::acceleration(const Call<double>& call) {
   Sweeps& w = *sweeps_;
-  w.set_noise(r);
+  w.set_noise(call.r);
   const int nv = w.model.nv();
-  std::copy_n(q, w.q.size(), w.q.begin());
-  std::copy_n(qd, nv, w.qd.begin());
-  std::copy_n(tau, nv, w.tau.begin());
+  std::copy_n(call.q, w.q.size(), w.q.begin());
+  std::copy_n(call.qd, nv, w.qd.begin());
+  std::copy_n(call.tau, nv, w.tau.begin());
+  if (call.forces) std::copy_n(call.forces, w.forces.size(), w.forces.begin());
+  const Acting<DoubleDouble> acting = {call.forces ? w.forces.data() : nullptr, call.axes};
   if (const Outcome out = w.test.of_D(w.model, w.q.data()); !out) return out;
-  covariance_acceleration(w.model, w.q.data(), w.qd.data(), w.tau.data(), w.sweep, w.a.data());
+  covariance_acceleration(w.model, w.q.data(), w.qd.data(), w.tau.data(), w.sweep, w.a.data(),
+                          acting);
   fast_inverse_dynamics(w.model, w.q.data(), w.qd.data(), w.a.data(), w.inverse_dynamics,
-                        w.r.data());
+                        w.r.data(), acting);
   for (int k = 0; k < nv; ++k) w.r[k] = w.tau[k] - w.r[k];
   const double bound(
       w.solve.solve(w.model, w.sweep, DoubleDouble(w.test.error_of_D()), w.r.data(), w.d.data()));
   double size = 0, change = 0, lost = 0, check = 0, velocities = 0;
   for (int k = 0; k < nv; ++k) {
     const DoubleDouble x = w.a[k] + w.d[k];
-    a[k] = x.hi;
+    call.out[k] = x.hi;
     check += 0 * x.hi;
     size += x.hi * x.hi;
     lost += x.lo * x.lo;
     change += w.d[k].hi * w.d[k].hi;
-    velocities += qd[k] * qd[k];
+    velocities += call.qd[k] * call.qd[k];
   }
   if (check != 0) return {.status = Outcome::Status::not_finite};
   const double nothing = unit_roundoff<double>() * (w.gravity + velocities);

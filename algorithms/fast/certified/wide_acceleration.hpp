@@ -14,7 +14,9 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
+#include "kalmarm/call.hpp"
 #include "kalmarm/outcome.hpp"
 #include "kalmarm/robot_model.hpp"
 
@@ -22,14 +24,14 @@ namespace kalmarm {
 
 class WideAcceleration {
  public:
-  explicit WideAcceleration(const RobotModel& robot);
+  explicit WideAcceleration(const RobotModel& robot, const std::vector<Frame>& acted_on = {});
   WideAcceleration(WideAcceleration&&) noexcept;
   ~WideAcceleration();
 
-  // a (nv) from q (nq), qd (nv), tau (nv), all finite, and its error by (1). r (nv): joint noise in the
-  // place of the robot's, of joints that have some and not less; null: the robot's.
-  Outcome acceleration(const double* q, const double* qd, const double* tau, double* a,
-                       const double* r = nullptr);
+  // call.out = a (nv) from q (nq), qd (nv), tau (nv) and what acts from outside, all finite, and its error by (1).
+  // call.r (nv): joint noise in the place of the robot's, of joints that have some and not less; null: the
+  // robot's.
+  Outcome acceleration(const Call<double>& call);
 
  private:
   struct Sweeps;

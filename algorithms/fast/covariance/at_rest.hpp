@@ -1,6 +1,6 @@
 // Forward dynamics where all velocities are zero, by the conventional form (forward_dynamics.hpp):
 // w, c and b vanish, and what is left of (4.2) to (4.11) is
-//   e = tau - H z-,  z+ = z- + g e,  z-(parent) += phi z+          tips to base, z- = 0 at the tips
+//   e = tau - H z-,  z+ = z- + g e,  z-(parent) += phi z+          tips to base, z- = -f at the tips, f from outside
 //   a = e / D - g' l+,  l+ = phi' l-(parent)                       base to tips, from -gravity
 // with the filter's g and D. About 310 flops a hinge that is an aligned child, and its sine and
 // cosine.
@@ -35,13 +35,13 @@ struct RestingForces : BiasedForces<T, S> {
 
 }  // namespace detail
 
-// a (nv) from q (nq) and tau (nv), all numbers in T; ws.margin, ws.noise, ws.energy, ws.squares
-// and ws.size say how wrong it may be (engine/acceptance.hpp).
+// a (nv) from q (nq), tau (nv) and what acts from outside, all numbers in T; ws.margin, ws.noise, ws.energy,
+// ws.squares and ws.size say how wrong it may be (engine/acceptance.hpp).
 template <class T, class S>
 void resting_acceleration(const LoweredModel<S>& model, const T* q, const T* tau,
-                          CovarianceWorkspace<T>& ws, T* a) {
+                          CovarianceWorkspace<T>& ws, T* a, const Acting<T>& acting = {}) {
   detail::set_placements(model, q, ws);
-  detail::filter_forces(model, ws, detail::RestingForces<T, S>{{model, tau, ws}});
+  detail::filter_forces(model, ws, detail::RestingForces<T, S>{{model, tau, ws, acting}});
   detail::smooth<true>(model, ws, a);
 }
 

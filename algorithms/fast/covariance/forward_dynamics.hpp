@@ -30,6 +30,7 @@
 #include "algorithms/fast/claims/constants.hpp"
 #include "algorithms/fast/covariance/filter.hpp"
 #include "algorithms/fast/covariance/force_noise.hpp"
+#include "algorithms/fast/kinematics/acting.hpp"
 #include "algorithms/spatial/inlining.hpp"
 
 namespace kalmarm {
@@ -230,9 +231,17 @@ struct BiasedForces {
   const LoweredModel<S>& model;
   const T* tau;
   CovarianceWorkspace<T>& ws;
+  Acting<T> acting = {};
 
   void begin_all() const {
-    for (auto& branch : ws.branches) set_zero(branch.z);
+    const T once = T(S(1));
+    begin_sums(model, ws, acting, [&](const LoweredFrame<S>& frame, const Sixfold<T>& f) {
+      const T turns = acting.axes == Axes::local ? once : once + T(S(frame.way.size()));
+      if (ws.forces)
+        ws.noise += ws.forces->charge_acting(model, frame.link, turns, f);
+      else
+        ws.noise += turns * absorbed(model.body(frame.link).weights, f);
+    });
   }
   static constexpr bool has_done(int) { return false; }
   T squared_rate(int k) const {
@@ -299,9 +308,9 @@ struct NoisyForces : BiasedForces<T, S> {
 template <class T, class S, class Forces>
 void filter_forces(const LoweredModel<S>& model, CovarianceWorkspace<T>& ws, const Forces& forces) {
   ws.noise = ws.energy = T(S(0));
+  if (ws.forces) ws.forces->begin();
   filter<T>(model, ws, forces);
   if (ws.forces) {
-    ws.forces->begin();
     for (int k = model.nv() - 1; k >= 0; --k) {
       ws.forces->charge_bias(model, k, forces.squared_rate(k));
       ws.noise += ws.forces->charge(model, ws, k, ws.z[k]);
@@ -417,14 +426,14 @@ void smooth(const LoweredModel<S>& model, CovarianceWorkspace<T>& ws, T* a) {
 
 }  // namespace detail
 
-// a (nv) from q (nq), qd (nv) and tau (nv), all numbers in T; ws.margin, ws.noise, ws.energy,
-// ws.squares and ws.size say how wrong it may be (engine/acceptance.hpp).
+// a (nv) from q (nq), qd (nv), tau (nv) and what acts from outside, all numbers in T; ws.margin, ws.noise,
+// ws.energy, ws.squares and ws.size say how wrong it may be (engine/acceptance.hpp).
 template <class T, class S>
 void covariance_acceleration(const LoweredModel<S>& model, const T* q, const T* qd, const T* tau,
-                             CovarianceWorkspace<T>& ws, T* a) {
+                             CovarianceWorkspace<T>& ws, T* a, const Acting<T>& acting = {}) {
   detail::set_placements(model, q, ws);
   detail::set_velocity(model, qd, ws);
-  detail::filter_forces(model, ws, detail::BiasedForces<T, S>{model, tau, ws});
+  detail::filter_forces(model, ws, detail::BiasedForces<T, S>{model, tau, ws, acting});
   detail::smooth(model, ws, a);
 }
 
@@ -432,10 +441,11 @@ void covariance_acceleration(const LoweredModel<S>& model, const T* q, const T* 
 // than there; of the others it is not looked at. ws.trace is T of the lane.
 template <class T, class S>
 void covariance_acceleration(const LoweredModel<S>& model, const T* q, const T* qd, const T* tau,
-                             const T* r, CovarianceWorkspace<T>& ws, T* a) {
+                             const T* r, CovarianceWorkspace<T>& ws, T* a,
+                             const Acting<T>& acting = {}) {
   detail::set_placements(model, q, ws);
   detail::set_velocity(model, qd, ws);
-  detail::filter_forces(model, ws, detail::NoisyForces<T, S>{{model, tau, ws}, r});
+  detail::filter_forces(model, ws, detail::NoisyForces<T, S>{{model, tau, ws, acting}, r});
   detail::smooth(model, ws, a);
   using std::max;
   if (!ws.forces) ws.size = ws.trace = T(S(0));

@@ -48,9 +48,10 @@ KALMARM_INLINE void cross_joint(int k, const S& noise, const T& tau, const T& qd
   at.e = e * inverse_D;
 }
 
-// P-, Q-, z- and what the sweeps need of every joint.
+// P-, Q-, z- and what the sweeps need of every joint. forces: as Acting has them, in the frames' own axes; null: none.
 template <class T, class S>
-void filter(const LoweredModel<S>& model, const T* tau, const T* qd, DerivativeTerms<T>& ws) {
+void filter(const LoweredModel<S>& model, const T* tau, const T* qd, const T* forces,
+            DerivativeTerms<T>& ws) {
   using Terms = DerivativeTerms<T>;
   using Kind = typename LoweredLink<S>::Kind;
   const T zero = T(S(0));
@@ -59,6 +60,16 @@ void filter(const LoweredModel<S>& model, const T* tau, const T* qd, DerivativeT
   for (auto& branch : ws.branches) {
     set_zero(branch.P);
     branch.z = branch.Qx = branch.Qy = branch.Qz = none;
+  }
+  for (std::size_t i = 0; forces && i < model.acted_on().size(); ++i) {
+    const LoweredFrame<S>& frame = model.acted_on()[i];
+    const Sixfold<T> f = from_own_axes(frame, forces + 6 * i);
+    const Triad<T> R = {table.triple(Terms::x_axis, frame.link),
+                        table.triple(Terms::y_axis, frame.link),
+                        table.triple(Terms::z_axis, frame.link)};
+    const Triple<T> moment = R.turned(f.x, f.y, f.z), force = R.turned(f.u, f.v, f.w);
+    add(ws.branches[model.link(frame.link).branch].z,
+        {-moment.x, -moment.y, -moment.z, -force.x, -force.y, -force.z});
   }
   Articulated<T> P;
   Sixfold<T> z, Qx, Qy, Qz;
@@ -226,11 +237,11 @@ void set_starts(int block, DerivativeTerms<T>& ws) {
 // All of the above, and qdd (nv).
 template <class T, class S>
 void derivative_terms(const LoweredModel<S>& model, const T* q, const T* qd, const T* tau,
-                      DerivativeTerms<T>& ws, T* qdd) {
+                      const T* forces, DerivativeTerms<T>& ws, T* qdd) {
   detail::set_angles(model, q, ws);
   detail::set_motion(model, q, qd, ws);
   for (int block = 0; block < ws.table.blocks(); ++block) detail::set_bodies(block, ws);
-  detail::filter(model, tau, qd, ws);
+  detail::filter(model, tau, qd, forces, ws);
   detail::accelerate(model, qd, ws, qdd);
   for (int block = 0; block < ws.table.blocks(); ++block) detail::set_starts(block, ws);
 }

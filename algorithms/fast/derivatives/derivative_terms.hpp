@@ -21,6 +21,7 @@
 //   dq:  x = Q- psi_w + P- chi + H x* F         dq': x = Q- H_w + P- (v- + v+) x H             (B3)
 // H x* F acts on the far side of the joint; the axes of a ball joint turn with its body, so there
 // it is kept apart, for the far side of all three.
+// Forces from outside turn with their body, so that z- and F contain them: z- begins at minus their sum.
 // A slide that no hinge precedes moves all alike, so its velocity is left out: nothing depends on
 // how fast or where a robot travels.
 #pragma once

@@ -23,6 +23,7 @@ class DerivativesOfRows {
       : q_(model.nq()),
         qd_(model.nv()),
         tau_(model.nv()),
+        forces_(6 * model.acted_on().size()),
         a_(model.nv()),
         dq_(std::size_t(model.nv()) * model.nv()),
         dqd_(dq_),
@@ -38,25 +39,27 @@ class DerivativesOfRows {
   // state), da/dq, da/dq' and da/dtau (nv x nv a state, by columns), of which those that are null are
   // left out. About 1300 nv + 100 nv^2 flops a lane. Of a state with doubtful[i], which is not finite or
   // may have lost a D, one state is to be asked.
-  void fill(const LoweredModel<S>& model, const S* q, const S* qd, const S* tau, int states,
-            int left, S* da_dq, S* da_dqd, S* da_dtau, S* a, char* doubtful);
+  // forces: of rows too, as fast_derivatives takes them.
+  void fill(const LoweredModel<S>& model, const S* q, const S* qd, const S* tau, const S* forces,
+            int states, int left, S* da_dq, S* da_dqd, S* da_dtau, S* a, char* doubtful);
 
  private:
-  std::vector<P> q_, qd_, tau_, a_, dq_, dqd_, dtau_;
+  std::vector<P> q_, qd_, tau_, forces_, a_, dq_, dqd_, dtau_;
   DerivativeWorkspace<P> workspace_;
   std::optional<FastFactors<P>> factors_;  // whose margin says whether a D may be lost
 };
 
 template <class P>
 void DerivativesOfRows<P>::fill(const LoweredModel<S>& model, const S* q, const S* qd, const S* tau,
-                                int states, int left, S* da_dq, S* da_dqd, S* da_dtau, S* a,
-                                char* doubtful) {
+                                const S* forces, int states, int left, S* da_dq, S* da_dqd,
+                                S* da_dtau, S* a, char* doubtful) {
   const int nv = model.nv();
   to_lanes(q, model.nq(), states, left, q_);
   to_lanes(qd, nv, states, left, qd_);
   to_lanes(tau, nv, states, left, tau_);
+  if (forces) to_lanes(forces, static_cast<int>(forces_.size()), states, left, forces_);
   fast_derivatives(model, q_.data(), qd_.data(), tau_.data(), workspace_, dq_.data(), dqd_.data(),
-                   dtau_.data(), a_.data());
+                   dtau_.data(), a_.data(), forces ? forces_.data() : nullptr);
   if (factors_) covariance_factor(model, q_.data(), *factors_);
   for (int i = 0; i < states; ++i)
     doubtful[i] =

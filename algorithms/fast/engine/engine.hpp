@@ -79,6 +79,7 @@ struct EngineOptions {
   Zeros zeros = Zeros::left_out;
   std::set<Want> want;                    // what memory is taken for
   Selection selection;                    // of Want::operational
+  std::vector<Frame> acted_on;            // by forces from outside
   Triangles triangles = Triangles::both;  // of M and M^-1 of one state, that have to be filled
 
   bool wants(Want what) const { return want.contains(what); }

@@ -32,8 +32,8 @@ struct CovarianceForm {
 
   template <class T, class S>
   static void acceleration(const LoweredModel<S>& model, const T* q, const T* qd, const T* tau,
-                           Workspace<T>& ws, T* a) {
-    covariance_acceleration(model, q, qd, tau, ws, a);
+                           Workspace<T>& ws, T* a, const Acting<T>& acting = {}) {
+    covariance_acceleration(model, q, qd, tau, ws, a, acting);
   }
 
   template <class T>
@@ -51,8 +51,8 @@ struct AtRest : CovarianceForm {
 
   template <class T, class S>
   static void acceleration(const LoweredModel<S>& model, const T* q, const T*, const T* tau,
-                           Workspace<T>& ws, T* a) {
-    resting_acceleration(model, q, tau, ws, a);
+                           Workspace<T>& ws, T* a, const Acting<T>& acting = {}) {
+    resting_acceleration(model, q, tau, ws, a, acting);
   }
 };
 

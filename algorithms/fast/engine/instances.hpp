@@ -25,20 +25,21 @@ namespace kalmarm {
 template <class S>
 using StateLanes = Pack<S, padding<S>>;
 
-#define KALMARM_LOWERING_INSTANCES(KIND, S) \
-  KIND template class LoweredModel<S>;      \
-  KIND template LoweredModel<S>::LoweredModel(const Model<S>&, Zeros, double);
+#define KALMARM_LOWERING_INSTANCES(KIND, S)                                   \
+  KIND template class LoweredModel<S>;                                        \
+  KIND template LoweredModel<S>::LoweredModel(const Model<S>&, Zeros, double, \
+                                              const std::vector<Frame>&);
 
 // Of numbers T: one state, or one in every lane.
 #define KALMARM_FORWARD_INSTANCES(KIND, S, T)                                                      \
   KIND template void covariance_acceleration(const LoweredModel<S>&, const T*, const T*, const T*, \
-                                             CovarianceWorkspace<T>&, T*);                         \
+                                             CovarianceWorkspace<T>&, T*, const Acting<T>&);       \
   KIND template void resting_acceleration(const LoweredModel<S>&, const T*, const T*,              \
-                                          CovarianceWorkspace<T>&, T*);
+                                          CovarianceWorkspace<T>&, T*, const Acting<T>&);
 
 #define KALMARM_RIGID_INSTANCES(KIND, S, T)                                                      \
   KIND template void fast_inverse_dynamics(const LoweredModel<S>&, const T*, const T*, const T*, \
-                                           InverseDynamicsWorkspace<T>&, T*);
+                                           InverseDynamicsWorkspace<T>&, T*, const Acting<T>&);
 
 // Of one state.
 #define KALMARM_FACTOR_INSTANCES(KIND, S)                                                  \
@@ -61,13 +62,14 @@ using StateLanes = Pack<S, padding<S>>;
   KIND template struct DerivativeWorkspace<S>;                                              \
   KIND template DerivativeWorkspace<S>::DerivativeWorkspace(const LoweredModel<S>&);        \
   KIND template void fast_derivatives(const LoweredModel<S>&, const S*, const S*, const S*, \
-                                      DerivativeWorkspace<S>&, S*, S*, S*, S*);
+                                      DerivativeWorkspace<S>&, S*, S*, S*, S*, const S*);
 
 // Of one state in every lane of P: accelerations with joint noise of every lane; M, M^-1, parts of it
 // and solves; derivatives.
 #define KALMARM_NOISY_INSTANCES(KIND, S, P)                                                        \
   KIND template void covariance_acceleration(const LoweredModel<S>&, const P*, const P*, const P*, \
-                                             const P*, CovarianceWorkspace<P>&, P*);
+                                             const P*, CovarianceWorkspace<P>&, P*,                \
+                                             const Acting<P>&);
 
 #define KALMARM_ROW_INSTANCES(KIND, S, P)                                                       \
   KIND template void covariance_factor(const LoweredModel<S>&, const P*, FastFactors<P>&);      \

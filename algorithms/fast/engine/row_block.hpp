@@ -14,16 +14,26 @@ struct RowBlock {
   using P = StateLanes<S>;
   static constexpr int lanes = Lanes<P>::count;
 
-  std::vector<P> q, qd, tau, out;
+  std::vector<P> q, qd, tau, forces, out;
 
   explicit RowBlock(const LoweredModel<S>& model)
-      : q(model.nq()), qd(model.nv()), tau(model.nv()), out(model.nv()) {}
+      : q(model.nq()),
+        qd(model.nv()),
+        tau(model.nv()),
+        forces(6 * model.acted_on().size()),
+        out(model.nv()) {}
 
   // The first states of call's rows, of `left` that can be read.
   void load(const LoweredModel<S>& model, const Call<S>& call, int states, int left) {
     to_lanes(call.q, model.nq(), states, left, q);
     to_lanes(call.qd, model.nv(), states, left, qd);
     to_lanes(call.tau, model.nv(), states, left, tau);
+    if (call.forces) to_lanes(call.forces, static_cast<int>(forces.size()), states, left, forces);
+  }
+
+  // What acts from outside, of a call that is loaded.
+  Acting<P> acting(const Call<S>& call) const {
+    return {call.forces ? forces.data() : nullptr, call.axes};
   }
 
   void store(int states, S* rows) const {

@@ -28,7 +28,8 @@ class RowsInLanes {
         acceptance_(acceptance),
         selection_(std::move(selection)),
         solves_(solves),
-        width_{lowered.nq(), lowered.nv(), lowered.nv(), selection_.size()} {}
+        width_{lowered.nq(), lowered.nv(), lowered.nv(), selection_.size(),
+               static_cast<std::ptrdiff_t>(6 * lowered.acted_on().size())} {}
 
   // Memory of so many workers for rows of `want`; matrices that are larger than pay off get none.
   void reserve(Want want, int count) {
@@ -161,7 +162,7 @@ class RowsInLanes {
   void acceleration(Accelerations& w, const Rows& rows) {
     const Call<S>& call = rows.call;
     w.load(lowered_, call, rows.states, rows.left);
-    const Judged<P> by = acceptance_.judge(call.r ? with_noise(w, rows) : swept(w));
+    const Judged<P> by = acceptance_.judge(call.r ? with_noise(w, rows) : swept(w, rows));
     w.store(rows.states, call.out);
     for (int i = 0; i < rows.states; ++i) {
       rows.outcomes[i].error = by.error[i];
@@ -170,8 +171,9 @@ class RowsInLanes {
     if (call.B) columns(w, rows);
   }
 
-  AccelerationSums<P> swept(Accelerations& w) const {
-    F::acceleration(lowered_, w.q.data(), w.qd.data(), w.tau.data(), w.swept, w.out.data());
+  AccelerationSums<P> swept(Accelerations& w, const Rows& rows) const {
+    F::acceleration(lowered_, w.q.data(), w.qd.data(), w.tau.data(), w.swept, w.out.data(),
+                    w.acting(rows.call));
     return F::sums(w.swept);
   }
 
@@ -179,7 +181,7 @@ class RowsInLanes {
     w.r.resize(lowered_.nv());
     to_lanes(rows.call.r, lowered_.nv(), rows.states, rows.left, w.r);
     covariance_acceleration(lowered_, w.q.data(), w.qd.data(), w.tau.data(), w.r.data(), w.swept,
-                            w.out.data());
+                            w.out.data(), w.acting(rows.call));
     AccelerationSums<P> sums = F::sums(w.swept);
     sums.trace = w.swept.trace;
     return sums;
@@ -201,7 +203,7 @@ class RowsInLanes {
   void inverse_dynamics(Torques& w, const Rows& rows) const {
     w.load(lowered_, rows.call, rows.states, rows.left);
     fast_inverse_dynamics(lowered_, w.q.data(), w.qd.data(), w.tau.data(), w.workspace,
-                          w.out.data());
+                          w.out.data(), w.acting(rows.call));
     w.store(rows.states, rows.call.out);
   }
 
@@ -212,8 +214,8 @@ class RowsInLanes {
 
   void derivatives(DerivativesOfRows<P>& w, const Rows& rows) const {
     const Call<S>& call = rows.call;
-    w.fill(lowered_, call.q, call.qd, call.tau, rows.states, rows.left, call.derivatives[0],
-           call.derivatives[1], call.derivatives[2], call.out, rows.left_over);
+    w.fill(lowered_, call.q, call.qd, call.tau, call.forces, rows.states, rows.left,
+           call.derivatives[0], call.derivatives[1], call.derivatives[2], call.out, rows.left_over);
   }
 
   // By constants of the robot, or where these say nothing, as of slides, by the state.

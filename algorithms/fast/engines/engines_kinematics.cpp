@@ -33,7 +33,7 @@ class EngineOfKinematics final : public KinematicsEngine<S> {
         shapes_(kinematic_shapes(given_.nv(), static_cast<int>(frames.size()))),
         in_double_(given_),
         lowered_(given_.template cast<S>()),
-        one_(given_, in_double_, frames),
+        one_(in_double_, given_.gravity(), frames),
         q_(given_.nq()),
         qd_(given_.nv()),
         qdd_(given_.nv()) {}
@@ -92,7 +92,10 @@ class EngineOfKinematics final : public KinematicsEngine<S> {
 
     Worker(const Model<double>& given, const LoweredModel<S>& lowered,
            const std::vector<Frame>& frames)
-        : kernel(given, lowered, frames), q(given.nq()), qd(given.nv()), qdd(given.nv()) {}
+        : kernel(lowered, given.gravity(), frames),
+          q(given.nq()),
+          qd(given.nv()),
+          qdd(given.nv()) {}
   };
 
   static const double* in_double(const S* x, std::vector<double>& memory) {

@@ -26,8 +26,8 @@ class KinematicsKernel {
   using S = typename Lanes<T>::Scalar;
 
  public:
-  // `given`: what `model`, which is kept by reference, was lowered from.
-  KinematicsKernel(const Model<double>& given, const LoweredModel<S>& model,
+  // `model` is kept by reference.
+  KinematicsKernel(const LoweredModel<S>& model, const Vector3<double>& gravity,
                    const std::vector<Frame>& frames);
 
   // The results that `call` wants, into memory that `result` shows; of the call's numbers none is read.
@@ -38,16 +38,8 @@ class KinematicsKernel {
   const std::vector<T>& result(Kinematic what) const { return results_[static_cast<int>(what)]; }
 
  private:
-  // A frame in its link's axes, and the links on the way to it, from the base.
-  struct Place {
-    int link;
-    Triad<S> axes;
-    Triple<S> origin;
-    std::vector<int> way;
-  };
+  using Place = LoweredFrame<S>;
 
-  static std::vector<Place> places_of(const LoweredModel<S>& model,
-                                      const std::vector<Frame>& frames);
   // In rising order.
   static std::vector<int> links_to(const std::vector<Place>& places) {
     std::set<int> links;
@@ -98,41 +90,21 @@ class KinematicsKernel {
 };
 
 template <class T>
-KinematicsKernel<T>::KinematicsKernel(const Model<double>& given, const LoweredModel<S>& model,
+KinematicsKernel<T>::KinematicsKernel(const LoweredModel<S>& model, const Vector3<double>& gravity,
                                       const std::vector<Frame>& frames)
     : model_(model),
-      places_(places_of(model, frames)),
+      places_(model.lowered(frames)),
       on_a_way_(model, links_to(places_)),
       all_(model, all_links(model.nv())),
-      motion_(model, given),
-      whole_(model, given.gravity()),
+      motion_(model),
+      whole_(model, gravity),
       coriolis_(model),
-      regressor_(model, given.gravity()) {
+      regressor_(model, gravity) {
   const auto shapes = kinematic_shapes(model.nv(), static_cast<int>(frames.size()));
   for (int i = 0; i < kinematics; ++i) {
     sizes_[i] = shapes[i].size();
     if (i < static_cast<int>(Kinematic::coriolis)) results_[i].assign(sizes_[i], T(S(0)));
   }
-}
-
-template <class T>
-auto KinematicsKernel<T>::places_of(const LoweredModel<S>& model, const std::vector<Frame>& frames)
-    -> std::vector<Place> {
-  std::vector<Place> out;
-  for (const Frame& frame : frames) {
-    const Site<Wider<S>> site = site_of(frame).template cast<Wider<S>>();
-    const Transform<Wider<S>> phi =
-        frame.link < 0 ? site.phi() : model.phi_on_link(frame.link, site.phi());
-    const auto column = [&](int j) {
-      return Triple<S>{S(phi.R(0, j)), S(phi.R(1, j)), S(phi.R(2, j))};
-    };
-    Place place = {
-        frame.link, {column(0), column(1), column(2)}, {S(phi.p[0]), S(phi.p[1]), S(phi.p[2])}, {}};
-    for (int k = frame.link; k >= 0; k = model.link(k).parent) place.way.push_back(k);
-    std::reverse(place.way.begin(), place.way.end());
-    out.push_back(std::move(place));
-  }
-  return out;
 }
 
 template <class T>
@@ -161,9 +133,10 @@ void KinematicsKernel<T>::fill_frame(const Call& call, int f) {
   const Triad<T> base = {{one, none, none}, {none, one, none}, {none, none, one}};
   const auto* const link = place.link < 0 ? nullptr : &motion_.links[place.link];
   const Triad<T>& on = link ? link->R : base;
-  const auto turned = [&](const Triple<S>& v) { return on.turned(v.x, v.y, v.z); };
-  const Triad<T> R = {turned(place.axes.x), turned(place.axes.y), turned(place.axes.z)};  // (1)
-  const Triple<T> t = turned(place.origin), p = link ? link->p + t : t;
+  const auto turned = [&](const auto& v) { return on.turned(S(v[0]), S(v[1]), S(v[2])); };
+  const auto& A = place.A;
+  const Triad<T> R = {turned(A.col(0)), turned(A.col(1)), turned(A.col(2))};  // (1)
+  const Triple<T> t = turned(place.s), p = link ? link->p + t : t;
   const Triple<T> root = link ? motion_.roots[link->tree] : zero, origin = root + p;
   put(origin, at(Kinematic::positions) + 3 * f);
   T* const rotation = at(Kinematic::rotations) + 9 * f;

@@ -88,18 +88,15 @@ class WorldMotion {
   std::vector<Link> links;
   std::vector<Triple<T>> roots;  // of every tree, in the base's axes; zero where there is none
 
-  // `given`: what `model` was lowered from.
-  WorldMotion(const LoweredModel<S>& model, const Model<double>& given) : links(model.nv()) {
+  explicit WorldMotion(const LoweredModel<S>& model) : links(model.nv()) {
     for (int k = 0; k < model.nv(); ++k) {
       const int parent = model.link(k).parent;
       links[k].tree = parent < 0 ? static_cast<int>(bases_.size()) : links[parent].tree;
       if (parent >= 0) continue;
-      const Matrix3<double> E = given.E(k);
-      const Vector3<double>& d = given.joint(k).translation;
-      const auto column = [&](int j) {
-        return Triple<T>{T(S(E(0, j))), T(S(E(1, j))), T(S(E(2, j)))};
-      };
-      bases_.push_back({{column(0), column(1), column(2)}, {T(S(d[0])), T(S(d[1])), T(S(d[2]))}});
+      const Matrix3<S>& E = model.uncommon(model.link(k)).E0;
+      const Vector3<S>& d = model.uncommon(model.link(k)).d0;
+      const auto column = [&](int j) { return Triple<T>{T(E(0, j)), T(E(1, j)), T(E(2, j))}; };
+      bases_.push_back({{column(0), column(1), column(2)}, {T(d[0]), T(d[1]), T(d[2])}});
     }
     roots.assign(std::max<std::size_t>(bases_.size(), 1), detail::zeros<T>());
   }

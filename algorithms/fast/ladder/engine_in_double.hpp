@@ -29,13 +29,13 @@ struct ModelsInDouble {
         options(of_engine),
         refined(options.tolerance < least_tolerance_of_double),
         model(model_of(robot)),
-        lowered(model, options.zeros, accepted_error(tolerance_of_sweeps())),
+        lowered(model, options.zeros, accepted_error(tolerance_of_sweeps()), options.acted_on),
         acceptance(robot, lowered, tolerance_of_sweeps()) {}
   ModelsInDouble(const ModelsInDouble&) = delete;
 
   // What refines, made by the first that asks.
   const std::shared_ptr<const CertifiedModels>& certified() {
-    if (!certified_) certified_ = make_certified_models(lowered, robot, options.tolerance);
+    if (!certified_) certified_ = make_certified_models(lowered, robot, options);
     return certified_;
   }
 

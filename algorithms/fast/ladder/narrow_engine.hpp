@@ -27,12 +27,13 @@ class NarrowEngine final : public Engine<float> {
   template <class MakeWide>
   NarrowEngine(const RobotModel& robot, const EngineOptions& options, const MakeWide& make_wide)
       : model_(model_of(robot).template cast<float>()),
-        lowered_(model_, options.zeros, accepted_error(options.tolerance)),
+        lowered_(model_, options.zeros, accepted_error(options.tolerance), options.acted_on),
         acceptance_(robot, lowered_, options.tolerance),
         lanes_(lowered_, acceptance_, options.selection, options.wants(Want::solve)),
         in_lanes_(options.tolerance >= least_tolerance_of_float &&
                   options.kernel != Kernel::translational),
-        width_{lowered_.nq(), lowered_.nv(), lowered_.nv(), options.selection.size()},
+        width_{lowered_.nq(), lowered_.nv(), lowered_.nv(), options.selection.size(),
+               static_cast<std::ptrdiff_t>(6 * options.acted_on.size())},
         lower_(options.triangles == Triangles::lower),
         wide_(make_wide(robot, in_double(options))),
         columns_(width_.nv * most_columns),
@@ -99,7 +100,7 @@ class NarrowEngine final : public Engine<float> {
 
     void reserve(Want want, int rows, const Widths& width) {
       const std::ptrdiff_t of_derivatives = want == Want::derivatives ? 3 * width.n * width.n : 0;
-      grow(in, rows * (width.nq + 3 * width.nv));
+      grow(in, rows * (width.nq + 3 * width.nv + width.f));
       grow(out, rows * (width.out(want) + of_derivatives));
     }
 
@@ -116,6 +117,8 @@ class NarrowEngine final : public Engine<float> {
       wide.q = widen(call.q, width.nq);
       wide.qd = widen(call.qd, width.nv);
       wide.tau = widen(call.tau, width.tau(call.want));
+      wide.forces = widen(call.forces, width.f);
+      wide.axes = call.axes;
       wide.r = widen(call.r, width.nv);
       wide.out = out.data();
       double* X = out.data() + count * width.out(call.want);

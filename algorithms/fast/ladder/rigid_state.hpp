@@ -28,7 +28,8 @@ class RigidState {
  public:
   RigidState(const ModelsInDouble& models, const EngineOptions& options)
       : models_(&models),
-        width_{lowered().nq(), lowered().nv(), lowered().nv(), options.selection.size()} {
+        width_{lowered().nq(), lowered().nv(), lowered().nv(), options.selection.size(),
+               static_cast<std::ptrdiff_t>(6 * options.acted_on.size())} {
     if (options.wants(Want::mass)) mass_.emplace(lowered(), options.triangles);
     if (options.wants(Want::inverse_dynamics)) inverse_dynamics_.emplace(lowered());
     if (!options.wants(Want::derivatives)) return;
@@ -37,7 +38,8 @@ class RigidState {
   }
 
   Outcome inverse_dynamics(const Call<double>& call) {
-    fast_inverse_dynamics(lowered(), call.q, call.qd, call.tau, *inverse_dynamics_, call.out);
+    fast_inverse_dynamics(lowered(), call.q, call.qd, call.tau, *inverse_dynamics_, call.out,
+                          Acting<double>{call.forces, call.axes});
     return {};
   }
 
@@ -52,7 +54,7 @@ class RigidState {
     for (std::size_t i = 0; i < X.size(); ++i)
       if (!X[i]) X[i] = unwanted(i);
     fast_derivatives(lowered(), call.q, call.qd, call.tau, *derivatives_, X[0], X[1], X[2],
-                     call.out);
+                     call.out, call.forces);
     return derivatives_->terms.check == 0;
   }
 

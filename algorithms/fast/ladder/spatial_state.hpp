@@ -46,7 +46,8 @@ class SpatialState : public RigidState {
   // With joint noise: what lanes have left over, and no sweep here can answer.
   Outcome acceleration(const Call<double>& call) {
     if (models().refined || call.r) return certified_->answer(call);
-    F::acceleration(lowered(), call.q, call.qd, call.tau, *sweep_, call.out);
+    F::acceleration(lowered(), call.q, call.qd, call.tau, *sweep_, call.out,
+                    Acting<double>{call.forces, call.axes});
     const auto by = acceptance().judge(F::sums(*sweep_));
     if (acceptance().accepts(sweep_->margin, by, 0)) return {.error = by.error};
     return certified_->answer(call, &*sweep_);

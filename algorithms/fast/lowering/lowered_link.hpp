@@ -28,7 +28,10 @@ template <class S>
 struct UncommonPlacement {
   Turn<S> turn{S(1), S(0)}, theta{S(1), S(0)};  // turn: Rz(angle) of a slide
   Matrix3<S> E = Matrix3<S>::Identity();        // matrix: the placement's rotation
-  Vector3<S> a0 = Vector3<S>::Zero();           // child of the base: its acceleration, -gravity
+  // Of a child of the base, whose own frame is its placement on the base:
+  Vector3<S> a0 = Vector3<S>::Zero();      // its acceleration, -gravity
+  Matrix3<S> E0 = Matrix3<S>::Identity();  // that placement
+  Vector3<S> d0 = Vector3<S>::Zero();
 };
 
 // Of all hinges: their angle is q[q_index] + offset + quarters of a turn, 0 to 3.

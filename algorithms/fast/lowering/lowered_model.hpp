@@ -15,6 +15,8 @@
 // Ball and free joints keep their frames: a matrix that depends on q, then two followers, DoF whose
 // phi is a cyclic permutation of the axes (model.hpp). Where their DoF have no joint noise and no
 // body between them, the sweeps treat the joint in one block step (three_axes.hpp).
+// A link on which forces act from outside has a sum, like one with several children: they are the first that
+// it is a sum of.
 //
 // All constants are computed in a wider precision and rounded once.
 #pragma once
@@ -25,11 +27,13 @@
 #include <vector>
 
 #include "algorithms/fast/lowering/link_frame.hpp"
+#include "algorithms/fast/lowering/lowered_frame.hpp"
 #include "algorithms/fast/lowering/lowered_link.hpp"
 #include "algorithms/fast/lowering/rounding_weights.hpp"
 #include "algorithms/fast/lowering/terms_of_columns.hpp"
 #include "algorithms/fast/lowering/zeros.hpp"
 #include "algorithms/model/model.hpp"
+#include "algorithms/model/plain.hpp"
 #include "algorithms/spatial/sincos.hpp"
 
 namespace kalmarm {
@@ -37,10 +41,12 @@ namespace kalmarm {
 template <class S>
 class LoweredModel {
  public:
-  // error_of_D: that is accepted of a D (covariance/rounding_test.hpp).
+  // error_of_D: that is accepted of a D (covariance/rounding_test.hpp); acted_on: frames on which forces act from
+  // outside, each on the last DoF of a joint.
   template <class Given>
   explicit LoweredModel(const Model<Given>& model, Zeros zeros = Zeros::left_out,
-                        double error_of_D = accepted_error(default_tolerance<S>));
+                        double error_of_D = accepted_error(default_tolerance<S>),
+                        const std::vector<Frame>& acted_on = {});
 
   int nv() const { return static_cast<int>(links_.size()); }
   int nq() const { return nq_; }
@@ -86,6 +92,9 @@ class LoweredModel {
     return uncommon_[link.uncommon];
   }
 
+  const std::vector<LoweredFrame<S>>& acted_on() const { return acted_on_; }
+  std::vector<LoweredFrame<S>> lowered(const std::vector<Frame>& frames) const;
+
   // phi from a frame on link k to the link: from the link frame of Model to the one used here.
   Transform<Wider<S>> phi_on_link(int k, const Transform<Wider<S>>& phi) const {
     const Move& move = moves_[k];
@@ -126,7 +135,11 @@ class LoweredModel {
   }
 
   template <class W>
-  void lower(const Model<W>& model);
+  void lower(const Model<W>& model, const std::vector<Frame>& acted_on);
+
+  void add_sum(LoweredLink<S>& link) {
+    if (link.branch < 0) link.branch = branch_count_++;
+  }
 
   // Whether DoF k is the first of three about, or along, the axes of one joint, between which there
   // is nothing else.
@@ -168,11 +181,13 @@ class LoweredModel {
   std::vector<UncommonPlacement<S>> uncommon_;
   std::vector<Move> moves_;
   std::vector<LinkRun> runs_;
+  std::vector<LoweredFrame<S>> acted_on_;
 };
 
 template <class S>
 template <class Given>
-LoweredModel<S>::LoweredModel(const Model<Given>& model, Zeros zeros, double error_of_D)
+LoweredModel<S>::LoweredModel(const Model<Given>& model, Zeros zeros, double error_of_D,
+                              const std::vector<Frame>& acted_on)
     : zeros_(zeros),
       error_of_D_(error_of_D),
       nq_(model.nq()),
@@ -182,12 +197,27 @@ LoweredModel<S>::LoweredModel(const Model<Given>& model, Zeros zeros, double err
       moves_(model.nv()) {
   // A float's tilt of 1e-16 is no rounding yet, which in double it could be.
   using Next = Wider<Given>;
-  lower(model.template cast<std::conditional_t<std::is_same_v<Given, float>, Wider<Next>, Next>>());
+  lower(model.template cast<std::conditional_t<std::is_same_v<Given, float>, Wider<Next>, Next>>(),
+        acted_on);
+}
+
+template <class S>
+std::vector<LoweredFrame<S>> LoweredModel<S>::lowered(const std::vector<Frame>& frames) const {
+  std::vector<LoweredFrame<S>> out;
+  for (const Frame& frame : frames) {
+    const auto site = site_of(frame).template cast<Wider<S>>().phi();
+    const auto phi = frame.link < 0 ? site : phi_on_link(frame.link, site);
+    out.push_back({frame.link, phi.R.template cast<S>(), phi.p.template cast<S>(), {}});
+    std::vector<int>& way = out.back().way;
+    for (int k = frame.link; k >= 0; k = links_[k].parent) way.push_back(k);
+    std::reverse(way.begin(), way.end());
+  }
+  return out;
 }
 
 template <class S>
 template <class W>
-void LoweredModel<S>::lower(const Model<W>& model) {
+void LoweredModel<S>::lower(const Model<W>& model, const std::vector<Frame>& acted_on) {
   std::vector<detail::LinkFrame<W>> frames(model.nv());
   for (int k = 0; k < model.nv(); ++k) {
     const Joint<W>& joint = model.joint(k);
@@ -204,6 +234,8 @@ void LoweredModel<S>::lower(const Model<W>& model) {
     }
   }
   for (int k = 0; k < model.nv(); ++k) set_link(model, frames[k], k);
+  for (const Frame& frame : acted_on) add_sum(links_[frame.link]);
+  acted_on_ = lowered(acted_on);
   set_runs();
   const auto unit = static_cast<double>(rounding_unit());
   const auto covariances = detail::free_covariances(links_, bodies_);
@@ -238,8 +270,7 @@ void LoweredModel<S>::set_link(const Model<W>& model, const detail::LinkFrame<W>
   body.r = S(joint.r);
   link.has_noise = body.r != S(0);
   link.hangs_on_previous = joint.parent >= 0 && joint.parent == k - 1;
-  if (joint.parent >= 0 && !link.hangs_on_previous && links_[joint.parent].branch < 0)
-    links_[joint.parent].branch = branch_count_++;
+  if (joint.parent >= 0 && !link.hangs_on_previous) add_sum(links_[joint.parent]);
   link.kind = has_matrix(joint.coordinate)               ? Kind::matrix
               : joint.coordinate == Coordinate::follower ? Kind::cyclic
                                                          : Kind::screws;
@@ -264,7 +295,8 @@ void LoweredModel<S>::set_link(const Model<W>& model, const detail::LinkFrame<W>
     link.uncommon = static_cast<int>(uncommon_.size());
     uncommon_.push_back({Turn<S>(S(angle.c), S(angle.s)),
                          Turn<S>(S(frame.theta.c), S(frame.theta.s)), frame.E.template cast<S>(),
-                         (-(model.E(k).transpose() * model.gravity())).template cast<S>()});
+                         (-(model.E(k).transpose() * model.gravity())).template cast<S>(),
+                         model.E(k).template cast<S>(), joint.translation.template cast<S>()});
   }
   if (joint.coordinate == Coordinate::angle) {
     link.varying = angles();

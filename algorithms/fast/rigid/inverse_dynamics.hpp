@@ -10,7 +10,7 @@
 //   f = m (a + Gamma c),  n = integral of r x Gamma r dm                                     (3)
 //   n_x = (Gamma J)zy - (Gamma J)yz  and so on          J = integral of r r' dm, r from c
 // Tips to base:
-//   z(k) = (n + c x f; f) + sum over children j of phi(k,j) z(j)                             (1.1)
+//   z(k) = (n + c x f; f) - what acts from outside + sum over children j of phi(k,j) z(j)    (1.1)
 //   tau(k) = H(k) z(k) + r(k) q''(k)                                                         (1.4)
 // a of the base is -gravity. M q'' alone is the same with w = 0 and gravity left out, `turning`
 // false: Gamma is alpha~, whose diagonal is not computed with. The force on a body is its mass times one acceleration, as in
@@ -21,7 +21,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "algorithms/fast/kinematics/placements.hpp"
+#include "algorithms/fast/kinematics/acting.hpp"
 #include "algorithms/spatial/inlining.hpp"
 #include "algorithms/spatial/lanes.hpp"
 
@@ -315,8 +315,9 @@ KALMARM_SWEEP void set_link_forces(const LoweredModel<S>& model, const T* qd, co
 // tau from z of every link alone. Not in pairs either.
 template <bool turning, class T, class S>
 KALMARM_SWEEP void sum_forces(const LoweredModel<S>& model, const T* qdd,
-                              InverseDynamicsWorkspace<T>& ws, T* tau) {
-  for (auto& branch : ws.branches) set_zero(branch.z);
+                              InverseDynamicsWorkspace<T>& ws, T* tau,
+                              const Acting<T>& acting = {}) {
+  begin_sums(model, ws, acting, [](const LoweredFrame<S>&, const Sixfold<T>&) {});
   ws.own.template begin<turning>();
   Sixfold<T> z;
   bool carried = false;  // z comes from link k + 1
@@ -343,13 +344,13 @@ KALMARM_SWEEP void sum_forces(const LoweredModel<S>& model, const T* qdd,
 
 }  // namespace detail
 
-// tau (nv) from q (nq), qd and qdd (nv), all numbers in T.
+// tau (nv) from q (nq), qd and qdd (nv), and what acts from outside, all numbers in T.
 template <class T, class S>
 void fast_inverse_dynamics(const LoweredModel<S>& model, const T* q, const T* qd, const T* qdd,
-                           InverseDynamicsWorkspace<T>& ws, T* tau) {
+                           InverseDynamicsWorkspace<T>& ws, T* tau, const Acting<T>& acting = {}) {
   detail::set_placements(model, q, ws);
   detail::set_link_forces<true>(model, qd, qdd, ws);
-  detail::sum_forces<true>(model, qdd, ws, tau);
+  detail::sum_forces<true>(model, qdd, ws, tau, acting);
 }
 
 }  // namespace kalmarm

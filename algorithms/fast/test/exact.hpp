@@ -9,15 +9,18 @@
 
 namespace kalmarm::test {
 
+// J' of the forces (nv).
+VectorX<Mp> torques_of(const Push& push, const World& world, int nv);
+
 struct Exact {
   MatrixX<Mp> M;
   Eigen::LDLT<MatrixX<Mp>> ldlt;
   VectorX<Mp> bias, a;
   Mp size;  // |M^-1 tau|_M + |M^-1 bias|_M
 
-  Exact(const Model<Mp>& model, const State<Mp>& state) {
+  Exact(const Model<Mp>& model, const State<Mp>& state, const Push& push = {}) {
     const World world(model, state.q, state.qd);
-    bias = world.bias();
+    bias = world.bias() - torques_of(push, world, model.nv());
     M = world.mass_matrix();
     ldlt.compute(M);
     a = ldlt.solve(state.tau - bias);
@@ -65,6 +68,7 @@ inline double error(const AccelerationDerivatives<Mp>& x,
 State<Mp> moved(const Model<Mp>& model, State<Mp> state, int k, const Mp& h);
 
 // Central differences: their error is about the square of the step, 1e-34.
-AccelerationDerivatives<Mp> differences(const Model<Mp>& model, const State<Mp>& state);
+AccelerationDerivatives<Mp> differences(const Model<Mp>& model, const State<Mp>& state,
+                                        const Push& push = {});
 
 }  // namespace kalmarm::test

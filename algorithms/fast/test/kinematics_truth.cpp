@@ -34,7 +34,28 @@ void in_axes(Axes axes, const WorldLink& at, const Matrix3<Mp>& R, MatrixX<Mp>& 
   }
 }
 
+// The place of a frame, and R of its axes.
+WorldLink place_of(const World& world, const Frame& frame, Matrix3<Mp>& R) {
+  const Site<Mp> site = site_of(frame).cast<Mp>();
+  const WorldLink at = world.frame(site.link, site.translation);
+  R = at.R * rotate_basis(site.rotation);
+  return at;
+}
+
 }  // namespace
+
+VectorX<Mp> torques_of(const Push& push, const World& world, int nv) {
+  VectorX<Mp> out = VectorX<Mp>::Zero(nv);
+  MatrixX<Mp> J(6, nv);
+  Vector6<Mp> bias;
+  Matrix3<Mp> R;
+  for (std::size_t i = 0; i < push.frames.size(); ++i) {
+    const WorldLink at = place_of(world, push.frames[i], R);
+    in_axes(push.axes, at, R, J, bias);
+    out += J.transpose() * push.forces.segment<6>(6 * i).cast<Mp>();
+  }
+  return out;
+}
 
 std::array<MatrixX<double>, kinematics> true_kinematics(const Model<double>& model,
                                                         const State<double>& state,
@@ -49,9 +70,8 @@ std::array<MatrixX<double>, kinematics> true_kinematics(const Model<double>& mod
   for (int i = 0; i < kinematics; ++i) out[i].setZero(shapes[i].rows, shapes[i].columns);
   const auto result = [&](Kinematic what) -> MatrixX<Mp>& { return out[static_cast<int>(what)]; };
   for (int f = 0; f < F; ++f) {
-    const Site<Mp> site = site_of(frames[f]).cast<Mp>();
-    const WorldLink at = world.frame(site.link, site.translation);
-    const Matrix3<Mp> R = at.R * rotate_basis(site.rotation);
+    Matrix3<Mp> R;
+    const WorldLink at = place_of(world, frames[f], R);
     MatrixX<Mp> J(6, nv);
     Vector6<Mp> bias;
     in_axes(axes, at, R, J, bias);

@@ -35,9 +35,10 @@ double worst_entry(const MatrixX<double>& X, const MatrixX<Mp>& exact) {
   return worst;
 }
 
-VectorX<Mp> acceleration(const Model<Mp>& model, const State<Mp>& state) {
+VectorX<Mp> acceleration(const Model<Mp>& model, const State<Mp>& state, const Push& push) {
   const World world(model, state.q, state.qd);
-  return world.mass_matrix().llt().solve(state.tau - world.bias());
+  return world.mass_matrix().llt().solve(state.tau + torques_of(push, world, model.nv()) -
+                                         world.bias());
 }
 
 }  // namespace
@@ -60,19 +61,21 @@ State<Mp> moved(const Model<Mp>& model, State<Mp> state, int k, const Mp& h) {
   return state;
 }
 
-AccelerationDerivatives<Mp> differences(const Model<Mp>& model, const State<Mp>& state) {
+AccelerationDerivatives<Mp> differences(const Model<Mp>& model, const State<Mp>& state,
+                                        const Push& push) {
   const Mp h("1e-17");
   AccelerationDerivatives<Mp> out(model.nv());
-  out.a = acceleration(model, state);
+  out.a = acceleration(model, state, push);
   out.dtau = World(model, state.q, state.qd).mass_matrix().inverse();
   for (int k = 0; k < model.nv(); ++k) {
-    out.dq.col(k) = (acceleration(model, moved(model, state, k, h)) -
-                     acceleration(model, moved(model, state, k, -h))) /
+    out.dq.col(k) = (acceleration(model, moved(model, state, k, h), push) -
+                     acceleration(model, moved(model, state, k, -h), push)) /
                     (2 * h);
     State<Mp> faster = state, slower = state;
     faster.qd[k] += h;
     slower.qd[k] -= h;
-    out.dqd.col(k) = (acceleration(model, faster) - acceleration(model, slower)) / (2 * h);
+    out.dqd.col(k) =
+        (acceleration(model, faster, push) - acceleration(model, slower, push)) / (2 * h);
   }
   return out;
 }
@@ -83,8 +86,8 @@ struct Truth::Impl {
   Exact exact;
   mutable std::optional<MatrixX<Mp>> inverse_of_M;
 
-  Impl(const Model<double>& m, const State<double>& s)
-      : model(m.cast<Mp>()), state(s.cast<Mp>()), exact(model, state) {}
+  Impl(const Model<double>& m, const State<double>& s, const Push& push)
+      : model(m.cast<Mp>()), state(s.cast<Mp>()), exact(model, state, push) {}
 
   const MatrixX<Mp>& inverse() const {
     if (!inverse_of_M) inverse_of_M = exact.inverse();
@@ -92,8 +95,8 @@ struct Truth::Impl {
   }
 };
 
-Truth::Truth(const Model<double>& model, const State<double>& state)
-    : impl_(std::make_shared<const Impl>(model, state)) {}
+Truth::Truth(const Model<double>& model, const State<double>& state, const Push& push)
+    : impl_(std::make_shared<const Impl>(model, state, push)) {}
 
 double Truth::acceleration_error(const VectorX<double>& a) const {
   return impl_->exact.error(a.cast<Mp>());
@@ -198,8 +201,10 @@ struct TrueDerivatives::Impl {
   AccelerationDerivatives<Mp> truth;
 };
 
-TrueDerivatives::TrueDerivatives(const Model<double>& model, const State<double>& state)
-    : impl_(std::make_shared<const Impl>(Impl{differences(model.cast<Mp>(), state.cast<Mp>())})) {}
+TrueDerivatives::TrueDerivatives(const Model<double>& model, const State<double>& state,
+                                 const Push& push)
+    : impl_(std::make_shared<const Impl>(
+          Impl{differences(model.cast<Mp>(), state.cast<Mp>(), push)})) {}
 
 double TrueDerivatives::error(const AccelerationDerivatives<double>& x) const {
   return test::error(x.cast<Mp>(), impl_->truth);

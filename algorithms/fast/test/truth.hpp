@@ -17,10 +17,18 @@ auto rounded(const Value& value) {
   return value.template cast<T>().template cast<double>();
 }
 
+// Forces from outside, six numbers a frame, as Forces of kalmarm/dynamics.hpp.
+struct Push {
+  std::vector<Frame> frames = {};
+  VectorX<double> forces = {};
+  Axes axes = Axes::aligned;
+};
+
 // Relative errors of what the fast path answers about one state. Infinite where a number is NaN.
 class Truth {
  public:
-  Truth(const Model<double>& model, const State<double>& state);
+  // Forces from outside are a part of the bias.
+  Truth(const Model<double>& model, const State<double>& state, const Push& push = {});
 
   // Of a = M^-1 (tau - bias): |d|_M / (|M^-1 tau|_M + |M^-1 bias|_M), |d| / |a|, |d|_M / |a|_M.
   template <class V>
@@ -144,7 +152,7 @@ struct AccelerationDerivatives {
 // Derivatives of forward dynamics by central differences.
 class TrueDerivatives {
  public:
-  TrueDerivatives(const Model<double>& model, const State<double>& state);
+  TrueDerivatives(const Model<double>& model, const State<double>& state, const Push& push = {});
 
   // Largest relative error of the four matrices and vectors, in the norm of Frobenius.
   double error(const AccelerationDerivatives<double>& x) const;

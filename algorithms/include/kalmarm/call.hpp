@@ -1,7 +1,7 @@
 // One call: what is asked, of one state or of rows of states, and where its numbers stand.
 //
 //   want               q  and        out                          numbers a row of out
-//   acceleration       qd tau [r B]  a [X = M^-1 B]               n  [n m]
+//   acceleration       qd tau        a [X = M^-1 B]               n  [n m]
 //   inverse_dynamics   qd tau        torques of tau as qdd        n
 //   mass                             M                            n^2
 //   inverse                          M^-1                         n^2
@@ -10,6 +10,9 @@
 //   log_det                          log det M                    1
 //   operational                      a block of M^-1, J M^-1 J'   k^2
 //   derivatives        qd tau        a, and dX of those wanted    n, n^2 each
+//
+// To a, torques and derivatives forces from outside may be given, six numbers of every frame of
+// Question::acted_on; to a columns B and joint noise r.
 //
 // Matrices are column-major. n: DoF that are asked about, of an engine all; k: rows of J, of an engine
 // those of its selection. qd and tau have nv numbers a row, tau of `solve` n.
@@ -25,6 +28,7 @@ namespace kalmarm {
 // Numbers a row.
 struct Widths {
   std::ptrdiff_t nq, nv, n, k;
+  std::ptrdiff_t f = 0;  // six a frame that is acted on
 
   std::ptrdiff_t tau(Want want) const { return want == Want::solve ? n : nv; }
 
@@ -52,8 +56,10 @@ struct Call {
   const T* tau = nullptr;
   T* out = nullptr;
   std::array<T*, 3> derivatives = {};  // da/dq, da/dqd, da/dtau
-  const T* r = nullptr;                // joint noise in the place of the robot's
-  int m = 0;                           // columns of B, the same of every row, and of X
+  const T* forces = nullptr;
+  Axes axes = Axes::local;  // of forces
+  const T* r = nullptr;     // joint noise in the place of the robot's
+  int m = 0;                // columns of B, the same of every row, and of X
   const T* B = nullptr;
   T* X = nullptr;
 
@@ -68,6 +74,7 @@ struct Call {
     skip(rest.tau, width.tau(want));
     skip(rest.out, width.out(want));
     for (T*& X : rest.derivatives) skip(X, width.n * width.n);
+    skip(rest.forces, width.f);
     skip(rest.r, width.nv);
     skip(rest.X, width.n * m);
     return rest;

@@ -61,6 +61,19 @@ struct DerivativeRows {
   std::optional<RowsView<T>> dq = {}, dqd = {}, dtau = {};
 };
 
+// Forces from outside on the frames of Question::acted_on, in their order: of each (moment; force) in these axes, the
+// moment about their origin [N m; N], so that with J of the same axes (kinematics.hpp) they do the work force' J qd.
+// Left out: none act.
+template <class View>
+struct Forces {
+  std::optional<View> on = {};
+  Axes axes = Axes::aligned;
+};
+template <class T>
+using StateForces = Forces<VectorView<const T>>;  // 6 numbers a frame
+template <class T>
+using ForceRows = Forces<RowsView<const T>>;  // of rows of states: these numbers in each
+
 struct Plan;
 struct EngineOptions;
 template <class T>
@@ -93,23 +106,26 @@ class KALMARM_EXPORT Dynamics {
   double tolerance() const { return tolerance_; }
   const Plan& plan() const;
 
-  // a (asked) = M^-1 (tau - bias(q, qd)), gravity and armature included; Outcome::error says how
-  // wrong it is. 465 n.
+  // a (asked) = M^-1 (tau + J' forces - bias(q, qd)), gravity and armature included; Outcome::error says how
+  // wrong it is. 465 n, and for a force 45, in other axes than its frame's 24 to 48 more a link of its way.
   Outcome forward_dynamics(VectorView<const T> q, VectorView<const T> qd, VectorView<const T> tau,
-                           VectorView<T> a) {
+                           VectorView<T> a, const StateForces<T>& forces = {}) {
     check("forward_dynamics", q, qd, "tau", tau, a.size(), asked_);
     return answer({.want = Want::acceleration,
                    .q = q.data(),
                    .qd = qd.data(),
                    .tau = tau.data(),
-                   .out = a.data()});
+                   .out = a.data(),
+                   .forces = checked_forces("forward_dynamics", forces),
+                   .axes = forces.axes});
   }
 
   // Rows of states, one outcome each, on `threads` cores. Returns how many failed, whose rows are
   // not to be used.
   [[nodiscard]] int forward_dynamics(RowsView<const T> q, RowsView<const T> qd,
                                      RowsView<const T> tau, RowsView<T> a,
-                                     std::span<Outcome> outcomes, int threads = 1) {
+                                     std::span<Outcome> outcomes, int threads = 1,
+                                     const ForceRows<T>& forces = {}) {
     const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
     check("forward_dynamics", count, q, qd, "tau", tau, a, asked_);
     return answer_rows(count,
@@ -117,7 +133,9 @@ class KALMARM_EXPORT Dynamics {
                         .q = q.data(),
                         .qd = qd.data(),
                         .tau = tau.data(),
-                        .out = a.data()},
+                        .out = a.data(),
+                        .forces = checked_forces("forward_dynamics", count, forces),
+                        .axes = forces.axes},
                        outcomes.data(), threads);
   }
 
@@ -125,7 +143,8 @@ class KALMARM_EXPORT Dynamics {
   // to be constrained; by the factors of the same sweep, where none of it climbs to another rung. The
   // outcome is the worst of them all. Factors that were kept are made again when they are asked for. Wants acceleration and solve. 465 n + 127 n m.
   Outcome forward_dynamics(VectorView<const T> q, VectorView<const T> qd, VectorView<const T> tau,
-                           VectorView<T> a, MatrixView<const T> B, MatrixView<T> X) {
+                           VectorView<T> a, MatrixView<const T> B, MatrixView<T> X,
+                           const StateForces<T>& forces = {}) {
     check("forward_dynamics", q, qd, "tau", tau, a.size(), asked_);
     const int m = checked_columns("forward_dynamics", "B", B, "X", X);
     return answer({.want = Want::acceleration,
@@ -133,6 +152,8 @@ class KALMARM_EXPORT Dynamics {
                    .qd = qd.data(),
                    .tau = tau.data(),
                    .out = a.data(),
+                   .forces = checked_forces("forward_dynamics", forces),
+                   .axes = forces.axes,
                    .m = m,
                    .B = B.data(),
                    .X = X.data()});
@@ -142,8 +163,8 @@ class KALMARM_EXPORT Dynamics {
   // are answered one after another.
   [[nodiscard]] int forward_dynamics(RowsView<const T> q, RowsView<const T> qd,
                                      RowsView<const T> tau, RowsView<T> a, MatrixView<const T> B,
-                                     MatrixView<T> X, std::span<Outcome> outcomes,
-                                     int threads = 1) {
+                                     MatrixView<T> X, std::span<Outcome> outcomes, int threads = 1,
+                                     const ForceRows<T>& forces = {}) {
     const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
     check("forward_dynamics", count, q, qd, "tau", tau, a, asked_);
     const int m = checked_columns("forward_dynamics", "B", B, "X", X, count);
@@ -153,22 +174,24 @@ class KALMARM_EXPORT Dynamics {
                         .qd = qd.data(),
                         .tau = tau.data(),
                         .out = a.data(),
+                        .forces = checked_forces("forward_dynamics", count, forces),
+                        .axes = forces.axes,
                         .m = m,
                         .B = B.data(),
                         .X = X.data()},
                        outcomes.data(), threads);
   }
 
-  // tau (asked) = M qdd + bias(q, qd), gravity and armature included. 171 n.
+  // tau (asked) = M qdd + bias(q, qd) - J' forces, gravity and armature included. 171 n, forces as there.
   void inverse_dynamics(VectorView<const T> q, VectorView<const T> qd, VectorView<const T> qdd,
-                        VectorView<T> tau) {
+                        VectorView<T> tau, const StateForces<T>& forces = {}) {
     check("inverse_dynamics", q, qd, "qdd", qdd, tau.size(), asked_);
-    torques(q.data(), qd.data(), qdd.data(), tau.data());
+    torques(q.data(), qd.data(), qdd.data(), tau.data(), "inverse_dynamics", forces);
   }
 
   // The same of rows of states, on `threads` cores.
   void inverse_dynamics(RowsView<const T> q, RowsView<const T> qd, RowsView<const T> qdd,
-                        RowsView<T> tau, int threads) {
+                        RowsView<T> tau, int threads, const ForceRows<T>& forces = {}) {
     const std::ptrdiff_t count = nq_ > 0 ? q.size() / nq_ : 0;
     check("inverse_dynamics", count, q, qd, "qdd", qdd, tau, asked_);
     (void)answer_rows(count,
@@ -176,21 +199,24 @@ class KALMARM_EXPORT Dynamics {
                        .q = q.data(),
                        .qd = qd.data(),
                        .tau = qdd.data(),
-                       .out = tau.data()},
+                       .out = tau.data(),
+                       .forces = checked_forces("inverse_dynamics", count, forces),
+                       .axes = forces.axes},
                       nullptr, threads);
   }
 
-  // tau (asked) = bias(q, qd): velocity terms and gravity, the torques of qdd = 0. 171 n.
-  void bias(VectorView<const T> q, VectorView<const T> qd, VectorView<T> tau) {
+  // tau (asked) = bias(q, qd) - J' forces: velocity terms and gravity, the torques of qdd = 0. 171 n.
+  void bias(VectorView<const T> q, VectorView<const T> qd, VectorView<T> tau,
+            const StateForces<T>& forces = {}) {
     check("bias", q, qd, "qd", qd, tau.size(), asked_);
-    torques(q.data(), qd.data(), nullptr, tau.data());
+    torques(q.data(), qd.data(), nullptr, tau.data(), "bias", forces);
   }
 
   // tau (asked): the torques that hold the robot against gravity. 171 n.
   void gravity(VectorView<const T> q, VectorView<T> tau) {
     check("gravity", "q", q.size(), nq_);
     check("gravity", "tau", tau.size(), asked_);
-    torques(q.data(), nullptr, nullptr, tau.data());
+    torques(q.data(), nullptr, nullptr, tau.data(), "gravity", {});
   }
 
   // M (asked x asked), symmetric to the last bit. 80 n + 16 n^2.
@@ -260,27 +286,33 @@ class KALMARM_EXPORT Dynamics {
                        outcomes.data(), threads);
   }
 
-  // Derivatives of forward dynamics, and a itself (asked). Outcome::error is NaN. 1300 n + 60 n^2.
+  // Derivatives of forward dynamics, and a itself (asked). Outcome::error is NaN. Forces are in the axes of their
+  // frames (Axes::local) and turn with them: std::invalid_argument where they are in others. 1300 n + 60 n^2.
   Outcome derivatives(VectorView<const T> q, VectorView<const T> qd, VectorView<const T> tau,
-                      const Derivatives<T>& out, VectorView<T> a) {
+                      const Derivatives<T>& out, VectorView<T> a,
+                      const StateForces<T>& forces = {}) {
     check("derivatives", q, qd, "tau", tau, a.size(), asked_);
     check_derivatives(out);
+    check_turning(forces.on.has_value(), forces.axes);
     return answer({.want = Want::derivatives,
                    .q = q.data(),
                    .qd = qd.data(),
                    .tau = tau.data(),
                    .out = a.data(),
-                   .derivatives = {out.dq.data(), out.dqd.data(), out.dtau.data()}});
+                   .derivatives = {out.dq.data(), out.dqd.data(), out.dtau.data()},
+                   .forces = checked_forces("derivatives", forces)});
   }
 
   // Rows of states, one outcome each, on `threads` cores; a (asked) of each in a row. Returns how many
   // failed, whose rows are not to be used.
   [[nodiscard]] int derivatives(RowsView<const T> q, RowsView<const T> qd, RowsView<const T> tau,
                                 const DerivativeRows<T>& out, RowsView<T> a,
-                                std::span<Outcome> outcomes, int threads = 1) {
+                                std::span<Outcome> outcomes, int threads = 1,
+                                const ForceRows<T>& forces = {}) {
     const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
     check("derivatives", count, q, qd, "tau", tau, a, asked_);
     check_derivatives(count, out);
+    check_turning(forces.on.has_value(), forces.axes);
     const auto data = [](const std::optional<RowsView<T>>& rows) {
       return rows ? rows->data() : nullptr;
     };
@@ -290,7 +322,8 @@ class KALMARM_EXPORT Dynamics {
                         .qd = qd.data(),
                         .tau = tau.data(),
                         .out = a.data(),
-                        .derivatives = {data(out.dq), data(out.dqd), data(out.dtau)}},
+                        .derivatives = {data(out.dq), data(out.dqd), data(out.dtau)},
+                        .forces = checked_forces("derivatives", count, forces)},
                        outcomes.data(), threads);
   }
 
@@ -381,20 +414,31 @@ class KALMARM_EXPORT Dynamics {
   static void refuse_overlap(const char* call, const char* name, const T* B, std::ptrdiff_t of_B,
                              const char* result, const T* X, std::ptrdiff_t of_X);
   void check_derivatives(const Derivatives<T>& out) const;
+  static void check_turning(bool act, Axes axes);
+  // Six numbers a frame that is acted on; null where there are none.
+  const T* checked_forces(const char* call, const StateForces<T>& forces) const;
+  const T* checked_forces(const char* call, std::ptrdiff_t count, const ForceRows<T>& forces) const;
   void check_derivatives(std::ptrdiff_t count, const DerivativeRows<T>& out) const;
 
   Execution<T>& execution() const;  // throws std::logic_error where it was moved away
 
   // The torques of qdd, the last two null where they are zero.
-  void torques(const T* q, const T* qd, const T* qdd, T* tau) {
-    (void)answer({.want = Want::inverse_dynamics, .q = q, .qd = qd, .tau = qdd, .out = tau});
+  void torques(const T* q, const T* qd, const T* qdd, T* tau, const char* call,
+               const StateForces<T>& forces) {
+    (void)answer({.want = Want::inverse_dynamics,
+                  .q = q,
+                  .qd = qd,
+                  .tau = qdd,
+                  .out = tau,
+                  .forces = checked_forces(call, forces),
+                  .axes = forces.axes});
   }
   Outcome answer(const Call<T>& call);
   int answer_rows(std::ptrdiff_t count, const Call<T>& call, Outcome* outcomes, int threads);
   Outcome factor(const T* q);
   Outcome solve(int columns, const T* taus, T* X);
 
-  int nq_ = 0, nv_ = 0, asked_ = 0, rows_ = 0;
+  int nq_ = 0, nv_ = 0, asked_ = 0, rows_ = 0, forces_ = 0;
   double tolerance_ = default_tolerance<T>;
   std::unique_ptr<Execution<T>> execution_;
 };

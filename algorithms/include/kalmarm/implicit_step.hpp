@@ -4,7 +4,7 @@
 //   M (v+ - v) / h = tau - bias(q, v) - B v+ - K (q + h v+ - q0)                          (1)
 // takes springs and dampers where the step ends, the rest where it begins. For a = (v+ - v) / h that is
 //   M^ a = tau^ - bias,  M^ = M + diag(r),  r(k) = armature(k) + h b(k) + h^2 k(k)         (2)
-//   tau^ = tau - B v - K (q - q0 + h v)
+//   tau^ = tau - B v - K (q - q0 + h v)                           and forces from outside in bias
 // so that h b + h^2 k is joint noise of the paper: D(k) = H P-(k) H' + r(k) (3.6), at no cost, and the
 // better conditioned the stiffer a joint is. Scheme::springs_at_start leaves springs where the step
 // begins, r = armature + h b and tau^ = tau - B v - K (q - q0): stable for any b, not for any k. The next
@@ -115,12 +115,14 @@ class KALMARM_EXPORT ImplicitStep {
   // rounding, u k |q - q0|, moves a by M^^-1 times as much. Singular where imposed rows contradict each
   // other or what the robot can do, and where rows repeat each other so stiffly that T cannot tell
   // them from imposed ones. The time of forward dynamics, and of m rows with W 127 n m flops more.
+  // forces: from outside, which act as they do where the step begins (dynamics.hpp).
   Outcome acceleration(VectorView<const T> q, VectorView<const T> v, VectorView<const T> tau,
-                       VectorView<T> a);
+                       VectorView<T> a, const StateForces<T>& forces = {});
 
   // Rows of states, as Dynamics::forward_dynamics. A call with more rows than any before takes memory.
   [[nodiscard]] int acceleration(RowsView<const T> q, RowsView<const T> v, RowsView<const T> tau,
-                                 RowsView<T> a, std::span<Outcome> outcomes, int threads = 1);
+                                 RowsView<T> a, std::span<Outcome> outcomes, int threads = 1,
+                                 const ForceRows<T>& forces = {});
 
   // Rows of states with gains of their own. References cost nothing; dampers and springs 1.2 times the
   // time of a step; below a tolerance of 1e-12 every row is a robot that is made anew. Throws
@@ -129,14 +131,17 @@ class KALMARM_EXPORT ImplicitStep {
   // joints.
   [[nodiscard]] int acceleration(RowsView<const T> q, RowsView<const T> v, RowsView<const T> tau,
                                  const GainRows<T>& gains, RowsView<T> a,
-                                 std::span<Outcome> outcomes, int threads = 1);
+                                 std::span<Outcome> outcomes, int threads = 1,
+                                 const ForceRows<T>& forces = {});
 
   // q and v are moved by h, in place, with a (nv) of the step. Not where the outcome is not ok.
-  Outcome step(VectorView<T> q, VectorView<T> v, VectorView<const T> tau, VectorView<T> a);
+  Outcome step(VectorView<T> q, VectorView<T> v, VectorView<const T> tau, VectorView<T> a,
+               const StateForces<T>& forces = {});
 
   // (4), each nv x nv, and a. Outcome as Dynamics::derivatives.
   Outcome derivatives(VectorView<const T> q, VectorView<const T> v, VectorView<const T> tau,
-                      const Derivatives<T>& out, VectorView<T> a);
+                      const Derivatives<T>& out, VectorView<T> a,
+                      const StateForces<T>& forces = {});
 
   // M^ (nv x nv). std::logic_error where a row is imposed, which has no finite one.
   void mass(VectorView<const T> q, MatrixView<T> M);
@@ -183,8 +188,9 @@ class KALMARM_EXPORT ImplicitStep {
 
   RobotModel model_;
   double h_;
-  Dynamics<T> dynamics_;  // what it is made of is checked before the rest
-  int rows_of_terms_;     // `repeated`, or 1 where q is not as v
+  std::ptrdiff_t forces_;  // numbers of a row
+  Dynamics<T> dynamics_;   // what it is made of is checked before the rest
+  int rows_of_terms_;      // `repeated`, or 1 where q is not as v
   std::vector<T> damping_, stiffness_, reference_;
   std::vector<Springs> springs_, all_springs_;  // that the step has; where there may be some
   T h_of_springs_;                              // 0 where they are at the start

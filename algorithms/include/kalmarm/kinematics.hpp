@@ -7,7 +7,8 @@
 // results is not worked out. A frame (robot_model.hpp) is any place on a link, or on the fixed base.
 // F: their number. Spatial vectors are (angular; linear), as everywhere in Kalmarm.
 //
-// A velocity is J qd, an acceleration J qdd + dJ/dt qd with the same J, so that with qdd = 0 it is dJ/dt qd. The axes say which J (Pinocchio's names):
+// A velocity is J qd, an acceleration J qdd + dJ/dt qd with the same J, so that with qdd = 0 it is dJ/dt qd. The axes
+// (robot_model.hpp) say which J (Pinocchio's names):
 //
 //   Axes      Pinocchio            angular   linear velocity   linear acceleration
 //   local     LOCAL                R^T w     R^T v             R^T (a - w x v)      spatial, of the frame's axes
@@ -37,8 +38,6 @@
 #include "kalmarm/views.hpp"
 
 namespace kalmarm {
-
-enum class Axes { local, world, aligned };
 
 // Each may be left out. View: MatrixView<T>, column-major, of one state; of rows of states, one in a row,
 // std::optional<RowsView<T>>, of which a row has the columns of one state's matrix after each other.

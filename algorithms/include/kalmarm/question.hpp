@@ -28,9 +28,11 @@ struct Question {
   std::set<Want> want = {};        // empty: all, but operational where there are no frames
   std::vector<int> dofs = {};      // asked about, in rising order; empty: all that are free
   std::vector<Frame> frames = {};  // of Want::operational
-  std::vector<int> locked = {};    // DoF, in rising order; of a joint all or none
-  std::vector<double> q = {};      // nq: the entries of joints that are locked are used
-  bool at_rest = false;            // qd is 0, and is not looked at
+  // On which forces act from outside (dynamics.hpp), each on the last DoF of a joint.
+  std::vector<Frame> acted_on = {};
+  std::vector<int> locked = {};  // DoF, in rising order; of a joint all or none
+  std::vector<double> q = {};    // nq: the entries of joints that are locked are used
+  bool at_rest = false;          // qd is 0, and is not looked at
 
   bool wants(Want what) const {
     return want.empty() ? what != Want::operational || !frames.empty() : want.contains(what);

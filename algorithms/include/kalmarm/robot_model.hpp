@@ -72,4 +72,8 @@ struct Frame {
   std::array<double, 3> translation = {0, 0, 0};  // its origin in the link's frame [m]
 };
 
+// Of a frame's spatial vectors. local: its own axes and origin; aligned: the base's axes, its own origin;
+// world: the base's axes and origin.
+enum class Axes { local, world, aligned };
+
 }  // namespace kalmarm

@@ -149,6 +149,7 @@ class Robot(_core.Robot):
         wants: Iterable[str] = (),
         asked: Iterable[str | int] = (),
         frames: Iterable[str | Frame] = (),
+        acted_on: Iterable[str | Frame] = (),
         locked: Iterable[str | int] = (),
         q: Any = None,
         at_rest: bool = False,
@@ -163,6 +164,7 @@ class Robot(_core.Robot):
             "inverse_dynamics", "derivatives"; all unless told.
         asked: the joints that results are about; all that are free unless told.
         frames: of `operational`, by the name of a site or body.
+        acted_on: frames on which forces act from outside, in the order of a call's `forces`.
         locked: joints that stand still, at the positions that q (nq,) has for them, or q0.
         at_rest: qd is zero, and is not looked at.
         rules: by which work may be left out, of docs/questions.md; all unless told.
@@ -172,6 +174,7 @@ class Robot(_core.Robot):
             "wants": several("wants", wants),
             "asked": several("asked", asked),
             "frames": several("frames", frames),
+            "acted_on": several("acted_on", acted_on),
             "locked": several("locked", locked),
             "q": None if q is None else tuple(numbers("q", q).ravel().tolist()),
             "at_rest": bool(at_rest),
@@ -185,6 +188,7 @@ class Robot(_core.Robot):
             options["wants"],
             dofs_of(names, options["asked"]),
             [_frame(description, frame) for frame in options["frames"]],
+            [_frame(description, frame) for frame in options["acted_on"]],
             locked_dofs,
             options["q"] or (description.q0 if locked_dofs else ()),
             options["at_rest"],

@@ -1,0 +1,19 @@
+// A frame (robot_model.hpp) on the links of a lowered model: a constant pose (A, s) in its link's axes as
+// lowered_model.hpp puts them.
+#pragma once
+
+#include <vector>
+
+#include "algorithms/spatial/spatial.hpp"
+
+namespace kalmarm {
+
+template <class S>
+struct LoweredFrame {
+  int link;              // -1: the fixed base
+  Matrix3<S> A;          // its axes, column by column
+  Vector3<S> s;          // its origin
+  std::vector<int> way;  // links from the base to it
+};
+
+}  // namespace kalmarm
