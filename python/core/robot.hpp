@@ -35,11 +35,9 @@ class Robot {
 
   // forces: None, or six numbers of every frame that is acted on, in `axes`.
   nb::object forward_dynamics(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
-                              bool status, int threads, nb::handle forces,
-                              const std::string& axes);
+                              bool status, int threads, nb::handle forces, const std::string& axes);
   nb::object inverse_dynamics(nb::handle q, nb::handle qd, nb::handle qdd, nb::handle out,
-                              bool status, int threads, nb::handle forces,
-                              const std::string& axes);
+                              bool status, int threads, nb::handle forces, const std::string& axes);
   nb::object bias(nb::handle q, nb::handle qd, nb::handle out, bool status, int threads,
                   nb::handle forces, const std::string& axes);
   nb::object gravity(nb::handle q, nb::handle out, bool status, int threads);
