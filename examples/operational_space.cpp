@@ -8,6 +8,7 @@
 #include <kalmarm/dynamics.hpp>
 #include <kalmarm/kinematics.hpp>
 #include <kalmarm/model_builder.hpp>
+#include <kalmarm/operational_space.hpp>
 
 using Vector = std::array<double, 3>;  // of the joints, and of space
 using Pair = std::array<double, 2>;    // along x and z
@@ -41,6 +42,7 @@ int main() {
   const Arm robot = arm();
   kalmarm::Kinematics<double> kinematics(robot.model, {robot.hand});
   kalmarm::Dynamics<double> dynamics(robot.model);
+  kalmarm::OperationalInertia<double> inertia(2, {.clamp = 1e4}, 2);
 
   constexpr double stiffness = 400, damping = 40, dt = 0.001;  // [1/s^2], [1/s], [s]
   constexpr double radius = 0.15, rate = 3;                    // [m], [rad/s]
@@ -63,22 +65,21 @@ int main() {
     const double t = step * dt, c = std::cos(rate * t), s = std::sin(rate * t);
     const Pair wanted = {center[0] + radius * c, center[2] + radius * s};
     const Pair speed = {-radius * rate * s, radius * rate * c};
-    Pair force = {};  // what the task needs, then Lambda times it
-    double L[2][2] = {};
+    Pair needed = {};  // what the task needs, of which the force is Lambda times
+    std::array<double, 4> L = {};
     for (int i = 0; i < 2; ++i) {
       const int axis = 2 * i;  // x, z
       const double error = wanted[i] - x[axis];
       largest = std::max(largest, std::abs(error));
-      force[i] = -rate * rate * (wanted[i] - center[axis]) + stiffness * error +
-                 damping * (speed[i] - v[3 + axis]) - drift[3 + axis];
+      needed[i] = -rate * rate * (wanted[i] - center[axis]) + stiffness * error +
+                  damping * (speed[i] - v[3 + axis]) - drift[3 + axis];
       for (int k = 0; k < n; ++k) {
-        force[i] += 2 * X[i * n + k] * qd[k];  // N^T tau_0 with tau_0 = -2 qd
-        for (int j = 0; j < 2; ++j) L[i][j] += J[i * n + k] * X[j * n + k];
+        needed[i] += 2 * X[i * n + k] * qd[k];  // N^T tau_0 with tau_0 = -2 qd
+        for (int j = 0; j < 2; ++j) L[2 * i + j] += J[i * n + k] * X[j * n + k];
       }
     }
-    const double det = L[0][0] * L[1][1] - L[0][1] * L[1][0];
-    force = {(L[1][1] * force[0] - L[0][1] * force[1]) / det,
-             (L[0][0] * force[1] - L[1][0] * force[0]) / det};
+    if (outcome) outcome = inertia.compute(L, L);  // L is Lambda now
+    const Pair force = {L[0] * needed[0] + L[1] * needed[1], L[2] * needed[0] + L[3] * needed[1]};
     for (int k = 0; k < n; ++k)
       tau[k] = J[k] * force[0] + J[n + k] * force[1] + bias[k] - 2 * qd[k];
     if (outcome) outcome = dynamics.forward_dynamics(q, qd, tau, a);

@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <kalmarm/model_builder.hpp>
 #include <kalmarm/version.hpp>
+#include <limits>
 #include <map>
 #include <optional>
 #include <tuple>
@@ -427,6 +428,24 @@ q (..., nq) -> (..., n, n).)")
            R"(J M^-1 J' of the frames that are asked about: what forces there accelerate them by.
 
 q (..., nq) -> (..., 6 f, 6 f) of f frames, six rows each: angular, then linear, in its axes.)")
+      .def(
+          "operational_inertia",
+          [](Robot& self, nb::handle q, nb::handle out, double damping, double clamp, bool status,
+             int threads) {
+            return self.operational_inertia(q, out, {damping, clamp}, status, threads);
+          },
+          "q"_a, "out"_a = nb::none(), options, "damping"_a = 0.0,
+          "clamp"_a = std::numeric_limits<double>::infinity(), "status"_a = false, "threads"_a = 1,
+          nb::sig("def operational_inertia(self, q: " KALMARM_ARRAY
+                  ", out: typing.Any = None, *, damping: float = 0.0, clamp: float = float('inf'), "
+                  "status: "
+                  "bool = False, threads: int = 1)" KALMARM_RESULT),
+          R"((J M^-1 J')^-1 of the frames that are asked about: the inertia that forces there meet.
+
+q (..., nq) -> (..., 6 f, 6 f), rows as of `operational`. Of J M^-1 J', with turning and moving of each frame scaled to
+a mean of 1 on the diagonal, `clamp` is the largest condition number that is let pass, smaller eigenvalues are raised, and
+`damping` is added to all: forces stay bounded where the robot cannot move its frames. Outcomes: D and scale are the
+least and the largest eigenvalue, error is that of the inertia, and joint nv + i where no joint moves row i.)")
       .def("solve", &Robot::solve, "q"_a, "tau"_a, "out"_a = nb::none(), options,
            "status"_a = false, "threads"_a = 1, KALMARM_CALL_OF("solve", "tau"),
            R"(x = M(q)^-1 tau, without bias.

@@ -115,7 +115,9 @@ void Robot::need(const char* call, Want want) const {
 
 template <class One, class All>
 nb::object Robot::rows(const Inputs& inputs, int threads, bool status, const nb::object& result,
-                       npy_intp width, const One& one, const All& all) {
+                       npy_intp width, const One& one, const All& all,
+                       const std::vector<std::string>* given_names) {
+  const std::vector<std::string>& names = given_names ? *given_names : model_.names;
   const int count = inputs.count();
   return inputs.with_scalar([&]<class T>(T) {
     constexpr T nan = std::numeric_limits<T>::quiet_NaN();
@@ -128,7 +130,7 @@ nb::object Robot::rows(const Inputs& inputs, int threads, bool status, const nb:
         outcome = one(worker->dynamics, to);
         if (!outcome) std::fill_n(to, width, nan);
       }
-      return answered(inputs, result, status, &outcome, model_.names);
+      return answered(inputs, result, status, &outcome, names);
     }
     const int used = cores(inputs.call(), threads, count);
     worker->outcomes.resize(count);
@@ -139,7 +141,7 @@ nb::object Robot::rows(const Inputs& inputs, int threads, bool status, const nb:
       for (int i = 0; failed > 0 && i < count; ++i)
         if (!worker->outcomes[i]) std::fill_n(to + i * width, width, nan);
     }
-    return answered(inputs, result, status, worker->outcomes.data(), model_.names);
+    return answered(inputs, result, status, worker->outcomes.data(), names);
   });
 }
 
@@ -305,6 +307,46 @@ nb::object Robot::operational(nb::handle q, nb::handle out, bool status, int thr
       [&]<class T>(Dynamics<T>& dynamics, RowsView<T> X, std::span<Outcome> outcomes, int used) {
         return dynamics.operational(rows_of<T>(in, 0, model_.nq), X, outcomes, used);
       });
+}
+
+nb::object Robot::operational_inertia(nb::handle q, nb::handle out, const Regularisation& how,
+                                      bool status, int threads) {
+  constexpr const char* call = "operational_inertia";
+  need(call, Want::operational);
+  Inputs in(call, {{"q", q, model_.nq}});
+  // Rows of X come after the DoF.
+  std::vector<std::string> names = model_.names;
+  for (int i = 0; i < rows_; ++i)
+    names.push_back((i % 6 < 3 ? "turning of frame " : "moving of frame ") + std::to_string(i / 6));
+  const int nv = model_.nv();
+  const auto after_dofs = [nv](Outcome& outcome) {
+    if (outcome.joint >= 0) outcome.joint += nv;
+  };
+  return rows(
+      in, threads, status, in.result(out, {rows_, rows_}), npy_intp(rows_) * rows_,
+      [&]<class T>(Dynamics<T>& dynamics, T* X) {
+        const Outcome of_X =
+            dynamics.operational(vector<T>(in, 0, 0, model_.nq), {X, rows_, rows_});
+        if (!of_X) return of_X;
+        Outcome outcome = OperationalInertia<T>(rows_, how)
+                              .compute(MatrixView<const T>(X, rows_, rows_),
+                                       MatrixView<T>(X, rows_, rows_), of_X.error);
+        after_dofs(outcome);
+        outcome.near_singular = of_X.near_singular;
+        return outcome;
+      },
+      [&]<class T>(Dynamics<T>& dynamics, RowsView<T> X, std::span<Outcome> outcomes, int used) {
+        std::vector<Outcome> of_X(outcomes.size());
+        static_cast<void>(  // counted below
+            dynamics.operational(rows_of<T>(in, 0, model_.nq), X, of_X, used));
+        const int failed = OperationalInertia<T>(rows_, how).compute(X, X, outcomes, of_X);
+        for (std::size_t i = 0; i < outcomes.size(); ++i) {
+          after_dofs(outcomes[i]);
+          if (!of_X[i]) outcomes[i] = of_X[i];
+        }
+        return failed;
+      },
+      &names);
 }
 
 nb::object Robot::solve(nb::handle q, nb::handle tau, nb::handle out, bool status, int threads) {

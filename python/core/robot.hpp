@@ -10,6 +10,7 @@
 #pragma once
 
 #include <kalmarm/dynamics.hpp>
+#include <kalmarm/operational_space.hpp>
 #include <kalmarm/plan_summary.hpp>
 #include <kalmarm/recommend.hpp>
 #include <memory>
@@ -46,6 +47,8 @@ class Robot {
   nb::object diagonal(nb::handle q, nb::handle out, bool status, int threads);
   nb::object log_det(nb::handle q, nb::handle out, bool status, int threads);
   nb::object operational(nb::handle q, nb::handle out, bool status, int threads);
+  nb::object operational_inertia(nb::handle q, nb::handle out, const Regularisation& how,
+                                 bool status, int threads);
   nb::object solve(nb::handle q, nb::handle tau, nb::handle out, bool status, int threads);
   nb::object derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out, bool status,
                          int threads, nb::handle forces, const std::string& axes);
@@ -69,10 +72,11 @@ class Robot {
   }
   void need(const char* call, Want want) const;
   // one(dynamics, result) -> Outcome of one state, or of many all(dynamics, result, outcomes, threads)
-  // -> how many failed; each has `width` numbers.
+  // -> how many failed; each has `width` numbers. names: of what outcomes call joints, unless the DoF.
   template <class One, class All>
   nb::object rows(const Inputs& inputs, int threads, bool status, const nb::object& result,
-                  npy_intp width, const One& one, const All& all);
+                  npy_intp width, const One& one, const All& all,
+                  const std::vector<std::string>* names = nullptr);
   // tau of rows or of one state; qd, qdd: inputs, -1: zero.
   template <class Given>
   nb::object newton_euler(const char* call, const Given& given, nb::handle out, bool status,

@@ -1,0 +1,63 @@
+"""The operational inertia: the inverse of J M^-1 J', and where there is none."""
+
+import warnings
+
+import kalmarm
+import numpy as np
+import pytest
+from conftest import load
+
+FEET = ["left_ankle_roll_link", "right_ankle_roll_link"]
+
+
+def scaled(X, by):
+    s = np.sqrt(np.diagonal(by, axis1=-2, axis2=-1))
+    return X / (s[..., :, None] * s[..., None, :])
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_inertia_is_the_inverse_within_its_error(g1, dtype):
+    robot = g1.replace(frames=FEET)
+    q = robot.random_state(1, 50, dtype=dtype).q
+    found, outcomes = robot.operational_inertia(q, status=True)
+    assert found.shape == (50, 12, 12) and found.dtype == dtype
+    assert np.all(outcomes["status"] == kalmarm.Status.OK)
+    truth = np.linalg.inv(robot.operational(q).astype(np.float64))
+    error = np.abs(scaled(found - truth, truth)).max(axis=(1, 2))
+    assert np.all(error <= outcomes["error"])
+    one = robot.operational_inertia(q[3])
+    assert np.abs(scaled(one - found[3], truth[3])).max() <= outcomes["error"][3]
+
+
+def test_a_row_that_is_singular_disturbs_no_other():
+    robot = load("iiwa14", frames=["link7"])
+    q = robot.random_state(2, 5).q
+    q[2] = 0  # stretched out
+    q[3, 3] = np.nan
+    found, outcomes = robot.operational_inertia(q, status=True)
+    assert [*outcomes["status"]] == [0, 0, kalmarm.Status.SINGULAR, kalmarm.Status.NOT_FINITE, 0]
+    assert np.isnan(found[2:4]).all() and np.isfinite(found[[0, 1, 4]]).all()
+    with pytest.raises(kalmarm.DynamicsError, match="operational_inertia: singular"):
+        robot.operational_inertia(q[2])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        clamped, outcomes = robot.operational_inertia(q[2], clamp=100, status=True)
+    assert outcomes["D"] < 1e-12 * outcomes["scale"]
+    X = robot.operational(q[2])
+    means = np.repeat(np.diag(X).reshape(2, 3).mean(axis=1), 3)
+    values = np.linalg.eigvalsh(clamped * np.sqrt(np.outer(means, means)))
+    assert values[-1] / values[0] == pytest.approx(100, rel=1e-6)
+    damped = robot.operational_inertia(q[2], damping=0.01)
+    np.testing.assert_allclose(damped @ (X + 0.01 * np.diag(means)), np.eye(6), atol=1e-9)
+
+
+def test_a_frame_that_no_joint_moves_is_named():
+    robot = load("iiwa14")
+    robot = robot.replace(frames=["link7", kalmarm.Frame(-1)])
+    with pytest.raises(kalmarm.DynamicsError, match="at 'turning of frame 1'") as failed:
+        robot.operational_inertia(robot.q0, clamp=10)
+    assert failed.value.outcome["joint"] == robot.nv + 6
+    with pytest.raises(ValueError, match="clamp 0.5, which is below 1"):
+        robot.operational_inertia(robot.q0, clamp=0.5)
+    with pytest.raises(ValueError, match="no frames are asked about"):
+        load("iiwa14").operational_inertia(robot.q0)
