@@ -103,6 +103,8 @@ class EngineInDouble final : public Engine<double> {
     workers_[0].state.reserve_rows(want);
     for (int i = 1; i < count; ++i) {
       std::set<Want> wanted = {want};
+      if (want == Want::acceleration && models_.options.wants(Want::solve))
+        wanted.insert(Want::solve);  // of columns beside accelerations
       if (i < static_cast<int>(workers_.size())) {
         if (workers_[i].wanted.contains(want)) continue;
         wanted.merge(workers_[i].wanted);
