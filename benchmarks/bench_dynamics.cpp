@@ -38,13 +38,11 @@ void add(const RegisteredVariant<T>& variant, std::shared_ptr<const Case> c,
   add_benchmark(
       name_of<T>("acceleration", variant.name, *c),
       [=] {
-        std::string flaw = c->flaw;
-        for (int i = 0; i < c->verified() && flaw.empty(); ++i) {
+        const auto poisoned = [&](int i) {
           a->setConstant(std::numeric_limits<T>::quiet_NaN());
-          const Outcome outcome = call(i);
-          flaw = outcome ? c->judge(i, *a) : describe(c->scene, outcome);
-        }
-        return flaw;
+          return call(i);
+        };
+        return flaw_of(*c, poisoned, [&](int i) { return c->judge(i, *a); });
       },
       [=](int i) {
         benchmark::DoNotOptimize(call(i));

@@ -86,14 +86,7 @@ void add(std::shared_ptr<const Case> c, const std::string& name, std::optional<A
   };
   add_benchmark(
       name_of<T>("acceleration", name, *c),
-      [=] {
-        std::string flaw = c->flaw;
-        for (int i = 0; i < c->verified() && flaw.empty(); ++i) {
-          const Outcome outcome = one(i);
-          flaw = outcome ? judge(i, a->data()) : describe(c->scene, outcome);
-        }
-        return flaw;
-      },
+      [=] { return flaw_of(*c, one, [&](int i) { return judge(i, a->data()); }); },
       [=](int i) {
         benchmark::DoNotOptimize(one(i));
         benchmark::DoNotOptimize(a->data());

@@ -108,6 +108,17 @@ void time_calls(benchmark::State& run, const Call& call) {
   }
 }
 
+// "" where call(i) of every state that is verified answers, with a result for which judge(i) is "".
+template <class Call, class Judge>
+std::string flaw_of(const Case& c, const Call& call, const Judge& judge) {
+  std::string flaw = c.flaw;
+  for (int i = 0; i < c.verified() && flaw.empty(); ++i) {
+    const Outcome outcome = call(i);
+    flaw = outcome ? judge(i) : describe(c.scene, outcome);
+  }
+  return flaw;
+}
+
 // Registers `call(i)` to be timed once `verify` finds no flaw.
 template <class Verify, class Call>
 void add_benchmark(const std::string& name, Verify verify, Call call, double flops = 0) {

@@ -13,6 +13,7 @@
 
 #include <array>
 #include <initializer_list>
+#include <kalmarm/views.hpp>
 #include <span>
 #include <string>
 
@@ -76,6 +77,16 @@ class Inputs {
   std::array<npy_intp, NPY_MAXDIMS> leading_;
   std::size_t dimensions_ = 0;  // of leading_
 };
+
+// Of argument i one state, by its row, or all.
+template <class T>
+VectorView<const T> vector(const Inputs& in, int i, std::ptrdiff_t row, int width) {
+  return {in.data<T>(i) + row * width, width};
+}
+template <class T>
+RowsView<const T> rows_of(const Inputs& in, int i, int width) {
+  return {in.data<T>(i), in.count(), width};
+}
 
 inline PyArrayObject* array_of(const nb::object& array) {
   return reinterpret_cast<PyArrayObject*>(array.ptr());

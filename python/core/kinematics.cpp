@@ -3,6 +3,7 @@
 #include <optional>
 #include <utility>
 
+#include "forces.hpp"
 #include "lock.hpp"
 #include "robot.hpp"
 
@@ -51,7 +52,7 @@ KinematicsOfRobot::KinematicsOfRobot(RobotModel model, std::vector<Frame> frames
 double KinematicsOfRobot::mass() { return workers<double>().take()->dynamics.mass(); }
 
 nb::list KinematicsOfRobot::compute(const std::vector<int>& results, nb::handle q, nb::handle qd,
-                                    nb::handle qdd, int axes, int threads) {
+                                    nb::handle qdd, const std::string& axes, int threads) {
   const int nv = model_.nv();
   std::vector<Argument> given{{"q", q, model_.nq}};
   if (!qd.is_none()) given.push_back({"qd", qd, nv});
@@ -60,7 +61,7 @@ nb::list KinematicsOfRobot::compute(const std::vector<int>& results, nb::handle 
   Inputs in("kinematics", given);
   return in.with_scalar([&]<class T>(T) {
     const int count = in.count();
-    RowsOfKinematics<T> out{.axes = static_cast<Axes>(axes)};
+    RowsOfKinematics<T> out{.axes = axes_of("kinematics", axes)};
     nb::list arrays;
     const std::vector<Result<T>> all = results_of<T>(frames(), nv);
     for (const int i : results) {

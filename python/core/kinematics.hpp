@@ -2,6 +2,7 @@
 #pragma once
 
 #include <kalmarm/kinematics.hpp>
+#include <string>
 #include <type_traits>
 #include <vector>
 
@@ -18,9 +19,9 @@ class KinematicsOfRobot {
   double mass();
 
   // Of each of `results`, by its place in KinematicResults, an array of the leading dimensions and as many
-  // numbers as a state has. qd, qdd: None where they are not given. axes: as Axes counts them.
+  // numbers as a state has. qd, qdd: None where they are not given.
   nb::list compute(const std::vector<int>& results, nb::handle q, nb::handle qd, nb::handle qdd,
-                   int axes, int threads);
+                   const std::string& axes, int threads);
 
  private:
   template <class T>

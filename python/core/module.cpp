@@ -484,7 +484,7 @@ void bind_kinematics(nb::module_& m) {
       .def("_compute", &KinematicsOfRobot::compute, "results"_a, "q"_a, "qd"_a.none(),
            "qdd"_a.none(), "axes"_a, "threads"_a,
            nb::sig("def _compute(self, results: list[int], q: typing.Any, qd: typing.Any, qdd: "
-                   "typing.Any, axes: int, threads: int) -> list[numpy.ndarray]"),
+                   "typing.Any, axes: str, threads: int) -> list[numpy.ndarray]"),
            "An array a result, whose last dimension has all numbers of a state.");
 }
 

@@ -7,6 +7,7 @@
 #include <span>
 #include <thread>
 
+#include "forces.hpp"
 #include "lock.hpp"
 #include "outcomes.hpp"
 
@@ -30,59 +31,6 @@ Outcome outcome_of(const T* x, npy_intp count) {
   return out;
 }
 
-template <class T>
-VectorView<const T> vector(const Inputs& in, int i, int row, int width) {
-  return {in.data<T>(i) + std::ptrdiff_t(row) * width, width};
-}
-
-template <class T>
-RowsView<const T> rows_of(const Inputs& in, int i, int width) {
-  return {in.data<T>(i), in.count(), width};
-}
-
-Axes axes_of(const char* call, const std::string& name) {
-  if (name == "local") return Axes::local;
-  if (name == "world") return Axes::world;
-  if (name == "aligned") return Axes::aligned;
-  throw nb::value_error(
-      (std::string(call) + ": axes '" + name + "' is unknown: local, world, aligned").c_str());
-}
-
-// The arguments of a call, and forces from outside after them where they are given.
-class WithForces {
- public:
-  WithForces(const char* call, std::initializer_list<Argument> arguments, nb::handle forces,
-             int width, const std::string& axes)
-      : arguments_(static_cast<int>(arguments.size())),
-        width_(width),
-        given_(!forces.is_none()),
-        axes_(given_ ? axes_of(call, axes) : Axes::aligned) {
-    std::copy(arguments.begin(), arguments.end(), all_.begin());
-    if (given_) all_[arguments_] = {"forces", forces, width};
-  }
-
-  std::span<const Argument> all() const { return {all_.data(), std::size_t(arguments_ + given_)}; }
-
-  template <class T>
-  StateForces<T> of_state(const Inputs& in) const {
-    StateForces<T> out{.axes = axes_};
-    if (given_) out.on.emplace(vector<T>(in, arguments_, 0, width_));
-    return out;
-  }
-  template <class T>
-  ForceRows<T> of_rows(const Inputs& in) const {
-    ForceRows<T> out{.axes = axes_};
-    if (given_) out.on.emplace(rows_of<T>(in, arguments_, width_));
-    return out;
-  }
-
- private:
-  std::array<Argument, 4> all_;
-  int arguments_, width_;
-  bool given_;
-  Axes axes_;
-};
-
 }  // namespace
 
 int cores(const char* call, int threads, int states) {
@@ -100,6 +48,10 @@ Robot::Robot(RobotModel model, DynamicsOptions options)
       rows_(6 * static_cast<int>(options_.question.frames.size())),
       forces_(6 * static_cast<int>(options_.question.acted_on.size())) {
   if (model_.nv() == 0) throw nb::value_error("the robot has no joint, so no degree of freedom");
+  names_with_rows_ = model_.names;
+  for (int i = 0; i < rows_; ++i)
+    names_with_rows_.push_back((i % 6 < 3 ? "turning of frame " : "moving of frame ") +
+                               std::to_string(i / 6));
   asked_ = workers<double>().take()->dynamics.asked();
 }
 
@@ -238,7 +190,7 @@ nb::object Robot::bias(nb::handle q, nb::handle qd, nb::handle out, bool status,
 
 nb::object Robot::gravity(nb::handle q, nb::handle out, bool status, int threads) {
   constexpr const char* call = "gravity";
-  const WithForces given(call, {{"q", q, model_.nq}}, nb::none(), 0, {});
+  const WithForces given(call, {{"q", q, model_.nq}}, nb::none(), 0, "local");
   return newton_euler(call, given, out, status, threads, -1, -1);
 }
 
@@ -314,10 +266,6 @@ nb::object Robot::operational_inertia(nb::handle q, nb::handle out, const Regula
   constexpr const char* call = "operational_inertia";
   need(call, Want::operational);
   Inputs in(call, {{"q", q, model_.nq}});
-  // Rows of X come after the DoF.
-  std::vector<std::string> names = model_.names;
-  for (int i = 0; i < rows_; ++i)
-    names.push_back((i % 6 < 3 ? "turning of frame " : "moving of frame ") + std::to_string(i / 6));
   const int nv = model_.nv();
   const auto after_dofs = [nv](Outcome& outcome) {
     if (outcome.joint >= 0) outcome.joint += nv;
@@ -346,7 +294,7 @@ nb::object Robot::operational_inertia(nb::handle q, nb::handle out, const Regula
         }
         return failed;
       },
-      &names);
+      &names_with_rows_);
 }
 
 nb::object Robot::solve(nb::handle q, nb::handle tau, nb::handle out, bool status, int threads) {

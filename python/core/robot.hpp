@@ -87,6 +87,7 @@ class Robot {
   Workers<float> float_workers_{[this] { return Dynamics<float>(model_, options_); }};
   Workers<double> double_workers_{[this] { return Dynamics<double>(model_, options_); }};
   int asked_ = 0, rows_ = 0, forces_ = 0;
+  std::vector<std::string> names_with_rows_;  // of the DoF, then of the rows of J M^-1 J'
 };
 
 // Factors of M in one state. They keep a worker of their robot's, and one thread at a time solves.

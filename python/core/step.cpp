@@ -37,11 +37,6 @@ std::vector<CoupledRow> coupled(const std::vector<Row>& rows) {
   return out;
 }
 
-template <class T>
-VectorView<const T> row(const Inputs& in, int i, std::ptrdiff_t at, int width) {
-  return {in.data<T>(i) + at * width, width};
-}
-
 }  // namespace
 
 Step::Step(RobotModel model, double h, JointTerms terms, Scheme scheme,
@@ -88,8 +83,8 @@ nb::object Step::acceleration(nb::handle q, nb::handle qd, nb::handle tau, nb::h
     std::vector<Outcome>& outcomes = worker->outcomes;
     outcomes.resize(std::max(count, 1));
     if (in.is_single() && !has_gains) {
-      outcomes[0] = worker->dynamics.acceleration(row<T>(in, 0, 0, nq), row<T>(in, 1, 0, nv),
-                                                  row<T>(in, 2, 0, nv), {a, nv});
+      outcomes[0] = worker->dynamics.acceleration(vector<T>(in, 0, 0, nq), vector<T>(in, 1, 0, nv),
+                                                  vector<T>(in, 2, 0, nv), {a, nv});
     } else {
       const int used = cores(in.call(), threads, count);
       outcomes.resize(count);
@@ -126,8 +121,8 @@ nb::object Step::derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::ha
       const WithoutLock released;
       const std::ptrdiff_t size = std::ptrdiff_t(nv) * nv;
       for (std::ptrdiff_t i = 0; i < count; ++i) {
-        outcomes[i] = worker->dynamics.derivatives(row<T>(in, 0, i, nq), row<T>(in, 1, i, nv),
-                                                   row<T>(in, 2, i, nv),
+        outcomes[i] = worker->dynamics.derivatives(vector<T>(in, 0, i, nq), vector<T>(in, 1, i, nv),
+                                                   vector<T>(in, 2, i, nv),
                                                    {.dq = {dq + i * size, nv, nv},
                                                     .dqd = {dqd + i * size, nv, nv},
                                                     .dtau = {dtau + i * size, nv, nv}},
@@ -157,7 +152,7 @@ nb::tuple Step::advance(nb::handle q, nb::handle qd, nb::handle a, nb::handle ou
     std::copy_n(in.data<T>(1), count * nv, to_qd);
     const WithoutLock released;
     for (std::ptrdiff_t i = 0; i < count; ++i)
-      kalmarm::advance(model_, h_, row<T>(in, 2, i, nv), VectorView<T>(to_q + i * nq, nq),
+      kalmarm::advance(model_, h_, vector<T>(in, 2, i, nv), VectorView<T>(to_q + i * nq, nq),
                        VectorView<T>(to_qd + i * nv, nv));
   });
   return nb::make_tuple(next_q, next_qd);

@@ -174,7 +174,7 @@ TYPED_TEST(Pushed, DoTheWorkOfTheirFrames) {
     }
 }
 
-// Every row has what its own state has, by all rungs, in parts and whole, with joint noise or columns.
+// Every row has what is right for its own state and forces, in parts and whole, on two threads, with columns.
 TYPED_TEST(Pushed, RowsAreTheirStates) {
   using T = TypeParam;
   const double u = static_cast<double>(unit_roundoff<T>());
@@ -263,6 +263,110 @@ TEST(Forces, ThatCancelAreCountedByTheEstimate) {
     EXPECT_LE(Truth(model, s, push).energy(a), 4 * outcome.error) << size;
     EXPECT_EQ(outcome.rung, size < 1e5 ? Outcome::Rung::float64 : Outcome::Rung::refined) << size;
   }
+}
+
+// Of a robot 1000 km away a force in the world's axes has a moment about the base's origin that its lever nearly
+// cancels: the estimate counts what that loses.
+TEST(Forces, FromFarAwayAreCountedByTheEstimate) {
+  const Model<double> model = floating_base(3);
+  for (int seed = 0; seed < 8; ++seed) {
+    State<double> s = random_state(model, seed);
+    s.q.head<3>() << 1e6, -3e5, 2e5;
+    Random random(seed);
+    const Vector3<double> f = 5 * random.vector3();
+    Push push{{{5}}, VectorX<double>(6), Axes::world};
+    Vector3<double> p;
+    Kinematics<double>(plain(model), push.frames).compute(s.q, {.positions = p});
+    push.forces << p.cross(f), f;
+    Dynamics<double> robot =
+        pushed_robot<double>(model, push, {.question = {.want = {Want::acceleration}}});
+    VectorX<double> a = poisoned<double>(model.nv());
+    const Outcome outcome = robot.forward_dynamics(s.q, s.qd, s.tau, a, {push.forces, push.axes});
+    ASSERT_TRUE(outcome);
+    EXPECT_LE(Truth(model, s, push).energy(a), 4 * outcome.error) << seed;
+  }
+}
+
+// What a constant force does on the way of its frame is what the robot's energy gains.
+TEST(Forces, AddTheirWorkToTheEnergy) {
+  const Model<double> model = chain(5, 6);
+  const std::vector<Frame> frames = {{5, {1, 0, 0, 0}, {0.1, 0.2, 0}}};
+  Kinematics<double> kinematics(plain(model), frames);
+  Dynamics<double> robot =
+      dynamics_of<double>(model, {.question = {.want = {Want::acceleration}, .acted_on = frames}});
+  VectorX<double> force(6), torque = VectorX<double>::Zero(6);
+  force << 0, 0, 0, 3, -2, 5;
+  State<double> s = random_state(model, 3);
+  const auto energy_less_work = [&] {
+    double kinetic = 0, potential = 0;
+    VectorX<double> x(3);
+    kinematics.compute(s.q, s.qd,
+                       {.positions = x,
+                        .kinetic_energy = MatrixView<double>(&kinetic, 1, 1),
+                        .potential_energy = MatrixView<double>(&potential, 1, 1)});
+    return kinetic + potential - force.tail(3).dot(x);
+  };
+  const double before = energy_less_work();
+  const Vector3<double> f = force.tail(3);
+  const auto accelerated = [&](const VectorX<double>& q, const VectorX<double>& qd) {
+    VectorX<double> a(6);
+    EXPECT_TRUE(robot.forward_dynamics(q, qd, torque, a, {force, Axes::aligned}));
+    return a;
+  };
+  const double h = 1e-3;
+  for (int step = 0; step < 300; ++step) {  // Runge and Kutta's
+    const VectorX<double> v1 = s.qd, a1 = accelerated(s.q, v1);
+    const VectorX<double> v2 = s.qd + h / 2 * a1, a2 = accelerated(s.q + h / 2 * v1, v2);
+    const VectorX<double> v3 = s.qd + h / 2 * a2, a3 = accelerated(s.q + h / 2 * v2, v3);
+    const VectorX<double> v4 = s.qd + h * a3, a4 = accelerated(s.q + h * v3, v4);
+    s.q += h / 6 * (v1 + 2 * v2 + 2 * v3 + v4);
+    s.qd += h / 6 * (a1 + 2 * a2 + 2 * a3 + a4);
+  }
+  EXPECT_NEAR(energy_less_work(), before, 1e-7 * (std::abs(before) + f.norm()));
+}
+
+// In a step with rows that couple joints, and in its derivatives, a force is the torque J' f.
+TEST(Forces, ActOnCoupledStepsAsTorquesDo) {
+  const Model<double> model = chain(4, 6);
+  const std::vector<Frame> frames = {{5, {1, 0.1, 0, 0}, {0.1, 0.2, 0}}};
+  DynamicsOptions options;
+  options.question.acted_on = frames;
+  JointTerms terms{.damping = std::vector<double>(6, 0.3), .stiffness = std::vector<double>(6, 20)};
+  terms.rows = {{.jacobian = {1, 0, -2, 0, 0, 0}, .damping = 0.5, .stiffness = 1e3}};
+  ImplicitStep<double> step(plain(model), 0.01, terms, Scheme::springs_at_end, options);
+  const State<double> s = random_state(model, 3);
+  VectorX<double> f(6), a(6), b(6);
+  f << 1, -2, 3, 4, -5, 6;
+  MatrixX<double> Jt(6, 6);
+  Kinematics<double> kinematics(plain(model), frames);
+  const auto torque_at = [&](const VectorX<double>& q) -> VectorX<double> {
+    kinematics.compute(q, {.axes = Axes::local, .jacobians = Jt});
+    return s.tau + Jt * f;
+  };
+  AccelerationDerivatives<double> out(6);
+  ASSERT_TRUE(step.acceleration(s.q, s.qd, s.tau, a, {f, Axes::local}));
+  ASSERT_TRUE(step.acceleration(s.q, s.qd, torque_at(s.q), b));
+  EXPECT_LE((a - b).norm(), 1e-12 * b.norm());
+  ASSERT_TRUE(step.derivatives(s.q, s.qd, s.tau, {.dq = out.dq, .dqd = out.dqd, .dtau = out.dtau},
+                               out.a, {f, Axes::local}));
+  EXPECT_LE((out.a - b).norm(), 1e-12 * b.norm());
+  for (int k = 0; k < 6; ++k) {
+    const double h = 1e-5;
+    VectorX<double> q = s.q, ahead(6), behind(6);
+    q[k] += h;
+    ASSERT_TRUE(step.acceleration(q, s.qd, torque_at(q), ahead));
+    q[k] -= 2 * h;
+    ASSERT_TRUE(step.acceleration(q, s.qd, torque_at(q), behind));
+    EXPECT_LE(((ahead - behind) / (2 * h) - out.dq.col(k)).norm(), 1e-7 * out.dq.norm()) << k;
+  }
+  // Rows take the force of each.
+  VectorX<double> q(12), v(12), tau(12), ff(12), rows(12);
+  q << s.q, s.q, v << s.qd, s.qd, tau << s.tau, s.tau, ff << VectorX<double>::Zero(6), f;
+  std::vector<Outcome> outcomes(2);
+  ASSERT_EQ(step.acceleration(q, v, tau, rows, outcomes, 1, {ff, Axes::local}), 0);
+  EXPECT_LE((rows.tail(6) - b).norm(), 1e-12 * b.norm());
+  ASSERT_TRUE(step.acceleration(s.q, s.qd, s.tau, a));
+  EXPECT_LE((rows.head(6) - a).norm(), 1e-12 * a.norm());
 }
 
 // A step with dampers is a robot with more armature at less torque: one state, rows, rows with gains.

@@ -30,9 +30,9 @@
 //   N += w^4 sum over i of w(i) t(i)^2                                                    (2')
 // which is one number a body.
 //
-// Forces from outside may cancel against what is summed too. With f those on link k, in its axes, which n
-// turns have brought there (kinematics/acting.hpp; where they are given in the link's axes none),
-//   N += (1 + n) sum over i of w(i) f(i)^2                                                (13)
+// A force from outside is rounded wherever it is turned and moved on its way to link k (kinematics/acting.hpp), and
+// may cancel there, as a moment about a far origin does, and in z-(k). The traces of S gain
+//   sum of |n|^2,  sum of |f|^2         over its way, of its moments and forces              (13)
 //
 // Motions, base to tips: an error x(k) of a(k) = e+ - g' l+ is one of e+(k), so that
 // (I + K*) da = x, and from M = (I + K) D (I + K*),
@@ -182,14 +182,10 @@ class ForceNoise {
     pending_[k].moving += T(S(terms.force)) * (ww * ww);
   }
 
-  // And of forces from outside, by (13). Returns what the link absorbs of them itself.
-  template <class S>
-  T charge_acting(const LoweredModel<S>& model, int k, const T& turns, const Sixfold<T>& f) {
-    const RoundingWeights<S>& w = model.body(k).weights;
-    if (w.absorbs()) return turns * absorbed(w, f);
-    pending_[k].turning += turns * (squares(f.x, f.y, f.z) + T(w.reach) * squares(f.u, f.v, f.w));
-    pending_[k].moving += turns * squares(f.u, f.v, f.w);
-    return T(S(0));
+  // And of forces from outside, by (13).
+  void charge_acting(int k, const T& moments, const T& forces) {
+    pending_[k].turning += moments;
+    pending_[k].moving += forces;
   }
 
   // T of (4), or for all states where that is less.

@@ -7,7 +7,7 @@
 //   c(k) = (R'w x H' q';  R'W(parent) p + d W e_z)        at a hinge; W as it is before and after
 //   c(k) = (0;            R'W(parent) p + d W e_z + 2 w x e_z q')         at a slide
 //   b(k) = (w x I w;  W h)                                h = m c: bias of the link alone
-// tips to base, with P of articulated.hpp:
+// tips to base, with P of articulated.hpp; z- begins at minus what acts from outside (kinematics/acting.hpp):
 //   e = tau - H z-,  e+ = e / D                                            (4.2), (4.6)
 //   z+ = z- + g e + P+ c,  H z+ = (H g) tau + (r / D) H z- + H P+ c        (4.5)
 //   z-(parent) += phi z+                                                   (4.4)
@@ -234,13 +234,12 @@ struct BiasedForces {
   Acting<T> acting = {};
 
   void begin_all() const {
-    const T once = T(S(1));
-    begin_sums(model, ws, acting, [&](const LoweredFrame<S>& frame, const Sixfold<T>& f) {
-      const T turns = acting.axes == Axes::local ? once : once + T(S(frame.way.size()));
+    begin_sums(model, ws, acting, [&](int k, const OnLink<T>& on) {
+      const RoundingWeights<S>& w = model.body(k).weights;
       if (ws.forces)
-        ws.noise += ws.forces->charge_acting(model, frame.link, turns, f);
+        ws.forces->charge_acting(k, on.moments, on.forces);
       else
-        ws.noise += turns * absorbed(model.body(frame.link).weights, f);
+        ws.noise += w.moment * on.moments + w.force * on.forces;
     });
   }
   static constexpr bool has_done(int) { return false; }

@@ -63,13 +63,13 @@ void filter(const LoweredModel<S>& model, const T* tau, const T* qd, const T* fo
   }
   for (std::size_t i = 0; forces && i < model.acted_on().size(); ++i) {
     const LoweredFrame<S>& frame = model.acted_on()[i];
-    const Sixfold<T> f = from_own_axes(frame, forces + 6 * i);
+    const OnLink<T> own = from_own_axes(frame, forces + 6 * i);
     const Triad<T> R = {table.triple(Terms::x_axis, frame.link),
                         table.triple(Terms::y_axis, frame.link),
                         table.triple(Terms::z_axis, frame.link)};
-    const Triple<T> moment = R.turned(f.x, f.y, f.z), force = R.turned(f.u, f.v, f.w);
-    add(ws.branches[model.link(frame.link).branch].z,
-        {-moment.x, -moment.y, -moment.z, -force.x, -force.y, -force.z});
+    subtract(ws.branches[model.link(frame.link).branch].z,
+             OnLink<T>{R.turned(own.n.x, own.n.y, own.n.z), R.turned(own.f.x, own.f.y, own.f.z),
+                       own.moments, own.forces});
   }
   Articulated<T> P;
   Sixfold<T> z, Qx, Qy, Qz;

@@ -15,8 +15,8 @@
 // Ball and free joints keep their frames: a matrix that depends on q, then two followers, DoF whose
 // phi is a cyclic permutation of the axes (model.hpp). Where their DoF have no joint noise and no
 // body between them, the sweeps treat the joint in one block step (three_axes.hpp).
-// A link on which forces act from outside has a sum, like one with several children: they are the first that
-// it is a sum of.
+// A link on which forces act from outside has a sum over its children even where it has none: the sum begins at
+// these forces.
 //
 // All constants are computed in a wider precision and rounded once.
 #pragma once

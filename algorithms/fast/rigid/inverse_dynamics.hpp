@@ -317,7 +317,7 @@ template <bool turning, class T, class S>
 KALMARM_SWEEP void sum_forces(const LoweredModel<S>& model, const T* qdd,
                               InverseDynamicsWorkspace<T>& ws, T* tau,
                               const Acting<T>& acting = {}) {
-  begin_sums(model, ws, acting, [](const LoweredFrame<S>&, const Sixfold<T>&) {});
+  begin_sums(model, ws, acting, [](int, const OnLink<T>&) {});
   ws.own.template begin<turning>();
   Sixfold<T> z;
   bool carried = false;  // z comes from link k + 1

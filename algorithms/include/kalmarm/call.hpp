@@ -12,7 +12,7 @@
 //   derivatives        qd tau        a, and dX of those wanted    n, n^2 each
 //
 // To a, torques and derivatives forces from outside may be given, six numbers of every frame of
-// Question::acted_on; to a columns B and joint noise r.
+// Question::acted_on. Accelerations also take joint noise r and columns B.
 //
 // Matrices are column-major. n: DoF that are asked about, of an engine all; k: rows of J, of an engine
 // those of its selection. qd and tau have nv numbers a row, tau of `solve` n.

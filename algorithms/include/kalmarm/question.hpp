@@ -28,7 +28,8 @@ struct Question {
   std::set<Want> want = {};        // empty: all, but operational where there are no frames
   std::vector<int> dofs = {};      // asked about, in rising order; empty: all that are free
   std::vector<Frame> frames = {};  // of Want::operational
-  // On which forces act from outside (dynamics.hpp), each on the last DoF of a joint.
+  // On which forces act from outside (dynamics.hpp), each on the last DoF of a joint. On the base they do nothing;
+  // a frame that is named twice has two.
   std::vector<Frame> acted_on = {};
   std::vector<int> locked = {};  // DoF, in rising order; of a joint all or none
   std::vector<double> q = {};    // nq: the entries of joints that are locked are used

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from ._core import Frame, Model
 
 
-AXES = ("local", "world", "aligned")
 COLUMNS = ("rotations", "coriolis", "regressor")  # matrices that come column after column
 
 
@@ -85,9 +84,8 @@ class Kinematics(_core.Kinematics):
         known = tuple(self._shapes)
         names = [one_of("result", name, known) for name in several("results", results)]
         numbers = [known.index(name) for name in names]
-        in_axes = AXES.index(one_of("axes", axes, AXES))
         out = {}
-        for name, flat in zip(names, self._compute(numbers, q, qd, qdd, in_axes, threads)):
+        for name, flat in zip(names, self._compute(numbers, q, qd, qdd, axes, threads)):
             shaped = flat.reshape(flat.shape[:-1] + self._shapes[name])
             out[name] = np.swapaxes(shaped, -1, -2) if name in COLUMNS else shaped
         return out

@@ -1,0 +1,58 @@
+// Forces from outside among the arguments of a call.
+#pragma once
+
+#include <array>
+#include <initializer_list>
+#include <kalmarm/dynamics.hpp>
+#include <span>
+#include <string>
+
+#include "arrays.hpp"
+
+namespace kalmarm::python {
+
+// Throws ValueError with the call.
+inline Axes axes_of(const char* call, const std::string& name) {
+  if (name == "local") return Axes::local;
+  if (name == "world") return Axes::world;
+  if (name == "aligned") return Axes::aligned;
+  throw nb::value_error(
+      (std::string(call) + ": axes '" + name + "' is unknown: local, world, aligned").c_str());
+}
+
+// The arguments of a call, and after them forces from outside, of `width` numbers a state, where they are given.
+class WithForces {
+ public:
+  WithForces(const char* call, std::initializer_list<Argument> arguments, nb::handle forces,
+             int width, const std::string& axes)
+      : arguments_(static_cast<int>(arguments.size())),
+        width_(width),
+        given_(!forces.is_none()),
+        axes_(axes_of(call, axes)) {
+    std::copy(arguments.begin(), arguments.end(), all_.begin());
+    if (given_) all_[arguments_] = {"forces", forces, width};
+  }
+
+  std::span<const Argument> all() const { return {all_.data(), std::size_t(arguments_ + given_)}; }
+
+  template <class T>
+  StateForces<T> of_state(const Inputs& in) const {
+    StateForces<T> out{.axes = axes_};
+    if (given_) out.on.emplace(vector<T>(in, arguments_, 0, width_));
+    return out;
+  }
+  template <class T>
+  ForceRows<T> of_rows(const Inputs& in) const {
+    ForceRows<T> out{.axes = axes_};
+    if (given_) out.on.emplace(rows_of<T>(in, arguments_, width_));
+    return out;
+  }
+
+ private:
+  std::array<Argument, 4> all_;
+  int arguments_, width_;
+  bool given_;
+  Axes axes_;
+};
+
+}  // namespace kalmarm::python
