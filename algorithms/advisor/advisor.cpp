@@ -55,6 +55,7 @@ double error_of(Want want, const double* x, const double* exact, int n) {
                                 std::sqrt(exact[i + i * n] * exact[j + j * n])));
       return worst;
     case Want::diagonal:
+    case Want::operational_diagonal:
       for (int i = 0; i < n; ++i)
         raise(worst, quotient(std::abs(x[i] - exact[i]), std::abs(exact[i])));
       return worst;

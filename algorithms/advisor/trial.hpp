@@ -44,6 +44,8 @@ inline int trial_size(Want want, int asked, int rows) {
       return asked * asked;
     case Want::operational:
       return rows * rows;
+    case Want::operational_diagonal:
+      return rows;
     case Want::log_det:
       return 1;
     case Want::derivatives:
@@ -105,6 +107,8 @@ class TrialBy final : public Trial {
         return robot_.log_det(q, *out);
       case Want::operational:
         return robot_.operational(q, MatrixView<T>(out, rows_, rows_));
+      case Want::operational_diagonal:
+        return robot_.operational_diagonal(q, VectorView<T>(out, rows_));
       case Want::mass:
         robot_.mass(q, MatrixView<T>(out, n, n));
         return {};
@@ -206,6 +210,8 @@ class TrialOfRows final : public Trial {
         return void(robot_.log_det(q, out, outcomes));
       case Want::operational:
         return void(robot_.operational(q, out, outcomes));
+      case Want::operational_diagonal:
+        return void(robot_.operational_diagonal(q, out, outcomes));
       case Want::mass:
         return void(robot_.mass(q, out, outcomes));
       case Want::solve:

@@ -42,7 +42,7 @@ class Execution {
     if (nothing_to_copy) whole_ = &parts_[0].engine();
     for (const Want want : plan_.question.want) {
       // Frames of a part may stand in another order than the question's.
-      if (whole_ && want != Want::operational && parts_[0].asks_engine(want)) direct_ |= bit(want);
+      if (whole_ && !is_of_frames(want) && parts_[0].asks_engine(want)) direct_ |= bit(want);
       for (PartState<T>& p : parts_)
         if (!(direct_ & bit(want))) p.reserve(want, 1, 1);
     }
@@ -159,6 +159,7 @@ class Execution {
       case Want::inverse:
       case Want::log_det:
       case Want::operational:
+      case Want::operational_diagonal:
         std::fill_n(call.out, states * width_.out(call.want), T(0));
         return;
       default:

@@ -24,15 +24,67 @@ void check(const char* name, const std::string& shape, bool fits, const std::str
   if (!fits) refuse(std::string(name) + " is " + shape + ", needed " + needed);
 }
 
+template <class Rows>
+void check_rows(const char* name, const Rows& rows, std::size_t count, std::ptrdiff_t width) {
+  const auto n = static_cast<std::ptrdiff_t>(count);
+  check(name, rows.shape(), rows.fits(n, width), detail::shape(n, width));
+}
+
+// What is told of an error, or where nothing is, that of rounding.
+template <class T>
+double least_error(double told) {
+  return std::fmax(told, rounding_constant * double(unit_roundoff<T>()));
+}
+
+// A result, where it is wanted: NaN where there is none.
+template <class T>
+Outcome written(Outcome out, const MatrixX<double>& X, T* to) {
+  if (!to) return out;
+  Eigen::Map<MatrixX<T>> result(to, X.rows(), X.cols());
+  if (out) result = X.template cast<T>();
+  if (out && !(result * T(0)).isZero(0)) out = {.status = Outcome::Status::not_finite};
+  if (!out) result.setConstant(std::numeric_limits<T>::quiet_NaN());
+  return out;
+}
+
+// one(i, given) of every row; returns how many failed.
+template <class One>
+int of_rows(std::span<Outcome> outcomes, const char* name, std::span<const Outcome> given,
+            const One& one) {
+  if (!given.empty() && given.size() != outcomes.size())
+    refuse(std::to_string(given.size()) + " outcomes of " + name + ", needed " +
+           std::to_string(outcomes.size()));
+  int failed = 0;
+  for (std::ptrdiff_t i = 0; i < std::ssize(outcomes); ++i) {
+    const Outcome of_row = given.empty() ? Outcome{} : given[i];
+    Outcome& outcome = outcomes[i];
+    outcome = of_row ? one(i, of_row) : one(i, {.status = of_row.status});
+    outcome.near_singular = of_row.near_singular;
+    outcome.rung = of_row.rung;
+    failed += !outcome;
+  }
+  return failed;
+}
+
 }  // namespace
 
 template <class T>
 struct OperationalInertia<T>::Memory {
-  MatrixX<double> Y, V;
+  MatrixX<double> Y, V;  // Y: X, then Lambda
   VectorX<double> S, w;
   Eigen::SelfAdjointEigenSolver<MatrixX<double>> eigen;
+  MatrixX<double> inverse_mass, Jt, MJ, inverse, projector;  // of calls with J
+  VectorX<double> scale;
 
   explicit Memory(int k) : Y(k, k), V(k, k), S(k), w(k), eigen(k) {}
+
+  void reserve(int n) {
+    if (Jt.rows() == n) return;
+    const Eigen::Index k = Y.rows();
+    for (MatrixX<double>* const wide : {&Jt, &MJ, &inverse}) wide->resize(n, k);
+    for (MatrixX<double>* const square : {&inverse_mass, &projector}) square->resize(n, n);
+    scale.resize(n);
+  }
 };
 
 template <class T>
@@ -59,70 +111,130 @@ Outcome OperationalInertia<T>::compute(MatrixView<const T> X, MatrixView<T> Lamb
   const std::string needed = detail::shape(rows_, rows_);
   check("X", X.shape(), X.fits(rows_, rows_), needed);
   check("the result", Lambda.shape(), Lambda.fits(rows_, rows_), needed);
-  return invert(X.data(), Lambda.data(), error_of_X);
+  return of_X(X.data(), Lambda.data(), {.error = error_of_X});
+}
+
+template <class T>
+Outcome OperationalInertia<T>::compute(MatrixView<const T> inverse_mass, MatrixView<const T> Jt,
+                                       const OperationalResults<MatrixView<T>>& out, double error) {
+  const auto n = static_cast<int>(Jt.rows_of(rows_));
+  const auto check_one = [](const char* name, const auto& X, int rows, int columns) {
+    if (X) check(name, X.shape(), X.fits(rows, columns), detail::shape(rows, columns));
+  };
+  check_one("J'", Jt, n, rows_);
+  check_one("M^-1", inverse_mass, n, n);
+  check_one("the inertia", out.inertia, rows_, rows_);
+  check_one("the inverse", out.inverse, n, rows_);
+  check_one("the projector", out.projector, n, n);
+  return of_J(n, inverse_mass.data(), Jt.data(),
+              {out.inertia.data(), out.inverse.data(), out.projector.data()}, {.error = error});
 }
 
 template <class T>
 int OperationalInertia<T>::compute(RowsView<const T> X, RowsView<T> Lambda,
                                    std::span<Outcome> outcomes, std::span<const Outcome> of_X) {
-  const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
   const std::ptrdiff_t size = std::ptrdiff_t(rows_) * rows_;
-  const std::string needed = detail::shape(count, size);
-  check("rows of X", X.shape(), X.fits(count, size), needed);
-  check("rows of the result", Lambda.shape(), Lambda.fits(count, size), needed);
-  if (!of_X.empty() && of_X.size() != outcomes.size())
-    refuse(std::to_string(of_X.size()) + " outcomes of X, needed " + std::to_string(count));
-  int failed = 0;
-  for (std::ptrdiff_t i = 0; i < count; ++i) {
-    T* const to = Lambda.data() + i * size;
-    const Outcome given = of_X.empty() ? Outcome{} : of_X[i];
-    Outcome& outcome = outcomes[i];
-    if (given) {
-      outcome = invert(X.data() + i * size, to, given.error);
-      outcome.near_singular = given.near_singular;
-    } else {
-      outcome = {.status = given.status};
-      std::fill_n(to, size, std::numeric_limits<T>::quiet_NaN());
-    }
-    outcome.rung = given.rung;
-    failed += !outcome;
-  }
-  return failed;
+  check_rows("X", X, outcomes.size(), size);
+  check_rows("the result", Lambda, outcomes.size(), size);
+  return of_rows(outcomes, "X", of_X, [&](std::ptrdiff_t i, const Outcome& given) {
+    return this->of_X(X.data() + i * size, Lambda.data() + i * size, given);
+  });
 }
 
 template <class T>
-Outcome OperationalInertia<T>::invert(const T* X, T* Lambda, double error_of_X) {
-  auto& [Y, V, S, w, eigen] = *memory_;
-  Eigen::Map<MatrixX<T>> result(Lambda, rows_, rows_);
-  const auto failed = [&](const Outcome& outcome) {
-    result.setConstant(std::numeric_limits<T>::quiet_NaN());
-    return outcome;
+int OperationalInertia<T>::compute(RowsView<const T> inverse_mass, RowsView<const T> Jt,
+                                   const OperationalResults<std::optional<RowsView<T>>>& out,
+                                   std::span<Outcome> outcomes,
+                                   std::span<const Outcome> of_inverse_mass) {
+  const std::ptrdiff_t k = rows_, count = std::max<std::ptrdiff_t>(std::ssize(outcomes), 1),
+                       n = Jt.size() / (count * k);
+  check_rows("J'", Jt, outcomes.size(), n * k);
+  check_rows("M^-1", inverse_mass, outcomes.size(), n * n);
+  const auto rows_of = [&](const char* name, const std::optional<RowsView<T>>& rows,
+                           std::ptrdiff_t width) {
+    if (rows) check_rows(name, *rows, outcomes.size(), width);
+    return [to = rows ? rows->data() : nullptr, width](std::ptrdiff_t i) {
+      return to ? to + i * width : nullptr;
+    };
   };
+  const auto inertia = rows_of("the inertia", out.inertia, k * k);
+  const auto inverse = rows_of("the inverse", out.inverse, n * k);
+  const auto projector = rows_of("the projector", out.projector, n * n);
+  return of_rows(outcomes, "M^-1", of_inverse_mass, [&](std::ptrdiff_t i, const Outcome& given) {
+    return of_J(static_cast<int>(n), inverse_mass.data() + i * n * n, Jt.data() + i * n * k,
+                {inertia(i), inverse(i), projector(i)}, given);
+  });
+}
+
+template <class T>
+Outcome OperationalInertia<T>::of_X(const T* X, T* Lambda, const Outcome& given) {
+  MatrixX<double>& Y = memory_->Y;
   Y = Eigen::Map<const MatrixX<T>>(X, rows_, rows_).template cast<double>();
+  const Outcome out = given ? invert(given.error) : given;
+  return written(out, Y, Lambda);
+}
+
+template <class T>
+Outcome OperationalInertia<T>::of_J(int n, const T* inverse_mass, const T* Jt_given,
+                                    const OperationalResults<T*>& results, const Outcome& given) {
+  memory_->reserve(n);
+  MatrixX<double>&Y = memory_->Y, &Jt = memory_->Jt, &MJ = memory_->MJ, &W = memory_->inverse_mass,
+  &inverse = memory_->inverse, &projector = memory_->projector;
+  Outcome out = given;
+  if (given) {
+    W = Eigen::Map<const MatrixX<T>>(inverse_mass, n, n).template cast<double>();
+    Jt = Eigen::Map<const MatrixX<T>>(Jt_given, n, rows_).template cast<double>();
+    MJ.noalias() = W.template selfadjointView<Eigen::Lower>() * Jt;
+    Y.noalias() = Jt.transpose() * MJ;
+    memory_->scale = W.diagonal().cwiseAbs().cwiseSqrt();
+    double largest = 0;  // of (7); NaN where X(i,i) is
+    for (int i = 0; i < rows_; ++i) {
+      const double most = Jt.col(i).cwiseAbs().dot(memory_->scale);
+      largest = std::fmax(largest, most * most / Y(i, i));
+    }
+    out = invert(largest * least_error<T>(given.error));
+  }
+  if (out) {
+    inverse.noalias() = MJ * Y;  // (5)
+    projector.noalias() = -inverse * Jt.transpose();
+    projector.diagonal().array() += 1;  // (6)
+  }
+  const auto write = [&](Outcome of_all) {
+    of_all = written(of_all, Y, results.inertia);
+    of_all = written(of_all, inverse, results.inverse);
+    return written(of_all, projector, results.projector);
+  };
+  const Outcome all = write(out);
+  return out && !all ? write(all) : all;
+}
+
+// Y: X, of which the lower triangle is looked at, then Lambda.
+template <class T>
+Outcome OperationalInertia<T>::invert(double error_of_X) {
+  auto& [Y, V, S, w, eigen, inverse_mass, Jt, MJ, inverse, projector, scale] = *memory_;
   if (!(Y.template triangularView<Eigen::Lower>().toDenseMatrix() * 0).isZero(0))
-    return failed({.status = Outcome::Status::not_finite});
+    return {.status = Outcome::Status::not_finite};
   for (int i = 0; i < rows_; i += alike_) {
     const double mean = Y.diagonal().segment(i, alike_).mean();
-    if (!(mean > 0)) return failed({.status = Outcome::Status::singular, .joint = i});
+    if (!(mean > 0)) return {.status = Outcome::Status::singular, .joint = i};
     S.segment(i, alike_).setConstant(1 / std::sqrt(mean));
   }
   Y = S.asDiagonal() * Y * S.asDiagonal();  // (1)
   eigen.compute(Y);
-  if (eigen.info() != Eigen::Success) return failed({.status = Outcome::Status::not_finite});
+  if (eigen.info() != Eigen::Success) return {.status = Outcome::Status::not_finite};
   const VectorX<double>& of_Y = eigen.eigenvalues();
   const double least = of_Y[0], largest = of_Y[rows_ - 1];
   w = of_Y.cwiseMax(largest / how_.clamp).array() + how_.damping;  // (2)
-  const double eta = std::fmax(error_of_X, rounding_constant * double(unit_roundoff<T>()));
-  Outcome out{.D = least, .scale = largest, .error = rows_ * eta / w[0]};  // (4)
+  Outcome out{
+      .D = least, .scale = largest, .error = rows_ * least_error<T>(error_of_X) / w[0]};  // (4)
   if (!(w[0] > 0 && out.error < 1)) {
     out.status = Outcome::Status::singular;
-    return failed(out);
+    return out;
   }
   V = S.asDiagonal() * eigen.eigenvectors() * w.cwiseSqrt().cwiseInverse().asDiagonal();
   Y.setZero();
   Y.template selfadjointView<Eigen::Lower>().rankUpdate(V);  // (3)
-  result = Y.template selfadjointView<Eigen::Lower>().toDenseMatrix().template cast<T>();
-  if (!(result * T(0)).isZero(0)) return failed({.status = Outcome::Status::not_finite});
+  Y.template triangularView<Eigen::StrictlyUpper>() = Y.transpose();
   return out;
 }
 

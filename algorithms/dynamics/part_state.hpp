@@ -93,7 +93,7 @@ class PartState {
   struct Reading {
     Model<T> model;
     LinkKinematics<T> kin;
-    VectorX<T> q;
+    VectorX<T> q, diagonal;
     MatrixX<T> J, XJ, JXJ, M;
     Eigen::LLT<MatrixX<T>> llt;
 
@@ -101,6 +101,7 @@ class PartState {
         : model(of_part),
           kin(model),
           q(model.nq()),
+          diagonal(rows_of_J),
           J(rows_of_J, model.nv()),
           XJ(model.nv(), rows_of_J),
           JXJ(rows_of_J, rows_of_J),
@@ -116,7 +117,7 @@ class PartState {
   };
 
   // A part without frames has nothing to say of them.
-  bool asks(Want want) const { return want != Want::operational || !sites_.empty(); }
+  bool asks(Want want) const { return !is_of_frames(want) || !sites_.empty(); }
 
   Want asked_of_engine(Want want) const {
     switch (want) {
@@ -124,6 +125,7 @@ class PartState {
         return block_ ? Want::operational : want;
       case Want::diagonal:
       case Want::operational:
+      case Want::operational_diagonal:
         return in_part_ ? want : Want::inverse;
       case Want::log_det:
         return sums_D_ ? want : Want::mass;
@@ -141,7 +143,7 @@ class PartState {
     return outcome;
   }
 
-  void read_operational(Reading& reading, const Call<T>& part, T* X, std::ptrdiff_t rows) const;
+  const MatrixX<T>& read_operational(Reading& reading, const Call<T>& part) const;
   Outcome read_log_det(Reading& reading, const T* M, T& x) const;
 
   std::unique_ptr<Engine<T>> engine_;
@@ -174,6 +176,7 @@ PartState<T>::PartState(const Plan& plan, const Part& part, double tolerance, Tr
   const Reduction& reduction = part.reduction;
   const Question& question = plan.question;
   const auto wants = [&](Want what) { return question.want.contains(what); };
+  const bool wants_frames = std::any_of(question.want.begin(), question.want.end(), is_of_frames);
   // Large enough for g = P H' / D to vanish beside 1, small enough for g^2 not to underflow.
   const T infinite = T(1) / (unit_roundoff<T>() * unit_roundoff<T>());
   const double infinite_noise = infinite < T(0x1p996) ? static_cast<double>(infinite) : 0x1p996;
@@ -205,8 +208,8 @@ PartState<T>::PartState(const Plan& plan, const Part& part, double tolerance, Tr
   if (plan.partial_answers) {
     if (part.block) options.selection.dofs = part.asked;
     if (part.block) options.want.insert(Want::operational);
-    if (wants(Want::operational)) options.selection.frames = part.frames;
-  } else if (wants(Want::diagonal) || wants(Want::operational)) {
+    if (wants_frames) options.selection.frames = part.frames;
+  } else if (wants(Want::diagonal) || wants_frames) {
     options.want.insert(Want::inverse);
   }
   if ((!plan.partial_answers || holds_locked) && wants(Want::log_det))
@@ -223,7 +226,7 @@ PartState<T>::PartState(const Plan& plan, const Part& part, double tolerance, Tr
     asked_.add(k, place);
     if (block_) block_out_.add(row++, place);
   }
-  if (wants(Want::operational)) {
+  if (wants_frames) {
     for (const int frame : part.frame_index)
       for (int i = 0; i < 6; ++i) frames_out_.add(row++, 6 * frame + i);
     for (const Frame& frame : part.frames) sites_.push_back(site_of(frame).template cast<T>());
@@ -249,7 +252,7 @@ void PartState<T>::reserve(Want want, int workers, int states) {
     if (want == Want::derivatives)
       for (std::vector<T>& X : w.derivatives) grow(X, part_.n * part_.n);
     w.outcomes.resize(std::max<std::size_t>(w.outcomes.size(), states));
-    const bool reads = want == Want::operational || want == Want::log_det;
+    const bool reads = is_of_frames(want) || want == Want::log_det;
     if (reads && of_engine != want && !w.reading)
       w.reading = std::make_unique<Reading>(model_.template cast<T>(),
                                             static_cast<Eigen::Index>(6 * sites_.size()),
@@ -315,7 +318,12 @@ Outcome PartState<T>::scatter(Worker& w, const Call<T>& part, const Call<T>& cal
       if (in_part_)
         frames_out_.block(part.out, static_cast<int>(part_.k), call.out, static_cast<int>(whole.k));
       else
-        read_operational(*w.reading, part, call.out, whole.k);
+        frames_out_.block(read_operational(*w.reading, part).data(),
+                          static_cast<int>(6 * sites_.size()), call.out, static_cast<int>(whole.k));
+      return out;
+    case Want::operational_diagonal:
+      if (!in_part_) w.reading->diagonal = read_operational(*w.reading, part).diagonal();
+      frames_out_(in_part_ ? part.out : w.reading->diagonal.data(), call.out);
       return out;
     case Want::derivatives:
       for (std::size_t i = 0; i < call.derivatives.size(); ++i)
@@ -329,15 +337,14 @@ Outcome PartState<T>::scatter(Worker& w, const Call<T>& part, const Call<T>& cal
 }
 
 template <class T>
-void PartState<T>::read_operational(Reading& r, const Call<T>& part, T* X,
-                                    std::ptrdiff_t rows) const {
+const MatrixX<T>& PartState<T>::read_operational(Reading& r, const Call<T>& part) const {
   const Eigen::Map<const MatrixX<T>> inverse(part.out, part_.nv, part_.nv);
   r.q = Eigen::Map<const VectorX<T>>(part.q, part_.nq);
   set_position(r.model, r.q, r.kin);
   site_jacobian<T>(r.model, r.kin, sites_, r.J);
   r.XJ.noalias() = inverse * r.J.transpose();
   r.JXJ.noalias() = r.J * r.XJ;
-  frames_out_.block(r.JXJ.data(), static_cast<int>(r.JXJ.rows()), X, static_cast<int>(rows));
+  return r.JXJ;
 }
 
 // Of all DoF that are free.

@@ -15,8 +15,7 @@ namespace kalmarm {
 namespace {
 
 bool needs_dofs(const Question& question) {
-  return std::any_of(question.want.begin(), question.want.end(),
-                     [](Want want) { return want != Want::operational; });
+  return !std::all_of(question.want.begin(), question.want.end(), is_of_frames);
 }
 
 // Where a joint is locked it stands; a quaternion of no length stands nowhere.
@@ -89,9 +88,9 @@ class Planning {
              std::to_string(whole.nq()) + " are needed");
     for (const int k : question.locked) check_position(whole.joint(k), question.q, whole.name(k));
     std::set<Want> want;
-    for (const Want one :
-         {Want::acceleration, Want::inverse, Want::diagonal, Want::log_det, Want::mass,
-          Want::operational, Want::solve, Want::inverse_dynamics, Want::derivatives})
+    for (const Want one : {Want::acceleration, Want::inverse, Want::diagonal, Want::log_det,
+                           Want::mass, Want::operational, Want::operational_diagonal, Want::solve,
+                           Want::inverse_dynamics, Want::derivatives})
       if (question.wants(one)) want.insert(one);
     question.want = std::move(want);
     return question;
@@ -283,7 +282,7 @@ class Planning {
   void report_partial_answers() {
     const std::set<Want>& want = plan_.question.want;
     const bool alone = want.contains(Want::diagonal) || want.contains(Want::log_det) ||
-                       want.contains(Want::operational);
+                       std::any_of(want.begin(), want.end(), is_of_frames);
     std::vector<int> dofs;
     for (const Part& part : plan_.parts)
       if (alone || part.block)

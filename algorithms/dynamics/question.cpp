@@ -46,6 +46,8 @@ const char* to_string(Want want) {
       return "mass";
     case Want::operational:
       return "operational";
+    case Want::operational_diagonal:
+      return "operational_diagonal";
     case Want::solve:
       return "solve";
     case Want::inverse_dynamics:

@@ -100,6 +100,9 @@ void expect_no_allocation_once_made(const Model<double>& model, const DynamicsOp
     expect_none("log_det", [&] { of_log_det = robot.log_det(s.q, log_det); });
   if (question.wants(Want::operational))
     expect_none("operational", [&] { operational = robot.operational(s.q, J); });
+  VectorX<T> of_J(J.rows());
+  if (question.wants(Want::operational_diagonal))
+    expect_none("operational_diagonal", [&] { (void)robot.operational_diagonal(s.q, of_J); });
   if (question.wants(Want::solve))  // other factors stand there
     expect_none("solve again", [&] { solve = robot.solve(load, x); });
   if (question.wants(Want::derivatives)) {

@@ -45,7 +45,8 @@ E named(const char* what, const std::string& name, std::initializer_list<E> valu
 Want want_of(const std::string& name) {
   return named("question: want", name,
                {Want::acceleration, Want::inverse, Want::diagonal, Want::log_det, Want::mass,
-                Want::operational, Want::solve, Want::inverse_dynamics, Want::derivatives});
+                Want::operational, Want::operational_diagonal, Want::solve, Want::inverse_dynamics,
+                Want::derivatives});
 }
 
 Rule rule_of(const std::string& name) {
@@ -428,6 +429,18 @@ q (..., nq) -> (..., n, n).)")
            R"(J M^-1 J' of the frames that are asked about: what forces there accelerate them by.
 
 q (..., nq) -> (..., 6 f, 6 f) of f frames, six rows each: angular, then linear, in its axes.)")
+      .def("operational_diagonal", &Robot::operational_diagonal, "q"_a, "out"_a = nb::none(),
+           options, "status"_a = false, "threads"_a = 1, KALMARM_CALL_OF_Q("operational_diagonal"),
+           R"(The diagonal of J M^-1 J', without the rest of it.
+
+q (..., nq) -> (..., 6 f), rows as of `operational`.)")
+      .def(
+          "_operational_space",
+          [](Robot& self, nb::handle q, nb::handle J, int k, int alike, double damping,
+             double clamp, bool status, int threads) {
+            return self.operational_space(q, J, k, alike, {damping, clamp}, status, threads);
+          },
+          "q"_a, "J"_a, "k"_a, "alike"_a, "damping"_a, "clamp"_a, "status"_a, "threads"_a)
       .def(
           "operational_inertia",
           [](Robot& self, nb::handle q, nb::handle out, double damping, double clamp, bool status,

@@ -59,7 +59,7 @@ PlanSummary Robot::plan() { return summary_of(workers<double>().take()->dynamics
 
 void Robot::need(const char* call, Want want) const {
   if (options_.question.wants(want)) return;
-  const bool frames = want == Want::operational && options_.question.frames.empty();
+  const bool frames = is_of_frames(want) && options_.question.frames.empty();
   throw nb::value_error((std::string(call) + (frames ? ": no frames are asked about"
                                                      : ": the robot's question does not want it"))
                             .c_str());
@@ -266,35 +266,96 @@ nb::object Robot::operational_inertia(nb::handle q, nb::handle out, const Regula
   constexpr const char* call = "operational_inertia";
   need(call, Want::operational);
   Inputs in(call, {{"q", q, model_.nq}});
-  const int nv = model_.nv();
-  const auto after_dofs = [nv](Outcome& outcome) {
-    if (outcome.joint >= 0) outcome.joint += nv;
-  };
   return rows(
       in, threads, status, in.result(out, {rows_, rows_}), npy_intp(rows_) * rows_,
       [&]<class T>(Dynamics<T>& dynamics, T* X) {
         const Outcome of_X =
             dynamics.operational(vector<T>(in, 0, 0, model_.nq), {X, rows_, rows_});
         if (!of_X) return of_X;
-        Outcome outcome = OperationalInertia<T>(rows_, how)
-                              .compute(MatrixView<const T>(X, rows_, rows_),
-                                       MatrixView<T>(X, rows_, rows_), of_X.error);
-        after_dofs(outcome);
-        outcome.near_singular = of_X.near_singular;
-        return outcome;
+        const Outcome outcome = OperationalInertia<T>(rows_, how)
+                                    .compute(MatrixView<const T>(X, rows_, rows_),
+                                             MatrixView<T>(X, rows_, rows_), of_X.error);
+        return of_inertia(outcome, of_X);
       },
       [&]<class T>(Dynamics<T>& dynamics, RowsView<T> X, std::span<Outcome> outcomes, int used) {
         std::vector<Outcome> of_X(outcomes.size());
         static_cast<void>(  // counted below
             dynamics.operational(rows_of<T>(in, 0, model_.nq), X, of_X, used));
         const int failed = OperationalInertia<T>(rows_, how).compute(X, X, outcomes, of_X);
-        for (std::size_t i = 0; i < outcomes.size(); ++i) {
-          after_dofs(outcomes[i]);
-          if (!of_X[i]) outcomes[i] = of_X[i];
-        }
+        for (std::size_t i = 0; i < outcomes.size(); ++i)
+          outcomes[i] = of_inertia(outcomes[i], of_X[i]);
         return failed;
       },
       &names_with_rows_);
+}
+
+nb::object Robot::operational_space(nb::handle q, nb::handle J, int k, int alike,
+                                    const Regularisation& how, bool status, int threads) {
+  constexpr const char* call = "operational_space";
+  need(call, Want::inverse);
+  const int n = asked_;
+  Inputs in(call, {{"q", q, model_.nq}, {"J", J, k * n}});
+  const nb::object inertia = in.result(nb::none(), {k, k}, "inertia"),
+                   inverse = in.result(nb::none(), {k, n}, "inverse"),
+                   projector = in.result(nb::none(), {n, n}, "projector");
+  std::vector<std::string> names = model_.names;
+  for (int i = 0; i < k; ++i) names.push_back("row " + std::to_string(i) + " of J");
+  const nb::object outcome = rows(
+      in, threads, status, inertia, npy_intp(k) * k,
+      [&]<class T>(Dynamics<T>& dynamics, T* Lambda) {
+        std::vector<T> W(std::size_t(n) * n);
+        const MatrixView<T> of_W(W.data(), n, n);
+        const Outcome given = dynamics.inverse_mass(vector<T>(in, 0, 0, model_.nq), of_W);
+        const Outcome out = OperationalInertia<T>(k, how, alike)
+                                .compute(MatrixView<const T>(W.data(), n, n),
+                                         MatrixView<const T>(in.data<T>(1), n, k),
+                                         {.inertia = MatrixView<T>(Lambda, k, k),
+                                          .inverse = MatrixView<T>(data_of<T>(inverse), n, k),
+                                          .projector = MatrixView<T>(data_of<T>(projector), n, n)},
+                                         given.error);
+        return of_inertia(out, given);
+      },
+      [&]<class T>(Dynamics<T>& dynamics, RowsView<T> Lambda, std::span<Outcome> outcomes,
+                   int used) {
+        std::vector<T> W(outcomes.size() * n * n);
+        std::vector<Outcome> given(outcomes.size());
+        static_cast<void>(  // counted below
+            dynamics.inverse_mass(rows_of<T>(in, 0, model_.nq), W, given, used));
+        const int failed =
+            OperationalInertia<T>(k, how, alike)
+                .compute(W, rows_of<T>(in, 1, k * n),
+                         {.inertia = Lambda,
+                          .inverse = RowsView<T>(data_of<T>(inverse), in.count(), k * n),
+                          .projector = RowsView<T>(data_of<T>(projector), in.count(), n * n)},
+                         outcomes, given);
+        for (std::size_t i = 0; i < outcomes.size(); ++i)
+          outcomes[i] = of_inertia(outcomes[i], given[i]);
+        return failed;
+      },
+      &names);
+  return nb::make_tuple(inertia, transposed(inverse), transposed(projector),
+                        status ? outcome[1] : nb::none());
+}
+
+Outcome Robot::of_inertia(Outcome outcome, const Outcome& given) const {
+  if (!given) return given;
+  if (outcome.joint >= 0) outcome.joint += model_.nv();
+  outcome.near_singular = given.near_singular;
+  return outcome;
+}
+
+nb::object Robot::operational_diagonal(nb::handle q, nb::handle out, bool status, int threads) {
+  need("operational_diagonal", Want::operational_diagonal);
+  Inputs in("operational_diagonal", {{"q", q, model_.nq}});
+  return rows(
+      in, threads, status, in.result(out, {rows_}), rows_,
+      [&]<class T>(Dynamics<T>& dynamics, T* x) {
+        return dynamics.operational_diagonal(vector<T>(in, 0, 0, model_.nq),
+                                             VectorView<T>(x, rows_));
+      },
+      [&]<class T>(Dynamics<T>& dynamics, RowsView<T> x, std::span<Outcome> outcomes, int used) {
+        return dynamics.operational_diagonal(rows_of<T>(in, 0, model_.nq), x, outcomes, used);
+      });
 }
 
 nb::object Robot::solve(nb::handle q, nb::handle tau, nb::handle out, bool status, int threads) {

@@ -47,6 +47,10 @@ class Robot {
   nb::object diagonal(nb::handle q, nb::handle out, bool status, int threads);
   nb::object log_det(nb::handle q, nb::handle out, bool status, int threads);
   nb::object operational(nb::handle q, nb::handle out, bool status, int threads);
+  nb::object operational_diagonal(nb::handle q, nb::handle out, bool status, int threads);
+  // (Lambda, J^, N, outcomes or None) of J, k x n by rows.
+  nb::object operational_space(nb::handle q, nb::handle J, int k, int alike,
+                               const Regularisation& how, bool status, int threads);
   nb::object operational_inertia(nb::handle q, nb::handle out, const Regularisation& how,
                                  bool status, int threads);
   nb::object solve(nb::handle q, nb::handle tau, nb::handle out, bool status, int threads);
@@ -77,6 +81,8 @@ class Robot {
   nb::object rows(const Inputs& inputs, int threads, bool status, const nb::object& result,
                   npy_intp width, const One& one, const All& all,
                   const std::vector<std::string>* names = nullptr);
+  // What (J M^-1 J')^-1 is told beside `given`, that of what is inverted. Rows of J are numbered after the DoF.
+  Outcome of_inertia(Outcome outcome, const Outcome& given) const;
   // tau of rows or of one state; qd, qdd: inputs, -1: zero.
   template <class Given>
   nb::object newton_euler(const char* call, const Given& given, nb::handle out, bool status,

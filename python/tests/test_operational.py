@@ -51,6 +51,64 @@ def test_a_row_that_is_singular_disturbs_no_other():
     np.testing.assert_allclose(damped @ (X + 0.01 * np.diag(means)), np.eye(6), atol=1e-9)
 
 
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_inverse_and_projector_are_those_of_their_definitions(g1, dtype):
+    robot = g1.replace(frames=FEET)
+    q = robot.random_state(3, 20, dtype=dtype).q
+    J = robot.kinematics().compute(["jacobians"], q, axes="aligned")["jacobians"][:, :, 3:]
+    J = J.reshape(20, 6, robot.nv)  # both feet's points
+    space, outcomes = robot.operational_space(q, J, status=True)
+    assert np.all(outcomes["status"] == kalmarm.Status.OK)
+    M = robot.mass_matrix(q.astype(np.float64))
+    J = J.astype(np.float64)
+    u = np.finfo(dtype).eps
+    scale = np.sqrt(np.diagonal(space.inertia, axis1=-2, axis2=-1))[:, :, None]
+    assert np.abs(J @ space.inverse - np.eye(6)).max() < 1e4 * u
+    assert np.abs(scale * (J @ space.projector)).max() < 1e4 * u * np.abs(scale * J).max()
+    # Consistent: M N is symmetric, as Lambda, J and M say that it is.
+    MN = M @ space.projector
+    assert np.abs(MN - M + J.mT @ space.inertia @ J).max() < 1e4 * u * np.abs(M).max()
+    one = robot.operational_space(q[4], J[4].astype(dtype))
+    np.testing.assert_allclose(one.inverse, space.inverse[4], atol=1e3 * u)
+    same = robot.operational_space(q[4], J.astype(dtype))  # one q, many J
+    assert same.projector.shape == (20, robot.nv, robot.nv)
+
+
+def test_a_row_of_a_task_that_is_singular_disturbs_no_other():
+    robot = load("iiwa14")
+    hand = robot.kinematics(["link7"])
+    q = robot.random_state(2, 4).q
+    q[1] = 0  # stretched out
+    q[2, 3] = np.nan
+    J = hand.compute(["jacobians"], q)["jacobians"][:, 0]
+    J[3, 2] = 0
+    space, outcomes = robot.operational_space(q, J, status=True, threads=2)
+    assert [*outcomes["status"]] == [0, kalmarm.Status.SINGULAR, kalmarm.Status.NOT_FINITE,
+                                     kalmarm.Status.SINGULAR]
+    for result in space:
+        assert np.isfinite(result[0]).all() and np.isnan(result[1:]).all()
+    J[3, :3] = 0
+    with pytest.raises(kalmarm.DynamicsError, match="at 'row 0 of J'"):
+        robot.operational_space(q[3], J[3])
+    with pytest.raises(ValueError, match="needed \\(..., k, 7\\)"):
+        robot.operational_space(q[0], J[0].T)
+    with pytest.raises(ValueError, match="of 4 rows, each 3 alike"):
+        robot.operational_space(q[0], J[0, :4])
+    assert robot.operational_space(q[0], J[0, 5:]).inertia.shape == (1, 1)
+
+
+def test_diagonal_is_that_of_the_whole(g1):
+    robot = g1.replace(frames=[*FEET, FEET[0], kalmarm.Frame(-1)])
+    q = robot.random_state(4, 30).q
+    whole = robot.operational(q)
+    diagonal = robot.operational_diagonal(q, threads=2)
+    np.testing.assert_allclose(diagonal, np.diagonal(whole, axis1=1, axis2=2), rtol=1e-13)
+    np.testing.assert_allclose(robot.operational_diagonal(q[3]), diagonal[3], rtol=1e-12)
+    assert np.all(diagonal[:, 18:] == 0)
+    with pytest.raises(ValueError, match="no frames are asked about"):
+        g1.operational_diagonal(q)
+
+
 def test_a_frame_that_no_joint_moves_is_named():
     robot = load("iiwa14")
     robot = robot.replace(frames=["link7", kalmarm.Frame(-1)])

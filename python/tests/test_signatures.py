@@ -60,13 +60,13 @@ def test_stubs_say_what_a_call_returns():
     array, outcomes = "NDArray[Any]", "tuple[NDArray[Any], NDArray[Any]]"
     derivatives = several.pop("forward_dynamics_derivatives")
     assert derivatives == ["Derivatives", "tuple[Derivatives, NDArray[Any]]"]
-    assert len(several) == 11
+    assert len(several) == 12
     assert all(results == [array, outcomes] for results in several.values())
     assert "Any" not in [result for results in returned.values() for result in results]
 
 
 def test_every_field_of_an_outcome_and_of_results_is_described():
     assert tuple(kalmarm.Outcome.__annotations__) == kalmarm.outcome_dtype.names
-    for one in (kalmarm.Outcome, kalmarm.Derivatives):
+    for one in (kalmarm.Outcome, kalmarm.Derivatives, kalmarm.OperationalSpace):
         for field in one.__annotations__:
             assert f"\n    {field}: " in one.__doc__

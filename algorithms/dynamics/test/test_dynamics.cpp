@@ -478,6 +478,8 @@ TYPED_TEST(Doors, AHigherRungIsReportedWhateverIsAsked) {
       EXPECT_GT(robot.factor(s.q).rung, Outcome::Rung::float64);
       EXPECT_GT(robot.diagonal(s.q, x).rung, Outcome::Rung::float64);
       EXPECT_GT(robot.operational(s.q, J).rung, Outcome::Rung::float64);
+      VectorX<T> of_J(18);
+      EXPECT_GT(robot.operational_diagonal(s.q, of_J).rung, Outcome::Rung::float64);
       if (rules) {
         EXPECT_GT(robot.log_det(s.q, number).rung, Outcome::Rung::float64);  // else by Cholesky
       }

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -224,6 +225,128 @@ TYPED_TEST(Operational, InertiaOfARowDisturbsNoOther) {
   }
   EXPECT_FALSE(outcomes[0].warns());
   EXPECT_TRUE(outcomes[4].warns());
+}
+
+// The link with most joints between it and the base, by which rows of J are independent.
+int deepest(const Model<double>& model) {
+  std::vector<int> depth;
+  for (int k = 0; k < model.nv(); ++k)
+    depth.push_back(model.parent(k) < 0 ? 0 : depth[model.parent(k)] + 1);
+  return static_cast<int>(std::max_element(depth.begin(), depth.end()) - depth.begin());
+}
+
+// What a task of some rows of J needs, of many states.
+template <class T>
+struct Task {
+  Model<double> model;
+  int nv, k, count;
+  std::vector<T> W, Jt;  // M^-1 and J' of rows
+  std::vector<Outcome> of_W;
+
+  Task(std::uint64_t seed, int rows_of_J, int states)
+      : model(rounded<T>(creature(seed))), nv(model.nv()), k(rows_of_J), count(states) {
+    W.resize(count * nv * nv);
+    of_W.resize(count);
+    const std::vector<Frame> frames = {{deepest(model), {1, 0, 0.1, 0}, {0, 0.1, 0}}};
+    Dynamics<T> robot = dynamics_of<T>(model, {.question = {.want = {Want::inverse}}});
+    Kinematics<T> kinematics(plain(model), frames);
+    std::vector<T> q;
+    for (int i = 0; i < count; ++i) {
+      const VectorX<T> one = random_state(model, seed + i).q.template cast<T>();
+      q.insert(q.end(), one.begin(), one.end());
+      MatrixX<T> columns(nv, 6);
+      kinematics.compute(one, {.axes = Axes::aligned, .jacobians = columns});
+      Jt.insert(Jt.end(), columns.data() + (6 - k) * nv, columns.data() + 6 * nv);
+    }
+    EXPECT_EQ(robot.inverse_mass(q, W, of_W), 0);
+  }
+
+  Long inverse_mass(int i) const {
+    return Eigen::Map<const MatrixX<T>>(&W[i * nv * nv], nv, nv).template cast<long double>();
+  }
+  Long J(int i) const {
+    return Eigen::Map<const MatrixX<T>>(&Jt[i * nv * k], nv, k)
+        .template cast<long double>()
+        .transpose();
+  }
+};
+
+// Against their definitions in long double, in the units that M^-1 and J M^-1 J' give; and one row as many.
+TYPED_TEST(Operational, InverseAndProjectorAreThoseOfTheirDefinitions) {
+  using T = TypeParam;
+  constexpr int count = 6;
+  for (const int k : {1, 3, 6}) {
+    const Task<T> task(11, k, count);
+    const int nv = task.nv;
+    std::vector<T> Lambda(count * k * k), inverse(count * nv * k), projector(count * nv * nv);
+    std::vector<Outcome> outcomes(count);
+    OperationalInertia<T> inertia(k, {}, std::min(k, 3));
+    EXPECT_EQ(inertia.compute(task.W, task.Jt,
+                              {.inertia = RowsView<T>(Lambda),
+                               .inverse = RowsView<T>(inverse),
+                               .projector = RowsView<T>(projector)},
+                              outcomes, task.of_W),
+              0);
+    for (int i = 0; i < count; ++i) {
+      const Long W = task.inverse_mass(i), J = task.J(i), X = J * W * J.transpose(),
+                 exact = X.inverse(), exact_inverse = W * J.transpose() * exact,
+                 exact_projector = Long::Identity(nv, nv) - exact_inverse * J;
+      const MatrixX<T> L = Eigen::Map<MatrixX<T>>(&Lambda[i * k * k], k, k),
+                       G = Eigen::Map<MatrixX<T>>(&inverse[i * nv * k], nv, k),
+                       N = Eigen::Map<MatrixX<T>>(&projector[i * nv * nv], nv, nv);
+      const double error = outcomes[i].error;
+      EXPECT_LE(scaled_error(L, exact), error) << i;
+      EXPECT_LT(error, 1e5 * static_cast<double>(unit_roundoff<T>()));  // says something
+      const VectorX<long double> d = W.diagonal().cwiseSqrt(), s = X.diagonal().cwiseSqrt();
+      const Long of_G = d.cwiseInverse().asDiagonal() *
+                        (G.template cast<long double>() - exact_inverse) * s.asDiagonal();
+      const Long of_N = d.cwiseInverse().asDiagonal() *
+                        (N.template cast<long double>() - exact_projector) * d.asDiagonal();
+      EXPECT_LE(of_G.cwiseAbs().maxCoeff(), k * error) << i;
+      EXPECT_LE(of_N.cwiseAbs().maxCoeff(), k * error) << i;
+
+      MatrixX<T> alone = poisoned<T>(nv, k), N_alone = poisoned<T>(nv, nv);
+      const MatrixX<T> W_alone = W.template cast<T>(), Jt = J.transpose().template cast<T>();
+      const Outcome one = inertia.compute(W_alone, Jt, {.inverse = alone, .projector = N_alone},
+                                          task.of_W[i].error);
+      EXPECT_EQ(one.error, error);
+      EXPECT_TRUE(alone == G && N_alone == N) << i;
+    }
+  }
+}
+
+TYPED_TEST(Operational, FailedRowOfATaskDisturbsNoOther) {
+  using T = TypeParam;
+  constexpr int count = 4, k = 3;
+  Task<T> task(12, k, count);
+  const int nv = task.nv;
+  std::fill_n(&task.Jt[1 * nv * k], nv * k, T(0));  // no joint moves it
+  task.Jt[2 * nv * k] = std::numeric_limits<T>::quiet_NaN();
+  task.of_W[3] = {.status = Outcome::Status::singular, .joint = 1};
+  std::vector<T> inverse(count * nv * k);
+  std::vector<Outcome> outcomes(count);
+  EXPECT_EQ(OperationalInertia<T>(k).compute(task.W, task.Jt, {.inverse = RowsView<T>(inverse)},
+                                             outcomes, task.of_W),
+            3);
+  const Outcome::Status expected[] = {Outcome::Status::ok, Outcome::Status::singular,
+                                      Outcome::Status::not_finite, Outcome::Status::singular};
+  for (int i = 0; i < count; ++i) {
+    EXPECT_EQ(outcomes[i].status, expected[i]) << i;
+    const Eigen::Map<MatrixX<T>> G(&inverse[i * nv * k], nv, k);
+    EXPECT_EQ(G.allFinite(), i == 0);
+    EXPECT_EQ(G.array().isNaN().all(), i != 0);
+  }
+  EXPECT_EQ(outcomes[1].joint, 0);
+}
+
+TEST(Regularised, TaskOfOtherSizesIsRefused) {
+  OperationalInertia<double> inertia(3);
+  const MatrixX<double> W = MatrixX<double>::Identity(4, 4), Jt = MatrixX<double>::Ones(4, 3),
+                        five = MatrixX<double>::Ones(5, 3), wide = MatrixX<double>::Ones(4, 2);
+  MatrixX<double> N(3, 3);
+  EXPECT_THROW((void)inertia.compute(W, five, {}), std::invalid_argument);
+  EXPECT_THROW((void)inertia.compute(W, wide, {}), std::invalid_argument);
+  EXPECT_THROW((void)inertia.compute(W, Jt, {.projector = N}), std::invalid_argument);
 }
 
 TEST(Regularised, WhatIsNoRegularisationIsRefused) {

@@ -17,7 +17,7 @@ namespace {
 // Everything that a robot answers about one state, asked in some precision.
 struct Answers {
   int asked = 0;
-  VectorX<double> a, tau, bias, gravity, x, diagonal;
+  VectorX<double> a, tau, bias, gravity, x, diagonal, operational_diagonal;
   MatrixX<double> M, X, operational;
   AccelerationDerivatives<double> derivatives{0};
   double log_det = 0;
@@ -53,6 +53,9 @@ Answers answers(const Model<double>& model, const DynamicsOptions& options,
   out.x = vector_of([&](auto& x) { ok(robot.solve(VectorX<T>(load.cast<T>()), x)); });
   out.diagonal = vector_of([&](auto& x) { ok(robot.diagonal(s.q, x)); });
   out.operational = matrix_of(rows, [&](auto& X) { ok(robot.operational(s.q, X)); });
+  VectorX<T> of_frames = poisoned<T>(rows);
+  ok(robot.operational_diagonal(s.q, of_frames));
+  out.operational_diagonal = of_frames.template cast<double>();
   T log_det = std::numeric_limits<T>::quiet_NaN();
   ok(robot.log_det(s.q, log_det));
   out.log_det = log_det;
@@ -117,6 +120,7 @@ void expect_part(const Answers& part, const Answers& whole, const std::vector<in
   EXPECT_SAME(part.M, some_of(whole.M, dofs));
   EXPECT_SAME(part.X, some_of(whole.X, dofs));
   EXPECT_SAME(part.operational, whole.operational);
+  EXPECT_SAME(part.operational_diagonal, whole.operational.diagonal());
   EXPECT_SAME(part.derivatives.a, some_of(whole.a, dofs));
   EXPECT_SAME(part.derivatives.dq, some_of(whole.derivatives.dq, dofs));
   EXPECT_SAME(part.derivatives.dqd, some_of(whole.derivatives.dqd, dofs));
@@ -178,6 +182,7 @@ void expect_mechanics(const Answers& is, const Model<double>& model, State<doubl
   EXPECT_SAME(is.gravity, some_of(dense_mechanics(model, stands).bias, free));
   const MatrixX<double> J = frame_jacobian(model, stands.q, some_frames(model))(Eigen::all, free);
   EXPECT_SAME(is.operational, J * X * J.transpose());
+  EXPECT_SAME(is.operational_diagonal, is.operational.diagonal());
 }
 
 // By differences of the same question in double.

@@ -176,6 +176,10 @@ TYPED_TEST(Refusals, WrongSizesAreRefusedAtEveryCall) {
   refused("log_det", "q", q_given, q_needed, [&] { (void)robot.log_det(q_long, x); });
   refused("operational", "q", q_given, q_needed, [&] { (void)robot.operational(q_long, J); });
   refused("operational", "X", "3 x 3", square(18), [&] { (void)robot.operational(q, X); });
+  refused("operational_diagonal", "q", q_given, q_needed,
+          [&] { (void)robot.operational_diagonal(q_long, J); });
+  refused("operational_diagonal", "x", "4", "18",
+          [&] { (void)robot.operational_diagonal(q, four); });
 
   ASSERT_TRUE(robot.factor(q));
   const std::string columns = "3 x any, column-major,", square_columns = "3 x 3, column-major,";
@@ -214,7 +218,7 @@ TYPED_TEST(Refusals, CallsThatAreNotWantedThrow) {
   const Model<double> model = floating_base(5);
   const State<T> s = random_state(model, 3).template cast<T>();
   const int nv = model.nv();
-  VectorX<T> x(nv);
+  VectorX<T> x(nv), of_J(18);
   MatrixX<T> X(nv, nv), J(18, 18);
   T number;
   std::vector<Outcome> outcomes(1);
@@ -233,7 +237,8 @@ TYPED_TEST(Refusals, CallsThatAreNotWantedThrow) {
       {Want::derivatives, [&](Robot& r) { (void)r.derivatives(s.q, s.qd, s.tau, {.dq = X}, x); }},
       {Want::diagonal, [&](Robot& r) { (void)r.diagonal(s.q, x); }},
       {Want::log_det, [&](Robot& r) { (void)r.log_det(s.q, number); }},
-      {Want::operational, [&](Robot& r) { (void)r.operational(s.q, J); }}};
+      {Want::operational, [&](Robot& r) { (void)r.operational(s.q, J); }},
+      {Want::operational_diagonal, [&](Robot& r) { (void)r.operational_diagonal(s.q, of_J); }}};
   for (const auto& [wanted, unused] : calls) {
     DynamicsOptions options;
     options.question = about(all_but(nv, {}), model);

@@ -25,12 +25,13 @@ TYPED_TEST_SUITE(RowsOfParts, Precisions, PrecisionName);
 DynamicsOptions of_parts(const Model<double>& model, Tolerance tolerance = {},
                          std::set<Rule> rules = all_rules()) {
   return {.tolerance = tolerance,
-          .question = {.want = {Want::diagonal, Want::log_det, Want::operational},
+          .question = {.want = {Want::diagonal, Want::log_det, Want::operational,
+                                Want::operational_diagonal},
                        .frames = some_frames(model)},
           .rules = std::move(rules)};
 }
 
-// The three answers to states, with guards behind them; poisoned before.
+// The answers to states, with guards behind them; poisoned before.
 template <class T>
 struct Answers {
   static constexpr int guard = 64;
@@ -45,10 +46,15 @@ struct Answers {
 
   std::vector<T> q;
   int nq, count;
-  Rows diagonal, log_det, operational;
+  Rows diagonal, log_det, operational, of_frames;
 
   Answers(const Dynamics<T>& robot, const Model<double>& model, int states)
-      : nq(model.nq()), count(states), diagonal{robot.asked()}, log_det{1}, operational{18 * 18} {
+      : nq(model.nq()),
+        count(states),
+        diagonal{robot.asked()},
+        log_det{1},
+        operational{18 * 18},
+        of_frames{18} {
     for (int i = 0; i < count; ++i) {
       const VectorX<T> one = random_state(model, i).q.template cast<T>();
       q.insert(q.end(), one.begin(), one.end());
@@ -71,6 +77,8 @@ struct Answers {
     each(diagonal, [&](View x, Outcomes& out) { return robot.diagonal(q, x, out, threads); });
     each(log_det, [&](View x, Outcomes& out) { return robot.log_det(q, x, out, threads); });
     each(operational, [&](View x, Outcomes& out) { return robot.operational(q, x, out, threads); });
+    each(of_frames,
+         [&](View x, Outcomes& out) { return robot.operational_diagonal(q, x, out, threads); });
   }
 
   VectorX<T> q_of(int i) const { return Eigen::Map<const VectorX<T>>(&q[i * nq], nq); }
@@ -84,13 +92,17 @@ struct One {
   VectorX<T> diagonal;
   T log_det = std::numeric_limits<T>::quiet_NaN();
   MatrixX<T> operational;
+  VectorX<T> of_frames;
   Outcome of_diagonal, of_log_det, of_operational;
 
   One(Dynamics<T>& robot, const VectorX<T>& q)
-      : diagonal(poisoned<T>(robot.asked())), operational(poisoned<T>(18, 18)) {
+      : diagonal(poisoned<T>(robot.asked())),
+        operational(poisoned<T>(18, 18)),
+        of_frames(poisoned<T>(18)) {
     of_diagonal = robot.diagonal(q, diagonal);
     of_log_det = robot.log_det(q, log_det);
     of_operational = robot.operational(q, operational);
+    EXPECT_EQ(robot.operational_diagonal(q, of_frames).status, of_operational.status);
   }
 };
 
@@ -113,7 +125,9 @@ void expect_as_one_state(const Model<double>& model, const DynamicsOptions& opti
   Dynamics<T> robot = dynamics_of<T>(model, options), one = dynamics_of<T>(model, options);
   Answers<T> rows(robot, model, count);
   rows.ask(robot);
-  EXPECT_EQ(rows.diagonal.failed + rows.log_det.failed + rows.operational.failed, 0);
+  EXPECT_EQ(
+      rows.diagonal.failed + rows.log_det.failed + rows.operational.failed + rows.of_frames.failed,
+      0);
   const double u = static_cast<double>(unit_roundoff<T>());
   for (int i = 0; i < count; ++i) {
     const One<T> right(one, rows.q_of(i));
@@ -129,6 +143,9 @@ void expect_as_one_state(const Model<double>& model, const DynamicsOptions& opti
     const VectorX<T> X = rows.of(rows.operational, i);
     const Eigen::Map<const VectorX<T>> right_X(right.operational.data(), 18 * 18);
     ASSERT_LE((X - right_X).norm(), 4000 * u * right_X.norm()) << "state " << i;
+    const VectorX<T> y = rows.of(rows.of_frames, i);
+    for (const VectorX<T>& should : {right.of_frames, VectorX<T>(right.operational.diagonal())})
+      ASSERT_LE((y - should).norm(), 4000 * u * should.norm()) << "state " << i;
   }
 }
 
@@ -182,7 +199,8 @@ TYPED_TEST(RowsOfParts, AgreeToTheBitOnEveryCountOfThreads) {
       for (const int threads : {1, 2, 3, 2}) {
         rows.ask(robot, threads);
         EXPECT_TRUE(rows.diagonal.x == right.diagonal.x && rows.log_det.x == right.log_det.x &&
-                    rows.operational.x == right.operational.x)
+                    rows.operational.x == right.operational.x &&
+                    rows.of_frames.x == right.of_frames.x)
             << threads;
       }
     }
@@ -210,12 +228,14 @@ TYPED_TEST(RowsOfParts, ASuspectDoesNotTouchItsNeighbours) {
             EXPECT_TRUE(rows.of(rows.diagonal, i) == rows.of(undisturbed.diagonal, i));
             EXPECT_EQ(rows.log_det.x[i], undisturbed.log_det.x[i]);
             EXPECT_TRUE(rows.of(rows.operational, i) == rows.of(undisturbed.operational, i));
+            EXPECT_TRUE(rows.of(rows.of_frames, i) == rows.of(undisturbed.of_frames, i));
             continue;
           }
           const One<T> right(one, q);
           EXPECT_EQ(rows.diagonal.outcomes[i].status, right.of_diagonal.status);
           EXPECT_EQ(rows.log_det.outcomes[i].status, right.of_log_det.status);
           EXPECT_EQ(rows.operational.outcomes[i].status, right.of_operational.status);
+          EXPECT_EQ(rows.of_frames.outcomes[i].status, right.of_operational.status);
           EXPECT_EQ(rows.diagonal.outcomes[i].status == Outcome::Status::singular, distance == 0);
           EXPECT_EQ(rows.log_det.outcomes[i].status == Outcome::Status::not_finite,
                     std::isnan(distance));
@@ -225,6 +245,7 @@ TYPED_TEST(RowsOfParts, ASuspectDoesNotTouchItsNeighbours) {
           EXPECT_EQ(rows.log_det.x[i], right.log_det);
           EXPECT_TRUE(rows.of(rows.operational, i) ==
                       Eigen::Map<const VectorX<T>>(right.operational.data(), 18 * 18));
+          EXPECT_TRUE(rows.of(rows.of_frames, i) == right.of_frames);
         }
       }
   }

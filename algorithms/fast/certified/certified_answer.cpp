@@ -23,6 +23,7 @@ struct CertifiedAnswer::Parts {
   std::vector<double> kept_q;       // of columns
   std::optional<Outcome> kept;      // of factors there
   std::vector<double> no_velocity;  // (nv) of robots at rest, else empty
+  MatrixX<double> selected;         // J M^-1 J' where its diagonal is wanted
 
   Parts(std::shared_ptr<const CertifiedModels> of_robot, const EngineOptions& options, bool at_rest)
       : models(std::move(of_robot)),
@@ -33,6 +34,8 @@ struct CertifiedAnswer::Parts {
     if (options.wants(Want::acceleration) || (derivatives && refined))
       acceleration.emplace(*models);
     if (options.wants_factors() || (derivatives && !refined)) factors.emplace(*models, options);
+    const int k = options.wants(Want::operational_diagonal) ? options.selection.size() : 0;
+    selected.resize(k, k);
   }
 
   const double* velocity(const Call<double>& call) const {
@@ -65,6 +68,12 @@ Outcome CertifiedAnswer::answer(const Call<double>& call,
       return parts.factors->diagonal(call.q, call.out);
     case Want::log_det:
       return parts.factors->log_det(call.q, *call.out);
+    case Want::operational_diagonal: {
+      MatrixX<double>& X = parts.selected;
+      const Outcome out = parts.factors->selected(call.q, X.data());
+      Eigen::Map<VectorX<double>>(call.out, X.rows()) = X.diagonal();
+      return out;
+    }
     default:
       return parts.factors->selected(call.q, call.out);
   }

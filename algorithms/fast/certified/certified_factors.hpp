@@ -75,7 +75,7 @@ class CertifiedFactors {
     return by_factors(
         q, [&] { return wide_.selected(q, X); },
         [&] {
-          const double check = selected_.fill(models_.lowered, factors_, X);
+          const double check = selected_.answer(Want::operational, models_.lowered, factors_, X);
           forces_.trace(models_.lowered, factors_);
           return check + error_of_columns([&](int k) { return forces_.variance(k); });
         });

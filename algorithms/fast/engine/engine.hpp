@@ -48,7 +48,7 @@ class Engine {
  public:
   virtual ~Engine() = default;
 
-  // Whether diagonal, log_det and operational are answered without the whole of M^-1.
+  // Whether diagonal, log_det, operational and its diagonal are answered without the whole of M^-1.
   virtual bool answers_in_part() const = 0;
 
   // One state. Factors that are kept are lost, but by `mass` and `inverse_dynamics`. B and X of
@@ -78,7 +78,7 @@ struct EngineOptions {
   Kernel kernel = Kernel::spatial;
   Zeros zeros = Zeros::left_out;
   std::set<Want> want;                    // what memory is taken for
-  Selection selection;                    // of Want::operational
+  Selection selection;                    // of Want::operational and its diagonal
   std::vector<Frame> acted_on;            // by forces from outside
   Triangles triangles = Triangles::both;  // of M and M^-1 of one state, that have to be filled
 

@@ -56,6 +56,7 @@ class RowsInLanes {
       case Want::log_det:
         return reserve(factors_, count);
       case Want::operational:
+      case Want::operational_diagonal:
         while (static_cast<int>(selections_.size()) < count)
           selections_.emplace_back(lowered_, selection_);
         return;
@@ -90,6 +91,7 @@ class RowsInLanes {
       case Want::log_det:
         return answer(factors_, [&](auto& w, const Rows& rows) { log_det(w, rows); });
       case Want::operational:
+      case Want::operational_diagonal:
         return answer(selections_, [&](auto& w, const Rows& rows) { selected(w, rows); });
     }
   }
@@ -264,8 +266,9 @@ class RowsInLanes {
 
   void selected(Selections& w, const Rows& rows) const {
     w.factor(lowered_, rows);
-    const P check = w.columns.fill(lowered_, w.factors, w.X.data());
-    from_lanes(w.X, static_cast<int>(w.X.size()), rows.states, rows.call.out);
+    const Want want = rows.call.want;
+    const P check = w.columns.answer(want, lowered_, w.factors, w.X.data());
+    from_lanes(w.X, static_cast<int>(width_.out(want)), rows.states, rows.call.out);
     accept(rows, [&](int i) { return check[i] == S(0) && w.factors.margin[i] > S(0); });
   }
 

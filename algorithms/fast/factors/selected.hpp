@@ -6,14 +6,19 @@
 // (I - L) (tau - H phi b) is the filter's e, of forces b on the links, so that
 //   a DoF:   tau = its unit vector
 //   a site:  z- of its link = -phi(link, site) x, for six unit vectors x
-// and in both cases e = 0 but on the way to the base, which is worked out once. Lanes are columns,
-// a site's six or up to eight DoF, or states. About 43 flops a link on the way and column, and one
-// multiplication and addition for each number of X and link that both its columns pass.
+// and in both cases e = 0 but on the way to the base, which is worked out once. Of sites on one link the first
+// is worked out so, of the others
+//   J' of site i = J' of the first phi(first, i),  so that y of i's columns are as many mixtures of the first's
+// Lanes are columns, a site's six or up to eight DoF, or states. About 43 flops a link on the way and column, 12 at
+// a link's further sites, 2 for the diagonal of X, which needs no more; for the whole of X one
+// multiplication and addition for each number and link that both its columns pass.
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
+#include <map>
 #include <utility>
 #include <vector>
 
@@ -32,9 +37,9 @@ class SelectedColumns {
   // Takes its memory. Links and DoF are those of the model.
   void select(const LoweredModel<S>& model, const Selection& selection);
 
-  // X (size x size, column-major), both triangles, symmetric to the last bit. Returns 0 if all
-  // of it is finite, else NaN.
-  T fill(const LoweredModel<S>& model, const FastFactors<T>& factors, T* X);
+  // operational: X (size x size, column-major), both triangles, symmetric to the last bit;
+  // operational_diagonal: its diagonal (size), to the same bits but for the order of sums. Returns 0 if all of it is finite, else NaN.
+  T answer(Want want, const LoweredModel<S>& model, const FastFactors<T>& factors, T* X);
 
  private:
   using Columns = detail::ColumnsOf<T, 8>;
@@ -60,6 +65,9 @@ class SelectedColumns {
     std::vector<Entry> entries = {};
     std::vector<Sixfold<Lane>> sums = {};
     std::vector<Lane> y = {};  // of every step
+    // Of a link's further sites: the first chunk of its first, and of each column there how much is in ours.
+    int first_of_link = -1;
+    std::array<Lane, 6> mixture = {};
   };
   // Two chunks, and the pairs of their steps at the same link.
   struct Meeting {
@@ -67,22 +75,42 @@ class SelectedColumns {
     std::vector<std::pair<int, int>> steps = {};
   };
 
-  // Of a site's columns from `first` on.
-  static Entry wrenches(const LoweredModel<S>& model, const Site<double>& site, int first) {
-    const Transform<Wider<S>> on_link =
-        model.phi_on_link(site.link, site.template cast<Wider<S>>().phi());
+  // Unit wrenches, times `size`, of a site's columns from `first` on, moved `by` what leads from the site.
+  static Sixfold<Lane> wrenches(const Transform<Wider<S>>& by, int first, S size) {
     MatrixPlacement<S> phi;
     for (int i = 0; i < 3; ++i) {
-      phi.p[i] = S(on_link.p[i]);
-      for (int j = 0; j < 3; ++j) phi.R.R[i][j] = S(on_link.R(i, j));
+      phi.p[i] = S(by.p[i]);
+      for (int j = 0; j < 3; ++j) phi.R.R[i][j] = S(by.R(i, j));
     }
-    const auto minus_unit = [first](int i) { return -Columns::unit(i - first); };
-    Entry entry;
-    entry.is_there = true;
-    entry.z = {minus_unit(0), minus_unit(1), minus_unit(2),
-               minus_unit(3), minus_unit(4), minus_unit(5)};
-    detail::force_to_parent(phi, entry.z);
-    return entry;
+    const auto unit = [&](int i) { return Lane(size) * Columns::unit(i - first); };
+    Sixfold<Lane> z = {unit(0), unit(1), unit(2), unit(3), unit(4), unit(5)};
+    detail::force_to_parent(phi, z);
+    return z;
+  }
+
+  // Of a link's first site. phi: from the site to the link.
+  void add_first_site(const LoweredModel<S>& model, int link, const Transform<Wider<S>>& phi,
+                      int column) {
+    for (int first = 0; first < 6; first += Columns::count) {
+      std::vector<Entry> entries(model.nv());
+      if (link >= 0) {
+        entries[link].is_there = true;
+        entries[link].z = wrenches(phi, first, S(-1));
+      }
+      add_way(model, entries, Chunk{column + first, std::min(Columns::count, 6 - first)});
+    }
+  }
+
+  // Of a further one. phi: from it to the first, whose chunks start at `chunk`.
+  void add_further_site(int chunk, const Transform<Wider<S>>& phi, int column) {
+    for (int first = 0; first < 6; first += Columns::count) {
+      Chunk further{column + first, std::min(Columns::count, 6 - first), chunks_[chunk].steps};
+      further.y.resize(further.steps.size());
+      further.first_of_link = chunk;
+      const Sixfold<Lane> mixed = wrenches(phi, first, S(1));
+      further.mixture = {mixed.x, mixed.y, mixed.z, mixed.u, mixed.v, mixed.w};
+      chunks_.push_back(std::move(further));
+    }
   }
 
   // The way of a chunk from its entries, one a link, to the base.
@@ -132,6 +160,7 @@ class SelectedColumns {
   }
 
   static void whiten(const LoweredModel<S>& model, const FastFactors<T>& factors, Chunk& chunk);
+  static void mix(const Chunk* of_first, Chunk& chunk);
 
   // The block of X that two chunks meet in, and its mirror image.
   T multiply(const Meeting& meeting, T* X) const {
@@ -150,6 +179,16 @@ class SelectedColumns {
         X[i * size_ + j] = X[j * size_ + i] = x;
         check += x * T(S(0));
       }
+    return check;
+  }
+
+  // The numbers of X's diagonal that a chunk has.
+  static T squares(const Chunk& chunk, T* x) {
+    Lane sum = Lane(S(0));
+    for (const Lane& y : chunk.y) sum += y * y;
+    T check = T(S(0));
+    for (int i = 0; i < chunk.count; ++i)
+      check += (x[chunk.first + i] = Columns::column(sum, i)) * T(S(0));
     return check;
   }
 
@@ -176,25 +215,57 @@ void SelectedColumns<T>::select(const LoweredModel<S>& model, const Selection& s
     }
     add_way(model, entries, chunk);
   }
+  using Phi = Transform<Wider<S>>;
+  struct First {
+    Phi phi;
+    int chunk;
+  };
+  std::map<int, First> first_of_link;
   for (int i = 0; i < static_cast<int>(selection.frames.size()); ++i) {
     const Frame& frame = selection.frames[i];
     assert(frame.link >= -1 && frame.link < model.nv());
-    for (int first = 0; first < 6; first += Columns::count) {
-      std::vector<Entry> entries(model.nv());
-      if (frame.link >= 0) entries[frame.link] = wrenches(model, site_of(frame), first);
-      add_way(model, entries, Chunk{dofs + 6 * i + first, std::min(Columns::count, 6 - first)});
-    }
+    const Phi phi = site_of(frame).template cast<Wider<S>>().phi();
+    const int column = dofs + 6 * i, chunk = static_cast<int>(chunks_.size());
+    const auto [at, is_first] = first_of_link.try_emplace(frame.link, First{phi, chunk});
+    const First& first = at->second;
+    if (is_first)
+      add_first_site(model, frame.link, frame.link < 0 ? phi : model.phi_on_link(frame.link, phi),
+                     column);
+    else
+      add_further_site(
+          first.chunk,
+          Phi{first.phi.R.transpose() * phi.R, first.phi.R.transpose() * (phi.p - first.phi.p)},
+          column);
   }
   for (int b = 0; b < static_cast<int>(chunks_.size()); ++b)
     for (int a = b; a < static_cast<int>(chunks_.size()); ++a) add_meeting(a, b);
 }
 
 template <class T>
-T SelectedColumns<T>::fill(const LoweredModel<S>& model, const FastFactors<T>& factors, T* X) {
-  for (Chunk& chunk : chunks_) whiten(model, factors, chunk);
+T SelectedColumns<T>::answer(Want want, const LoweredModel<S>& model, const FastFactors<T>& factors,
+                             T* X) {
+  for (Chunk& chunk : chunks_)
+    if (chunk.first_of_link < 0)
+      whiten(model, factors, chunk);
+    else
+      mix(&chunks_[chunk.first_of_link], chunk);
   T check = T(S(0));
-  for (const Meeting& meeting : meetings_) check += multiply(meeting, X);
+  if (want == Want::operational_diagonal)
+    for (const Chunk& chunk : chunks_) check += squares(chunk, X);
+  else
+    for (const Meeting& meeting : meetings_) check += multiply(meeting, X);
   return check;
+}
+
+template <class T>
+void SelectedColumns<T>::mix(const Chunk* of_first, Chunk& chunk) {
+  for (std::size_t i = 0; i < chunk.y.size(); ++i) {
+    Lane y = Lane(S(0));
+    for (int column = 0; column < 6; ++column)
+      y += chunk.mixture[column] *
+           Lane(Columns::column(of_first[column / Columns::count].y[i], column % Columns::count));
+    chunk.y[i] = y;
+  }
 }
 
 template <class T>

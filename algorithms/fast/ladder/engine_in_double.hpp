@@ -3,6 +3,7 @@
 // that lanes leave over too. A call of one state is worker 0's.
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <set>
 #include <utility>
@@ -43,7 +44,7 @@ struct ModelsInDouble {
   EngineOptions options_for(std::set<Want> want) const {
     EngineOptions out = options;
     out.want = std::move(want);
-    if (!out.wants(Want::operational)) out.selection = {};
+    if (std::none_of(out.want.begin(), out.want.end(), is_of_frames)) out.selection = {};
     return out;
   }
 

@@ -85,7 +85,7 @@ class SpatialState : public RigidState {
         check = *call.out * 0;
         break;
       default:
-        check = selected_.fill(lowered(), *factors_, call.out);
+        check = selected_.answer(call.want, lowered(), *factors_, call.out);
     }
     return accepted && accepts_factors(check) ? Outcome{} : certified_->answer(call);
   }

@@ -209,8 +209,9 @@ int expect_no_silent_error(const Model<double>& model, const VectorX<double>& po
   State<T> state = random_state(model, 7).template cast<T>();
   state.q = position.template cast<T>();
   const Truth truth(model, state.template cast<double>());
-  DynamicsOptions options = spatial(
-      {Want::inverse, Want::solve, Want::diagonal, Want::log_det, Want::operational}, tolerance);
+  DynamicsOptions options = spatial({Want::inverse, Want::solve, Want::diagonal, Want::log_det,
+                                     Want::operational, Want::operational_diagonal},
+                                    tolerance);
   const Selection selection{{}, {{nv - 1}, {nv / 2}}};
   options.question.frames = selection.frames;
   Dynamics<T> robot = dynamics_of<T>(model, options);
@@ -239,6 +240,10 @@ int expect_no_silent_error(const Model<double>& model, const VectorX<double>& po
   judge("log det", out, truth.log_det(log_det) / (nv * truth.log_det_size()), 0.01);
   out = robot.operational(state.q, J);
   judge("operational", out, truth.selected(selection, J), 0.01);
+  VectorX<T> of_J = poisoned<T>(12);
+  out = robot.operational_diagonal(state.q, of_J);
+  J.diagonal() = of_J;  // so that its own entries are looked at
+  judge("operational diagonal", out, truth.selected(selection, J), 0.01);
   if (robot.factor(state.q)) {
     out = robot.solve(state.tau, x);
     const VectorX<double> exact = truth.solution();

@@ -38,12 +38,12 @@ TYPED_TEST(Selected, SelectionsDoNotDisturbEachOther) {
     MatrixX<T> fresh = poisoned<T>(size, size), used = fresh;
     SelectedColumns<T> one, two;
     one.select(model, selection);
-    EXPECT_EQ(one.fill(model, factors, fresh.data()), T(0));
+    EXPECT_EQ(one.answer(Want::operational, model, factors, fresh.data()), T(0));
     two.select(model, other);
-    EXPECT_EQ(two.fill(model, factors, used.data()), T(0));
+    EXPECT_EQ(two.answer(Want::operational, model, factors, used.data()), T(0));
     two.select(model, selection);
     used = poisoned<T>(size, size);
-    EXPECT_EQ(two.fill(model, factors, used.data()), T(0));
+    EXPECT_EQ(two.answer(Want::operational, model, factors, used.data()), T(0));
     EXPECT_TRUE(used == fresh) << family.name;
   }
 }

@@ -57,10 +57,15 @@ class Partial : public testing::Test {
                                               const Selection& selection) {
     EngineOptions options;
     options.selection = selection;
+    options.want = {Want::operational, Want::operational_diagonal};
     return make_engine<T>(plain(rounded<T>(model)), options);
   }
   static Outcome ask(Engine<T>& selecting, const VectorX<T>& q, MatrixX<T>& X) {
     return selecting.answer({.want = Want::operational, .q = q.data(), .out = X.data()});
+  }
+  static Outcome ask(Engine<T>& selecting, const VectorX<T>& q, VectorX<T>& diagonal) {
+    return selecting.answer(
+        {.want = Want::operational_diagonal, .q = q.data(), .out = diagonal.data()});
   }
 };
 using Precisions = testing::Types<float, double>;
@@ -90,8 +95,13 @@ TYPED_TEST(Partial, EveryAnswerIsThatOfFiftyDigits) {
       log_det_error = std::max(log_det_error, truth.log_det(log_det) / (u * nv));
 
       MatrixX<T> X = poisoned<T>(selection.size(), selection.size());
-      EXPECT_TRUE(TestFixture::ask(*TestFixture::selecting(model, selection), q, X));
+      const auto engine = TestFixture::selecting(model, selection);
+      EXPECT_TRUE(TestFixture::ask(*engine, q, X));
       EXPECT_TRUE(X == X.transpose());
+      // Sums of the same squares in another order.
+      VectorX<T> of_X = poisoned<T>(selection.size());
+      EXPECT_TRUE(TestFixture::ask(*engine, q, of_X));
+      EXPECT_TRUE(((of_X - X.diagonal()).array().abs() <= 2 * T(nv * u) * of_X.array()).all());
       selected_error = std::max(selected_error, truth.selected(selection, X) / u);
       const int base = static_cast<int>(selection.dofs.size()) + 12;
       EXPECT_TRUE(X.middleCols(base, 6).isZero(0));
@@ -184,16 +194,20 @@ TYPED_TEST(Partial, SingularMechanismIsReportedAndSuspectsAreAnswered) {
     VectorX<T> diagonal;
     T log_det = std::numeric_limits<T>::quiet_NaN();
     MatrixX<T> selected;
+    VectorX<T> selected_diagonal;
     std::vector<Outcome> outcomes;
 
     Answers(const Model<double>& drawn, const VectorX<double>& at)
         : selection(rounded_to<T>(random_selection(drawn, 3))),
           diagonal(poisoned<T>(drawn.nv())),
-          selected(poisoned<T>(selection.size(), selection.size())) {
+          selected(poisoned<T>(selection.size(), selection.size())),
+          selected_diagonal(poisoned<T>(selection.size())) {
       const VectorX<T> q = at.cast<T>();
       Dynamics<T> robot = TestFixture::robot_of(drawn);
+      const auto engine = TestFixture::selecting(drawn, selection);
       outcomes = {robot.diagonal(q, diagonal), robot.log_det(q, log_det),
-                  TestFixture::ask(*TestFixture::selecting(drawn, selection), q, selected)};
+                  TestFixture::ask(*engine, q, selected),
+                  TestFixture::ask(*engine, q, selected_diagonal)};
     }
   };
   int suspects = 0;
@@ -216,6 +230,7 @@ TYPED_TEST(Partial, SingularMechanismIsReportedAndSuspectsAreAnswered) {
       const Truth truth(rounded<T>(mechanism.model), state);
       constexpr double percent = 0.01;  // without a warning
       EXPECT_LE(truth.selected(answers.selection, answers.selected), percent) << mechanism.name;
+      EXPECT_TRUE(answers.selected_diagonal == answers.selected.diagonal()) << mechanism.name;
       EXPECT_LE(truth.diagonal(answers.diagonal), percent) << mechanism.name;
       EXPECT_LE(truth.log_det(answers.log_det), percent) << mechanism.name;
     }

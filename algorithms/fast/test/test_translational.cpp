@@ -63,13 +63,17 @@ class Robot {
   Outcome selected(const VectorX<T>& q, MatrixX<T>& X) {
     return engine_->answer({.want = Want::operational, .q = q.data(), .out = X.data()});
   }
+  Outcome selected_diagonal(const VectorX<T>& q, VectorX<T>& x) {
+    return engine_->answer({.want = Want::operational_diagonal, .q = q.data(), .out = x.data()});
+  }
 
  private:
   static EngineOptions options(const Selection& selection) {
     EngineOptions out;
     out.kernel = Kernel::translational;
     out.selection = selection;
-    out.want = {Want::acceleration, Want::solve, Want::inverse, Want::diagonal, Want::log_det};
+    out.want = {Want::acceleration, Want::solve,   Want::inverse,
+                Want::diagonal,     Want::log_det, Want::operational_diagonal};
     return out;
   }
 
@@ -119,6 +123,9 @@ Errors errors(const Model<double>& drawn, std::uint64_t seed) {
   MatrixX<T> S = poisoned<T>(selection.size(), selection.size());
   EXPECT_TRUE(robot.selected(state.q, S));
   EXPECT_TRUE(S == S.transpose());
+  VectorX<T> of_S = poisoned<T>(selection.size());
+  EXPECT_TRUE(robot.selected_diagonal(state.q, of_S));
+  EXPECT_TRUE(of_S == S.diagonal());
   out.selected = truth.selected(selection, S) / u;
   return out;
 }

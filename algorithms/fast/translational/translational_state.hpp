@@ -72,6 +72,9 @@ class TranslationalState : public RigidState {
       case Want::log_det:
         *call.out = factors_.log_det();
         break;
+      case Want::operational_diagonal:
+        for (int k = 0; k < selected_.rows(); ++k) call.out[k] = selected_(k, k);
+        break;
       default:
         std::copy_n(selected_.data(), selected_.size(), call.out);
     }

@@ -9,6 +9,7 @@
 //   diagonal                         of M^-1                      n
 //   log_det                          log det M                    1
 //   operational                      a block of M^-1, J M^-1 J'   k^2
+//   operational_diagonal             of that                      k
 //   derivatives        qd tau        a, and dX of those wanted    n, n^2 each
 //
 // To a, torques and derivatives forces from outside may be given, six numbers of every frame of
@@ -39,6 +40,8 @@ struct Widths {
         return n * n;
       case Want::operational:
         return k * k;
+      case Want::operational_diagonal:
+        return k;
       case Want::log_det:
         return 1;
       default:

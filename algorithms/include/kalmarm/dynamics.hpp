@@ -335,7 +335,7 @@ class KALMARM_EXPORT Dynamics {
   }
 
   // Rows of states, x (asked) of each in a row, one outcome each, on `threads` cores; so are those of
-  // log_det, one number each, and of operational, a matrix in a row of X each. Returns how many
+  // log_det, one number each, of operational, a matrix in a row of X each, and of its diagonal. Returns how many
   // failed, whose rows are not to be used.
   [[nodiscard]] int diagonal(RowsView<const T> q, RowsView<T> x, std::span<Outcome> outcomes,
                              int threads = 1) {
@@ -374,6 +374,22 @@ class KALMARM_EXPORT Dynamics {
     check("operational", "q", count, q, nq_);
     check("operational", "X", count, X, std::ptrdiff_t(rows_) * rows_);
     return answer_rows(count, {.want = Want::operational, .q = q.data(), .out = X.data()},
+                       outcomes.data(), threads);
+  }
+
+  // x = its diagonal, without the rest: of frames on one link the first costs what it costs there, each other a quarter.
+  Outcome operational_diagonal(VectorView<const T> q, VectorView<T> x) {
+    check("operational_diagonal", "q", q.size(), nq_);
+    check("operational_diagonal", "x", x.size(), rows_);
+    return answer({.want = Want::operational_diagonal, .q = q.data(), .out = x.data()});
+  }
+
+  [[nodiscard]] int operational_diagonal(RowsView<const T> q, RowsView<T> x,
+                                         std::span<Outcome> outcomes, int threads = 1) {
+    const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
+    check("operational_diagonal", "q", count, q, nq_);
+    check("operational_diagonal", "x", count, x, rows_);
+    return answer_rows(count, {.want = Want::operational_diagonal, .q = q.data(), .out = x.data()},
                        outcomes.data(), threads);
   }
 

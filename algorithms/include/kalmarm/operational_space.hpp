@@ -14,12 +14,17 @@
 //   error sqrt(Lambda(i,i) Lambda(j,j)),  error = k eta / w'_min                             (4)
 // for k rows. An error of 1 or more says nothing: X cannot be told from singular, and there is no answer.
 //
-// Of Lambda follow, with M^-1 J' by Dynamics::solve, the dynamically consistent inverse J^ = M^-1 J' Lambda and
-// the torques N' tau, N' = 1 - J' J^', that do not accelerate the frames.
+// With M^-1 itself (Dynamics::inverse_mass) and any J, such as chosen rows of a frame's in aligned axes
+// (kinematics.hpp), X is formed here, and there are
+//   J^ = M^-1 J' Lambda,  the dynamically consistent inverse, J J^ = 1                       (5)
+//   N = 1 - J^ J,  J N = 0: torques N' tau do not accelerate what J is of                    (6)
+// Where M^-1(i,j) may be wrong by epsilon sqrt(M^-1(i,i) M^-1(j,j)), X is by (4)'s
+//   eta = epsilon max over i of (sum over j of |J(i,j)| M^-1(j,j)^1/2)^2 / X(i,i)            (7)
 #pragma once
 
 #include <limits>
 #include <memory>
+#include <optional>
 #include <span>
 
 #include "kalmarm/export.hpp"
@@ -33,6 +38,14 @@ struct Regularisation {
   double clamp = std::numeric_limits<double>::infinity();  // the largest condition number
 };
 
+// Each may be left out.
+template <class View>
+struct OperationalResults {
+  View inertia = {};    // k x k: Lambda
+  View inverse = {};    // n x k: J^ of (5)
+  View projector = {};  // n x n: N of (6)
+};
+
 template <class T>
 class KALMARM_EXPORT OperationalInertia {
  public:
@@ -43,11 +56,13 @@ class KALMARM_EXPORT OperationalInertia {
   OperationalInertia(OperationalInertia&&) noexcept;
   OperationalInertia& operator=(OperationalInertia&&) noexcept;
 
-  // Lambda (k x k) by (3), symmetric to the last bit. X is symmetric: of its columns what is below the diagonal is read. error_of_X: eta of (4),
-  // that of X's own outcome where it has one; at least 4 u of T is taken. About 25 k^3 flops in double.
+  // Lambda (k x k) by (3), symmetric to the last bit. X is symmetric: of its columns what is below the diagonal
+  // is read. error_of_X: eta of (4), that of X's own outcome where it has one; at least 4 u of T is taken. About
+  // 25 k^3 flops in double.
   //
-  // X may be Lambda. Outcome: `error` by (4); D is w_min and scale w_max; singular with `joint` the first of the rows alike that
-  // no joint moves, -1 where there are none; not_finite. Lambda is then NaN. std::invalid_argument where sizes are wrong.
+  // X may be Lambda. Outcome: `error` by (4); D is w_min and scale w_max; singular with `joint` the first of the
+  // rows alike that no joint moves, -1 where there are none; not_finite. Lambda is then NaN. std::invalid_argument
+  // where sizes are wrong.
   Outcome compute(MatrixView<const T> X, MatrixView<T> Lambda, double error_of_X = 0);
 
   // Of rows, each with a matrix; of_X: what Dynamics said of these, where it did: a row that failed fails here, and
@@ -55,10 +70,25 @@ class KALMARM_EXPORT OperationalInertia {
   [[nodiscard]] int compute(RowsView<const T> X, RowsView<T> Lambda, std::span<Outcome> outcomes,
                             std::span<const Outcome> of_X = {});
 
+  // Of M^-1 (n x n), whose lower triangle is read, and J' (n x k), with `error` that of M^-1's outcome as above:
+  // by (5) to (7), 2 n^2 k + 2 n k^2 flops more, and n^2 k for N. The first call for so many n takes memory.
+  Outcome compute(MatrixView<const T> inverse_mass, MatrixView<const T> Jt,
+                  const OperationalResults<MatrixView<T>>& out, double error = 0);
+
+  // Of rows, each with its own of all; of_inverse_mass: what Dynamics said of these.
+  [[nodiscard]] int compute(RowsView<const T> inverse_mass, RowsView<const T> Jt,
+                            const OperationalResults<std::optional<RowsView<T>>>& out,
+                            std::span<Outcome> outcomes,
+                            std::span<const Outcome> of_inverse_mass = {});
+
  private:
   struct Memory;
 
-  Outcome invert(const T* X, T* Lambda, double error_of_X);
+  // One state each; on failure results are NaN.
+  Outcome of_X(const T* X, T* Lambda, const Outcome& given);
+  Outcome of_J(int n, const T* inverse_mass, const T* Jt, const OperationalResults<T*>& out,
+               const Outcome& given);
+  Outcome invert(double error_of_X);
 
   int rows_, alike_;
   Regularisation how_;

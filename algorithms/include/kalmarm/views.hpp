@@ -160,6 +160,10 @@ class MatrixView {
   std::ptrdiff_t columns_of(std::ptrdiff_t rows) const {
     return rows_ >= 0 ? cols_ : rows > 0 ? size_ / rows : 0;
   }
+  // How many rows of so many columns.
+  std::ptrdiff_t rows_of(std::ptrdiff_t cols) const {
+    return rows_ >= 0 ? rows_ : cols > 0 ? size_ / cols : 0;
+  }
   bool fits(std::ptrdiff_t rows, std::ptrdiff_t cols) const {
     return rows_ >= 0 ? rows_ == rows && cols_ == cols : size_ == rows * cols;
   }

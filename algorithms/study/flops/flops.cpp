@@ -126,6 +126,7 @@ double spatial_flops(const Plan& plan, const Part& part, Want want, double toler
       return cost.factors +
              (part.block ? selected_flops(model, part.asked, {}) : inverse_flops(lowered, q, call));
     case Want::operational:
+    case Want::operational_diagonal:  // at most
       return cost.factors + (plan.partial_answers ? selected_flops(model, {}, part.frames)
                                                   : inverse_flops(lowered, q, call));
     case Want::solve:

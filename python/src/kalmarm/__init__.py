@@ -22,7 +22,7 @@ from .builder import Builder
 from .files import LoadError, from_mujoco, load
 from .kinematics import Kinematics
 from .pinocchio import PinocchioStates, from_pinocchio
-from .results import Derivatives, Outcome
+from .results import Derivatives, OperationalSpace, Outcome
 from .robot import Actuator, CoupledRow, Robot, Rung, State, Status, Terms
 from .step import ImplicitStep, Stepped
 
@@ -40,6 +40,7 @@ __all__ = [
     "Kinematics",
     "LoadError",
     "Model",
+    "OperationalSpace",
     "Outcome",
     "PinocchioStates",
     "Plan",

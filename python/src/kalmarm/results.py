@@ -23,6 +23,20 @@ class Derivatives(NamedTuple):
     a: NDArray[Any]
 
 
+class OperationalSpace(NamedTuple):
+    """What k rows of a Jacobian J make of a robot, of the n DoF that are asked about.
+
+    inertia: (..., k, k), (J M^-1 J')^-1, what forces along the rows meet.
+    inverse: (..., n, k), the dynamically consistent inverse M^-1 J' inertia; J times it is 1.
+    projector: (..., n, n), N = 1 - inverse J: torques N' tau do not accelerate the rows, velocities N qd do not
+        move along them.
+    """
+
+    inertia: NDArray[Any]
+    inverse: NDArray[Any]
+    projector: NDArray[Any]
+
+
 class Outcome(TypedDict):
     """What happened to a state: the fields of `outcome_dtype`, by which records are asked.
 

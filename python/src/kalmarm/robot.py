@@ -6,13 +6,14 @@ import enum
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from . import _core
 from .kinematics import Kinematics
+from .results import OperationalSpace
 from ._names import dofs_of, number, numbers, several, unknown
 
 if TYPE_CHECKING:
@@ -160,10 +161,10 @@ class Robot(_core.Robot):
         tolerance: relative error that an answer without a warning may have, from `last_bits` to 1; None:
             1e-2 in float32 and 1e-8 in float64. A wider precision answers where it has to; below 1e-12
             every answer is refined, for 3 to 4 times the time.
-        wants: "acceleration", "inverse", "diagonal", "log_det", "mass", "operational", "solve",
-            "inverse_dynamics", "derivatives"; all unless told.
+        wants: "acceleration", "inverse", "diagonal", "log_det", "mass", "operational",
+            "operational_diagonal", "solve", "inverse_dynamics", "derivatives"; all unless told.
         asked: the joints that results are about; all that are free unless told.
-        frames: of `operational`, by the name of a site or body.
+        frames: of `operational` and its diagonal, by the name of a site or body.
         acted_on: frames on which forces act from outside, in the order of a call's `forces`.
         locked: joints that stand still, at the positions that q (nq,) has for them, or q0.
         at_rest: qd is zero, and is not looked at.
@@ -256,6 +257,64 @@ class Robot(_core.Robot):
         chosen = several("frames", frames)
         names = [one if isinstance(one, str) else f"frame {i}" for i, one in enumerate(chosen)]
         return Kinematics(self.model, names, [_frame(self._description, one) for one in chosen])
+
+    @overload
+    def operational_space(
+        self,
+        q: ArrayLike,
+        J: ArrayLike,
+        *,
+        alike: int = 3,
+        damping: float = 0.0,
+        clamp: float = ...,
+        status: Literal[False] = False,
+        threads: int = 1,
+    ) -> OperationalSpace: ...
+
+    @overload
+    def operational_space(
+        self,
+        q: ArrayLike,
+        J: ArrayLike,
+        *,
+        alike: int = 3,
+        damping: float = 0.0,
+        clamp: float = ...,
+        status: Literal[True],
+        threads: int = 1,
+    ) -> tuple[OperationalSpace, NDArray[Any]]: ...
+
+    def operational_space(
+        self,
+        q: ArrayLike,
+        J: ArrayLike,
+        *,
+        alike: int = 3,
+        damping: float = 0.0,
+        clamp: float = float("inf"),
+        status: bool = False,
+        threads: int = 1,
+    ) -> Any:
+        """(J M^-1 J')^-1 of any rows of a Jacobian, the dynamically consistent inverse, and the projector of what
+        they leave free.
+
+        q (..., nq), J (..., k, n), such as rows of `kinematics(...).compute(["jacobians"], q)`; n: the DoF that
+        are asked about. alike: how many rows that follow each other have their unit in common, at most k.
+        damping and clamp: as of `operational_inertia`. Outcomes: as there. M^-1 is formed: the question has to
+        want "inverse".
+        """
+        J = np.asarray(J)
+        if J.ndim < 2 or J.shape[-1] != self.n:
+            raise ValueError(
+                f"operational_space: J has the shape {J.shape}, needed (..., k, {self.n})"
+            )
+        k = J.shape[-2]
+        flat = J.reshape(*J.shape[:-2], k * self.n)
+        *results, outcomes = self._operational_space(
+            q, flat, k, min(alike, k), damping, clamp, status, threads
+        )
+        space = OperationalSpace(*results)
+        return (space, outcomes) if status else space
 
     def with_model(self, model: Model) -> Robot:
         """The same question of another robot with the same joints: ValueError where a DoF or an
