@@ -1,6 +1,7 @@
 import warnings
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -50,6 +51,41 @@ def pinocchio_states(model, count, seed):
     q = np.array([pin.randomConfiguration(model, low, high) for _ in range(count)])
     v, tau = rng.standard_normal((2, count, model.nv))
     return q, v, tau
+
+
+LINEAR_FIRST = [3, 4, 5, 0, 1, 2]  # Pinocchio's order of six rows
+
+
+def turned(ours, q, nv):
+    """T of qd = T v, v Pinocchio's."""
+    return ours.qd(q, np.eye(nv)).T
+
+
+def without_other_forces(model):
+    """MuJoCo's model without contacts, constraints, actuators, springs and dampers."""
+    flags = mujoco.mjtDisableBit
+    model.opt.disableflags |= int(
+        flags.mjDSBL_CONTACT | flags.mjDSBL_CONSTRAINT | flags.mjDSBL_ACTUATION
+    ) | int(flags.mjDSBL_SPRING | flags.mjDSBL_DAMPER)
+    return model
+
+
+def as_forces(data, applied):
+    """(moment; force) at the bodies' origins, (bodies, 6), of MuJoCo's (force; torque) at their
+    centres of mass."""
+    force, torque = applied[:, :3], applied[:, 3:]
+    return np.hstack([torque + np.cross(data.xipos[1:] - data.xpos[1:], force), force])
+
+
+def as_fext(model, frames, forces):
+    """Pinocchio's forces on joints, of (moment; force) in the axes of frames, (frames, 6)."""
+    fext = [pin.Force.Zero() for _ in range(model.njoints)]
+    for at, (moment, force) in zip(frames, forces.reshape(-1, 2, 3), strict=True):
+        frame = model.frames[at]
+        fext[frame.parentJoint] += frame.placement.act(pin.Force(force, moment))
+    stacked = pin.StdVec_Force()
+    stacked.extend(fext)
+    return stacked
 
 
 def of_joints(kinds):

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
-from conftest import file_of, load, pinocchio_states, relative
+from conftest import file_of, load, pinocchio_states, relative, turned, without_other_forces
 
 import kalmarm
 
@@ -18,12 +18,7 @@ STATES = 100
 
 def mujoco_rows(model, q, qd, tau):
     """M, bias and a of MuJoCo, without passive forces, contacts and actuators."""
-    flags = mujoco.mjtDisableBit
-    model.opt.disableflags |= int(
-        flags.mjDSBL_CONTACT | flags.mjDSBL_CONSTRAINT | flags.mjDSBL_ACTUATION
-    )
-    model.opt.disableflags |= int(flags.mjDSBL_SPRING | flags.mjDSBL_DAMPER)
-    data = mujoco.MjData(model)
+    data = mujoco.MjData(without_other_forces(model))
     M, bias = np.empty((len(q), model.nv, model.nv)), np.empty((len(q), model.nv))
     for i in range(len(q)):
         data.qpos, data.qvel = q[i], qd[i]
@@ -149,7 +144,7 @@ def test_mass_matrix_is_pinocchios(peer):
     for one in q:
         M = pin.crba(model, data, one)
         M = np.triu(M) + np.triu(M, 1).T
-        turn = ours.qd(one, np.eye(model.nv)).T  # qd = turn v
+        turn = turned(ours, one, model.nv)
         np.testing.assert_allclose(
             turn.T @ robot.mass_matrix(ours.q(one)) @ turn, M, atol=1e-13 * np.abs(M).max()
         )

@@ -4,7 +4,9 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
-from conftest import file_of, load, pinocchio_states, relative
+from conftest import (
+    as_fext, as_forces, file_of, load, pinocchio_states, relative, without_other_forces,
+)  # fmt: skip
 
 import kalmarm
 
@@ -12,11 +14,7 @@ STATES = 10
 
 
 def test_forces_are_mujocos_xfrc_applied(name):
-    model = mujoco.MjModel.from_xml_path(str(file_of(name)))
-    flags = mujoco.mjtDisableBit
-    model.opt.disableflags |= int(
-        flags.mjDSBL_CONTACT | flags.mjDSBL_CONSTRAINT | flags.mjDSBL_ACTUATION
-    ) | int(flags.mjDSBL_SPRING | flags.mjDSBL_DAMPER)
+    model = without_other_forces(mujoco.MjModel.from_xml_path(str(file_of(name))))
     data = mujoco.MjData(model)
     bodies = [model.body(i).name for i in range(1, model.nbody)]
     robot = load(name, acted_on=bodies)
@@ -27,9 +25,7 @@ def test_forces_are_mujocos_xfrc_applied(name):
         data.qpos, data.qvel, data.qfrc_applied = q[i], qd[i], tau[i]
         data.xfrc_applied[1:] = applied[i]  # (force; torque) about the centre of mass
         mujoco.mj_forward(model, data)
-        force, torque = applied[i, :, :3], applied[i, :, 3:]
-        arm = data.xipos[1:] - data.xpos[1:]
-        forces[i] = np.hstack([torque + np.cross(arm, force), force])
+        forces[i] = as_forces(data, applied[i])
         a[i] = data.qacc
         for body in range(1, model.nbody):
             mujoco.mj_applyFT(
@@ -52,12 +48,7 @@ def test_forces_are_pinocchios_fext(peer):
     forces = 10 * np.random.default_rng(9).standard_normal((STATES, len(names), 6))
     a, b = np.empty_like(v), np.empty_like(v)
     for i in range(STATES):
-        fext = [pin.Force.Zero() for _ in range(model.njoints)]
-        for one, (moment, force) in zip(names, forces[i].reshape(-1, 2, 3)):
-            frame = model.frames[of_pin[one]]
-            fext[frame.parentJoint] += frame.placement.act(pin.Force(force, moment))
-        stacked = pin.StdVec_Force()
-        stacked.extend(fext)
+        stacked = as_fext(model, [of_pin[one] for one in names], forces[i])
         a[i] = pin.aba(model, data, q[i], v[i], tau[i], stacked)
         b[i] = pin.rnea(model, data, q[i], v[i], 0 * v[i], stacked)
     flat = forces.reshape(STATES, -1)

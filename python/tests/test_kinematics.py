@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
-from conftest import file_of, load, pinocchio_states
+from conftest import LINEAR_FIRST, file_of, load, pinocchio_states, turned
 
 import kalmarm
 
@@ -16,7 +16,6 @@ WHOLE_RESULTS = [
     "center", "center_velocity", "center_acceleration", "center_jacobian", "momentum",
     "momentum_rate", "momentum_matrix", "kinetic_energy", "potential_energy",
 ]  # fmt: skip
-LINEAR_FIRST = [3, 4, 5, 0, 1, 2]
 
 
 def close(is_, should, size=None):
@@ -100,10 +99,6 @@ def test_whole_body_is_mujocos(name):
         close(found["momentum"][3:], moving * data.subtree_linvel[0])
     close(found["kinetic_energy"], data.energy[1])
     close(found["momentum_matrix"] @ qd, found["momentum"])
-
-
-def turned(ours, q, nv):
-    return ours.qd(q, np.eye(nv)).T  # qd = turn v
 
 
 def test_frames_are_pinocchios(peer):
