@@ -1,6 +1,7 @@
 // Forces from outside among the arguments of a call.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <initializer_list>
 #include <kalmarm/dynamics.hpp>
@@ -23,22 +24,27 @@ inline Axes axes_of(const char* call, const std::string& name) {
 // The arguments of a call, and after them forces from outside, of `width` numbers a state, where they are given.
 class WithForces {
  public:
-  WithForces(const char* call, std::initializer_list<Argument> arguments, nb::handle forces,
-             int width, const std::string& axes)
+  WithForces(const char* call, std::span<const Argument> arguments, nb::handle forces, int width,
+             const std::string& axes)
       : arguments_(static_cast<int>(arguments.size())),
         width_(width),
         given_(!forces.is_none()),
         axes_(axes_of(call, axes)) {
     std::copy(arguments.begin(), arguments.end(), all_.begin());
-    if (given_) all_[arguments_] = {"forces", forces, width};
+    if (given_)
+      all_[arguments_] = {width > 0 ? "forces" : "forces (of a robot without acted_on)", forces,
+                          width};
   }
+  WithForces(const char* call, std::initializer_list<Argument> arguments, nb::handle forces,
+             int width, const std::string& axes)
+      : WithForces(call, std::span(arguments.begin(), arguments.size()), forces, width, axes) {}
 
   std::span<const Argument> all() const { return {all_.data(), std::size_t(arguments_ + given_)}; }
 
   template <class T>
-  StateForces<T> of_state(const Inputs& in) const {
+  StateForces<T> of_state(const Inputs& in, std::ptrdiff_t row = 0) const {
     StateForces<T> out{.axes = axes_};
-    if (given_) out.on.emplace(vector<T>(in, arguments_, 0, width_));
+    if (given_) out.on.emplace(vector<T>(in, arguments_, row, width_));
     return out;
   }
   template <class T>
@@ -49,7 +55,7 @@ class WithForces {
   }
 
  private:
-  std::array<Argument, 4> all_;
+  std::array<Argument, 7> all_;  // a step's q, qd, tau and gains before them
   int arguments_, width_;
   bool given_;
   Axes axes_;

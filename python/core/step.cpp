@@ -1,6 +1,5 @@
 #include "step.hpp"
 
-#include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
@@ -11,9 +10,9 @@
 #include <tuple>
 #include <vector>
 
+#include "forces.hpp"
 #include "lock.hpp"
 #include "outcomes.hpp"
-#include "robot.hpp"
 
 namespace kalmarm::python {
 namespace {
@@ -39,13 +38,14 @@ std::vector<CoupledRow> coupled(const std::vector<Row>& rows) {
 
 }  // namespace
 
-Step::Step(RobotModel model, double h, JointTerms terms, Scheme scheme,
-           std::optional<double> tolerance)
-    : model_(std::move(model)),
+Step::Step(const Robot& robot, double h, JointTerms terms, Scheme scheme)
+    : model_(robot.model()),
       h_(h),
       terms_(std::move(terms)),
       scheme_(scheme),
-      tolerance_(tolerance) {
+      options_{.tolerance = robot.options().tolerance},
+      forces_(6 * static_cast<int>(robot.options().question.acted_on.size())) {
+  options_.question.acted_on = robot.options().question.acted_on;
   if (model_.nv() == 0) throw nb::value_error("the robot has no joint, so no degree of freedom");
   static_cast<void>(workers<double>().take());  // refuses here what is bad
 }
@@ -61,7 +61,9 @@ RobotModel Step::stiff_model() const {
 }
 
 nb::object Step::acceleration(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
-                              const Gains& gains, bool status, int threads) {
+                              const Gains& gains, bool status, int threads, nb::handle forces,
+                              const std::string& axes) {
+  constexpr const char* call = "acceleration";
   const int nq = model_.nq, nv = model_.nv();
   std::vector<Argument> arguments = {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}};
   // Its place among the arguments, or -1.
@@ -74,7 +76,8 @@ nb::object Step::acceleration(nb::handle q, nb::handle qd, nb::handle tau, nb::h
             stiffness = given("stiffness", gains.stiffness),
             reference = given("reference", gains.reference);
   const bool has_gains = arguments.size() > 3;
-  Inputs in("acceleration", arguments);
+  const WithForces acting(call, arguments, forces, forces_, axes);
+  Inputs in(call, acting.all());
   const nb::object result = in.result(out, {nv});
   const int count = in.count();
   return in.with_scalar([&]<class T>(T) {
@@ -83,8 +86,9 @@ nb::object Step::acceleration(nb::handle q, nb::handle qd, nb::handle tau, nb::h
     std::vector<Outcome>& outcomes = worker->outcomes;
     outcomes.resize(std::max(count, 1));
     if (in.is_single() && !has_gains) {
-      outcomes[0] = worker->dynamics.acceleration(vector<T>(in, 0, 0, nq), vector<T>(in, 1, 0, nv),
-                                                  vector<T>(in, 2, 0, nv), {a, nv});
+      outcomes[0] =
+          worker->dynamics.acceleration(vector<T>(in, 0, 0, nq), vector<T>(in, 1, 0, nv),
+                                        vector<T>(in, 2, 0, nv), {a, nv}, acting.of_state<T>(in));
     } else {
       const int used = cores(in.call(), threads, count);
       outcomes.resize(count);
@@ -96,7 +100,7 @@ nb::object Step::acceleration(nb::handle q, nb::handle qd, nb::handle tau, nb::h
       const WithoutLock released;
       static_cast<void>(worker->dynamics.acceleration(rows(0, nq), rows(1, nv), rows(2, nv),
                                                       of_rows, RowsView<T>(a, count, nv), outcomes,
-                                                      used));
+                                                      used, acting.of_rows<T>(in)));
     }
     for (int i = 0; i < count; ++i)
       if (!outcomes[i])
@@ -106,9 +110,12 @@ nb::object Step::acceleration(nb::handle q, nb::handle qd, nb::handle tau, nb::h
 }
 
 nb::object Step::derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
-                             bool status) {
+                             bool status, nb::handle forces, const std::string& axes) {
+  constexpr const char* call = "derivatives";
   const int nq = model_.nq, nv = model_.nv();
-  Inputs in("derivatives", {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}});
+  const WithForces acting(call, {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}}, forces, forces_,
+                          axes);
+  Inputs in(call, acting.all());
   DerivativeArrays arrays(in, out, nv);
   const int count = in.count();
   return in.with_scalar([&]<class T>(T) {
@@ -126,7 +133,7 @@ nb::object Step::derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::ha
                                                    {.dq = {dq + i * size, nv, nv},
                                                     .dqd = {dqd + i * size, nv, nv},
                                                     .dtau = {dtau + i * size, nv, nv}},
-                                                   {a + i * nv, nv});
+                                                   {a + i * nv, nv}, acting.of_state<T>(in, i));
         if (outcomes[i]) continue;
         for (T* X : {dq, dqd, dtau})
           std::fill_n(X + i * size, size, std::numeric_limits<T>::quiet_NaN());
@@ -160,23 +167,22 @@ nb::tuple Step::advance(nb::handle q, nb::handle qd, nb::handle a, nb::handle ou
 
 #define KALMARM_STATE \
   "(self, q: numpy.typing.ArrayLike, qd: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, "
+#define KALMARM_FORCES ", forces: typing.Any = None, axes: str = 'aligned'"
 
 void bind_step(nb::module_& m) {
   const nb::kw_only options;
   nb::class_<Step>(m, "ImplicitStep")
       .def(
           "__init__",
-          [](Step* self, const RobotModel& model, double h, std::vector<double> damping,
+          [](Step* self, const Robot& robot, double h, std::vector<double> damping,
              std::vector<double> stiffness, std::vector<double> reference,
-             const std::vector<Row>& rows, const std::string& scheme,
-             std::optional<double> tolerance) {
+             const std::vector<Row>& rows, const std::string& scheme) {
             new (self) Step(
-                model, h,
+                robot, h,
                 {std::move(damping), std::move(stiffness), std::move(reference), coupled(rows)},
-                scheme_of(scheme), tolerance);
+                scheme_of(scheme));
           },
-          "model"_a, "h"_a, "damping"_a, "stiffness"_a, "reference"_a, "rows"_a, "scheme"_a,
-          "tolerance"_a.none())
+          "robot"_a, "h"_a, "damping"_a, "stiffness"_a, "reference"_a, "rows"_a, "scheme"_a)
       .def_prop_ro("h", &Step::h, "[s]")
       .def_prop_ro("scheme",
                    [](const Step& self) {
@@ -188,17 +194,17 @@ void bind_step(nb::module_& m) {
           "acceleration",
           [](Step& self, nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
              nb::handle damping, nb::handle stiffness, nb::handle reference, bool status,
-             int threads) {
+             int threads, nb::handle forces, const std::string& axes) {
             return self.acceleration(q, qd, tau, out, {damping, stiffness, reference}, status,
-                                     threads);
+                                     threads, forces, axes);
           },
           "q"_a, "qd"_a, "tau"_a, "out"_a = nb::none(), options, "damping"_a = nb::none(),
           "stiffness"_a = nb::none(), "reference"_a = nb::none(), "status"_a = false,
-          "threads"_a = 1,
+          "threads"_a = 1, "forces"_a = nb::none(), "axes"_a = "aligned",
           nb::sig("def acceleration" KALMARM_STATE
                   "out: typing.Any = None, *, damping: typing.Any = None, stiffness: typing.Any = "
-                  "None, reference: typing.Any = None, status: bool = False, threads: int = 1) -> "
-                  "typing.Any"),
+                  "None, reference: typing.Any = None, status: bool = False, threads: int = "
+                  "1" KALMARM_FORCES ") -> typing.Any"),
           R"(a = (qd+ - qd) / h of the step.
 
 q (..., nq), qd and tau (..., nv) -> a (..., nv).
@@ -207,15 +213,19 @@ damping, stiffness, reference: (..., nv), of every state its own, in place of th
 cost nothing; dampers and springs 1.2 times the time of a step, but below a tolerance of 1e-12 every
 state then is a robot that is made anew. ValueError with the row and the DoF where one is
 negative or not finite, where a ball or free joint has a spring, and where dampers or springs stand
-beside rows of the step.)")
+beside rows of the step.
+
+forces (..., 6 f): as of Robot.forward_dynamics, where the step begins.)")
       .def("derivatives", &Step::derivatives, "q"_a, "qd"_a, "tau"_a, "out"_a = nb::none(), options,
-           "status"_a = false,
+           "status"_a = false, "forces"_a = nb::none(), "axes"_a = "aligned",
            nb::sig("def derivatives" KALMARM_STATE
-                   "out: typing.Any = None, *, status: bool = False) -> typing.Any"),
+                   "out: typing.Any = None, *, status: bool = False" KALMARM_FORCES
+                   ") -> typing.Any"),
            R"(Derivatives of the step's acceleration by q, qd and tau, analytically, and a itself.
 
 q (..., nq), qd and tau (..., nv) -> Derivatives(dq, dqd, dtau, a), as those of
-Robot.forward_dynamics_derivatives; dtau is the inverse of M + h B + h^2 K.)")
+Robot.forward_dynamics_derivatives; dtau is the inverse of M + h B + h^2 K. forces turn with their
+frames: axes "local" is needed.)")
       .def("advance", &Step::advance, "q"_a, "qd"_a, "a"_a, "out"_a = nb::none(),
            nb::sig("def advance(self, q: numpy.typing.ArrayLike, qd: numpy.typing.ArrayLike, a: "
                    "numpy.typing.ArrayLike, out: tuple[numpy.typing.NDArray[typing.Any], "

@@ -5,14 +5,15 @@
 #include <kalmarm/implicit_step.hpp>
 
 #include "arrays.hpp"
+#include "robot.hpp"
 #include "workers.hpp"
 
 namespace kalmarm::python {
 
 class Step {
  public:
-  Step(RobotModel model, double h, JointTerms terms, Scheme scheme,
-       std::optional<double> tolerance);
+  // Of the robot's question the tolerance and the frames that are acted on.
+  Step(const Robot& robot, double h, JointTerms terms, Scheme scheme);
 
   double h() const { return h_; }
   Scheme scheme() const { return scheme_; }
@@ -25,9 +26,12 @@ class Step {
     nb::handle damping, stiffness, reference;
   };
 
+  // forces: None, or six numbers of every frame that is acted on, in `axes`.
   nb::object acceleration(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
-                          const Gains& gains, bool status, int threads);
-  nb::object derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out, bool status);
+                          const Gains& gains, bool status, int threads, nb::handle forces,
+                          const std::string& axes);
+  nb::object derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out, bool status,
+                         nb::handle forces, const std::string& axes);
 
   // (q, qd) after h with a. out: such a pair, or None.
   nb::tuple advance(nb::handle q, nb::handle qd, nb::handle a, nb::handle out) const;
@@ -45,14 +49,15 @@ class Step {
   }
   template <class T>
   ImplicitStep<T> made() const {
-    return {model_, h_, terms_, scheme_, {.tolerance = tolerance_}};
+    return {model_, h_, terms_, scheme_, options_};
   }
 
   RobotModel model_;
   double h_;
   JointTerms terms_;
   Scheme scheme_;
-  std::optional<double> tolerance_;
+  DynamicsOptions options_;
+  int forces_;  // numbers of a state
   Pool<float> float_workers_{[this] { return made<float>(); }};
   Pool<double> double_workers_{[this] { return made<double>(); }};
 };

@@ -109,6 +109,8 @@ def test_what_is_no_force_is_refused(g1):
     q, qd, tau = g1.random_state(4)
     with pytest.raises(ValueError, match="forces"):
         robot.forward_dynamics(q, qd, tau, forces=np.zeros(5))
+    with pytest.raises(ValueError, match=r"bias: forces \(of a robot without acted_on\) has shape"):
+        g1.bias(q, qd, forces=np.zeros(6))
     with pytest.raises(ValueError, match="axes 'body' is unknown: local, world, aligned"):
         robot.forward_dynamics(q, qd, tau, forces=np.zeros(6), axes="body")
     with pytest.raises(ValueError, match="torso"):

@@ -47,6 +47,19 @@ def test_signatures_of_compiled_calls_are_their_arguments(iiwa):
     )
 
 
+def test_calls_take_forces_alike():
+    parameters = {name: inspect.signature(call).parameters for name, call in CALLS.items()}
+    parameters["ImplicitStep"] = inspect.signature(kalmarm.ImplicitStep.__call__).parameters
+    taking = {name: some for name, some in parameters.items() if "forces" in some}
+    robots = ("forward_dynamics", "inverse_dynamics", "bias", "forward_dynamics_derivatives")
+    steps = ("ImplicitStep", "ImplicitStep.acceleration", "ImplicitStep.derivatives")
+    assert set(taking) == {f"Robot.{name}" for name in robots} | set(steps)
+    for some in taking.values():
+        assert list(some)[-2:] == ["forces", "axes"]
+        assert some["forces"].kind == some["axes"].kind == inspect.Parameter.KEYWORD_ONLY
+        assert (some["forces"].default, some["axes"].default) == (None, "aligned")
+
+
 def test_stubs_say_what_a_call_returns():
     stub = ast.parse((Path(kalmarm.__file__).parent / "_core.pyi").read_text())
     named = {one.name for one in stub.body if isinstance(one, ast.ClassDef)}

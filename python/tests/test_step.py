@@ -1,4 +1,4 @@
-"""Implicit steps: MuJoCo's own, one state or rows, terms of a file, refusals."""
+"""Implicit steps: MuJoCo's own, one state or rows, terms of a file, forces, refusals."""
 
 import warnings
 
@@ -16,11 +16,12 @@ SCHEMES = {
 }
 ARM = """<mujoco><compiler angle="radian" autolimits="true"/><worldbody>
  <body gravcomp=".8"><joint name="a" axis="0 1 0" damping=".4" stiffness="30" springref=".3"/>
-  <inertial pos=".1 -.05 .2" mass="1.3" diaginertia=".03 .04 .05"/>
+  <site name="s" pos=".1 -.05 .2"/><inertial pos=".1 -.05 .2" mass="1.3" diaginertia=".03 .04 .05"/>
   <body pos="0 .1 .4"><joint name="b" type="slide" axis="1 0 1" damping="2"/>
-   <inertial pos=".1 0 .1" mass=".7" diaginertia=".03 .04 .05"/>
+   <site name="t" pos=".1 0 .1"/><inertial pos=".1 0 .1" mass=".7" diaginertia=".03 .04 .05"/>
    <body pos="0 0 .2"><joint name="c" type="ball" damping=".1"/>
-    <inertial pos=".1 0 .1" mass=".4" diaginertia=".01 .02 .02"/></body></body></body>
+    <site name="u" pos=".1 0 .1"/><inertial pos=".1 0 .1" mass=".4" diaginertia=".01 .02 .02"/>
+   </body></body></body>
  </worldbody>
  <actuator><position name="p" joint="a" gear="2" kp="2e4" dampratio="1"/>
   <motor name="m" joint="b" gear="3" damping=".2"/>
@@ -37,7 +38,7 @@ def arm(tmp_path):
     return path
 
 
-def stepped_by_mujoco(model, integrator, state, ctrl):
+def stepped_by_mujoco(model, integrator, state, ctrl, applied=None):
     model.opt.integrator = integrator
     model.opt.timestep = H
     model.opt.iterations, model.opt.tolerance = 1000, 1e-15  # of discrete, beside tendons
@@ -45,9 +46,11 @@ def stepped_by_mujoco(model, integrator, state, ctrl):
         mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
     )
     out = []
-    for q, qd, tau in zip(*state, strict=True):
+    for i, (q, qd, tau) in enumerate(zip(*state, strict=True)):
         data = mujoco.MjData(model)
         data.qpos, data.qvel, data.qfrc_applied, data.ctrl = q, qd, tau, ctrl
+        if applied is not None:
+            data.xfrc_applied[1:] = applied[i]
         mujoco.mj_step(model, data)
         out.append((data.qpos.copy(), data.qvel.copy()))
     return [np.array(x) for x in zip(*out, strict=True)]
@@ -157,9 +160,9 @@ def test_forces_are_limited_beside_tendons(tmp_path, scheme):
         np.testing.assert_allclose(step(*(x[i] for x in state)).qd, ours.qd[i], rtol=1e-10)
 
 
-def load_text(path, text):
+def load_text(path, text, **options):
     path.write_text(text)
-    return kalmarm.load(path, key="k", takes_steps=True)
+    return kalmarm.load(path, key="k", takes_steps=True, **options)
 
 
 def test_derivatives_have_the_gravity_that_is_compensated(arm):
@@ -201,30 +204,37 @@ def test_a_step_writes_to_out_and_says_what_happened(arm):
     assert (outcomes["status"] != 0).tolist() == [i == 4 for i in range(9)]
 
 
+@pytest.mark.parametrize("acting", [False, True], ids=["", "forces"])
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_rows_are_what_single_states_give(arm, dtype):
-    robot = kalmarm.load(arm, takes_steps=True)
+def test_rows_are_what_single_states_give(arm, dtype, acting):
+    robot = kalmarm.load(arm, takes_steps=True, acted_on=["s", "u"] if acting else [])
     step = kalmarm.ImplicitStep(robot, H)
     state = robot.random_state(2, 21, dtype=dtype)
-    rows = step(*state)
+    forces = np.random.default_rng(3).standard_normal((21, 12)).astype(dtype)
+    of_all = {"forces": forces, "axes": "local"} if acting else {}
+    rows = step(*state, **of_all)
     for threads in (1, 2):
-        np.testing.assert_array_equal(step.acceleration(*state, threads=threads), rows.a)
-    derivatives = step.derivatives(*state)
+        np.testing.assert_array_equal(step.acceleration(*state, threads=threads, **of_all), rows.a)
+    derivatives = step.derivatives(*state, **of_all)
     for i in range(21):
-        one = step(*(x[i] for x in state))
+        own = of_all | {"forces": forces[i]} if acting else {}
+        one = step(*(x[i] for x in state), **own)
         assert all(x.dtype == dtype for x in one)
         for x, y in zip(one, rows, strict=True):
             bound = 1e-5 if dtype == np.float32 else 1e-13
             assert np.linalg.norm(x - y[i]) <= bound * np.linalg.norm(x)
-        single = step.derivatives(*(x[i] for x in state))
+        single = step.derivatives(*(x[i] for x in state), **own)
         for x, y in zip(single, derivatives, strict=True):
             np.testing.assert_array_equal(x, y[i])
 
 
-def test_derivatives_are_differences_of_the_step(iiwa):
-    step = kalmarm.ImplicitStep(iiwa, H, damping=30, stiffness=1e4, reference=0.2)
+@pytest.mark.parametrize("force", [None, [30.0, -20, 10, 400, 500, -600]])
+def test_derivatives_are_differences_of_the_step(iiwa, force):
+    robot = iiwa.replace(acted_on=["link7"])
+    step = kalmarm.ImplicitStep(robot, H, damping=30, stiffness=1e4, reference=0.2)
     q, qd, tau = iiwa.random_state(3)
-    found = step.derivatives(q, qd, tau)
+    acting = {"forces": force, "axes": "local"}
+    found = step.derivatives(q, qd, tau, **acting)
     e = 1e-5
     rounding = 1e-14 / e * np.abs(found.a).max()
     for k in range(iiwa.nv):
@@ -235,7 +245,8 @@ def test_derivatives_are_differences_of_the_step(iiwa):
             (found.dqd, (q, qd + d, tau), (q, qd - d, tau)),
             (found.dtau, (q, qd, tau + d), (q, qd, tau - d)),
         ):
-            difference = (step.acceleration(*up) - step.acceleration(*down)) / (2 * e)
+            ahead, behind = (step.acceleration(*x, **acting) for x in (up, down))
+            difference = (ahead - behind) / (2 * e)
             far = np.abs(column[:, k] - difference).max()
             assert far < 1e-6 * np.abs(column).max() + rounding
 
@@ -318,16 +329,22 @@ def test_bad_input_is_one_line(iiwa, g1, arm):
         kalmarm.ImplicitStep(iiwa, H)(np.full(7, np.nan), np.zeros(7), np.zeros(7))
 
 
-def test_a_row_without_an_answer_is_nan(iiwa):
-    step = kalmarm.ImplicitStep(iiwa, H, stiffness=1e5)
-    q, qd, tau = iiwa.random_state(6, 5)
-    q[2] = np.nan
-    after = step(q, qd, tau)
-    for x in after:
-        assert np.all(np.isnan(x[2]))
-        assert np.all(np.isfinite(np.delete(x, 2, axis=0)))
-    _, outcomes = step.acceleration(q, qd, tau, status=True)
-    assert [status != 0 for status in outcomes["status"]] == [False, False, True, False, False]
+@pytest.mark.parametrize("bad", ["q", "forces"])
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_a_row_without_an_answer_is_nan(iiwa, bad, dtype):
+    step = kalmarm.ImplicitStep(iiwa.replace(acted_on=["link7"]), H, stiffness=1e5)
+    state = iiwa.random_state(6, 5, dtype=dtype)._asdict()
+    state |= {"forces": np.ones((5, 6), dtype), "axes": "local"}
+    gains = {"stiffness": np.full((5, 7), 1e3, dtype)}
+    calls = (step, lambda **x: step(**x, **gains), step.derivatives)
+    before = [call(**state) for call in calls]
+    state[bad][2, 3:5] = np.nan
+    for call, whole in zip(calls, before, strict=True):
+        for x, y in zip(call(**state), whole, strict=True):
+            assert np.all(np.isnan(x[2]))
+            np.testing.assert_array_equal(np.delete(x, 2, axis=0), np.delete(y, 2, axis=0))
+        _, outcomes = call(**state, status=True)
+        assert [status != 0 for status in outcomes["status"]] == [False, False, True, False, False]
 
 
 def test_stiff_controllers_hold_where_explicit_ones_fly():
@@ -513,3 +530,103 @@ def test_armature_of_tendons_is_for_steps_alone(tmp_path):
     path.write_text(ARM.format("", ".2 2").replace("<keyframe>", TENDONS))
     with pytest.raises(kalmarm.LoadError, match="couples joints in M: supported in implicit steps"):
         kalmarm.load(path)
+
+
+LIMITED = ('gear="2" kp="2e4"', 'gear="2" kp="2e4" forcerange="-3e4 3e4"')
+FILES = {  # beside tendons, a state at a limit is a step that is made anew
+    "no limits": ARM.format("", ""),
+    "limits": ARM.format("", "").replace(*LIMITED),
+    "limits beside tendons": ARM.format("", ".2 2")
+    .replace("<keyframe>", TENDONS.replace('springlength=".1 .3"', 'springlength=".1"'))
+    .replace(*LIMITED),
+}
+
+
+@pytest.mark.filterwarnings("ignore:.*1 tendon")  # "idle"
+@pytest.mark.parametrize("scheme", SCHEMES)
+@pytest.mark.parametrize("kind", FILES)
+def test_forces_from_outside_step_as_mujocos(arm, kind, scheme):
+    """xfrc_applied, about the centres of mass, where the sites are."""
+    robot = load_text(arm, FILES[kind], acted_on=["s", "t", "u"])
+    model = mujoco.MjModel.from_xml_path(str(arm))
+    state = robot.random_state(1, 20)
+    applied = 10 * np.random.default_rng(4).standard_normal((20, 3, 6))
+    ctrl = model.key_ctrl[0]
+    q, qd = stepped_by_mujoco(model, SCHEMES[scheme], state, ctrl, applied)
+    step = kalmarm.ImplicitStep(robot, H, scheme=scheme)
+    ours = step(*state, forces=np.roll(applied, 3, axis=2).reshape(20, 18))
+    assert relative(ours.q, q) < 1e-12
+    assert relative(ours.qd, qd) < 1e-11
+    assert relative(ours.a, (qd - state.qd) / H) < 1e-9
+    assert relative(step(*state).a, ours.a) > 1e-4
+
+
+@pytest.mark.filterwarnings("ignore:.*1 tendon")
+@pytest.mark.parametrize("kind", FILES)
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_forces_are_broadcast_over_states(arm, kind, dtype):
+    robot = load_text(arm, FILES[kind], acted_on=["s", "t", "u"])
+    step = kalmarm.ImplicitStep(robot, H)
+    state = robot.random_state(3, 8, dtype=dtype)
+    forces = np.random.default_rng(4).standard_normal((3, 1, 18)).astype(dtype)
+    bound = 1e-4 if dtype == np.float32 else 1e-11
+    whole = step(*state, forces=forces)
+    for some in (whole, step(*state, forces=forces.tolist(), threads=2)):
+        assert [x.shape for x in some] == [(3, 8, robot.nq)] + 2 * [(3, 8, robot.nv)]
+        assert all(x.dtype == dtype for x in some)
+    for i in range(3):
+        assert relative(step(*state, forces=forces[i, 0]).a, whole.a[i]) < bound
+    for i in range(8):
+        one = tuple(x[i] for x in state)
+        assert relative(step(*one, forces=forces).a[:, 0], whole.a[:, i]) < bound
+        assert relative(step(*one, forces=forces[1, 0]).a[None], whole.a[None, 1, i]) < bound
+        of_one_q = step(one[0], one[1], state.tau, forces=forces)
+        assert relative(of_one_q.a[:, i], whole.a[:, i]) < bound
+
+
+@pytest.mark.parametrize("axes", ["local", "world", "aligned"])
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_forces_are_torques_of_the_transposed_jacobian(g1, axes, dtype):
+    names, n = ["left_ankle_roll_link", "torso_link"], 19
+    q, qd, tau = g1.random_state(3, n, dtype=dtype)
+    forces = np.random.default_rng(1).standard_normal((n, 2, 6)).astype(dtype)
+    J = g1.kinematics(names).compute(["jacobians"], q, axes=axes)["jacobians"]
+    pushed = tau + np.einsum("sfij,sfi->sj", J, forces)
+    flat = forces.reshape(n, 12)
+    terms = {"damping": 3.0, "stiffness": 50.0}
+    step, without = (
+        kalmarm.ImplicitStep(robot, H, **terms) for robot in (g1.replace(acted_on=names), g1)
+    )
+    bound = 1e4 * np.finfo(dtype).eps
+    for gains in ({}, with_gains(g1, n, dtype)):
+        truth = without.acceleration(q, qd, pushed, **gains)
+        for threads in (1, 2):
+            found = step.acceleration(
+                q, qd, tau, **gains, threads=threads, forces=flat, axes=axes
+            )
+            assert found.dtype == dtype
+            assert relative(found, truth) < bound
+        own = {name: x[5] for name, x in gains.items()}
+        one = step.acceleration(q[5], qd[5], tau[5], **own, forces=flat[5], axes=axes)
+        assert relative(one[None], truth[5][None]) < bound
+
+
+def test_bad_forces_of_steps_are_one_line(iiwa):
+    state = iiwa.random_state(9, 4)
+    step = kalmarm.ImplicitStep(iiwa.replace(acted_on=["link7"]), H)
+    none = kalmarm.ImplicitStep(iiwa, H)
+    for call, options, kind, says in (
+        (none, {"forces": np.zeros(6)}, ValueError, r"forces \(of a robot without acted_on\) has"),
+        (none.derivatives, {"forces": np.zeros(6)}, ValueError, "without acted_on"),
+        (step, {"forces": np.zeros(5)}, ValueError, r"forces has shape \(5,\), \(4, 6\) is needed"),
+        (step, {"forces": np.zeros((3, 6))}, ValueError, r"forces has shape \(3, 6\)"),
+        (step, {"forces": np.zeros(6, np.float32)}, TypeError, "forces is float32"),
+        (step, {"axes": "body"}, ValueError, "axes 'body' is unknown: local, world, aligned"),
+        (step.derivatives, {"axes": "body"}, ValueError, "derivatives: axes 'body' is unknown"),
+        (step.derivatives, {"forces": np.zeros(6)}, ValueError, "Axes::local is needed"),
+    ):
+        with pytest.raises(kind, match=says) as refusal:
+            call(*state, **options)
+        assert "\n" not in str(refusal.value)
+    with pytest.raises(kalmarm.DynamicsError, match=r"forces\[0\] is nan"):
+        step(*(x[0] for x in state), forces=np.full(6, np.nan))

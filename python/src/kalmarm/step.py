@@ -31,9 +31,10 @@ class ImplicitStep(_core.ImplicitStep):
         q, qd, a = step(q, qd, tau, ctrl=u)             # one state, or 4096 of (4096, nq), ...
         step = kalmarm.ImplicitStep(robot, 0.002, damping=200, stiffness=1e5, reference=target)
         a = step.acceleration(q, qd, tau, stiffness=kp)  # each with gains (4096, nv) of its own
+        q, qd, a = step(q, qd, tau, forces=push)         # of a robot with acted_on=["hand"]
 
     With K and B the diagonal matrices of stiffness and damping, and f what actuators without
-    stiffness exert and the compensation of gravity,
+    stiffness exert, the compensation of gravity, and J' forces of what acts from outside,
 
         (M + h B + h^2 K) a = tau + f - B qd - K (q - reference + h qd) - bias,  a = (qd+ - qd) / h
 
@@ -73,9 +74,9 @@ class ImplicitStep(_core.ImplicitStep):
             the matrix. Those of `robot.terms`, the tendons of its file, unless given.
         scheme: "springs_at_end" or "springs_at_start".
 
-        The tolerance is the robot's. ValueError where h, a damper or a spring is negative, a number is
-        not finite, a ball or free joint has a spring or is coupled, and where the robot's question
-        leaves joints out.
+        The tolerance and the frames that are acted on are the robot's. ValueError where h, a damper
+        or a spring is negative, a number is not finite, a ball or free joint has a spring or is
+        coupled, and where the robot's question leaves joints out.
         """
         if robot.n != robot.nv or robot.at_rest:
             raise ValueError("ImplicitStep: the robot's question leaves joints out or is at rest")
@@ -89,9 +90,7 @@ class ImplicitStep(_core.ImplicitStep):
             (_row(robot, row.jacobian), *map(float, row[1:5]), bool(row.imposed))
             for row in (terms.rows if rows is None else rows)
         ]
-        super().__init__(
-            robot.model, number("h", h), *self._own.values(), self._rows, scheme, robot.tolerance
-        )
+        super().__init__(robot, number("h", h), *self._own.values(), self._rows, scheme)
         self._robot = robot
         self._options = {"ctrl": ctrl, **given, "rows": rows, "scheme": scheme}
         has_own_gains = any(value is not None for value in given.values())
@@ -112,6 +111,8 @@ class ImplicitStep(_core.ImplicitStep):
         reference: ArrayLike | None = None,
         status: bool = False,
         threads: int = 1,
+        forces: ArrayLike | None = None,
+        axes: str = "aligned",
     ) -> Any:
         """The state after h. Of many states, those that failed are NaN; of one, DynamicsError.
 
@@ -119,6 +120,7 @@ class ImplicitStep(_core.ImplicitStep):
 
         ctrl: (..., nu), of every state its own, in place of the step's.
         damping, stiffness, reference: (..., nv), of every state its own, as `acceleration` has it.
+        forces: (..., 6 f), as `acceleration` has it.
         out: what an earlier call of the same shape returned, apart from the inputs.
         """
         if out is not None and (not isinstance(out, tuple) or len(out) != 3):
@@ -134,6 +136,8 @@ class ImplicitStep(_core.ImplicitStep):
             reference=reference,
             status=status,
             threads=threads,
+            forces=forces,
+            axes=axes,
         )
         a, outcomes = found if status else (found, None)
         stepped = Stepped(*self.advance(q, qd, a, out and out[:2]), a)
@@ -152,6 +156,8 @@ class ImplicitStep(_core.ImplicitStep):
         reference: ArrayLike | None = None,
         status: bool = False,
         threads: int = 1,
+        forces: ArrayLike | None = None,
+        axes: str = "aligned",
     ) -> Any:
         """a = (qd+ - qd) / h of the step.
 
@@ -164,17 +170,24 @@ class ImplicitStep(_core.ImplicitStep):
             that is made anew. ValueError with the row and the DoF where one is negative or not
             finite, where a ball or free joint has a spring, and where dampers or springs stand
             beside rows of the step.
+        forces: (..., 6 f), of each of the f frames of the robot's `acted_on` the moment about the
+            origin of `axes` and the force [N m, N], as they are where the step begins, with the
+            axes of `Kinematics`. ValueError where they are of another size or the robot has no
+            `acted_on`.
         """
         given = {"damping": damping, "stiffness": stiffness, "reference": reference}
         gains = {name: self._gain(name, x) for name, x in given.items() if x is not None}
         tau, held = self._driven(
             q, qd, tau, ctrl, threads, self._springless if gains else self._motors
         )
+        arguments = {"q": q, "qd": qd, "tau": tau, "forces": forces}
+        options: dict[str, Any] = {"status": status, "threads": threads, "axes": axes}
         if held and not gains and self._rows:
-            return self._beside_rows(q, qd, tau, held, out, status, threads)
-        return super().acceleration(
-            q, qd, tau, out, **(gains or held), status=status, threads=threads
-        )
+            arrays = {
+                name: as_array(x, tau.dtype) for name, x in arguments.items() if x is not None
+            }
+            return self._beside_rows(arrays, held, out, options)
+        return super().acceleration(**arguments, out=out, **(gains or held), **options)
 
     def derivatives(
         self,
@@ -185,6 +198,8 @@ class ImplicitStep(_core.ImplicitStep):
         *,
         ctrl: ArrayLike | None = None,
         status: bool = False,
+        forces: ArrayLike | None = None,
+        axes: str = "aligned",
     ) -> Any:
         """Derivatives of the step's acceleration by q, qd and tau, analytically, and a itself.
 
@@ -192,6 +207,9 @@ class ImplicitStep(_core.ImplicitStep):
         Robot.forward_dynamics_derivatives; dtau is the inverse of M + h B + h^2 K. out: what an
         earlier call of the same shape returned. ValueError where an actuator with stiffness or
         damping is at a force limit.
+
+        forces: (..., 6 f), as `acceleration` has it, that turn with their frames: ValueError in
+            other axes than "local".
         """
         tau, held = self._driven(q, qd, tau, ctrl, 1, self._motors)
         if held:
@@ -199,7 +217,7 @@ class ImplicitStep(_core.ImplicitStep):
                 "derivatives: an actuator with stiffness or damping is at its force limit, or at a "
                 "control that changes them"
             )
-        found = super().derivatives(q, qd, tau, out, status=status)
+        found = super().derivatives(q, qd, tau, out, status=status, forces=forces, axes=axes)
         weights = self._robot.terms.compensated
         if weights is not None:
             d = found[0] if status else found
@@ -207,32 +225,33 @@ class ImplicitStep(_core.ImplicitStep):
         return found
 
     def _beside_rows(
-        self, q: Any, qd: Any, tau: Any, held: dict[str, Any], out: Any, status: bool, threads: int
+        self, arguments: dict[str, Any], held: dict[str, Any], out: Any, options: dict[str, Any]
     ) -> Any:
-        """Each state with gains of its own is a step that is made anew."""
+        """Each state with gains of its own is a step that is made anew. arguments: arrays."""
 
-        def step(i: tuple[int, ...]) -> _core.ImplicitStep:
-            gains = (held[name][i].tolist() for name in self._own)
-            robot = self._robot
-            return _core.ImplicitStep(
-                robot.model, self.h, *gains, self._rows, self.scheme, robot.tolerance
-            )
+        def step(gains: dict[str, Any]) -> _core.ImplicitStep:
+            own = (gains[name].tolist() for name in self._own)
+            return _core.ImplicitStep(self._robot, self.h, *own, self._rows, self.scheme)
 
-        q, qd = as_array(q), as_array(qd, tau.dtype)
-        leading = tau.shape[:-1]
-        if not leading:
-            return step(()).acceleration(q, qd, tau, out, status=status)
+        if arguments["tau"].ndim == 1:  # one state, of many forces too
+            return step(held).acceleration(**arguments, out=out, **options)
         a, outcomes = super().acceleration(
-            q, qd, tau, out, reference=held["reference"], status=True, threads=threads
+            **arguments, out=out, reference=held["reference"], **(options | {"status": True})
         )
-        q = np.broadcast_to(q, (*leading, self._robot.nq))
-        qd = np.broadcast_to(qd, tau.shape)
+        leading = a.shape[:-1]
+        arguments, held = (
+            {name: np.broadcast_to(x, (*leading, *x.shape[-1:])) for name, x in some.items()}
+            for some in (arguments, held)
+        )
         changed = np.zeros(leading, bool)
         for name in ("damping", "stiffness"):
-            changed |= np.any(held[name] != np.asarray(self._own[name], tau.dtype), axis=-1)
+            changed |= np.any(held[name] != np.asarray(self._own[name], a.dtype), axis=-1)
         for i in map(tuple, np.argwhere(changed)):
-            a[i], outcomes[i] = step(i).acceleration(q[i], qd[i], tau[i], status=True)
-        return (a, outcomes) if status else a
+            gains, state = ({name: x[i] for name, x in some.items()} for some in (held, arguments))
+            a[i], outcomes[i] = step(gains).acceleration(
+                **state, status=True, axes=options["axes"]
+            )
+        return (a, outcomes) if options["status"] else a
 
     def _driven(
         self, q: Any, qd: Any, tau: Any, ctrl: Any, threads: int, motors: Motors
