@@ -876,16 +876,20 @@ def last_moved(at):
     return i, (R.T @ at.jacobians(data)[i].reshape(2, 3, -1)).reshape(6, -1)
 
 
+def jacobian_of_pinocchio(at, i, axes):
+    """Angular first."""
+    data = at.pinocchio.createData()
+    J = pin.computeFrameJacobian(at.pinocchio, data, at.q_pin, at.frames[i], axes)
+    return J[LINEAR_FIRST]
+
+
 @check("operational(q)")
 def _(at):
-    """By mj_jacBody, mj_solveM and computeMinverse."""
+    """By mj_jacBody, mj_solveM, computeFrameJacobian and computeMinverse."""
     i, J = last_moved(at)
     found = at.robot.replace(frames=[at.bodies[i]]).operational(at.q)
     yield found, J @ inverse_of_mujoco(at, J).T
-    there = at.pinocchio.createData()
-    J = pin.computeFrameJacobian(at.pinocchio, there, at.q_pin, at.frames[i], pin.LOCAL)[
-        LINEAR_FIRST
-    ]
+    J = jacobian_of_pinocchio(at, i, pin.LOCAL)
     yield found, J @ inverse_of_pinocchio(at) @ J.T
     for k in range(at.mujoco.nsite):
         name, J = at.mujoco.site(k).name, np.zeros((2, 3, at.nv))
@@ -902,10 +906,37 @@ def _(at):
     i, J = last_moved(at)
     found = at.robot.replace(frames=[at.bodies[i]]).operational_inertia(at.q)
     yield found, np.linalg.inv(J @ inverse_of_mujoco(at, J).T)
-    J = pin.computeFrameJacobian(
-        at.pinocchio, at.pinocchio.createData(), at.q_pin, at.frames[i], pin.LOCAL
-    )[LINEAR_FIRST]
+    J = jacobian_of_pinocchio(at, i, pin.LOCAL)
     yield found, np.linalg.inv(J @ inverse_of_pinocchio(at) @ J.T)
+
+
+@check("operational_diagonal(q)")
+def _(at):
+    i, J = last_moved(at)
+    found = at.robot.replace(frames=[at.bodies[i]]).operational_diagonal(at.q)
+    yield found, np.diagonal(J @ inverse_of_mujoco(at, J).T)
+    J = jacobian_of_pinocchio(at, i, pin.LOCAL)
+    yield found, np.diagonal(J @ inverse_of_pinocchio(at) @ J.T)
+
+
+@check("operational_space(q, J)")
+def _(at):
+    """By mj_jacBody, mj_solveM, computeFrameJacobian and computeMinverse."""
+    i = len(at.bodies) - 1
+    J = at.jacobians(at.forwarded())[i]
+    found = at.robot.operational_space(at.q, J)
+    solved = inverse_of_mujoco(at, J).T
+    inertia = np.linalg.inv(J @ solved)
+    yield found.inertia, inertia
+    yield found.inverse, solved @ inertia
+    yield found.projector, np.eye(at.nv) - solved @ inertia @ J
+    J = jacobian_of_pinocchio(at, i, pin.LOCAL_WORLD_ALIGNED)
+    solved = inverse_of_pinocchio(at) @ J.T
+    inertia = np.linalg.inv(J @ solved)
+    yield found.inertia, inertia
+    yield found.inverse, at.T @ solved @ inertia
+    of_v = np.eye(at.nv) - solved @ inertia @ J
+    yield found.projector, at.T @ of_v @ np.linalg.inv(at.T)
 
 
 def some_forces(at, count):
