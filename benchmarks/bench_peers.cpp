@@ -2,7 +2,7 @@
 // on the same mechanisms in the same states in one run.
 //
 // Names are task/variant/scene/precision; tasks are acceleration, inverse_dynamics, inverse, mass,
-// derivatives, frame and momentum, of all TASK_batch, and of matrices TASK_triangle. Everything is verified before it is
+// derivatives, frame, momentum and operational, of all TASK_batch, and of matrices TASK_triangle. Everything is verified before it is
 // timed: results against the float64 square-root filter, torques against Newton and Euler in link
 // frames, derivatives against differences of the filter; what is wrong is reported as an error and is
 // not timed. A library without armature solves the mechanism without. Counters: as in case.hpp,
@@ -45,7 +45,8 @@ namespace {
 using Module = decltype(&kalmarm_peers);
 
 constexpr const char* timed_call =
-    "From q, qd and tau (inverse, mass, frame, momentum: q; inverse_dynamics: tau's numbers as "
+    "From q, qd and tau (inverse, mass, frame, momentum, operational: q; inverse_dynamics: tau's "
+    "numbers as "
     "qdd) in the "
     "library's own conventions to the result in its "
     "own memory: kinematics, velocity terms and gravity included, conversions of states and "
@@ -203,6 +204,15 @@ std::string judge(const Contest& contest, const Peer& peer, Task task, int i) {
     const KinematicsCheck check(truth.scene.model, truth.states[i].q);
     return truth.compare<T>(task == Task::frame ? check.frame() : check.momentum(), columns, 1);
   }
+  if (task == Task::operational) {
+    std::vector<int> links;
+    for (const int tip : contest.mechanism.tips()) links.push_back(contest.mechanism.last_dof(tip));
+    const MatrixX<double> J = KinematicsCheck(truth.scene.model, truth.states[i].q).local(links);
+    MatrixX<double> X =
+        MatrixX<double>::Constant(J.rows(), J.rows(), std::numeric_limits<double>::quiet_NaN());
+    peer.get_operational(i, X.data());
+    return truth.compare<T>(MatrixX<double>(J * truth.X[i] * J.transpose()), X, truth.condition[i]);
+  }
   const bool is_mass = task == Task::mass || task == Task::mass_triangle;
   if (is_mass || task == Task::inverse || task == Task::inverse_triangle) {
     auto matrix = poisoned();
@@ -220,8 +230,8 @@ std::string judge(const Contest& contest, const Peer& peer, Task task, int i) {
 }
 
 // Numbers of a state that are given to a call or are its result.
-double least_numbers(const Model<double>& model, Task task) {
-  const double nq = model.nq(), nv = model.nv();
+double least_numbers(const Mechanism& mechanism, Task task) {
+  const double nq = mechanism.nq, nv = mechanism.nv, rows = 6.0 * mechanism.tips().size();
   switch (task) {
     case Task::acceleration:
     case Task::inverse_dynamics:
@@ -238,6 +248,8 @@ double least_numbers(const Model<double>& model, Task task) {
       return nq + 12 + 6 * nv;
     case Task::momentum:
       return nq + 3 + 6 * nv;
+    case Task::operational:
+      return nq + rows * rows;
   }
   return 0;
 }
@@ -266,7 +278,7 @@ void run_task(benchmark::State& run, const Contest& contest, Peer& peer, Task ta
   if (!good) return run.SkipWithError("failed");
   const double size = peer.is_float32() ? sizeof(float) : sizeof(double);
   count(run, peer.flops(task, batch), batch ? batch_size : 1,
-        batch && !as_one ? 0 : size * least_numbers(truth.scene.model, task));
+        batch && !as_one ? 0 : size * least_numbers(contest.mechanism, task));
 }
 
 void add_tasks(std::shared_ptr<const Contest> contest) {
@@ -292,6 +304,8 @@ void add_tasks(std::shared_ptr<const Contest> contest) {
       {Task::frame, "frame_batch", true},
       {Task::momentum, "momentum", false},
       {Task::momentum, "momentum_batch", true},
+      {Task::operational, "operational", false},
+      {Task::operational, "operational_batch", true},
   };
   constexpr int most_in_batches = 180;  // DoF: 1024 matrices of more take over 256 MiB
   const bool large = contest->truth.scene.model.nv() > most_in_batches;

@@ -1,5 +1,5 @@
 // Columns of kinematics by definition, to check those that are timed: of the last link's frame, and of the
-// momentum of all bodies. (angular; linear), 6 x nv, in the base's axes.
+// momentum of all bodies, (angular; linear), 6 x nv, in the base's axes; and J of links in their own axes.
 #pragma once
 
 #include <vector>
@@ -25,6 +25,15 @@ class KinematicsCheck {
 
   // J of the last link's origin.
   MatrixX<double> frame() const { return jacobian(model_.nv() - 1, Vector3<double>::Zero()); }
+
+  // J of links' frames in their axes.
+  MatrixX<double> local(const std::vector<int>& links) const {
+    std::vector<Site<double>> sites;
+    for (const int link : links) sites.push_back({.link = link});
+    MatrixX<double> J(6 * links.size(), model_.nv());
+    site_jacobian<double>(model_, kin_, sites, J);
+    return J;
+  }
 
   // The centroidal momentum matrix.
   MatrixX<double> momentum() const {

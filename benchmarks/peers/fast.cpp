@@ -17,7 +17,7 @@ namespace {
 template <class T>
 class Fast final : public Peer {
  public:
-  Fast(const Model<double>& model, std::optional<double> tolerance)
+  Fast(const Model<double>& model, const std::vector<Frame>& tips, std::optional<double> tolerance)
       : refined_(tolerance.has_value()),
         robot_(plain(model),
                {.tolerance = tolerance,
@@ -26,6 +26,8 @@ class Fast final : public Peer {
         lower_(plain(model), {.tolerance = tolerance,
                               .question = {.want = {Want::inverse, Want::mass}},
                               .triangles = Triangles::lower}),
+        tips_(plain(model),
+              {.tolerance = tolerance, .question = {.want = {Want::operational}, .frames = tips}}),
         kinematics_(plain(model), {{model.nv() - 1}}),
         nq_(model.nq()),
         nv_(model.nv()),
@@ -35,7 +37,8 @@ class Fast final : public Peer {
         dq_(matrix_),
         dqd_(matrix_),
         dtau_(matrix_),
-        columns_(nv_, 6) {}
+        columns_(nv_, 6),
+        operational_(6 * tips.size(), 6 * tips.size()) {}
 
   std::string name() const override {
     return std::string(refined_ ? "Ladder<last_bits>" : "Ladder<default>") + KALMARM_PEER_TAG;
@@ -48,6 +51,8 @@ class Fast final : public Peer {
   bool has_batch(Task task) const override { return !is_triangle(task); }
   double flops(Task task, bool batch) const override {
     if (is_kinematics(task) || (task != Task::acceleration && refined_)) return 0;
+    if (task == Task::operational)
+      return kalmarm::flops(tips_.plan(), Want::operational, tips_.tolerance(), {.rows = batch});
     return kalmarm::flops(robot_.plan(), want(task), robot_.tolerance(), {.rows = batch});
   }
 
@@ -71,6 +76,7 @@ class Fast final : public Peer {
     batched_ = true;
     const std::size_t width = is_kinematics(task)                           ? nv_ * 6
                               : task == Task::inverse || task == Task::mass ? nv_ * nv_
+                              : task == Task::operational                   ? operational_.size()
                                                                             : nv_;
     rows_.resize(q_.size() * width);
     switch (task) {
@@ -97,6 +103,8 @@ class Fast final : public Peer {
         kinematics_.compute_rows(q_rows_, {.center = points, .momentum_matrix = columns});
         return true;
       }
+      case Task::operational:
+        return tips_.operational(q_rows_, rows_, outcomes_) == 0;
       case Task::derivatives: {
         const auto count = static_cast<std::ptrdiff_t>(q_.size());
         for (std::vector<T>* X : {&dq_rows_, &dqd_rows_, &dtau_rows_}) X->resize(count * nv_ * nv_);
@@ -150,6 +158,14 @@ class Fast final : public Peer {
     kinematics_.compute(q_[i], {.center = point_, .momentum_matrix = columns_});
     return true;
   }
+  bool operational(int i) override {
+    batched_ = false;
+    return static_cast<bool>(tips_.operational(q_[i], operational_));
+  }
+  void get_operational(int i, double* out) const override {
+    const std::ptrdiff_t size = operational_.size();
+    std::copy_n(batched_ ? &rows_[i * size] : operational_.data(), size, out);  // symmetric
+  }
   void get_columns(int i, double* out) const override {
     std::copy_n(batched_ ? &rows_[i * nv_ * 6] : columns_.data(), nv_ * 6,
                 out);  // of J', by columns
@@ -190,6 +206,7 @@ class Fast final : public Peer {
         return Want::derivatives;
       case Task::frame:
       case Task::momentum:
+      case Task::operational:
         break;
     }
     return Want::acceleration;
@@ -215,7 +232,7 @@ class Fast final : public Peer {
   }
 
   bool refined_;
-  Dynamics<T> robot_, lower_;
+  Dynamics<T> robot_, lower_, tips_;
   Kinematics<T> kinematics_;
   int nq_, nv_;
   std::vector<VectorX<T>> q_, qd_, tau_;
@@ -224,7 +241,7 @@ class Fast final : public Peer {
       rotations_;  // what the last batch has left
   std::vector<Outcome> outcomes_;
   VectorX<T> a_, torque_;
-  MatrixX<T> matrix_, dq_, dqd_, dtau_, columns_;
+  MatrixX<T> matrix_, dq_, dqd_, dtau_, columns_, operational_;
   Vector3<T> point_;
   Matrix3<T> rotation_;
   bool batched_ = false, is_lower_ = false;  // the last call
@@ -236,8 +253,10 @@ class Fast final : public Peer {
 void kalmarm_peers(const kalmarm::Mechanism& mechanism, kalmarm::Peers& peers) {
   using namespace kalmarm;
   const Model<double>& model = *mechanism.model;
+  std::vector<Frame> tips;
+  for (const int tip : mechanism.tips()) tips.push_back({mechanism.last_dof(tip)});
   for (const std::optional<double> tolerance : {std::optional<double>(), {last_bits}}) {
-    peers.push_back(std::make_unique<Fast<double>>(model, tolerance));
-    peers.push_back(std::make_unique<Fast<float>>(model, tolerance));
+    peers.push_back(std::make_unique<Fast<double>>(model, tips, tolerance));
+    peers.push_back(std::make_unique<Fast<float>>(model, tips, tolerance));
   }
 }

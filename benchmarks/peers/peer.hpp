@@ -44,6 +44,17 @@ struct Mechanism {
       if (joints[i].parent != static_cast<int>(i) - 1) return false;
     return true;
   }
+  int last_dof(int joint) const { return joints[joint].v + joints[joint].dof - 1; }
+  // The first two joints whose bodies carry no other, as far as there are two: the feet of a humanoid.
+  std::vector<int> tips() const {
+    std::vector<char> carries(joints.size(), 0);
+    for (const Joint& joint : joints)
+      if (joint.parent >= 0) carries[joint.parent] = 1;
+    std::vector<int> out;
+    for (std::size_t i = 0; i < joints.size() && out.size() < 2; ++i)
+      if (!carries[i]) out.push_back(static_cast<int>(i));
+    return out;
+  }
   bool has_only_hinges_and_slides() const {
     for (const Joint& joint : joints)
       if (joint.type == Type::ball || joint.type == Type::free) return false;
@@ -59,8 +70,9 @@ enum class Task {
   derivatives,
   inverse_triangle,
   mass_triangle,
-  frame,    // the last body's: its pose and J, in the base's axes
-  momentum  // the centroidal momentum matrix and the centre of mass
+  frame,       // the last body's: its pose and J, in the base's axes
+  momentum,    // the centroidal momentum matrix and the centre of mass
+  operational  // J M^-1 J' of the tips, in their own axes
 };
 
 // What most libraries have.
@@ -99,7 +111,7 @@ class Peer {
 
   // The timed calls, of state i or, `batch`, of all; false where they failed. acceleration and derivatives
   // take q, qd and tau; inverse_dynamics takes q, qd and, with tau's numbers, qdd; inverse and mass
-  // take q, and so do frame and momentum. Both triangles are filled, or by TASK_triangle at least the one that the library fills.
+  // take q, and so do frame, momentum and operational. Both triangles are filled, or by TASK_triangle at least the one that the library fills.
   virtual bool acceleration(int) { return false; }
   virtual bool inverse_dynamics(int) { return false; }
   virtual bool inverse(int) { return false; }
@@ -109,6 +121,7 @@ class Peer {
   virtual bool derivatives(int) { return false; }
   virtual bool frame(int) { return false; }
   virtual bool momentum(int) { return false; }
+  virtual bool operational(int) { return false; }
   virtual bool batch(Task task) {
     for (int i = 0; i < states(); ++i)
       if (!call(task, i)) return false;
@@ -134,6 +147,8 @@ class Peer {
         return frame(i);
       case Task::momentum:
         return momentum(i);
+      case Task::operational:
+        return operational(i);
     }
     return false;
   }
@@ -145,6 +160,8 @@ class Peer {
   virtual void get_matrix(int, double*) const {}
   virtual void get_columns(int, double*) const {
   }  // of frame or momentum, 6 x nv, (angular; linear)
+  virtual void get_operational(int, double*) const {
+  }  // 6 rows and columns a tip, (angular; linear)
   virtual void get_derivatives(int, double* /*dq*/, double* /*dqd*/, double* /*dtau*/) const {}
 
  protected:

@@ -9,6 +9,8 @@
 //   derivatives       computeABADerivatives
 //   frame             computeFrameJacobian, the fastest for one frame
 //   momentum          ccrba
+//   operational       computeMinverse, and its products with J: of legged robots 1.1 to 1.2 times as fast as crba, its
+//                     Cholesky and a solve of J', of iiwa14 0.8
 // Results stay in pinocchio::Data.
 #include <algorithm>
 #include <pinocchio/algorithm/aba-derivatives.hpp>
@@ -16,6 +18,7 @@
 #include <pinocchio/algorithm/centroidal.hpp>
 #include <pinocchio/algorithm/crba.hpp>
 #include <pinocchio/algorithm/frames.hpp>
+#include <pinocchio/algorithm/jacobian.hpp>
 #include <pinocchio/algorithm/rnea.hpp>
 
 #include "benchmarks/peers/body_axes.hpp"
@@ -70,7 +73,11 @@ class Pinocchio final : public Peer {
         robot_(std::move(robot)),
         model_(robot_->model),
         data_(robot_->data),
-        J_(6, mechanism.nv) {
+        J_(6, mechanism.nv),
+        tips_(mechanism.tips()),
+        J_tips_(Matrix::Zero(6 * tips_.size(), mechanism.nv)),
+        solved_(mechanism.nv, J_tips_.rows()),
+        operational_(J_tips_.rows(), J_tips_.rows()) {
     J_.setZero();
   }
 
@@ -138,6 +145,23 @@ class Pinocchio final : public Peer {
     return true;
   }
 
+  bool operational(int i) override {
+    pin::computeMinverse(model_, data_, states_[i].q);
+    pin::computeJointJacobians(model_, data_, states_[i].q);
+    for (std::size_t k = 0; k < tips_.size(); ++k)
+      pin::getJointJacobian(model_, data_, tips_[k] + 1, pin::LOCAL,
+                            J_tips_.middleRows<6>(6 * static_cast<int>(k)));
+    solved_.noalias() = data_.Minv.selfadjointView<Eigen::Upper>() * J_tips_.transpose();
+    operational_.noalias() = J_tips_ * solved_;
+    return true;
+  }
+
+  void get_operational(int, double* out) const override {
+    const auto size = operational_.rows();
+    const auto row = [](Eigen::Index i) { return i / 6 * 6 + (i + 3) % 6; };  // angular first
+    for (Eigen::Index i = 0; i < size; ++i)
+      for (Eigen::Index k = 0; k < size; ++k) *out++ = operational_(row(i), row(k));
+  }
   void get_columns(int i, double* out) const override {
     Matrix X(6, mechanism_.nv);
     X << columns_->bottomRows(3), columns_->topRows(3);
@@ -177,6 +201,8 @@ class Pinocchio final : public Peer {
   pin::Data::Matrix6x J_;
   const pin::Data::Matrix6x* columns_ = &J_;
   bool matrix_is_mass_ = false;  // of the last matrix
+  std::vector<int> tips_;
+  Matrix J_tips_, solved_, operational_;
   std::vector<PinocchioState> states_;
 };
 
