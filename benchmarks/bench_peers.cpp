@@ -2,7 +2,7 @@
 // on the same mechanisms in the same states in one run.
 //
 // Names are task/variant/scene/precision; tasks are acceleration, inverse_dynamics, inverse, mass,
-// derivatives, frame, momentum and operational, of all TASK_batch, and of matrices TASK_triangle. Everything is verified before it is
+// derivatives, frame, momentum, operational and regressor, of all TASK_batch, and of matrices TASK_triangle. Everything is verified before it is
 // timed: results against the float64 square-root filter, torques against Newton and Euler in link
 // frames, derivatives against differences of the filter; what is wrong is reported as an error and is
 // not timed. A library without armature solves the mechanism without. Counters: as in case.hpp,
@@ -45,10 +45,8 @@ namespace {
 using Module = decltype(&kalmarm_peers);
 
 constexpr const char* timed_call =
-    "From q, qd and tau (inverse, mass, frame, momentum, operational: q; inverse_dynamics: tau's "
-    "numbers as "
-    "qdd) in the "
-    "library's own conventions to the result in its "
+    "From q, qd and tau (inverse, mass, frame, momentum, operational: q; inverse_dynamics "
+    "and regressor: tau's numbers as qdd) in the library's own conventions to the result in its "
     "own memory: kinematics, velocity terms and gravity included, conversions of states and "
     "results not. Matrices have both triangles, TASK_triangle the one that a library fills. "
     "TASK_batch: 1024 states on one core; ours in one "
@@ -221,8 +219,11 @@ std::string judge(const Contest& contest, const Peer& peer, Task task, int i) {
                    : truth.compare<T>(truth.X[i], matrix, truth.condition[i]);
   }
   VectorX<double> a = VectorX<double>::Constant(nv, std::numeric_limits<double>::quiet_NaN());
-  if (task == Task::inverse_dynamics) {
-    peer.get_torque(i, a.data());
+  if (task == Task::inverse_dynamics || task == Task::regressor) {
+    if (task == Task::regressor)
+      peer.get_regressed_torque(i, a.data());
+    else
+      peer.get_torque(i, a.data());
     return truth.compare<T>(torque(truth.scene.model, truth.states[i]), a, 1);
   }
   peer.get_acceleration(i, a.data());
@@ -250,6 +251,8 @@ double least_numbers(const Mechanism& mechanism, Task task) {
       return nq + 3 + 6 * nv;
     case Task::operational:
       return nq + rows * rows;
+    case Task::regressor:
+      return nq + 2 * nv + 10 * nv * nv;
   }
   return 0;
 }
@@ -306,6 +309,8 @@ void add_tasks(std::shared_ptr<const Contest> contest) {
       {Task::momentum, "momentum_batch", true},
       {Task::operational, "operational", false},
       {Task::operational, "operational_batch", true},
+      {Task::regressor, "regressor", false},
+      {Task::regressor, "regressor_batch", true},
   };
   constexpr int most_in_batches = 180;  // DoF: 1024 matrices of more take over 256 MiB
   const bool large = contest->truth.scene.model.nv() > most_in_batches;
@@ -314,7 +319,7 @@ void add_tasks(std::shared_ptr<const Contest> contest) {
     const auto has_states = std::make_shared<bool>(false);
     for (const Timed& timed : tasks) {
       const bool matrices = timed.task == Task::inverse || timed.task == Task::mass ||
-                            timed.task == Task::derivatives;
+                            timed.task == Task::derivatives || timed.task == Task::regressor;
       if (!peer->can(timed.task) || (timed.batch && matrices && large)) continue;
       const auto run_one = [=](benchmark::State& run) {
         if (!*has_states)

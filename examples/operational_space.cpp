@@ -1,6 +1,6 @@
 // Operational-space control at 1 kHz: the hand of an arm with three joints follows a circle in the plane, and
 // the joints that this leaves free are damped.
-//   tau = J^T Lambda (xdd - dJ/dt qd) + bias + N^T tau_0,  Lambda = (J M^-1 J^T)^-1,  N^T = 1 - J^T Lambda J M^-1
+//   tau = J^T Lambda (xdd - dJ/dt qd) + bias + N^T tau_0,  Lambda = (J M^-1 J^T)^-1,  N = 1 - M^-1 J^T Lambda J
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -49,7 +49,9 @@ int main() {
   Vector q = {-0.5, 1.2, 0.6}, qd = {0, 0, 0}, x, bias, tau, a;
   std::array<double, 6> v, drift;  // of the hand: (angular; linear)
   std::array<double, 6 * n> Jt;    // its Jacobian, transposed: column i is row i of J
-  std::array<double, 2 * n> J, X;  // rows of x and z, and M^-1 J^T
+  std::array<double, 2 * n> J;     // rows of x and z
+  std::array<double, n * n> W, N;  // M^-1, and by columns N
+  std::array<double, 4> L;         // Lambda
   Vector center = {};
   double largest = 0;
   for (int step = 0; step < 4000; ++step) {
@@ -59,29 +61,25 @@ int main() {
     std::copy_n(&Jt[3 * n], n, &J[0]);
     std::copy_n(&Jt[5 * n], n, &J[n]);
     dynamics.bias(q, qd, bias);
-    kalmarm::Outcome outcome = dynamics.factor(q);
-    if (outcome) outcome = dynamics.solve({J.data(), n, 2}, {X.data(), n, 2});
+    kalmarm::Outcome outcome = dynamics.inverse_mass(q, W);
+    if (outcome) outcome = inertia.compute(W, J, {.inertia = L, .projector = N}, outcome.error);
 
     const double t = step * dt, c = std::cos(rate * t), s = std::sin(rate * t);
     const Pair wanted = {center[0] + radius * c, center[2] + radius * s};
     const Pair speed = {-radius * rate * s, radius * rate * c};
     Pair needed = {};  // what the task needs, of which the force is Lambda times
-    std::array<double, 4> L = {};
     for (int i = 0; i < 2; ++i) {
       const int axis = 2 * i;  // x, z
       const double error = wanted[i] - x[axis];
       largest = std::max(largest, std::abs(error));
       needed[i] = -rate * rate * (wanted[i] - center[axis]) + stiffness * error +
                   damping * (speed[i] - v[3 + axis]) - drift[3 + axis];
-      for (int k = 0; k < n; ++k) {
-        needed[i] += 2 * X[i * n + k] * qd[k];  // N^T tau_0 with tau_0 = -2 qd
-        for (int j = 0; j < 2; ++j) L[2 * i + j] += J[i * n + k] * X[j * n + k];
-      }
     }
-    if (outcome) outcome = inertia.compute(L, L);  // L is Lambda now
     const Pair force = {L[0] * needed[0] + L[1] * needed[1], L[2] * needed[0] + L[3] * needed[1]};
-    for (int k = 0; k < n; ++k)
-      tau[k] = J[k] * force[0] + J[n + k] * force[1] + bias[k] - 2 * qd[k];
+    for (int k = 0; k < n; ++k) {
+      tau[k] = J[k] * force[0] + J[n + k] * force[1] + bias[k];
+      for (int j = 0; j < n; ++j) tau[k] -= 2 * N[k * n + j] * qd[j];  // N^T tau_0, tau_0 = -2 qd
+    }
     if (outcome) outcome = dynamics.forward_dynamics(q, qd, tau, a);
     if (!outcome) {
       std::printf("step %d: %s\n", step, to_string(outcome.status));

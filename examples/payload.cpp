@@ -76,8 +76,8 @@ double track(const Arm& arm, const Arm& known, const Spatial& force, bool operat
   constexpr Vector reach = {0.3, 0.2, -0.3, 0.3, 0.2, 0.3, 0.4};
   Vector q = pose, qd = {}, q_path, qd_path, qdd_path, qdd, tau, a;
   std::array<double, 3> x, x_path, task;
-  std::array<double, 9> L;       // J M^-1 J^T, then Lambda
-  std::array<double, 3 * n> X;   // M^-1 J^T
+  std::array<double, 9> L;       // Lambda
+  std::array<double, n * n> W;   // M^-1
   std::array<double, 6 * n> Jt;  // column i is row i of J
   Spatial v, v_path, acceleration, a_path;
   double largest = 0;
@@ -100,16 +100,11 @@ double track(const Arm& arm, const Arm& known, const Spatial& force, bool operat
     kalmarm::Outcome outcome;
     if (operational) {  // of the linear rows
       const double* J = &Jt[3 * n];
-      outcome = dynamics.factor(q);
-      if (outcome) outcome = dynamics.solve({J, n, 3}, {X.data(), n, 3});
-      L = {};
-      for (int i = 0; i < 3; ++i) {
+      outcome = dynamics.inverse_mass(q, W);
+      if (outcome) outcome = inertia.compute(W, {J, n, 3}, {.inertia = L}, outcome.error);
+      for (int i = 0; i < 3; ++i)
         task[i] = a_path[3 + i] - acceleration[3 + i] + stiffness * (x_path[i] - x[i]) +
                   damping * (v_path[3 + i] - v[3 + i]);
-        for (int j = 0; j < 3; ++j)
-          for (int k = 0; k < n; ++k) L[3 * i + j] += J[i * n + k] * X[j * n + k];
-      }
-      if (outcome) outcome = inertia.compute(L, L);
       for (int i = 0; i < 3; ++i) {
         const double push = L[3 * i] * task[0] + L[3 * i + 1] * task[1] + L[3 * i + 2] * task[2];
         for (int k = 0; k < n; ++k) tau[k] += J[i * n + k] * push;

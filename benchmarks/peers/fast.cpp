@@ -38,7 +38,21 @@ class Fast final : public Peer {
         dqd_(matrix_),
         dtau_(matrix_),
         columns_(nv_, 6),
-        operational_(6 * tips.size(), 6 * tips.size()) {}
+        operational_(6 * tips.size(), 6 * tips.size()),
+        regressor_(nv_, 10 * nv_),
+        parameters_(10 * nv_),
+        armature_(nv_) {
+    for (int k = 0; k < nv_; ++k) {
+      const RigidBody<double>& body = model.joint(k).body;
+      const Vector3<double>& c = body.com;
+      const Matrix3<double> I =
+          model.inertia(k).I_cm +
+          body.mass * (c.squaredNorm() * Matrix3<double>::Identity() - c * c.transpose());
+      parameters_.segment<10>(10 * k) << body.mass, body.mass * c, I(0, 0), I(1, 1), I(2, 2),
+          I(0, 1), I(0, 2), I(1, 2);
+      armature_[k] = model.joint(k).r;
+    }
+  }
 
   std::string name() const override {
     return std::string(refined_ ? "Ladder<last_bits>" : "Ladder<default>") + KALMARM_PEER_TAG;
@@ -50,7 +64,8 @@ class Fast final : public Peer {
   }
   bool has_batch(Task task) const override { return !is_triangle(task); }
   double flops(Task task, bool batch) const override {
-    if (is_kinematics(task) || (task != Task::acceleration && refined_)) return 0;
+    if (is_kinematics(task) || task == Task::regressor || (task != Task::acceleration && refined_))
+      return 0;
     if (task == Task::operational)
       return kalmarm::flops(tips_.plan(), Want::operational, tips_.tolerance(), {.rows = batch});
     return kalmarm::flops(robot_.plan(), want(task), robot_.tolerance(), {.rows = batch});
@@ -74,11 +89,7 @@ class Fast final : public Peer {
   }
   bool batch(Task task) override {
     batched_ = true;
-    const std::size_t width = is_kinematics(task)                           ? nv_ * 6
-                              : task == Task::inverse || task == Task::mass ? nv_ * nv_
-                              : task == Task::operational                   ? operational_.size()
-                                                                            : nv_;
-    rows_.resize(q_.size() * width);
+    rows_.resize(q_.size() * numbers(task));
     switch (task) {
       case Task::acceleration:
         return robot_.forward_dynamics(q_rows_, qd_rows_, tau_rows_, rows_, outcomes_) == 0;
@@ -103,6 +114,9 @@ class Fast final : public Peer {
         kinematics_.compute_rows(q_rows_, {.center = points, .momentum_matrix = columns});
         return true;
       }
+      case Task::regressor:
+        kinematics_.compute_rows(q_rows_, qd_rows_, tau_rows_, {.regressor = RowsView<T>(rows_)});
+        return true;
       case Task::operational:
         return tips_.operational(q_rows_, rows_, outcomes_) == 0;
       case Task::derivatives: {
@@ -162,6 +176,18 @@ class Fast final : public Peer {
     batched_ = false;
     return static_cast<bool>(tips_.operational(q_[i], operational_));
   }
+  bool regressor(int i) override {
+    batched_ = false;
+    kinematics_.compute(q_[i], qd_[i], tau_[i], {.regressor = regressor_});
+    return true;
+  }
+  void get_regressed_torque(int i, double* tau) const override {
+    const std::ptrdiff_t size = regressor_.size();
+    const T* const Y = batched_ ? &rows_[i * size] : regressor_.data();
+    Eigen::Map<VectorX<double>>(tau, nv_) =
+        Eigen::Map<const MatrixX<T>>(Y, nv_, 10 * nv_).template cast<double>() * parameters_ +
+        armature_.cwiseProduct(tau_[i].template cast<double>());
+  }
   void get_operational(int i, double* out) const override {
     const std::ptrdiff_t size = operational_.size();
     std::copy_n(batched_ ? &rows_[i * size] : operational_.data(), size, out);  // symmetric
@@ -190,6 +216,23 @@ class Fast final : public Peer {
   }
 
  private:
+  // Of a state's result.
+  std::size_t numbers(Task task) const {
+    switch (task) {
+      case Task::inverse:
+      case Task::mass:
+        return matrix_.size();
+      case Task::frame:
+      case Task::momentum:
+        return columns_.size();
+      case Task::operational:
+        return operational_.size();
+      case Task::regressor:
+        return regressor_.size();
+      default:
+        return nv_;
+    }
+  }
   static Want want(Task task) {
     switch (task) {
       case Task::acceleration:
@@ -207,6 +250,7 @@ class Fast final : public Peer {
       case Task::frame:
       case Task::momentum:
       case Task::operational:
+      case Task::regressor:
         break;
     }
     return Want::acceleration;
@@ -241,7 +285,8 @@ class Fast final : public Peer {
       rotations_;  // what the last batch has left
   std::vector<Outcome> outcomes_;
   VectorX<T> a_, torque_;
-  MatrixX<T> matrix_, dq_, dqd_, dtau_, columns_, operational_;
+  MatrixX<T> matrix_, dq_, dqd_, dtau_, columns_, operational_, regressor_;
+  VectorX<double> parameters_, armature_;
   Vector3<T> point_;
   Matrix3<T> rotation_;
   bool batched_ = false, is_lower_ = false;  // the last call

@@ -70,9 +70,10 @@ enum class Task {
   derivatives,
   inverse_triangle,
   mass_triangle,
-  frame,       // the last body's: its pose and J, in the base's axes
-  momentum,    // the centroidal momentum matrix and the centre of mass
-  operational  // J M^-1 J' of the tips, in their own axes
+  frame,        // the last body's: its pose and J, in the base's axes
+  momentum,     // the centroidal momentum matrix and the centre of mass
+  operational,  // J M^-1 J' of the tips, in their own axes
+  regressor     // of torques, by the inertial parameters of all bodies
 };
 
 // What most libraries have.
@@ -110,7 +111,7 @@ class Peer {
   virtual bool has_batch(Task) const { return false; }
 
   // The timed calls, of state i or, `batch`, of all; false where they failed. acceleration and derivatives
-  // take q, qd and tau; inverse_dynamics takes q, qd and, with tau's numbers, qdd; inverse and mass
+  // take q, qd and tau; inverse_dynamics and regressor take q, qd and, with tau's numbers, qdd; inverse and mass
   // take q, and so do frame, momentum and operational. Both triangles are filled, or by TASK_triangle at least the one that the library fills.
   virtual bool acceleration(int) { return false; }
   virtual bool inverse_dynamics(int) { return false; }
@@ -122,6 +123,7 @@ class Peer {
   virtual bool frame(int) { return false; }
   virtual bool momentum(int) { return false; }
   virtual bool operational(int) { return false; }
+  virtual bool regressor(int) { return false; }
   virtual bool batch(Task task) {
     for (int i = 0; i < states(); ++i)
       if (!call(task, i)) return false;
@@ -149,6 +151,8 @@ class Peer {
         return momentum(i);
       case Task::operational:
         return operational(i);
+      case Task::regressor:
+        return regressor(i);
     }
     return false;
   }
@@ -157,6 +161,8 @@ class Peer {
   // row-major. `matrix` is M^-1 or M, whichever was asked for last, whole.
   virtual void get_acceleration(int, double*) const {}
   virtual void get_torque(int, double*) const {}  // of inverse_dynamics
+  // By the last regressor: its product with the parameters, and what armature adds.
+  virtual void get_regressed_torque(int, double*) const {}
   virtual void get_matrix(int, double*) const {}
   virtual void get_columns(int, double*) const {
   }  // of frame or momentum, 6 x nv, (angular; linear)

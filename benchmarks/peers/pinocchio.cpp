@@ -11,6 +11,7 @@
 //   momentum          ccrba
 //   operational       computeMinverse, and its products with J: of legged robots 1.1 to 1.2 times as fast as crba, its
 //                     Cholesky and a solve of J', of iiwa14 0.8
+//   regressor         computeJointTorqueRegressor
 // Results stay in pinocchio::Data.
 #include <algorithm>
 #include <pinocchio/algorithm/aba-derivatives.hpp>
@@ -19,6 +20,7 @@
 #include <pinocchio/algorithm/crba.hpp>
 #include <pinocchio/algorithm/frames.hpp>
 #include <pinocchio/algorithm/jacobian.hpp>
+#include <pinocchio/algorithm/regressor.hpp>
 #include <pinocchio/algorithm/rnea.hpp>
 
 #include "benchmarks/peers/body_axes.hpp"
@@ -156,6 +158,21 @@ class Pinocchio final : public Peer {
     return true;
   }
 
+  bool regressor(int i) override {
+    const PinocchioState& state = states_[i];
+    pin::computeJointTorqueRegressor(model_, data_, state.q, state.qd, state.qdd);
+    return true;
+  }
+
+  void get_regressed_torque(int i, double* tau) const override {
+    Vector parameters(10 * (model_.njoints - 1));
+    for (int k = 1; k < model_.njoints; ++k)
+      parameters.segment<10>(10 * (k - 1)) = model_.inertias[k].toDynamicParameters();
+    axes_.torque(
+        states_[i].given_q.data(),
+        data_.jointTorqueRegressor * parameters + model_.armature.cwiseProduct(states_[i].qdd),
+        tau);
+  }
   void get_operational(int, double* out) const override {
     const auto size = operational_.rows();
     const auto row = [](Eigen::Index i) { return i / 6 * 6 + (i + 3) % 6; };  // angular first

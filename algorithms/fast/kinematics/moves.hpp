@@ -75,19 +75,21 @@ KALMARM_INLINE void force_to_parent(const LoweredModel<S>& model, const LoweredL
   }
 }
 
-// phi' l.
-template <class T, class S, class C, class D>
+// phi' l; `moved` or not: without what its translation does, both halves are turned alone.
+template <bool moved = true, class T, class S, class C, class D>
 KALMARM_INLINE void motion_from_parent(const LoweredModel<S>& model, const LoweredLink<S>& link,
                                        const Direction<C>& joint, const D& d, Sixfold<T>& l) {
-  l.v = l.v + link.p[0] * l.z;
-  l.w = l.w - link.p[0] * l.y;
-  if (link.p[1] != S(0)) {
-    l.w = l.w + link.p[1] * l.x;
-    l.u = l.u - link.p[1] * l.z;
-  }
-  if (link.p[2] != S(0)) {
-    l.u = l.u + link.p[2] * l.y;
-    l.v = l.v - link.p[2] * l.x;
+  if constexpr (moved) {
+    l.v = l.v + link.p[0] * l.z;
+    l.w = l.w - link.p[0] * l.y;
+    if (link.p[1] != S(0)) {
+      l.w = l.w + link.p[1] * l.x;
+      l.u = l.u - link.p[1] * l.z;
+    }
+    if (link.p[2] != S(0)) {
+      l.u = l.u + link.p[2] * l.y;
+      l.v = l.v - link.p[2] * l.x;
+    }
   }
   if (link.turned) {
     turn_back(model.uncommon(link).theta, l.x, l.y);
@@ -97,8 +99,10 @@ KALMARM_INLINE void motion_from_parent(const LoweredModel<S>& model, const Lower
   tilt_back(link, l.v, l.w);
   turn_back(joint, l.x, l.y);
   turn_back(joint, l.u, l.v);
-  l.u = l.u + d * l.y;
-  l.v = l.v - d * l.x;
+  if constexpr (moved) {
+    l.u = l.u + d * l.y;
+    l.v = l.v - d * l.x;
+  }
 }
 
 template <class T, class U>
@@ -134,12 +138,14 @@ KALMARM_INLINE void turn_back(const Rotation<U>& by, T& x, T& y, T& z) {
   y = new_y;
 }
 
-template <class T, class U>
+template <bool moved = true, class T, class U>
 KALMARM_INLINE void motion_from_parent(const MatrixPlacement<U>& phi, Sixfold<T>& l) {
-  const auto& p = phi.p;
-  l.u -= p[1] * l.z - p[2] * l.y;
-  l.v -= p[2] * l.x - p[0] * l.z;
-  l.w -= p[0] * l.y - p[1] * l.x;
+  if constexpr (moved) {
+    const auto& p = phi.p;
+    l.u -= p[1] * l.z - p[2] * l.y;
+    l.v -= p[2] * l.x - p[0] * l.z;
+    l.w -= p[0] * l.y - p[1] * l.x;
+  }
   turn_back(phi.R, l.x, l.y, l.z);
   turn_back(phi.R, l.u, l.v, l.w);
 }

@@ -76,20 +76,20 @@ KALMARM_INLINE void force_to_parent(const LoweredModel<S>& model, const LoweredL
   }
 }
 
-// phi' l- of the parent, for one of T or, with U a number and T a Pack, for several.
-template <class T, class S, class U>
+// phi' l- of the parent, for one of T or, with U a number and T a Pack, for several; `moved` as in moves.hpp.
+template <bool moved = true, class T, class S, class U>
 KALMARM_INLINE void motion_from_parent(const LoweredModel<S>& model, const LoweredLink<S>& link,
                                        const Placements<U>& placed, const U& d, Sixfold<T>& l) {
   using Kind = typename LoweredLink<S>::Kind;
   switch (link.kind) {
     case Kind::screws:
       if (link.slides)
-        motion_from_parent(model, link, model.uncommon(link).turn, d, l);
+        motion_from_parent<moved>(model, link, model.uncommon(link).turn, d, l);
       else
-        motion_from_parent(model, link, placed.direction(link), link.d, l);
+        motion_from_parent<moved>(model, link, placed.direction(link), link.d, l);
       break;
     case Kind::matrix:
-      motion_from_parent(placed.matrices[link.varying], l);
+      motion_from_parent<moved>(placed.matrices[link.varying], l);
       break;
     case Kind::cyclic:
       cycle_back(l.x, l.y, l.z);
