@@ -1,7 +1,9 @@
 #include "kalmarm/kinematics.hpp"
 
 #include <algorithm>
+#include <array>
 #include <limits>
+#include <numeric>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
@@ -69,9 +71,9 @@ T* checked(const char* name, const std::optional<RowsView<T>>& X, KinematicShape
 }
 
 template <class T, class View>
-KinematicsCall<T> call_of(const KinematicResults<View>& out, int nv, int frames,
+KinematicsCall<T> call_of(const KinematicResults<View>& out,
+                          const std::array<KinematicShape, kinematics>& shapes,
                           std::ptrdiff_t count) {
-  const auto shapes = kinematic_shapes(nv, frames);
   KinematicsCall<T> call{.axes = out.axes};
   for (int i = 0; i < kinematics; ++i)
     call.out[i] = checked(named<View>[i].name, out.*named<View>[i].view, shapes[i], count);
@@ -91,13 +93,22 @@ void need_motion(const KinematicsCall<T>& call) {
 }  // namespace
 
 template <class T>
-Kinematics<T>::Kinematics(const RobotModel& model, const std::vector<Frame>& frames)
+Kinematics<T>::Kinematics(const RobotModel& model, const std::vector<Frame>& frames,
+                          std::vector<int> bodies)
     : nq_(model.nq), nv_(model.nv()), frames_(static_cast<int>(frames.size())) {
   check_model(model, std::is_same_v<T, float> ? std::numeric_limits<float>::max()
                                               : std::numeric_limits<double>::max());
   for (const Frame& frame : frames) check_frame("kinematics", frame, nv_);
   for (const LinkParameters& link : model.links) mass_ += link.mass;
-  engine_ = make_kinematics<T>(model, frames);
+  for (const int body : bodies)
+    if (body < 0 || body >= nv_)
+      refuse("a body on link " + std::to_string(body) + " of a robot with " + std::to_string(nv_));
+  if (bodies.empty()) {
+    bodies.resize(nv_);
+    std::iota(bodies.begin(), bodies.end(), 0);
+  }
+  bodies_ = static_cast<int>(bodies.size());
+  engine_ = make_kinematics<T>(model, frames, bodies);
   threads_ = std::make_unique<Threads>();
 }
 
@@ -121,7 +132,7 @@ void Kinematics<T>::of_state(const VectorView<const T>& q, const VectorView<cons
     if (x.size() != size) refuse_size(name, std::to_string(x.size()), std::to_string(size));
     return x.data();
   };
-  KinematicsCall<T> call = call_of<T>(out, nv_, frames_, 1);
+  KinematicsCall<T> call = call_of<T>(out, kinematic_shapes(nv_, frames_, bodies_), 1);
   call.q = check("q", q, nq_);
   if (qd) call.qd = check("qd", *qd, nv_);
   if (qdd) call.qdd = check("qdd", *qdd, nv_);
@@ -138,14 +149,14 @@ void Kinematics<T>::of_rows(const RowsView<const T>& q, const RowsView<const T>*
     if (!x.fits(count, width)) refuse_size(name, x.shape(), detail::shape(count, width));
     return x.data();
   };
-  KinematicsCall<T> call = call_of<T>(out, nv_, frames_, count);
+  const auto shapes = kinematic_shapes(nv_, frames_, bodies_);
+  KinematicsCall<T> call = call_of<T>(out, shapes, count);
   call.q = check("q", q, nq_);
   if (qd) call.qd = check("qd", *qd, nv_);
   if (qdd) call.qdd = check("qdd", *qdd, nv_);
   need_motion(call);
   KinematicsEngine<T>& all = engine();
   if (count == 1) return all.answer(call);  // in less time than lanes
-  const auto shapes = kinematic_shapes(nv_, frames_);
   threads = std::max(threads, 1);
   all.reserve_workers(threads);
   const auto block = [&](int worker, int i) {

@@ -13,7 +13,7 @@ namespace {
 template <class T>
 using Field = std::optional<RowsView<T>> RowsOfKinematics<T>::*;
 
-// How many numbers of a state a result has, of F frames and nv DoF, and where it goes: in the order of
+// How many numbers of a state a result has, of F frames, nv DoF and a regressor of so many bodies, and where it goes: in the order of
 // KinematicResults.
 template <class T>
 struct Result {
@@ -21,7 +21,7 @@ struct Result {
   Field<T> field;
 };
 template <class T>
-std::vector<Result<T>> results_of(int F, int nv) {
+std::vector<Result<T>> results_of(int F, int nv, int bodies) {
   using R = RowsOfKinematics<T>;
   return {{3 * F, &R::positions},
           {9 * F, &R::rotations},
@@ -39,13 +39,14 @@ std::vector<Result<T>> results_of(int F, int nv) {
           {1, &R::kinetic_energy},
           {1, &R::potential_energy},
           {nv * nv, &R::coriolis},
-          {10 * nv * nv, &R::regressor}};
+          {10 * bodies * nv, &R::regressor}};
 }
 
 }  // namespace
 
-KinematicsOfRobot::KinematicsOfRobot(RobotModel model, std::vector<Frame> frames)
-    : model_(std::move(model)), frames_(std::move(frames)) {
+KinematicsOfRobot::KinematicsOfRobot(RobotModel model, std::vector<Frame> frames,
+                                     std::vector<int> bodies)
+    : model_(std::move(model)), frames_(std::move(frames)), bodies_(std::move(bodies)) {
   workers<double>().take();  // refuses what is wrong
 }
 
@@ -63,7 +64,8 @@ nb::list KinematicsOfRobot::compute(const std::vector<int>& results, nb::handle 
     const int count = in.count();
     RowsOfKinematics<T> out{.axes = axes_of("kinematics", axes)};
     nb::list arrays;
-    const std::vector<Result<T>> all = results_of<T>(frames(), nv);
+    const std::vector<Result<T>> all =
+        results_of<T>(frames(), nv, bodies_.empty() ? nv : static_cast<int>(bodies_.size()));
     for (const int i : results) {
       const auto& [numbers, field] = all.at(i);
       const nb::object array = in.result(nb::none(), {numbers});

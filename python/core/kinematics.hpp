@@ -13,7 +13,8 @@ namespace kalmarm::python {
 
 class KinematicsOfRobot {
  public:
-  KinematicsOfRobot(RobotModel model, std::vector<Frame> frames);
+  // bodies: of the regressor, by their links; empty: all.
+  KinematicsOfRobot(RobotModel model, std::vector<Frame> frames, std::vector<int> bodies);
 
   int frames() const { return static_cast<int>(frames_.size()); }
   double mass();
@@ -34,10 +35,11 @@ class KinematicsOfRobot {
 
   RobotModel model_;
   std::vector<Frame> frames_;
+  std::vector<int> bodies_;
   Workers<float, Kinematics<float>> float_workers_{
-      [this] { return Kinematics<float>(model_, frames_); }};
+      [this] { return Kinematics<float>(model_, frames_, bodies_); }};
   Workers<double, Kinematics<double>> double_workers_{
-      [this] { return Kinematics<double>(model_, frames_); }};
+      [this] { return Kinematics<double>(model_, frames_, bodies_); }};
 };
 
 }  // namespace kalmarm::python

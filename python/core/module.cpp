@@ -492,7 +492,8 @@ axes "local" is needed.)")
 
 void bind_kinematics(nb::module_& m) {
   nb::class_<KinematicsOfRobot>(m, "Kinematics")
-      .def(nb::init<RobotModel, std::vector<Frame>>(), "model"_a, "frames"_a)
+      .def(nb::init<RobotModel, std::vector<Frame>, std::vector<int>>(), "model"_a, "frames"_a,
+           "bodies"_a)
       .def_prop_ro("mass", &KinematicsOfRobot::mass, "Of all bodies [kg].")
       .def("_compute", &KinematicsOfRobot::compute, "results"_a, "q"_a, "qd"_a.none(),
            "qdd"_a.none(), "axes"_a, "threads"_a,

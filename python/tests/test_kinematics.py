@@ -229,6 +229,19 @@ def test_what_is_wrong_is_refused(g1):
         g1.kinematics(["torso_lin"])
 
 
+def test_the_regressor_of_chosen_bodies_is_their_columns(g1):
+    state = g1.random_state(5, 4)
+    names = ["left_ankle_roll_link", "pelvis"]
+    all_of = g1.kinematics([]).compute(["regressor"], *state)["regressor"]
+    some = g1.kinematics([], bodies=names).compute(["regressor"], *state)["regressor"]
+    columns = [10 * g1.frames[name].link + np.arange(10) for name in names]
+    np.testing.assert_array_equal(some, all_of[..., np.concatenate(columns)])
+    with pytest.raises(ValueError, match="left_ankle_roll_lin"):
+        g1.kinematics([], bodies=["left_ankle_roll_lin"])
+    with pytest.raises(ValueError, match="a body on link -1"):
+        g1.kinematics([], bodies=[kalmarm.Frame(-1)])
+
+
 def test_frames_are_those_of_the_question_unless_named(g1):
     asking = g1.replace(frames=["torso_link"])
     assert asking.kinematics().frames == ("torso_link",)

@@ -21,7 +21,7 @@ struct Results {
   std::array<MatrixX<T>, kinematics> of;
 
   Results(int nv, int frames) {
-    const auto shapes = kinematic_shapes(nv, frames);
+    const auto shapes = kinematic_shapes(nv, frames, nv);
     for (int i = 0; i < kinematics; ++i)
       of[i].setConstant(shapes[i].rows, shapes[i].columns, std::numeric_limits<T>::quiet_NaN());
   }
@@ -39,7 +39,7 @@ struct Rows {
   std::array<std::vector<T>, kinematics> of;
 
   Rows(int nv, int frames, int count) {
-    const auto shapes = kinematic_shapes(nv, frames);
+    const auto shapes = kinematic_shapes(nv, frames, nv);
     for (int i = 0; i < kinematics; ++i)
       of[i].assign(std::size_t(count) * shapes[i].size(), std::numeric_limits<T>::quiet_NaN());
   }
@@ -97,7 +97,7 @@ void agrees_with_the_definitions(const Model<double>& given, Axes axes, std::uin
     qdd.segment(i * nv, nv) = state.tau;
   }
   robot.compute_rows(q, qd, qdd, rows.all(axes));
-  const auto shapes = kinematic_shapes(nv, 3);
+  const auto shapes = kinematic_shapes(nv, 3, nv);
   for (int i = 0; i < count; ++i) {
     const State<T> state = state_in<T>(model, seed + i);
     const auto truth = true_kinematics(model, state.template cast<double>(), frames, axes);
@@ -263,6 +263,39 @@ TEST(Kinematics, TheRegressorGivesTheTorquesOfAnyBodies) {
     }
     EXPECT_EQ(Y, same);
   }
+}
+
+// The columns of chosen bodies, in their order, of one state and of rows; the same bits, since each is worked out
+// by itself.
+TEST(Kinematics, TheRegressorOfChosenBodiesIsTheirColumns) {
+  const Model<double> model = creature(4);
+  const int nv = model.nv(), count = 9;
+  const std::vector<int> bodies = {nv - 1, 2, nv / 2};
+  VectorX<double> q(count * model.nq()), qd(count * nv), qdd(count * nv);
+  for (int i = 0; i < count; ++i) {
+    const State<double> state = random_state(model, i);
+    q.segment(i * model.nq(), model.nq()) = state.q;
+    qd.segment(i * nv, nv) = state.qd;
+    qdd.segment(i * nv, nv) = state.tau;
+  }
+  Kinematics<double> all(plain(model)), some(plain(model), {}, bodies);
+  std::vector<double> whole(count * nv * 10 * nv), chosen(count * nv * 30);
+  all.compute_rows(q, qd, qdd, {.regressor = whole});
+  some.compute_rows(q, qd, qdd, {.regressor = chosen});
+  const State<double> state = random_state(model, 0);
+  MatrixX<double> Y(nv, 10 * nv), Y_chosen(nv, 30);
+  all.compute(state.q, state.qd, state.tau, {.regressor = Y});
+  some.compute(state.q, state.qd, state.tau, {.regressor = Y_chosen});
+  for (int b = 0; b < 3; ++b) {
+    EXPECT_EQ(Y_chosen.middleCols(10 * b, 10), Y.middleCols(10 * bodies[b], 10));
+    for (int i = 0; i < count; ++i) {
+      const Eigen::Map<MatrixX<double>> of_all(&whole[i * nv * 10 * nv], nv, 10 * nv),
+          of_some(&chosen[i * nv * 30], nv, 30);
+      EXPECT_EQ(of_some.middleCols(10 * b, 10), of_all.middleCols(10 * bodies[b], 10));
+    }
+  }
+  EXPECT_THROW(Kinematics<double>(plain(model), {}, {nv}), std::invalid_argument);
+  EXPECT_THROW(some.compute(state.q, state.qd, {.regressor = Y}), std::invalid_argument);
 }
 
 // Of each result alone the bits of all together.

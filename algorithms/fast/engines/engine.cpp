@@ -67,13 +67,15 @@ std::unique_ptr<Engine<double>> make_engine(const RobotModel& robot, const Engin
 
 template <>
 std::unique_ptr<KinematicsEngine<float>> make_kinematics(const RobotModel& robot,
-                                                         const std::vector<Frame>& frames) {
-  return chosen().engines->kinematics_float(robot, frames);
+                                                         const std::vector<Frame>& frames,
+                                                         const std::vector<int>& bodies) {
+  return chosen().engines->kinematics_float(robot, frames, bodies);
 }
 template <>
 std::unique_ptr<KinematicsEngine<double>> make_kinematics(const RobotModel& robot,
-                                                          const std::vector<Frame>& frames) {
-  return chosen().engines->kinematics_double(robot, frames);
+                                                          const std::vector<Frame>& frames,
+                                                          const std::vector<int>& bodies) {
+  return chosen().engines->kinematics_double(robot, frames, bodies);
 }
 
 const char* instruction_set() { return chosen().name; }

@@ -17,15 +17,18 @@ std::unique_ptr<Engine<double>> make_translational_engine(const RobotModel& robo
 
 template <class T>
 std::unique_ptr<KinematicsEngine<T>> make_engine_of_kinematics(const RobotModel& robot,
-                                                               const std::vector<Frame>& frames);
+                                                               const std::vector<Frame>& frames,
+                                                               const std::vector<int>& bodies);
 
 struct Engines {
   std::unique_ptr<Engine<float>> (*make_float)(const RobotModel&, const EngineOptions&);
   std::unique_ptr<Engine<double>> (*make_double)(const RobotModel&, const EngineOptions&);
   std::unique_ptr<KinematicsEngine<float>> (*kinematics_float)(const RobotModel&,
-                                                               const std::vector<Frame>&);
+                                                               const std::vector<Frame>&,
+                                                               const std::vector<int>&);
   std::unique_ptr<KinematicsEngine<double>> (*kinematics_double)(const RobotModel&,
-                                                                 const std::vector<Frame>&);
+                                                                 const std::vector<Frame>&,
+                                                                 const std::vector<int>&);
 };
 
 }  // namespace kalmarm

@@ -27,13 +27,16 @@ void quaternion_of(const S* rotation, S* wxyz) {
 template <class S>
 class EngineOfKinematics final : public KinematicsEngine<S> {
  public:
-  EngineOfKinematics(const RobotModel& robot, const std::vector<Frame>& frames)
+  EngineOfKinematics(const RobotModel& robot, const std::vector<Frame>& frames,
+                     const std::vector<int>& bodies)
       : given_(model_of(robot)),
         frames_(frames),
-        shapes_(kinematic_shapes(given_.nv(), static_cast<int>(frames.size()))),
+        bodies_(bodies),
+        shapes_(kinematic_shapes(given_.nv(), static_cast<int>(frames.size()),
+                                 static_cast<int>(bodies.size()))),
         in_double_(given_),
         lowered_(given_.template cast<S>()),
-        one_(in_double_, given_.gravity(), frames),
+        one_(in_double_, given_.gravity(), frames, bodies),
         q_(given_.nq()),
         qd_(given_.nv()),
         qdd_(given_.nv()) {}
@@ -56,7 +59,7 @@ class EngineOfKinematics final : public KinematicsEngine<S> {
 
   void reserve_workers(int count) override {
     while (static_cast<int>(workers_.size()) < count)
-      workers_.push_back(std::make_unique<Worker>(given_, lowered_, frames_));
+      workers_.push_back(std::make_unique<Worker>(given_, lowered_, frames_, bodies_));
   }
 
   void answer_rows(int worker, int count, const KinematicsCall<S>& call) override {
@@ -91,8 +94,8 @@ class EngineOfKinematics final : public KinematicsEngine<S> {
     std::vector<P> q, qd, qdd;
 
     Worker(const Model<double>& given, const LoweredModel<S>& lowered,
-           const std::vector<Frame>& frames)
-        : kernel(lowered, given.gravity(), frames),
+           const std::vector<Frame>& frames, const std::vector<int>& bodies)
+        : kernel(lowered, given.gravity(), frames, bodies),
           q(given.nq()),
           qd(given.nv()),
           qdd(given.nv()) {}
@@ -117,6 +120,7 @@ class EngineOfKinematics final : public KinematicsEngine<S> {
 
   Model<double> given_;
   std::vector<Frame> frames_;
+  std::vector<int> bodies_;
   std::array<KinematicShape, kinematics> shapes_;
   LoweredModel<double> in_double_;
   LoweredModel<S> lowered_;
@@ -129,12 +133,13 @@ class EngineOfKinematics final : public KinematicsEngine<S> {
 
 template <class S>
 std::unique_ptr<KinematicsEngine<S>> make_engine_of_kinematics(const RobotModel& robot,
-                                                               const std::vector<Frame>& frames) {
-  return std::make_unique<EngineOfKinematics<S>>(robot, frames);
+                                                               const std::vector<Frame>& frames,
+                                                               const std::vector<int>& bodies) {
+  return std::make_unique<EngineOfKinematics<S>>(robot, frames, bodies);
 }
 template std::unique_ptr<KinematicsEngine<float>> make_engine_of_kinematics(
-    const RobotModel&, const std::vector<Frame>&);
+    const RobotModel&, const std::vector<Frame>&, const std::vector<int>&);
 template std::unique_ptr<KinematicsEngine<double>> make_engine_of_kinematics(
-    const RobotModel&, const std::vector<Frame>&);
+    const RobotModel&, const std::vector<Frame>&, const std::vector<int>&);
 
 }  // namespace kalmarm

@@ -34,12 +34,12 @@ enum class Kinematic {
 };
 constexpr int kinematics = static_cast<int>(Kinematic::regressor) + 1;
 
-// Of one state: a result is a matrix of so many rows and columns.
+// Of one state: a result is a matrix of so many rows and columns. bodies: of the regressor.
 struct KinematicShape {
   int rows, columns;
   int size() const { return rows * columns; }
 };
-inline std::array<KinematicShape, kinematics> kinematic_shapes(int nv, int frames) {
+inline std::array<KinematicShape, kinematics> kinematic_shapes(int nv, int frames, int bodies) {
   return {{{3, frames},
            {3, 3 * frames},
            {4, frames},
@@ -56,7 +56,7 @@ inline std::array<KinematicShape, kinematics> kinematic_shapes(int nv, int frame
            {1, 1},
            {1, 1},
            {nv, nv},
-           {nv, 10 * nv}}};
+           {nv, 10 * bodies}}};
 }
 
 // Null: not given, or not wanted.
@@ -93,6 +93,7 @@ class KinematicsEngine {
 // Of the fast path: kernels for the best instruction set there is.
 template <class T>
 std::unique_ptr<KinematicsEngine<T>> make_kinematics(const RobotModel& robot,
-                                                     const std::vector<Frame>& frames);
+                                                     const std::vector<Frame>& frames,
+                                                     const std::vector<int>& bodies);
 
 }  // namespace kalmarm

@@ -28,7 +28,7 @@ class KinematicsKernel {
  public:
   // `model` is kept by reference.
   KinematicsKernel(const LoweredModel<S>& model, const Vector3<double>& gravity,
-                   const std::vector<Frame>& frames);
+                   const std::vector<Frame>& frames, const std::vector<int>& bodies);
 
   // The results that `call` wants, into memory that `result` shows; of the call's numbers none is read.
   template <class Call>
@@ -91,7 +91,8 @@ class KinematicsKernel {
 
 template <class T>
 KinematicsKernel<T>::KinematicsKernel(const LoweredModel<S>& model, const Vector3<double>& gravity,
-                                      const std::vector<Frame>& frames)
+                                      const std::vector<Frame>& frames,
+                                      const std::vector<int>& bodies)
     : model_(model),
       places_(model.lowered(frames)),
       on_a_way_(model, links_to(places_)),
@@ -99,8 +100,9 @@ KinematicsKernel<T>::KinematicsKernel(const LoweredModel<S>& model, const Vector
       motion_(model),
       whole_(model, gravity),
       coriolis_(model),
-      regressor_(model, gravity) {
-  const auto shapes = kinematic_shapes(model.nv(), static_cast<int>(frames.size()));
+      regressor_(model, gravity, bodies) {
+  const auto shapes = kinematic_shapes(model.nv(), static_cast<int>(frames.size()),
+                                       static_cast<int>(bodies.size()));
   for (int i = 0; i < kinematics; ++i) {
     sizes_[i] = shapes[i].size();
     if (i < static_cast<int>(Kinematic::coriolis)) results_[i].assign(sizes_[i], T(S(0)));

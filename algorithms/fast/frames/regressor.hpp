@@ -26,41 +26,43 @@ class Regressor {
  public:
   static constexpr int parameters = 10;  // of a link
 
-  explicit Regressor(const LoweredModel<S>& model, const Vector3<double>& gravity)
+  // By the parameters of these links.
+  Regressor(const LoweredModel<S>& model, const Vector3<double>& gravity,
+            const std::vector<int>& bodies)
       : gravity_{T(S(gravity[0])), T(S(gravity[1])), T(S(gravity[2]))} {
     const Transform<Wider<S>> same{Matrix3<Wider<S>>::Identity(), Vector3<Wider<S>>::Zero()};
-    for (int k = 0; k < model.nv(); ++k) {
+    for (const int k : bodies) {
       const Transform<Wider<S>> phi = model.phi_on_link(k, same);
       const auto column = [&](int j) {
         return Triple<S>{S(phi.R(0, j)), S(phi.R(1, j)), S(phi.R(2, j))};
       };
       given_.push_back(
-          {{column(0), column(1), column(2)}, {S(phi.p[0]), S(phi.p[1]), S(phi.p[2])}});
+          {k, {column(0), column(1), column(2)}, {S(phi.p[0]), S(phi.p[1]), S(phi.p[2])}});
     }
   }
 
-  // Y (nv x 10 nv, column-major); what is zero is left as it was.
+  // Y (nv rows, ten columns a body, column-major); what is zero is left as it was.
   void fill(const LoweredModel<S>& model, const WorldMotion<T>& at, T* Y) const {
     const int nv = model.nv();
-    for (int k = 0; k < nv; ++k) {
-      const auto& link = at.links[k];
+    for (const Given& given : given_) {
+      const auto& link = at.links[given.link];
       const auto turned = [&](const Triple<S>& v) { return link.R.turned(v.x, v.y, v.z); };
-      const Triad<T> r = {turned(given_[k].R.x), turned(given_[k].R.y), turned(given_[k].R.z)};
-      const Triple<T> offset = turned(given_[k].p), p = link.p + offset;
+      const Triad<T> r = {turned(given.R.x), turned(given.R.y), turned(given.R.z)};
+      const Triple<T> offset = turned(given.p), p = link.p + offset;
       const Triple<T> a =
           link.a + cross(link.w_dot, offset) + cross(link.w, cross(link.w, offset)) - gravity_;
       const std::array<Wrench, parameters> needed = wrenches(r, link.w, link.w_dot, a);
-      for (int j = k; j >= 0; j = model.link(j).parent) {
+      for (int j = given.link; j >= 0; j = model.link(j).parent) {
         const auto& joint = at.links[j];
         const bool slides = model.link(j).slides;
         const Triple<T>& e = joint.R.z;
         const Triple<T> arm = cross(e, p - joint.p);  // e'(r x F) = (e x r)'F
         for (int i = 0; i < parameters; ++i) {
           const Wrench& one = needed[i];
-          Y[(k * parameters + i) * nv + j] =
-              slides ? dot(e, one.F) : dot(e, one.N) + dot(arm, one.F);
+          Y[i * nv + j] = slides ? dot(e, one.F) : dot(e, one.N) + dot(arm, one.F);
         }
       }
+      Y += parameters * nv;
     }
   }
 
@@ -70,6 +72,7 @@ class Regressor {
   };
   // A link's frame in the model, in the one that is used here.
   struct Given {
+    int link;
     Triad<S> R;
     Triple<S> p;
   };

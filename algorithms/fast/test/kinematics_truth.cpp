@@ -65,7 +65,7 @@ std::array<MatrixX<double>, kinematics> true_kinematics(const Model<double>& mod
   const VectorX<Mp> qd = state.qd.cast<Mp>(), qdd = state.tau.cast<Mp>();
   const World world(wide, state.q.cast<Mp>(), qd);
   const int nv = model.nv(), F = static_cast<int>(frames.size());
-  const auto shapes = kinematic_shapes(nv, F);
+  const auto shapes = kinematic_shapes(nv, F, nv);
   std::array<MatrixX<Mp>, kinematics> out;
   for (int i = 0; i < kinematics; ++i) out[i].setZero(shapes[i].rows, shapes[i].columns);
   const auto result = [&](Kinematic what) -> MatrixX<Mp>& { return out[static_cast<int>(what)]; };

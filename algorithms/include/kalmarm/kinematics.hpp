@@ -67,8 +67,9 @@ struct KinematicResults {
   // --- of inverse dynamics
   // nv x nv: C of tau = M qdd + C qd + gravity; dM/dt - 2 C is skew-symmetric.
   View coriolis = {};
-  // nv x 10 nv: Y of tau = Y pi + r qdd, gravity included, with pi(k) = (m, m c, Ixx, Iyy, Izz, Ixy, Ixz, Iyz) of
-  // every link, about its origin in its axes, and r the armatures.
+  // nv x 10 B: Y of tau = Y pi + r qdd, gravity included, with pi(k) = (m, m c, Ixx, Iyy, Izz, Ixy, Ixz, Iyz) of
+  // every link, or of those that were chosen, about its origin in its axes, and r the armatures. da/dpi = -M^-1 Y
+  // with Y at qdd = a: Dynamics::solve takes its columns.
   View regressor = {};
 };
 
@@ -84,9 +85,11 @@ class Threads;
 template <class T>
 class KALMARM_EXPORT Kinematics {
  public:
-  // Throws std::invalid_argument where a frame is on a link that is not there or has no axes, and where
+  // bodies: the links whose parameters the regressor is by, in its order; empty: all. Throws
+  // std::invalid_argument where a frame or body is on a link that is not there, a frame has no axes, and where
   // the model is what no robot can be, as Dynamics does.
-  explicit Kinematics(const RobotModel& model, const std::vector<Frame>& frames = {});
+  explicit Kinematics(const RobotModel& model, const std::vector<Frame>& frames = {},
+                      std::vector<int> bodies = {});
   ~Kinematics();
   Kinematics(Kinematics&&) noexcept;
   Kinematics& operator=(Kinematics&&) noexcept;
@@ -130,7 +133,7 @@ class KALMARM_EXPORT Kinematics {
                const RowsView<const T>* qdd, const RowsOfKinematics<T>& out, int threads);
   KinematicsEngine<T>& engine() const;  // throws std::logic_error where it was moved away
 
-  int nq_ = 0, nv_ = 0, frames_ = 0;
+  int nq_ = 0, nv_ = 0, frames_ = 0, bodies_ = 0;
   double mass_ = 0;
   std::unique_ptr<KinematicsEngine<T>> engine_;
   std::unique_ptr<Threads> threads_;

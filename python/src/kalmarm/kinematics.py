@@ -37,16 +37,20 @@ class Kinematics(_core.Kinematics):
         momentum_matrix (6, n): A.
     kinetic_energy (), with rotors; potential_energy ().
     coriolis (n, n): C of tau = M qdd + C qd + gravity, for which dM/dt - 2 C is skew-symmetric.
-    regressor (n, 10 n): Y of tau = Y pi + r qdd, gravity included, with pi = (m, m c, Ixx, Iyy, Izz, Ixy, Ixz, Iyz)
-        of the link of every DoF, about its origin in its axes, and r the armatures.
+    regressor (n, 10 n), or (n, 10 b) of b chosen bodies: Y of tau = Y pi + r qdd, gravity included, with
+        pi = (m, m c, Ixx, Iyy, Izz, Ixy, Ixz, Iyz) of the link of every DoF or of each body, about its origin in its
+        axes, and r the armatures. Derivatives of a by pi: solve(q, -Y.T).T with Y at qdd = a.
 
     axes: "local": the frame's own (Pinocchio's LOCAL); "world": the base's, of what passes its origin (WORLD);
         "aligned": the base's, of the frame's origin, with its classical acceleration (LOCAL_WORLD_ALIGNED;
         MuJoCo's mj_jac).
     """
 
-    def __init__(self, model: Model, names: Iterable[str], frames: Iterable[Frame]) -> None:
-        super().__init__(model, list(frames))
+    def __init__(
+        self, model: Model, names: Iterable[str], frames: Iterable[Frame], bodies: Iterable[int] = ()
+    ) -> None:
+        chosen = list(bodies)
+        super().__init__(model, list(frames), chosen)
         self.frames = tuple(names)
         count, nv = len(self.frames), model.nv
         self._shapes: dict[str, tuple[int, ...]] = {
@@ -66,7 +70,7 @@ class Kinematics(_core.Kinematics):
             "kinetic_energy": (),
             "potential_energy": (),
             "coriolis": (nv, nv),
-            "regressor": (10 * nv, nv),
+            "regressor": (10 * (len(chosen) or nv), nv),
         }
 
     def compute(

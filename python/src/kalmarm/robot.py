@@ -249,14 +249,23 @@ class Robot(_core.Robot):
         at_rest: bool = self._options["at_rest"]
         return at_rest
 
-    def kinematics(self, frames: Iterable[str | Frame] | None = None) -> Kinematics:
+    def kinematics(
+        self,
+        frames: Iterable[str | Frame] | None = None,
+        *,
+        bodies: Iterable[str | Frame] = (),
+    ) -> Kinematics:
         """Where frames and all bodies are and how they move: of the frames by name, or those of the
-        robot's question."""
+        robot's question. bodies: the links that these frames are on are those by whose parameters the
+        regressor is; all unless told."""
         if frames is None:
             frames = self._options["frames"]
         chosen = several("frames", frames)
         names = [one if isinstance(one, str) else f"frame {i}" for i, one in enumerate(chosen)]
-        return Kinematics(self.model, names, [_frame(self._description, one) for one in chosen])
+        links = [_frame(self._description, one).link for one in several("bodies", bodies)]
+        return Kinematics(
+            self.model, names, [_frame(self._description, one) for one in chosen], links
+        )
 
     @overload
     def operational_space(
