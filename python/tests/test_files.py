@@ -220,6 +220,18 @@ def test_dofs_are_in_the_order_of_the_file_or_of_pinocchio(read, floating):
         )
 
 
+@pytest.mark.parametrize("what", ["prefix", "encoding"])
+def test_what_the_loader_does_not_ask_for_keeps_no_file_from_pinocchios_order(read, what):
+    text = branched()
+    if what == "prefix":
+        text = text.replace("</robot>", '<gazebo><sensor:camera name="x"/></gazebo></robot>')
+    else:
+        text = '<?xml version="1.0" encoding="GB2312"?>' + text[text.index("<robot") :]
+    joints = list(pin.buildModelFromXML(text).names)[1:]
+    assert read(text, "urdf", dof_order="pinocchio").dofs == joints
+    assert "dof_order='pinocchio'" in read(text, "urdf").notes[-1]
+
+
 def test_an_order_that_is_none_is_refused(read):
     with pytest.raises(ValueError, match="dof_order 'random' is unknown: file, pinocchio"):
         read(branched(), "urdf", dof_order="random")

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import os
 import xml.etree.ElementTree as ET
+from xml.parsers import expat
 
 
 def pinocchios_order(path: str | os.PathLike[str], dofs: list[str]) -> list[int]:
     """Which of the DoF stands where: depth first, children by the names of their joints. As they
     are, where the file is no URDF, of which Pinocchio keeps the order."""
     try:
-        robot = ET.parse(path).getroot()
-    except ET.ParseError:  # of parts that the loader left out
+        robot = _root(path)
+    except expat.ExpatError:  # of parts that the loader left out
         return list(range(len(dofs)))
     children: dict[str, list[tuple[str, str]]] = {}
     inboard = set()
@@ -30,6 +31,18 @@ def pinocchios_order(path: str | os.PathLike[str], dofs: list[str]) -> list[int]
         waiting += sorted(children.pop(link, []), reverse=True)
     # DoF of a free base, which the file does not name, are the first.
     return sorted(range(len(dofs)), key=lambda k: rank.get(_joint(dofs[k], rank), -1))
+
+
+def _root(path: str | os.PathLike[str]) -> ET.Element:
+    """As the loader reads it, which knows no namespaces and takes text for UTF-8: files have
+    prefixes that nothing declares, such as <sensor:camera>, which ET.parse refuses, and name
+    encodings that Python does not know."""
+    builder, parser = ET.TreeBuilder(), expat.ParserCreate()
+    parser.StartElementHandler = builder.start
+    parser.EndElementHandler = builder.end
+    with open(path, encoding="utf-8", errors="replace") as file:
+        parser.Parse(file.read(), True)
+    return builder.close()
 
 
 def _joint(dof: str, known: dict[str, int]) -> str:
