@@ -220,16 +220,31 @@ def test_dofs_are_in_the_order_of_the_file_or_of_pinocchio(read, floating):
         )
 
 
-@pytest.mark.parametrize("what", ["prefix", "encoding"])
+@pytest.mark.parametrize("what", ["prefix", "encoding", "empty line"])
 def test_what_the_loader_does_not_ask_for_keeps_no_file_from_pinocchios_order(read, what):
     text = branched()
     if what == "prefix":
         text = text.replace("</robot>", '<gazebo><sensor:camera name="x"/></gazebo></robot>')
     else:
-        text = '<?xml version="1.0" encoding="GB2312"?>' + text[text.index("<robot") :]
+        head = '<?xml version="1.0" encoding="GB2312"?>'
+        head = head if what == "encoding" else '\n<?xml version="1.0"?>'
+        text = head + text[text.index("<robot") :]
     joints = list(pin.buildModelFromXML(text).names)[1:]
     assert read(text, "urdf", dof_order="pinocchio").dofs == joints
     assert "dof_order='pinocchio'" in read(text, "urdf").notes[-1]
+
+
+@pytest.mark.parametrize("parent", ["base", "a"])
+def test_a_planar_joint_stands_where_pinocchio_has_it(read, parent):
+    links = [link(name, inertial(1, "2 3 4")) for name in "abc"]
+    plane = joint("p", parent, "b", kind="planar")
+    text = urdf(*links, joint("z", "base", "a"), plane, joint("c", "b", "c"))
+    order = list(pin.buildModelFromXML(text).names)[1:]
+    expected = [dof for one in order for dof in (["p_TX", "p_TY", "p_RZ"] if one == "p" else [one])]
+    robot = read(text, "urdf", dof_order="pinocchio")
+    assert robot.dofs == expected
+    file = read(text, "urdf")
+    assert any("dof_order" in note for note in file.notes) == (file.dofs != expected)
 
 
 def test_an_order_that_is_none_is_refused(read):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import xml.etree.ElementTree as ET
 from xml.parsers import expat
 
@@ -35,16 +36,16 @@ def pinocchios_order(path: str | os.PathLike[str], dofs: list[str]) -> list[int]
 
 def _root(path: str | os.PathLike[str]) -> ET.Element:
     """As the loader reads it, which knows no namespaces and takes text for UTF-8: files have
-    prefixes that nothing declares, such as <sensor:camera>, which ET.parse refuses, and name
-    encodings that Python does not know."""
+    prefixes that nothing declares, such as <sensor:camera>, which ET.parse refuses, name encodings
+    that Python does not know, and begin with an empty line."""
     builder, parser = ET.TreeBuilder(), expat.ParserCreate()
     parser.StartElementHandler = builder.start
     parser.EndElementHandler = builder.end
-    with open(path, encoding="utf-8", errors="replace") as file:
-        parser.Parse(file.read(), True)
+    with open(path, encoding="utf-8-sig", errors="replace") as file:
+        parser.Parse(file.read().lstrip(), True)
     return builder.close()
 
 
 def _joint(dof: str, known: dict[str, int]) -> str:
-    """ "ball" of "ball:x" """
-    return dof if dof in known else dof.split(":")[0]
+    """ "ball" of "ball:x"; "plane" of "plane_TX", "plane_TY" and "plane_RZ" """
+    return dof if dof in known else re.sub(r"(:.*|_TX|_TY|_RZ)$", "", dof)
