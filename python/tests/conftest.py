@@ -43,24 +43,6 @@ def relative(x, truth) -> float:
     return float(np.max(np.linalg.norm(x - truth, axis=axis) / np.linalg.norm(truth, axis=axis)))
 
 
-def pinocchio_states(model, count, seed):
-    rng = np.random.default_rng(seed)
-    low = np.maximum(model.lowerPositionLimit, -1.0)
-    high = np.minimum(model.upperPositionLimit, 1.0)
-    pin.seed(seed)
-    q = np.array([pin.randomConfiguration(model, low, high) for _ in range(count)])
-    v, tau = rng.standard_normal((2, count, model.nv))
-    return q, v, tau
-
-
-LINEAR_FIRST = [3, 4, 5, 0, 1, 2]  # Pinocchio's order of six rows
-
-
-def turned(ours, q, nv):
-    """T of qd = T v, v Pinocchio's."""
-    return ours.qd(q, np.eye(nv)).T
-
-
 def without_other_forces(model):
     """MuJoCo's model without contacts, constraints, actuators, springs and dampers."""
     flags = mujoco.mjtDisableBit

@@ -9,7 +9,8 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
-from conftest import file_of, load, pinocchio_states, relative, turned, without_other_forces
+from conftest import file_of, load, relative, without_other_forces
+from conventions import pinocchio_states, turned
 
 import kalmarm
 

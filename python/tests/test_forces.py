@@ -4,9 +4,8 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
-from conftest import (
-    as_fext, as_forces, file_of, load, pinocchio_states, relative, without_other_forces,
-)  # fmt: skip
+from conftest import as_fext, as_forces, file_of, load, relative, without_other_forces
+from conventions import pinocchio_states
 
 import kalmarm
 

@@ -4,7 +4,8 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
-from conftest import LINEAR_FIRST, file_of, load, pinocchio_states, turned
+from conftest import file_of, load
+from conventions import LINEAR_FIRST, pinocchio_states, turned
 
 import kalmarm
 

@@ -13,9 +13,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from conftest import (
-    BY_JOINTS, LINEAR_FIRST, as_fext, as_forces, file_of, load, of_joints, pinocchio_states, turned,
-    without_other_forces,
+    BY_JOINTS, as_fext, as_forces, file_of, load, of_joints, without_other_forces,
 )  # fmt: skip
+from conventions import LINEAR_FIRST, of_links, pinocchio_states, turned, turning
 
 import kalmarm
 
@@ -74,9 +74,7 @@ class Engines:
         self.tau, self.x = (self.states.tau(self.q_pin, one) for one in many[2])
         self.qdd = self.states.qdd(self.q_pin, self.v_pin, self.a_pin)
         self.T = turned(self.states, self.q_pin, self.nv)
-        self.dT = np.zeros_like(self.T)  # dT/dt
-        if self.free:
-            self.dT[:3, :3] = self.T[:3, :3] @ pin.skew(self.v_pin[3:6])
+        self.dT = turning(self.pinocchio, self.T, self.v_pin)
         of_pin = [frame.name for frame in self.pinocchio.frames if frame.type == pin.BODY]
         bodies = [self.mujoco.body(i).name for i in range(1, self.mujoco.nbody)]
         self.bodies = [one for one in bodies if one in of_pin]
@@ -549,37 +547,10 @@ def _(at):
     yield C @ at.qd, at.robot.bias(at.q, at.qd) - at.robot.gravity(at.q)
 
 
-def of_links(at):
-    """The matrix that takes parameters of all joints, as Pinocchio has them, to those of links."""
-    out = np.zeros((10 * at.nv, 10 * (at.pinocchio.njoints - 1)))
-    for name, i in zip(at.bodies, at.frames):
-        body, ours = at.pinocchio.frames[i], at.robot.frames[name]
-        if not body.parentJoint:
-            continue
-        joint = at.pinocchio.joints[body.parentJoint]
-        assert ours.link == joint.idx_v + joint.nv - 1
-        w, x, y, z = ours.rotation
-        to_body = pin.SE3(pin.Quaternion(w, x, y, z).matrix(), np.array(ours.translation))
-        X = (to_body * body.placement.inverse()).homogeneous
-        for k, pi in enumerate(np.eye(10)):
-            column = 10 * (body.parentJoint - 1) + k
-            out[10 * ours.link : 10 * ours.link + 10, column] = moved_parameters(X, pi)
-    return out
-
-
-def moved_parameters(X, pi):
-    """Ours in the axes to which X leads, by second moments, of Pinocchio's."""
-    m, h, (xx, xy, yy, xz, yz, zz) = pi[0], pi[1:4], pi[4:]
-    tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    second = np.trace(tensor) / 2 * np.eye(3) - tensor
-    moved = X @ np.block([[second, h[:, None]], [h, m]]) @ X.T
-    tensor = np.trace(moved[:3, :3]) * np.eye(3) - moved[:3, :3]
-    return [moved[3, 3], *moved[:3, 3], *np.diag(tensor), tensor[0, 1], tensor[0, 2], tensor[1, 2]]
-
-
 @check('compute(["regressor"], q, qd, qdd)')
 def _(at):
-    Y, L = at.compute("regressor", at.qd, at.qdd), of_links(at)
+    Y = at.compute("regressor", at.qd, at.qdd)
+    L = of_links(at.pinocchio, at.robot, at.bodies)
     data = at.pinocchio.createData()
     truth = pin.computeJointTorqueRegressor(at.pinocchio, data, at.q_pin, at.v_pin, at.a_pin)
     yield at.T.T @ Y @ L, truth
@@ -592,7 +563,7 @@ def _(at):
 
 @check("solve(q, -Y.T).T")
 def _(at):
-    robot, L = at.robot, of_links(at)
+    robot, L = at.robot, of_links(at.pinocchio, at.robot, at.bodies)
 
     def accelerations(d):
         """By Pinocchio, of parameters that are larger by d."""
