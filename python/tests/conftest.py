@@ -77,6 +77,7 @@ def of_joints(kinds):
     for i, kind in enumerate(kinds):
         joint = model.addJoint(parent, kind, pin.SE3.Random(), f"j{i}")
         model.appendBodyToJoint(joint, pin.Inertia.Random(), pin.SE3.Random())
+        model.addFrame(pin.Frame(f"body{i}", joint, 0, pin.SE3.Random(), pin.BODY))
         parent = joint if i % 3 else parent
     model.armature[:] = np.linspace(0.1, 0.5, model.nv)
     for joint in model.joints:  # of axes that turn with the body it would be other physics

@@ -42,6 +42,7 @@ def test_forces_are_pinocchios_fext(peer):
     of_pin = {frame.name: i for i, frame in enumerate(model.frames)}
     names = [one for one in robot.frames if one in of_pin and model.frames[of_pin[one]].parentJoint]
     names = names[:: max(len(names) // 3, 1)]
+    assert names
     robot = robot.replace(acted_on=names)
     q, v, tau = pinocchio_states(model, STATES, 13)
     forces = 10 * np.random.default_rng(9).standard_normal((STATES, len(names), 6))
