@@ -28,7 +28,7 @@ DynamicsOptions asking(const Question& question, const Rules& rules = {}) {
 }
 
 struct Answers {
-  VectorX<double> a, x, tau, diagonal;
+  VectorX<double> a, x, tau, diagonal, of_frames;
   MatrixX<double> X, M, operational;
   double log_det = 0;
 
@@ -44,7 +44,7 @@ struct Answers {
     const VectorX<T> q = state.q.cast<T>(), qd = state.qd.cast<T>(), tau = state.tau.cast<T>();
     const Question& question = robot.plan().question;
     const int n = robot.asked(), rows = 6 * static_cast<int>(question.frames.size());
-    VectorX<T> a(n), x(n), torque(n), diagonal(n);
+    VectorX<T> a(n), x(n), torque(n), diagonal(n), of_frames(rows);
     MatrixX<T> X(n, n), M(n, n), operational(rows, rows);
     T log_det(0);
     const auto wants = [&](Want want) { return question.wants(want); };
@@ -62,10 +62,16 @@ struct Answers {
     if (wants(Want::log_det)) expect_ok(robot.log_det(q, log_det));
     if (wants(Want::mass)) robot.mass(q, M);
     if (wants(Want::operational)) expect_ok(robot.operational(q, operational));
-    return {a.template cast<double>(),           x.template cast<double>(),
-            torque.template cast<double>(),      diagonal.template cast<double>(),
-            X.template cast<double>(),           M.template cast<double>(),
-            operational.template cast<double>(), double(log_det)};
+    if (wants(Want::operational_diagonal)) expect_ok(robot.operational_diagonal(q, of_frames));
+    return {a.template cast<double>(),
+            x.template cast<double>(),
+            torque.template cast<double>(),
+            diagonal.template cast<double>(),
+            of_frames.template cast<double>(),
+            X.template cast<double>(),
+            M.template cast<double>(),
+            operational.template cast<double>(),
+            double(log_det)};
   }
 };
 
@@ -91,6 +97,8 @@ double difference(Want want, const Answers& x, const Answers& right) {
       return difference(x.M, right.M);
     case Want::operational:
       return difference(x.operational, right.operational);
+    case Want::operational_diagonal:
+      return difference(x.of_frames.asDiagonal(), right.of_frames.asDiagonal());
     case Want::solve:
       return (x.x - right.x).norm() / right.x.norm();
     case Want::inverse_dynamics:
@@ -218,6 +226,7 @@ class Questions : public testing::TestWithParam<std::string> {
     Question question = question_of(scene, options);
     if (question.wants(Want::acceleration))
       question.want.insert({Want::solve, Want::inverse_dynamics});
+    if (question.wants(Want::operational)) question.want.insert(Want::operational_diagonal);
     expect_same_answers(scene, question, 3);
   }
   QuestionOptions options(std::vector<std::string> want) {
