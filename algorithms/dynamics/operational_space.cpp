@@ -119,13 +119,17 @@ Outcome OperationalInertia<T>::compute(MatrixView<const T> inverse_mass, MatrixV
                                        const OperationalResults<MatrixView<T>>& out, double error) {
   const auto n = static_cast<int>(Jt.rows_of(rows_));
   const auto check_one = [](const char* name, const auto& X, int rows, int columns) {
-    if (X) check(name, X.shape(), X.fits(rows, columns), detail::shape(rows, columns));
+    check(name, X.shape(), X.fits(rows, columns) && !X.is_row_major(),
+          detail::shape(rows, columns) + ", column-major");
   };
+  const std::string of_M = detail::shape(n, n);
+  check("M^-1", inverse_mass.shape(), inverse_mass.fits(n, n), of_M);
   check_one("J'", Jt, n, rows_);
-  check_one("M^-1", inverse_mass, n, n);
-  check_one("the inertia", out.inertia, rows_, rows_);
-  check_one("the inverse", out.inverse, n, rows_);
-  check_one("the projector", out.projector, n, n);
+  if (out.inertia)
+    check("the inertia", out.inertia.shape(), out.inertia.fits(rows_, rows_),
+          detail::shape(rows_, rows_));
+  if (out.inverse) check_one("the inverse", out.inverse, n, rows_);
+  if (out.projector) check_one("the projector", out.projector, n, n);
   return of_J(n, inverse_mass.data(), Jt.data(),
               {out.inertia.data(), out.inverse.data(), out.projector.data()}, {.error = error});
 }
@@ -187,7 +191,7 @@ Outcome OperationalInertia<T>::of_J(int n, const T* inverse_mass, const T* Jt_gi
     MJ.noalias() = W.template selfadjointView<Eigen::Lower>() * Jt;
     Y.noalias() = Jt.transpose() * MJ;
     memory_->scale = W.diagonal().cwiseAbs().cwiseSqrt();
-    double largest = 0;  // of (7); NaN where X(i,i) is
+    double largest = 0;  // of (7), but for rows that no joint moves, of which 0 / 0 is left out
     for (int i = 0; i < rows_; ++i) {
       const double most = Jt.col(i).cwiseAbs().dot(memory_->scale);
       largest = std::fmax(largest, most * most / Y(i, i));

@@ -296,7 +296,12 @@ TYPED_TEST(Operational, InverseAndProjectorAreThoseOfTheirDefinitions) {
                        N = Eigen::Map<MatrixX<T>>(&projector[i * nv * nv], nv, nv);
       const double error = outcomes[i].error;
       EXPECT_LE(scaled_error(L, exact), error) << i;
-      EXPECT_LT(error, 1e5 * static_cast<double>(unit_roundoff<T>()));  // says something
+      // (4) by (7), of an M^-1 that is wrong by rounding.
+      const VectorX<long double> sums = J.cwiseAbs() * W.diagonal().cwiseSqrt();
+      const auto eta =
+          static_cast<double>(sums.array().square().cwiseQuotient(X.diagonal().array()).maxCoeff());
+      const double w = 1 / static_cast<double>(scaled_inverse_norm(X, std::min(k, 3)));
+      EXPECT_NEAR(error, k * eta * 4 * static_cast<double>(unit_roundoff<T>()) / w, 0.01 * error);
       const VectorX<long double> d = W.diagonal().cwiseSqrt(), s = X.diagonal().cwiseSqrt();
       const Long of_G = d.cwiseInverse().asDiagonal() *
                         (G.template cast<long double>() - exact_inverse) * s.asDiagonal();
@@ -347,6 +352,11 @@ TEST(Regularised, TaskOfOtherSizesIsRefused) {
   EXPECT_THROW((void)inertia.compute(W, five, {}), std::invalid_argument);
   EXPECT_THROW((void)inertia.compute(W, wide, {}), std::invalid_argument);
   EXPECT_THROW((void)inertia.compute(W, Jt, {.projector = N}), std::invalid_argument);
+  EXPECT_THROW((void)inertia.compute({}, Jt, {}), std::invalid_argument);
+  Eigen::Matrix<double, -1, -1, Eigen::RowMajor> by_rows = Jt, N_by_rows(4, 4);
+  EXPECT_THROW((void)inertia.compute(W, by_rows, {}), std::invalid_argument);
+  EXPECT_THROW((void)inertia.compute(W, Jt, {.inverse = by_rows}), std::invalid_argument);
+  EXPECT_THROW((void)inertia.compute(W, Jt, {.projector = N_by_rows}), std::invalid_argument);
 }
 
 TEST(Regularised, WhatIsNoRegularisationIsRefused) {

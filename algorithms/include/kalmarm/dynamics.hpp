@@ -335,8 +335,8 @@ class KALMARM_EXPORT Dynamics {
   }
 
   // Rows of states, x (asked) of each in a row, one outcome each, on `threads` cores; so are those of
-  // log_det, one number each, of operational, a matrix in a row of X each, and of its diagonal. Returns how many
-  // failed, whose rows are not to be used.
+  // log_det, one number each, of operational, a matrix in a row of X each, and of its diagonal.
+  // Returns how many failed, whose rows are not to be used.
   [[nodiscard]] int diagonal(RowsView<const T> q, RowsView<T> x, std::span<Outcome> outcomes,
                              int threads = 1) {
     const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
@@ -377,7 +377,7 @@ class KALMARM_EXPORT Dynamics {
                        outcomes.data(), threads);
   }
 
-  // x = its diagonal, without the rest: of frames on one link the first costs what it costs there, each other a quarter.
+  // x = its diagonal alone. A further frame of a link costs a quarter of what the first does.
   Outcome operational_diagonal(VectorView<const T> q, VectorView<T> x) {
     check("operational_diagonal", "q", q.size(), nq_);
     check("operational_diagonal", "x", x.size(), rows_);

@@ -68,7 +68,7 @@ struct KinematicResults {
   // nv x nv: C of tau = M qdd + C qd + gravity; dM/dt - 2 C is skew-symmetric.
   View coriolis = {};
   // nv x 10 B: Y of tau = Y pi + r qdd, gravity included, with pi(k) = (m, m c, Ixx, Iyy, Izz, Ixy, Ixz, Iyz) of
-  // every link, or of those that were chosen, about its origin in its axes, and r the armatures. da/dpi = -M^-1 Y
+  // every link, or of the B that were chosen, about its origin in its axes, and r the armatures. da/dpi = -M^-1 Y
   // with Y at qdd = a: Dynamics::solve takes its columns.
   View regressor = {};
 };
