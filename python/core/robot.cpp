@@ -300,20 +300,29 @@ nb::object Robot::operational_space(nb::handle q, nb::handle J, int k, int alike
                    projector = in.result(nb::none(), {n, n}, "projector");
   std::vector<std::string> names = model_.names;
   for (int i = 0; i < k; ++i) names.push_back("row " + std::to_string(i) + " of J");
+  const auto of_rows = [&]<class T>(const std::vector<T>& W, std::span<const Outcome> given,
+                                    RowsView<T> Lambda, std::span<Outcome> outcomes) {
+    const int failed =
+        OperationalInertia<T>(k, how, alike)
+            .compute(W, rows_of<T>(in, 1, k * n),
+                     {.inertia = Lambda,
+                      .inverse = RowsView<T>(data_of<T>(inverse), in.count(), k * n),
+                      .projector = RowsView<T>(data_of<T>(projector), in.count(), n * n)},
+                     outcomes, given);
+    for (std::size_t i = 0; i < outcomes.size(); ++i)
+      outcomes[i] = of_inertia(outcomes[i], given[i]);
+    return failed;
+  };
   const nb::object outcome = rows(
       in, threads, status, inertia, npy_intp(k) * k,
       [&]<class T>(Dynamics<T>& dynamics, T* Lambda) {
         std::vector<T> W(std::size_t(n) * n);
-        const MatrixView<T> of_W(W.data(), n, n);
-        const Outcome given = dynamics.inverse_mass(vector<T>(in, 0, 0, model_.nq), of_W);
-        const Outcome out = OperationalInertia<T>(k, how, alike)
-                                .compute(MatrixView<const T>(W.data(), n, n),
-                                         MatrixView<const T>(in.data<T>(1), n, k),
-                                         {.inertia = MatrixView<T>(Lambda, k, k),
-                                          .inverse = MatrixView<T>(data_of<T>(inverse), n, k),
-                                          .projector = MatrixView<T>(data_of<T>(projector), n, n)},
-                                         given.error);
-        return of_inertia(out, given);
+        const Outcome given =
+            dynamics.inverse_mass(vector<T>(in, 0, 0, model_.nq), MatrixView<T>(W.data(), n, n));
+        Outcome out;
+        static_cast<void>(  // `out` says it
+            of_rows(W, std::span(&given, 1), RowsView<T>(Lambda, 1, k * k), std::span(&out, 1)));
+        return out;
       },
       [&]<class T>(Dynamics<T>& dynamics, RowsView<T> Lambda, std::span<Outcome> outcomes,
                    int used) {
@@ -321,16 +330,7 @@ nb::object Robot::operational_space(nb::handle q, nb::handle J, int k, int alike
         std::vector<Outcome> given(outcomes.size());
         static_cast<void>(  // counted below
             dynamics.inverse_mass(rows_of<T>(in, 0, model_.nq), W, given, used));
-        const int failed =
-            OperationalInertia<T>(k, how, alike)
-                .compute(W, rows_of<T>(in, 1, k * n),
-                         {.inertia = Lambda,
-                          .inverse = RowsView<T>(data_of<T>(inverse), in.count(), k * n),
-                          .projector = RowsView<T>(data_of<T>(projector), in.count(), n * n)},
-                         outcomes, given);
-        for (std::size_t i = 0; i < outcomes.size(); ++i)
-          outcomes[i] = of_inertia(outcomes[i], given[i]);
-        return failed;
+        return of_rows(W, given, Lambda, outcomes);
       },
       &names);
   return nb::make_tuple(inertia, transposed(inverse), transposed(projector),

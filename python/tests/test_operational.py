@@ -97,6 +97,17 @@ def test_a_row_of_a_task_that_is_singular_disturbs_no_other():
     assert robot.operational_space(q[0], J[0, 5:]).inertia.shape == (1, 1)
 
 
+@pytest.mark.parametrize("leading", [(), (3,)])
+def test_of_a_mass_matrix_that_is_singular_nothing_is_told(leading):
+    builder = kalmarm.Builder()
+    builder.add_body("arm", joint="hinge", axis=(0, 1, 0), mass=1, inertia=(1, 1, 1))
+    builder.add_body("dust", parent="arm", joint="hinge", axis=(0, 1, 0))
+    robot = builder.build()
+    space, outcome = robot.operational_space(np.zeros((*leading, 2)), np.eye(2), status=True)
+    assert np.all(outcome["status"] == kalmarm.Status.SINGULAR) and np.all(outcome["joint"] == 1)
+    assert all(np.isnan(result).all() for result in space)
+
+
 def test_diagonal_is_that_of_the_whole(g1):
     robot = g1.replace(frames=[*FEET, FEET[0], kalmarm.Frame(-1)])
     q = robot.random_state(4, 30).q
