@@ -2,6 +2,9 @@
 
 import ast
 import inspect
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -76,6 +79,17 @@ def test_stubs_say_what_a_call_returns():
     assert len(several) == 12
     assert all(results == [array, outcomes] for results in several.values())
     assert "Any" not in [result for results in returned.values() for result in results]
+
+
+def test_stubs_are_those_of_the_compiled_module(tmp_path):
+    """The command in stubs.txt makes them."""
+    core = Path(__file__).parents[1] / "core"
+    package = Path(kalmarm.__file__).parent
+    made = tmp_path / "_core.pyi"
+    command = ["-m", "nanobind.stubgen", "-q", "-m", "_core", "-p", core / "stubs.txt", "-o", made]
+    environment = dict(os.environ, PYTHONPATH=str(package))
+    subprocess.run([sys.executable, *command], env=environment, cwd=tmp_path, check=True)
+    assert made.read_text() == (package / "_core.pyi").read_text()
 
 
 def test_every_field_of_an_outcome_and_of_results_is_described():
