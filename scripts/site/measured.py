@@ -1,4 +1,4 @@
-"""What the committed example report measured: medians of times and errors, by variant."""
+"""What a report measured, the committed example unless another is named: medians of times and errors, by variant."""
 
 import csv
 import io
@@ -14,22 +14,24 @@ OTHER_TOLERANCES = re.compile(r"Ladder<\d|Rung")  # exhibits, which the report d
 
 
 @cache
-def files() -> dict[str, str]:
-    with tarfile.open(ARCHIVE) as archive:
+def files(archive: Path) -> dict[str, str]:
+    with tarfile.open(archive) as members:
         return {
-            Path(member.name).name: archive.extractfile(member).read().decode()
-            for member in archive
+            Path(member.name).name: members.extractfile(member).read().decode()
+            for member in members
             if member.isfile() and Path(member.name).name.startswith(("errors-", "times-", "batch-"))
         }
 
 
-def times(kind: str, scene: str, precision: str) -> dict[tuple[str, str], float]:
+def times(
+    kind: str, scene: str, precision: str, archive: Path = ARCHIVE
+) -> dict[tuple[str, str], float]:
     """Median time [µs] by task and variant; of a batch that of a state. kind: "times" or "batch"."""
     name = f"{kind}-{scene}.json"
     found = {}
-    for one in json.loads(files()[name])["benchmarks"] if name in files() else []:
+    for one in json.loads(files(archive)[name])["benchmarks"]:
         task, variant, _, of, *_ = one["run_name"].split("/")
-        if one["aggregate_name"] == "median" and of == precision:
+        if one.get("aggregate_name") == "median" and of == precision:
             seconds = one.get("s/state", 1e-9 * one["cpu_time"])
             found[task, variant] = 1e6 * seconds
     return found
@@ -38,7 +40,7 @@ def times(kind: str, scene: str, precision: str) -> dict[tuple[str, str], float]
 def errors(scene: str, precision: str) -> dict[tuple[str, str], float | None]:
     """Median relative error by task and variant; None where half of the states or more have no answer."""
     rows: dict[tuple[str, str], list[float]] = {}
-    for row in csv.DictReader(io.StringIO(files()[f"errors-{scene}.csv"])):
+    for row in csv.DictReader(io.StringIO(files(ARCHIVE)[f"errors-{scene}.csv"])):
         if row["precision"] == precision and row["measure"] == "relative":
             answered = row["outcome"] == "ok"
             rows.setdefault((row["task"], row["variant"]), []).append(

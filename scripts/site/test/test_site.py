@@ -2,7 +2,9 @@
 scripts/docs has made, and with the Python package's sources and stubs. Tables of results are compared with their data."""
 
 import ast
+import json
 import re
+import subprocess
 import sys
 from pathlib import Path
 from xml.etree import ElementTree
@@ -48,7 +50,7 @@ def listed(language: str, known: set[str], mark: str) -> set[str]:
 def functions_of_headers() -> dict[str, list[str]]:
     """What is said of every public function but constructors and operators; the comment of each overload."""
     found: dict[str, list[str]] = {}
-    for file in (SITE / "assets/.doxy/kalmarm/xml").glob("*.xml"):
+    for file in (ROOT / "build/doxygen/kalmarm/xml").glob("*.xml"):
         for compound in ElementTree.parse(file).getroot().iter("compounddef"):
             owner = compound.findtext("compoundname").removeprefix("kalmarm").removeprefix("::")
             if compound.get("kind") not in ("class", "struct", "namespace"):
@@ -171,3 +173,42 @@ def test_table_of_the_readme_is_what_the_example_report_measured():
         for cell, task in zip(row[3:5], ("acceleration", "inverse")):
             assert float(cell) == float(f"{times[task + suffix, variant]:.3g}") or cell == f"{times[task + suffix, variant]:.2g}"
         assert float(row[5]) == float(f"{errors['acceleration' + suffix, variant]:.0e}")
+
+
+def test_history_is_of_times_over_those_of_mujoco():
+    command = [ROOT / "scripts/site/history", measured.ARCHIVE]
+    written = json.loads(subprocess.run(command, capture_output=True, check=True).stdout)
+    series = {one["name"]: one["value"] for one in written}
+    times = measured.times("times", "g1", "float64")
+    ratio = times["inverse", "Ladder<default>"] / times["inverse", "MuJoCo"]
+    assert series["inverse/Ladder<default>/g1"] == pytest.approx(ratio, abs=1e-4)
+    assert len(series) == len(written) > 20
+
+
+def test_reports_stay_where_they_were_published(tmp_path):
+    def git(*words: str) -> str:
+        ran = subprocess.run(["git", *words], cwd=tmp_path / "work", capture_output=True, check=True, text=True)
+        return ran.stdout
+
+    def publish(text: str, address: str) -> int:
+        (tmp_path / "report").mkdir(exist_ok=True)
+        (tmp_path / "report/index.html").write_text(text)
+        command = [ROOT / "scripts/site/publish", tmp_path / "report", address]
+        return subprocess.run(command, cwd=tmp_path / "work", capture_output=True).returncode
+
+    (tmp_path / "work").mkdir()
+    git("init", "-q", "--bare", tmp_path / "remote")
+    git("init", "-q")
+    git("remote", "add", "origin", tmp_path / "remote")
+    git("config", "user.name", "test")
+    git("config", "user.email", "test@kalmarm.invalid")
+    git("commit", "-q", "--allow-empty", "-m", "first")
+    assert publish("one", "v0.1.0") == 0
+    assert publish("two", "weekly/2026-11-30") == 0
+    assert publish("other", "v0.1.0") == 2
+    assert publish("other", "../v0.1.0") == 2
+    git("fetch", "-q", "origin", "gh-pages")
+    assert git("show", "FETCH_HEAD:reports/v0.1.0/index.html") == "one"
+    assert git("show", "FETCH_HEAD:reports/weekly/2026-11-30/index.html") == "two"
+    listed = git("show", "FETCH_HEAD:reports/index.html")
+    assert "v0.1.0/index.html" in listed and "weekly/2026-11-30/index.html" in listed
