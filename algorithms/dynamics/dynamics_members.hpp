@@ -24,6 +24,7 @@ Dynamics<T>::Dynamics(const RobotModel& model, const DynamicsOptions& options,
   asked_ = static_cast<int>(execution_->width().n);
   rows_ = static_cast<int>(execution_->width().k);
   forces_ = static_cast<int>(execution_->width().f);
+  contacts_ = static_cast<int>(execution_->width().c);
 }
 
 template <class T>
@@ -100,21 +101,6 @@ void Dynamics<T>::check_turning(bool act, Axes axes) {
 }
 
 template <class T>
-const T* Dynamics<T>::checked_forces(const char* call, const StateForces<T>& forces) const {
-  if (!forces.on) return nullptr;
-  check(call, "forces", forces.on->size(), forces_);
-  return forces.on->data();
-}
-
-template <class T>
-const T* Dynamics<T>::checked_forces(const char* call, std::ptrdiff_t count,
-                                     const ForceRows<T>& forces) const {
-  if (!forces.on) return nullptr;
-  check(call, "forces", count, *forces.on, forces_);
-  return forces.on->data();
-}
-
-template <class T>
 Outcome Dynamics<T>::answer(const Call<T>& call) {
   return execution().answer(call);
 }
@@ -124,8 +110,8 @@ int Dynamics<T>::answer_rows(std::ptrdiff_t count, const Call<T>& call, Outcome*
   return execution().answer_rows(static_cast<int>(count), call, outcomes, std::max(threads, 1));
 }
 template <class T>
-Outcome Dynamics<T>::factor(const T* q) {
-  return execution().factor(q);
+Outcome Dynamics<T>::factor(const Call<T>& call) {
+  return execution().factor(call);
 }
 template <class T>
 Outcome Dynamics<T>::solve(int columns, const T* taus, T* X) {

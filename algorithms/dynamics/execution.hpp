@@ -23,16 +23,20 @@ class Execution {
  public:
   Execution(Plan plan, int nq, double tolerance, Triangles triangles, const MakeEngine<T>& make)
       : plan_(std::move(plan)),
-        width_{nq, plan_.nv, static_cast<std::ptrdiff_t>(plan_.asked.size()),
+        width_{nq,
+               plan_.nv,
+               static_cast<std::ptrdiff_t>(plan_.asked.size()),
                6 * static_cast<std::ptrdiff_t>(plan_.question.frames.size()),
-               6 * static_cast<std::ptrdiff_t>(plan_.question.acted_on.size())},
+               6 * static_cast<std::ptrdiff_t>(plan_.question.acted_on.size()),
+               6 * static_cast<std::ptrdiff_t>(plan_.question.contacts.size())},
         at_rest_(plan_.question.at_rest),
         zero_(plan_.nv, T(0)),
-        factored_q_(nq, T(0)) {
+        factored_(nq, width_.c) {
     for (const Want want : plan_.question.want) wanted_ |= bit(want);
     const bool nothing_to_copy = plan_.parts.size() == 1 && width_.n == plan_.nv &&
                                  plan_.parts[0].reduction.model.nv() == plan_.nv &&
                                  plan_.parts[0].acted_on.size() == plan_.question.acted_on.size() &&
+                                 plan_.parts[0].contacts.size() == plan_.question.contacts.size() &&
                                  plan_.question.locked.empty();
     // What is copied is copied whole.
     if (!nothing_to_copy) triangles = Triangles::both;
@@ -74,9 +78,10 @@ class Execution {
     return failed;
   }
 
-  Outcome factor(const T* q) {
+  // At call.q, with contacts where there are some.
+  Outcome factor(const Call<T>& call) {
     need({.want = Want::solve});
-    std::copy_n(q, width_.nq, factored_q_.data());
+    factored_.keep(call);
     factor_again();
     return kept_;
   }
@@ -170,11 +175,12 @@ class Execution {
 
   void factor_again() {
     factors_ = Kept::there;
-    kept_ = whole_ ? whole_->factor(factored_q_.data()) : factor_parts(factored_q_.data());
+    const Call<T> call = factored_.call();
+    kept_ = whole_ ? whole_->factor(call) : factor_parts(call);
   }
 
-  Outcome factor_parts(const T* q) {
-    return each([q](PartState<T>& p) { return p.factor(q); });
+  Outcome factor_parts(const Call<T>& call) {
+    return each([&](PartState<T>& p) { return p.factor(call, width_); });
   }
 
   // out: of what came before.
@@ -189,7 +195,7 @@ class Execution {
     Call<T> of_a = call;
     of_a.B = nullptr;
     const Outcome out = answer(of_a);
-    const Outcome of_D = out ? factor_parts(call.q) : out;
+    const Outcome of_D = out ? factor_parts({.want = Want::solve, .q = call.q}) : out;
     return of_D ? solve_parts(call.m, call.B, call.X, worse(out, of_D)) : of_D;
   }
 
@@ -237,7 +243,7 @@ class Execution {
   // Bits: a lookup in the question's set is 5 ns of every call.
   unsigned wanted_ = 0, direct_ = 0;  // direct: nothing is copied
   std::vector<T> zero_;               // velocities of a robot at rest
-  std::vector<T> factored_q_;
+  KeptPosition<T> factored_;
   enum class Kept { none, there, overwritten } factors_ = Kept::none;
   Outcome kept_;  // of them
   std::vector<PartState<T>> parts_;

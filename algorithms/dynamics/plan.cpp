@@ -39,6 +39,11 @@ class Planning {
     plan_.question = checked(whole, question);
     plan_.nv = whole.nv();
     plan_.partial_answers = rules.contains(Rule::partial_answers);
+    if (!question.contacts.empty() && plan_.question.want.contains(Want::log_det) &&
+        !(plan_.partial_answers &&
+          (question.locked.empty() || rules.contains(Rule::locked_joints))))
+      throw std::invalid_argument(
+          "question: log det of M with contacts needs the rules partial_answers and locked_joints");
     lock();
     ask();
     drop_trees();
@@ -75,13 +80,17 @@ class Planning {
       if (whole.joint(k).coordinate == Coordinate::follower && locked[k] != locked[k - 1])
         refuse("DoF '" + whole.name(k) + "': of a joint all DoF are locked or none");
     for (const Frame& frame : question.frames) check_frame("question", frame, nv);
-    for (const Frame& frame : question.acted_on) {
-      check_frame("question", frame, nv);
-      if (frame.link >= 0 && frame.link + 1 < nv &&
-          whole.joint(frame.link + 1).coordinate == Coordinate::follower)
-        refuse("forces act on DoF '" + whole.name(frame.link) +
-               "', which is not the last of its joint");
-    }
+    const auto check_last = [&](const char* what, const std::vector<Frame>& frames) {
+      for (const Frame& frame : frames) {
+        check_frame("question", frame, nv);
+        if (frame.link >= 0 && frame.link + 1 < nv &&
+            whole.joint(frame.link + 1).coordinate == Coordinate::follower)
+          refuse(std::string(what) + " on DoF '" + whole.name(frame.link) +
+                 "', which is not the last of its joint");
+      }
+    };
+    check_last("forces act", question.acted_on);
+    check_last("contacts stand", question.contacts);
     if (question.q.empty() && question.locked.empty()) question.q.assign(whole.nq(), 0);
     if (static_cast<int>(question.q.size()) != whole.nq())
       refuse("q holds " + std::to_string(question.q.size()) + " numbers, " +
@@ -136,6 +145,7 @@ class Planning {
     };
     mark(question.frames, sited_);
     mark(question.acted_on, pushed_);
+    mark(question.contacts, pushed_);
   }
 
   void drop_trees() {
@@ -240,6 +250,7 @@ class Planning {
     };
     place(plan_.question.frames, part.frame_index, part.frames);
     place(plan_.question.acted_on, part.acted_index, part.acted_on);
+    place(plan_.question.contacts, part.contact_index, part.contacts);
     part.kernel = kernel_for(part);
     if (!rules_.contains(Rule::zero_terms)) part.zeros = Zeros::kept;
     part.block = rules_.contains(Rule::partial_answers) &&
@@ -249,7 +260,7 @@ class Planning {
   }
 
   Kernel kernel_for(const Part& part) const {
-    if (rules_.contains(Rule::translations) && part.acted_on.empty() &&
+    if (rules_.contains(Rule::translations) && part.acted_on.empty() && part.contacts.empty() &&
         is_translational(part.reduction.model))
       return Kernel::translational;
     if (rules_.contains(Rule::rest) && plan_.question.at_rest &&

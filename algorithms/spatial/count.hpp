@@ -1,4 +1,4 @@
-// A scalar that counts the flops done with it: additions, multiplications and divisions, one each.
+// A scalar that counts the flops done with it: additions, multiplications, divisions and roots, one each.
 // Sines, cosines, signs and comparisons are free.
 #pragma once
 
@@ -28,6 +28,7 @@ struct Count {
   friend Count zero_where_less(Count a, Count b, Count x) {
     return a.value < b.value ? 0 : x.value;
   }
+  friend Count sqrt(Count a) { return counted(std::sqrt(a.value)); }
   friend Count sin(Count a) { return std::sin(a.value); }
   friend Count cos(Count a) { return std::cos(a.value); }
 

@@ -77,6 +77,22 @@ struct Pack {
   friend Pack max(Pack a, Pack b) { return of(a.v < b.v ? b.v : a.v); }
   // x, but 0 where a < b.
   friend Pack zero_where_less(Pack a, Pack b, Pack x) { return of(a.v < b.v ? Vector{} : x.v); }
+
+  // Over all lanes.
+  KALMARM_INLINE friend S sum(const Pack& x) {
+    if constexpr (n == 1)
+      return x.v[0];
+    else
+      return sum(
+          x.half(std::integral_constant<int, 0>(), std::make_integer_sequence<int, n / 2>()) +
+          x.half(std::integral_constant<int, n / 2>(), std::make_integer_sequence<int, n / 2>()));
+  }
+
+ private:
+  template <class First, int... i>
+  KALMARM_INLINE auto half(First, std::integer_sequence<int, i...>) const {
+    return Pack<S, n / 2>::of(__builtin_shufflevector(v, v, (First() + i)...));
+  }
 };
 
 template <class S, int n>
@@ -127,6 +143,7 @@ struct Pack<S, n> {
   KALMARM_INLINE friend Pack zero_where_less(const Pack& a, const Pack& b, const Pack& x) {
     return {zero_where_less(a.low, b.low, x.low), zero_where_less(a.high, b.high, x.high)};
   }
+  KALMARM_INLINE friend S sum(const Pack& x) { return sum(x.low + x.high); }
 };
 
 // Whether a lane of x is above `limit`.

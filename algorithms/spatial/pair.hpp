@@ -141,9 +141,9 @@ struct Pair {
 };
 
 // (1) of hi and lo.
-template <class T>
-KALMARM_INLINE void normalise(Pair<T>& a, Pair<T>& b, Pair<T>& c) {
-  for (Pair<T>* x : {&a, &b, &c}) {
+template <class T, class... More>
+KALMARM_INLINE void normalise(Pair<T>& a, More&... more) {
+  for (Pair<T>* x : {&a, &more...}) {
     const T s = x->hi + x->lo, t = s - x->hi;
     *x = {s, (x->hi - (s - t)) + (x->lo - t)};
   }

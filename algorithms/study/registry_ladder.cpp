@@ -56,13 +56,14 @@ class TwoDoublesSolver final : public Solver<double> {
                                        .out = a.data()});
   }
   Outcome factor(const VectorX<double>& q) override {
-    return q.allFinite() ? factors_.factor(q.data()) : not_finite;
+    return q.allFinite() ? factors_.factor({.want = Want::solve, .q = q.data()}) : not_finite;
   }
   void solve(const VectorX<double>& tau, VectorX<double>& x) override {
     (void)factors_.solve(1, tau.data(), x.data());
   }
   Outcome inverse(const VectorX<double>& q, MatrixX<double>& X) override {
-    return q.allFinite() ? factors_.inverse(q.data(), X.data()) : not_finite;
+    if (!q.allFinite()) return not_finite;
+    return factors_.inverse({.want = Want::inverse, .q = q.data(), .out = X.data()});
   }
   void mass(const VectorX<double>&, MatrixX<double>& M) override {
     M.setConstant(std::numeric_limits<double>::quiet_NaN());

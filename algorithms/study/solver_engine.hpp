@@ -45,7 +45,7 @@ class SolverState {
       case Want::inverse:
         return inverse(call);
       case Want::solve: {
-        const Outcome of_D = factor(call.q);
+        const Outcome of_D = factor(call);
         return of_D ? solve(1, call.tau, call.out) : of_D;
       }
       default:
@@ -53,8 +53,8 @@ class SolverState {
     }
   }
 
-  Outcome factor(const T* q) {
-    std::copy_n(q, q_.size(), q_.data());
+  Outcome factor(const Call<T>& call) {
+    std::copy_n(call.q, q_.size(), q_.data());
     return kept_ = solver_->factor(q_);
   }
 
@@ -136,7 +136,7 @@ class SolverEngine final : public Engine<T> {
 
   bool answers_in_part() const override { return false; }
   Outcome answer(const Call<T>& call) override { return workers_[0]->answer(call); }
-  Outcome factor(const T* q) override { return workers_[0]->factor(q); }
+  Outcome factor(const Call<T>& call) override { return workers_[0]->factor(call); }
   Outcome solve(int columns, const T* taus, T* X) override {
     return workers_[0]->solve(columns, taus, X);
   }
@@ -165,8 +165,9 @@ template <class T, class Make>
 MakeEngine<T> engines_by(const Make& make) {
   return
       [make](const RobotModel& robot, const EngineOptions& options) -> std::unique_ptr<Engine<T>> {
-        if (!options.acted_on.empty())
-          throw std::invalid_argument("solvers of the study take no forces from outside");
+        if (!options.acted_on.empty() || !options.contacts.empty())
+          throw std::invalid_argument(
+              "solvers of the study take no forces from outside and no contacts");
         const Model<T> model = model_of(robot).cast<T>();
         return std::make_unique<SolverEngine<T>>(model, make);
       };

@@ -39,13 +39,13 @@ struct CertifiedModels {
   std::vector<Frame> acted_on;
 
   CertifiedModels(const LoweredModel<double>& in_double, const RobotModel& of_robot,
-                  double of_options, const std::vector<Frame>& by_forces)
+                  const EngineOptions& options)
       : lowered(in_double),
         twice(model_of(of_robot).cast<Pair<double>>(), Zeros::left_out,
-              accepted_error(default_tolerance<Pair<double>>), by_forces),
+              accepted_error(default_tolerance<Pair<double>>), options.acted_on, options.contacts),
         robot(of_robot),
-        tolerance(of_options),
-        acted_on(by_forces) {}
+        tolerance(options.tolerance),
+        acted_on(options.acted_on) {}
 };
 
 // A sweep of the conventional form and its refinement, for one state or one in every lane.

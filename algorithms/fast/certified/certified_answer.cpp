@@ -11,8 +11,7 @@ namespace kalmarm {
 std::shared_ptr<const CertifiedModels> make_certified_models(const LoweredModel<double>& lowered,
                                                              const RobotModel& robot,
                                                              const EngineOptions& options) {
-  return std::make_shared<const CertifiedModels>(lowered, robot, options.tolerance,
-                                                 options.acted_on);
+  return std::make_shared<const CertifiedModels>(lowered, robot, options);
 }
 
 struct CertifiedAnswer::Parts {
@@ -20,14 +19,14 @@ struct CertifiedAnswer::Parts {
   std::optional<CertifiedAcceleration> acceleration;
   std::optional<CertifiedRows> rows;
   std::optional<CertifiedFactors> factors;
-  std::vector<double> kept_q;       // of columns
+  KeptPosition<double> at;          // of columns
   std::optional<Outcome> kept;      // of factors there
   std::vector<double> no_velocity;  // (nv) of robots at rest, else empty
   MatrixX<double> selected;         // J M^-1 J' where its diagonal is wanted
 
   Parts(std::shared_ptr<const CertifiedModels> of_robot, const EngineOptions& options, bool at_rest)
       : models(std::move(of_robot)),
-        kept_q(models->lowered.nq()),
+        at(models->lowered.nq(), static_cast<std::ptrdiff_t>(6 * options.contacts.size())),
         no_velocity(at_rest ? models->lowered.nv() : 0, 0.0) {
     const bool derivatives = options.wants(Want::derivatives),
                refined = models->tolerance < least_tolerance_of_double;
@@ -63,23 +62,23 @@ Outcome CertifiedAnswer::answer(const Call<double>& call,
                     : parts.acceleration->acceleration(*parts.models, moving, swept);
     }
     case Want::inverse:
-      return parts.factors->inverse(call.q, call.out);
+      return parts.factors->inverse(call);
     case Want::diagonal:
-      return parts.factors->diagonal(call.q, call.out);
+      return parts.factors->diagonal(call);
     case Want::log_det:
-      return parts.factors->log_det(call.q, *call.out);
+      return parts.factors->log_det(call);
     case Want::operational_diagonal: {
       MatrixX<double>& X = parts.selected;
-      const Outcome out = parts.factors->selected(call.q, X.data());
+      const Outcome out = parts.factors->selected(call, X.data());
       Eigen::Map<VectorX<double>>(call.out, X.rows()) = X.diagonal();
       return out;
     }
     default:
-      return parts.factors->selected(call.q, call.out);
+      return parts.factors->selected(call, call.out);
   }
 }
 
-Outcome CertifiedAnswer::factor(const double* q) { return parts_->factors->factor(q); }
+Outcome CertifiedAnswer::factor(const Call<double>& call) { return parts_->factors->factor(call); }
 
 Outcome CertifiedAnswer::solve(int columns, const double* taus, double* X) {
   return parts_->factors->solve(columns, taus, X);
@@ -97,16 +96,15 @@ void CertifiedAnswer::answer_rows(int count, const Call<double>& call, Outcome* 
   parts.rows->answer(count, moving, outcomes, left_over, *parts.acceleration);
 }
 
-void CertifiedAnswer::keep(const double* q) {
-  Parts& parts = *parts_;
-  std::copy_n(q, parts.kept_q.size(), parts.kept_q.data());
-  parts.kept.reset();
+void CertifiedAnswer::keep(const Call<double>& call) {
+  parts_->at.keep(call);
+  parts_->kept.reset();
 }
 
 Outcome CertifiedAnswer::column(const double* tau, double* x) {
   Parts& parts = *parts_;
   if (!all_finite(parts.models->lowered.nv(), tau)) return {.status = Outcome::Status::not_finite};
-  if (!parts.kept) parts.kept = factor(parts.kept_q.data());
+  if (!parts.kept) parts.kept = factor(parts.at.call());
   return *parts.kept ? solve(1, tau, x) : *parts.kept;
 }
 

@@ -33,7 +33,7 @@ class CertifiedAnswer {
   // As those of Engine. With joint noise a is that of two doubles; swept: of a sweep that has been made for
   // an acceleration, whose a is refined.
   Outcome answer(const Call<double>& call, const CovarianceWorkspace<double>* swept = nullptr);
-  Outcome factor(const double* q);
+  Outcome factor(const Call<double>& call);
   Outcome solve(int columns, const double* taus, double* X);
 
   // Accelerations of the rows that are left over, a state in every lane, in memory that reserve_rows has
@@ -42,7 +42,7 @@ class CertifiedAnswer {
   void answer_rows(int count, const Call<double>& call, Outcome* outcomes, const char* left_over);
 
   // Columns x = M^-1 tau at a position that is kept: its factors are made for the first.
-  void keep(const double* q);
+  void keep(const Call<double>& call);
   Outcome column(const double* tau, double* x);
 
  private:

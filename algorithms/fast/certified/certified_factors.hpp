@@ -31,7 +31,8 @@ class CertifiedFactors {
         refiner_(models.lowered.nv(), 0),
         bounded_(models.lowered),
         wide_(models.robot, options),
-        q_(models.lowered.nq()) {
+        contacts_(static_cast<std::ptrdiff_t>(6 * options.contacts.size())),
+        at_(models.lowered.nq(), contacts_) {
     if (options.wants(Want::inverse)) inverse_.emplace(models.lowered);
     if (options.wants(Want::diagonal))
       diagonal_.emplace(models.lowered, InverseDiagonal<double>::Terms::positive);
@@ -39,31 +40,32 @@ class CertifiedFactors {
     selected_.select(models.lowered, options.selection);
   }
 
-  Outcome inverse(const double* q, double* X) {
+  Outcome inverse(const Call<double>& call) {
     const std::size_t nv = models_.lowered.nv();
+    double* const X = call.out;
     return by_factors(
-        q, [&] { return wide_.inverse(q, X); },
+        call, [&] { return wide_.inverse(call); },
         [&] {
           const double check = inverse_->fill(models_.lowered, factors_, X);
           return check + error_of_columns([&](int k) { return X[k * (nv + 1)]; });
         });
   }
 
-  Outcome diagonal(const double* q, double* x) {
+  Outcome diagonal(const Call<double>& call) {
     return by_factors(
-        q, [&] { return wide_.diagonal(q, x); },
+        call, [&] { return wide_.diagonal(call); },
         [&] {
-          const double check = diagonal_->fill(models_.lowered, factors_, x);
-          return check + error_of_columns([&](int k) { return x[k]; });
+          const double check = diagonal_->fill(models_.lowered, factors_, call.out);
+          return check + error_of_columns([&](int k) { return call.out[k]; });
         });
   }
 
   // Its error is told beside |log det M| where that is above 1: log_det.hpp has what it rounds.
-  Outcome log_det(const double* q, double& x) {
+  Outcome log_det(const Call<double>& call) {
     return by_factors(
-        q, [&] { return wide_.log_det(q, x); },
+        call, [&] { return wide_.log_det(call); },
         [&] {
-          x = kalmarm::log_det(factors_);
+          const double x = *call.out = kalmarm::log_det(factors_);
           const double rounded = unit_roundoff<double>() / 2;
           return x * 0 +
                  models_.lowered.nv() * (error_of_D_ + rounded) / std::max(1.0, std::abs(x));
@@ -71,9 +73,9 @@ class CertifiedFactors {
   }
 
   // v(k) of (4) of force_noise.hpp stands for M^-1(k,k), which is not known.
-  Outcome selected(const double* q, double* X) {
+  Outcome selected(const Call<double>& call, double* X) {
     return by_factors(
-        q, [&] { return wide_.selected(q, X); },
+        call, [&] { return wide_.selected(call, X); },
         [&] {
           const double check = selected_.answer(Want::operational, models_.lowered, factors_, X);
           forces_.trace(models_.lowered, factors_);
@@ -82,12 +84,12 @@ class CertifiedFactors {
   }
 
   // Factors that are kept, for solves, which say how wrong they are.
-  Outcome factor(const double* q) {
-    std::copy_n(q, q_.size(), q_.data());
-    if (!all_finite(q_.size(), q)) return kept_ = {.status = Outcome::Status::not_finite};
-    by_wide_ = !set_factors(q);
-    if (by_wide_) return kept_ = by_two_doubles(wide_.factor(q));
-    residual_.set_mass(models_.twice, q);
+  Outcome factor(const Call<double>& call) {
+    at_.keep(call);
+    if (!finite(call)) return kept_ = {.status = Outcome::Status::not_finite};
+    by_wide_ = !set_factors(call);
+    if (by_wide_) return kept_ = by_two_doubles(wide_.factor(call));
+    residual_.set_mass(models_.twice, call.q, {call.contacts, call.axes});
     return kept_ = refined(Outcome{}.error);
   }
 
@@ -114,7 +116,7 @@ class CertifiedFactors {
         out.error = std::max(out.error, refined.error);
         continue;
       }
-      if (!wide) wide = wide_.factor(q_.data());
+      if (!wide) wide = wide_.factor(at_.call());
       out = worse(out, by_two_doubles(*wide ? wide_.solve(1, taus + start, X + start) : *wide));
     }
     return !out || all_finite(std::ptrdiff_t(columns) * nv, X)
@@ -123,19 +125,26 @@ class CertifiedFactors {
   }
 
  private:
-  // Whether the factors at a finite q are right to a digit or two.
-  bool set_factors(const double* q) {
-    covariance_factor(models_.lowered, q, factors_);
-    error_of_D_ = bound_.look(models_.lowered, q).bound;
+  bool finite(const Call<double>& call) const {
+    return all_finite(models_.lowered.nq(), call.q) &&
+           (!call.contacts || all_finite(contacts_, call.contacts));
+  }
+
+  // Whether the factors at a finite position are right to a digit or two.
+  bool set_factors(const Call<double>& call) {
+    const Acting<double> contacts = {call.contacts, call.axes};
+    covariance_factor(models_.lowered, call.q, factors_, contacts);
+    error_of_D_ = bound_.look(models_.lowered, call.q).bound;
+    if (call.contacts) error_of_D_ += error_of_contacts(models_.lowered, factors_);
     return error_of_D_ < largest_error_of_D;
   }
 
   // What read() makes of the factors, where the error that it returns is accepted, which NaN is not; else
   // last().
   template <class Last, class Read>
-  Outcome by_factors(const double* q, const Last& last, const Read& read) {
-    if (!all_finite(models_.lowered.nq(), q)) return {.status = Outcome::Status::not_finite};
-    if (set_factors(q))
+  Outcome by_factors(const Call<double>& call, const Last& last, const Read& read) {
+    if (!finite(call)) return {.status = Outcome::Status::not_finite};
+    if (set_factors(call))
       if (const double error = read(); error <= accepted_error_of_parts(models_.tolerance))
         return refined(error);
     return by_two_doubles(last());
@@ -172,9 +181,10 @@ class CertifiedFactors {
   std::optional<InverseColumns<double>> inverse_;
   std::optional<InverseDiagonal<double>> diagonal_;
   SelectedColumns<double> selected_;
-  std::vector<double> q_;  // of the factors that are kept
-  Outcome kept_;           // of them
-  bool by_wide_ = false;   // they are
+  std::ptrdiff_t contacts_;  // numbers of them
+  KeptPosition<double> at_;  // of the factors that are kept
+  Outcome kept_;             // of them
+  bool by_wide_ = false;     // they are
 };
 
 }  // namespace kalmarm

@@ -1,7 +1,7 @@
 // Residuals of the equation of motion in twice the precision of double, for one state or one in every
 // lane:
 //   r = tau - ID(q, q', x)          what x leaves of the torques                             (1)
-//   r = tau - M(q) x                the same at rest, without gravity                        (2)
+//   r = tau - M(q) x                the same at rest, without gravity; of contacts, H x      (2)
 // by the kernels of rigid/inverse_dynamics.hpp, on a model that was lowered in pairs (spatial/pair.hpp),
 // from sines and cosines in pairs. q, q', tau, forces from outside and the parameters are exact as they stand,
 // so r is that of the mechanism itself. x comes as a sum of two numbers, high + low, which need not round to `high`.
@@ -10,9 +10,11 @@
 #pragma once
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "algorithms/fast/certified/own_forces.hpp"
+#include "algorithms/fast/covariance/contacts.hpp"
 #include "algorithms/spatial/lanes.hpp"
 #include "algorithms/spatial/pair_sincos.hpp"
 
@@ -31,24 +33,32 @@ class TwiceResidual {
         qd_(model.nv()),
         x_(model.nv()),
         torque_(model.nv()),
-        forces_(6 * model.acted_on().size()),
-        tau_(model.nv()) {}
+        forces_(6 * std::max(model.acted_on().size(), model.contacts().size())),
+        tau_(model.nv()) {
+    contacts_.reserve(model.contacts().size());
+  }
 
   // The equation that is to be solved. (1):
   void set_motion(const Model& model, const T* q, const T* qd, const T* tau,
                   const Acting<T>& acting);
   // (2):
-  void set_mass(const Model& model, const T* q);
+  void set_mass(const Model& model, const T* q, const Acting<T>& contacts = {});
   void set_torque(const T* tau) { std::copy_n(tau, tau_.size(), tau_.data()); }
 
   // r (nv) of x = high + low; low may be null: zero.
   void of(const Model& model, const T* high, const T* low, T* r);
 
  private:
+  Acting<Wide> widened(const Acting<T>& acting, std::size_t frames) {
+    if (acting.forces) std::copy_n(acting.forces, 6 * frames, forces_.begin());
+    return {acting.forces ? forces_.data() : nullptr, acting.axes};
+  }
+
   bool moving_ = false;  // (1), else (2)
   InverseDynamicsWorkspace<Wide> workspace_;
   std::vector<Wide> q_, qd_, x_, torque_, forces_;
   Acting<Wide> acting_;
+  std::vector<std::pair<int, Sixfold<Wide>>> contacts_;
   std::vector<T> tau_;
 };
 
@@ -59,15 +69,19 @@ void TwiceResidual<T>::set_motion(const Model& model, const T* q, const T* qd, c
   moving_ = true;
   set_torque(tau);
   std::copy_n(qd, qd_.size(), qd_.begin());
-  if (acting.forces) std::copy_n(acting.forces, forces_.size(), forces_.begin());
-  acting_ = {acting.forces ? forces_.data() : nullptr, acting.axes};
+  acting_ = widened(acting, model.acted_on().size());
 }
 
 template <class T>
-void TwiceResidual<T>::set_mass(const Model& model, const T* q) {
+void TwiceResidual<T>::set_mass(const Model& model, const T* q, const Acting<T>& contacts) {
   moving_ = false;
   std::copy_n(q, q_.size(), q_.begin());
   detail::set_placements(model, q_.data(), workspace_);
+  contacts_.clear();
+  detail::for_each_contact(model, workspace_, widened(contacts, model.contacts().size()),
+                           [this](int link, const Sixfold<Wide>& w) {
+                             contacts_.push_back({link, w});
+                           });
 }
 
 template <class T>
@@ -78,8 +92,7 @@ void TwiceResidual<T>::of(const Model& model, const T* high, const T* low, T* r)
     detail::set_link_forces<true>(model, qd_.data(), x_.data(), workspace_);
     detail::sum_forces<true>(model, x_.data(), workspace_, torque_.data(), acting_);
   } else {
-    detail::set_link_forces<false>(model, x_.data(), x_.data(), workspace_);
-    detail::sum_forces<false>(model, x_.data(), workspace_, torque_.data());
+    detail::mass_times(model, x_.data(), contacts_, workspace_, torque_.data());
   }
   for (int k = 0; k < nv; ++k) {
     const Wide rest = Wide(tau_[k]) - torque_[k];
@@ -89,7 +102,8 @@ void TwiceResidual<T>::of(const Model& model, const T* high, const T* low, T* r)
 
 extern template class LoweredModel<Pair<double>>;
 extern template LoweredModel<Pair<double>>::LoweredModel(const kalmarm::Model<Pair<double>>&, Zeros,
-                                                         double, const std::vector<Frame>&);
+                                                         double, const std::vector<Frame>&,
+                                                         const std::vector<Frame>&);
 extern template class TwiceResidual<double>;
 extern template class TwiceResidual<Pack<double, padding<double>>>;
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "algorithms/fast/certified/bounded_solve.hpp"
@@ -24,12 +25,14 @@ struct WideFactors::Sweeps {
   };
 
   Sweeps(const RobotModel& robot, const EngineOptions& options)
-      : model(kalmarm::model_of(robot).cast<T>()),
+      : model(kalmarm::model_of(robot).cast<T>(), Zeros::left_out,
+              accepted_error(default_tolerance<T>), {}, options.contacts),
         factors(model),
         mass(model),
         bounded(model),
         test(model),
         q(model.nq()),
+        rows(6 * options.contacts.size()),
         b(model.nv()),
         x(b),
         r(b),
@@ -52,13 +55,20 @@ struct WideFactors::Sweeps {
     B.resize(std::size_t(options.selection.size()) * model.nv());
   }
 
-  // D and g at the position, and what can be told of them.
-  Outcome factor(const double* position) {
-    std::copy_n(position, q.size(), q.begin());
+  // D and g at the position, with contacts where there are some, and what can be told of them.
+  Outcome factor(const Call<double>& at) {
+    std::copy_n(at.q, q.size(), q.begin());
+    if (at.contacts) std::copy_n(at.contacts, rows.size(), rows.begin());
+    const Acting<T> given = {at.contacts ? rows.data() : nullptr, at.axes};
     const Outcome out = test.of_D(model, q.data());
     if (!out) return out;
-    covariance_factor(model, q.data(), factors);
+    covariance_factor(model, q.data(), factors, given);
+    if (given.forces) test.add(error_of_contacts(model, factors));
     detail::set_placements(model, q.data(), mass);
+    contacts.clear();
+    detail::for_each_contact(model, mass, given, [this](int link, const Sixfold<T>& w) {
+      contacts.push_back({link, w});
+    });
     return out;
   }
 
@@ -66,8 +76,7 @@ struct WideFactors::Sweeps {
   void solve() {
     const T eps(test.error_of_D());
     bounded.solve(model, factors, eps, b.data(), x.data());
-    detail::set_link_forces<false>(model, x.data(), x.data(), mass);
-    detail::sum_forces<false>(model, x.data(), mass, r.data());
+    detail::mass_times(model, x.data(), contacts, mass, r.data());
     for (std::size_t k = 0; k < b.size(); ++k) r[k] = b[k] - r[k];
     bound = static_cast<double>(bounded.solve(model, factors, eps, r.data(), d.data()));
     for (std::size_t k = 0; k < b.size(); ++k) x[k] += d[k];
@@ -101,8 +110,8 @@ struct WideFactors::Sweeps {
 
   // use(j) of every column of M^-1, which stands in x.
   template <class Use>
-  Outcome of_columns(const double* position, const Use& use) {
-    const Outcome out = factor(position);
+  Outcome of_columns(const Call<double>& at, const Use& use) {
+    const Outcome out = factor(at);
     if (!out) return out;
     double worst = 0, check = 0;
     for (std::size_t j = 0; j < b.size(); ++j) {
@@ -153,7 +162,8 @@ struct WideFactors::Sweeps {
   BoundedSolve<T> bounded;
   double bound = 0;  // of what the last solution leaves
   WideTest test;
-  std::vector<T> q, b, x, r, d;
+  std::vector<T> q, rows, b, x, r, d;
+  std::vector<std::pair<int, Sixfold<T>>> contacts;  // on their links
   std::vector<double> signs;
   std::vector<int> dofs;
   std::vector<Wrenches> frames;
@@ -166,22 +176,23 @@ WideFactors::WideFactors(const RobotModel& robot, const EngineOptions& options)
 WideFactors::WideFactors(WideFactors&&) noexcept = default;
 WideFactors::~WideFactors() = default;
 
-Outcome WideFactors::inverse(const double* q, double* X) {
+Outcome WideFactors::inverse(const Call<double>& call) {
   Sweeps& w = *sweeps_;
   const std::ptrdiff_t nv = w.model.nv();
-  return w.of_columns(q, [&](int j) {
+  double* const X = call.out;
+  return w.of_columns(call, [&](int j) {
     for (std::ptrdiff_t i = j; i < nv; ++i) X[i + j * nv] = X[j + i * nv] = w.x[i].hi;
   });
 }
 
-Outcome WideFactors::diagonal(const double* q, double* x) {
+Outcome WideFactors::diagonal(const Call<double>& call) {
   Sweeps& w = *sweeps_;
-  return w.of_columns(q, [&](int j) { x[j] = w.x[j].hi; });
+  return w.of_columns(call, [&](int j) { call.out[j] = w.x[j].hi; });
 }
 
-Outcome WideFactors::log_det(const double* q, double& x) {
+Outcome WideFactors::log_det(const Call<double>& call) {
   Sweeps& w = *sweeps_;
-  const Outcome out = w.factor(q);
+  const Outcome out = w.factor(call);
   if (!out) return out;
   // Of 1 / D, as in factors/log_det.hpp.
   DoubleDouble product(1);
@@ -193,14 +204,14 @@ Outcome WideFactors::log_det(const double* q, double& x) {
     product = ldexp(product, -own);
     exponent += own;
   }
-  x = -(std::log(product.hi) + product.lo / product.hi +
-        static_cast<double>(exponent) * std::numbers::ln2);
-  return w.judged(w.probe(), 0 * x);
+  *call.out = -(std::log(product.hi) + product.lo / product.hi +
+                static_cast<double>(exponent) * std::numbers::ln2);
+  return w.judged(w.probe(), 0 * *call.out);
 }
 
-Outcome WideFactors::selected(const double* q, double* X) {
+Outcome WideFactors::selected(const Call<double>& call, double* X) {
   Sweeps& w = *sweeps_;
-  const Outcome out = w.factor(q);
+  const Outcome out = w.factor(call);
   if (!out) return out;
   w.set_selection();
   const std::ptrdiff_t nv = w.model.nv(), size = nv > 0 ? w.B.size() / nv : 0;
@@ -217,9 +228,9 @@ Outcome WideFactors::selected(const double* q, double* X) {
   return w.judged(worst + Sweeps::rounded, check);
 }
 
-Outcome WideFactors::factor(const double* q) {
+Outcome WideFactors::factor(const Call<double>& call) {
   Sweeps& w = *sweeps_;
-  const Outcome out = w.factor(q);
+  const Outcome out = w.factor(call);
   return out ? w.judged(w.probe(), 0) : out;
 }
 

@@ -27,14 +27,14 @@ class WideFactors {
   WideFactors(WideFactors&&) noexcept;
   ~WideFactors();
 
-  // Of finite q (nq). On failure a result is not to be used.
-  Outcome inverse(const double* q, double* X);
-  Outcome diagonal(const double* q, double* x);
-  Outcome log_det(const double* q, double& x);
-  Outcome selected(const double* q, double* X);
+  // Of finite numbers, to call.out, or X. On failure a result is not to be used.
+  Outcome inverse(const Call<double>& call);
+  Outcome diagonal(const Call<double>& call);
+  Outcome log_det(const Call<double>& call);
+  Outcome selected(const Call<double>& call, double* X);
 
   // Factors that are kept until another call, and solves by them, which were ok.
-  Outcome factor(const double* q);
+  Outcome factor(const Call<double>& call);
   Outcome solve(int columns, const double* taus, double* X);
 
  private:

@@ -34,6 +34,9 @@ class WideTest {
     return out;
   }
 
+  // What else may be wrong with all D at that position, relatively.
+  void add(double loss) { loss_.bound += loss; }
+
   // The largest relative error that a D at that position may have.
   double error_of_D() const { return loss_.bound; }
 

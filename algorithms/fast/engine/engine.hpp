@@ -11,6 +11,7 @@
 #include <set>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 #include "algorithms/fast/lowering/zeros.hpp"
 #include "algorithms/model/selection.hpp"
@@ -35,6 +36,33 @@ inline bool all_finite(std::ptrdiff_t count, const double* x) {
   for (std::ptrdiff_t i = 0; i < count; ++i) check += x[i] * 0;
   return check == 0;
 }
+
+// A copy of what factors depend on: q, and contacts where there are some.
+template <class T>
+class KeptPosition {
+ public:
+  // numbers: of all contacts.
+  KeptPosition(std::ptrdiff_t nq, std::ptrdiff_t numbers) : q_(nq), contacts_(numbers) {}
+
+  void keep(const Call<T>& call) {
+    std::copy_n(call.q, q_.size(), q_.data());
+    resists_ = call.contacts != nullptr;
+    if (resists_) std::copy_n(call.contacts, contacts_.size(), contacts_.data());
+    axes_ = call.axes;
+  }
+
+  Call<T> call() const {
+    return {.want = Want::solve,
+            .q = q_.data(),
+            .contacts = resists_ ? contacts_.data() : nullptr,
+            .axes = axes_};
+  }
+
+ private:
+  std::vector<T> q_, contacts_;
+  bool resists_ = false;
+  Axes axes_ = Axes::local;
+};
 
 // Of lanes of S that answer.
 template <class S>
@@ -62,7 +90,8 @@ class Engine {
   // at for joints that have some, which is not less.
   virtual void answer_rows(int worker, int count, const Call<T>& call, Outcome* outcomes) = 0;
 
-  virtual Outcome factor(const T* q) = 0;
+  // At call.q, with contacts where there are some.
+  virtual Outcome factor(const Call<T>& call) = 0;
   // By the factors of the last `factor`, which was ok; the worst outcome of the columns. taus and X do
   // not overlap.
   virtual Outcome solve(int columns, const T* taus, T* X) = 0;
@@ -80,6 +109,7 @@ struct EngineOptions {
   std::set<Want> want;                    // what memory is taken for
   Selection selection;                    // of Want::operational and its diagonal
   std::vector<Frame> acted_on;            // by forces from outside
+  std::vector<Frame> contacts;            // a row each
   Triangles triangles = Triangles::both;  // of M and M^-1 of one state, that have to be filled
 
   bool wants(Want what) const { return want.contains(what); }

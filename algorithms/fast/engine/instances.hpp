@@ -25,10 +25,10 @@ namespace kalmarm {
 template <class S>
 using StateLanes = Pack<S, padding<S>>;
 
-#define KALMARM_LOWERING_INSTANCES(KIND, S)                                   \
-  KIND template class LoweredModel<S>;                                        \
-  KIND template LoweredModel<S>::LoweredModel(const Model<S>&, Zeros, double, \
-                                              const std::vector<Frame>&);
+#define KALMARM_LOWERING_INSTANCES(KIND, S)    \
+  KIND template class LoweredModel<S>;         \
+  KIND template LoweredModel<S>::LoweredModel( \
+      const Model<S>&, Zeros, double, const std::vector<Frame>&, const std::vector<Frame>&);
 
 // Of numbers T: one state, or one in every lane.
 #define KALMARM_FORWARD_INSTANCES(KIND, S, T)                                                      \
@@ -42,18 +42,19 @@ using StateLanes = Pack<S, padding<S>>;
                                            InverseDynamicsWorkspace<T>&, T*, const Acting<T>&);
 
 // Of one state.
-#define KALMARM_FACTOR_INSTANCES(KIND, S)                                                  \
-  KIND template void covariance_factor(const LoweredModel<S>&, const S*, FastFactors<S>&); \
-  KIND template void fast_lambda(const LoweredModel<S>&, const FastFactors<S>&,            \
-                                 LambdaWorkspace<S>&);                                     \
-  KIND template class InverseColumns<S>;                                                   \
-  KIND template class InverseDiagonal<S>;                                                  \
-  KIND template class FactorSolver<S>;                                                     \
-  KIND template SolveSums<WidePack<S>> FactorSolver<S>::solve(                             \
-      const LoweredModel<S>&, const FastFactors<S>&, int, int, const S*, S*);              \
-  KIND template SolveSums<WidePack<S>> FactorSolver<S>::solve(                             \
-      const LoweredModel<S>&, const CovarianceWorkspace<S>&, int, int, const S*, S*);      \
-  KIND template class SelectedColumns<S>;                                                  \
+#define KALMARM_FACTOR_INSTANCES(KIND, S)                                                 \
+  KIND template void covariance_factor(const LoweredModel<S>&, const S*, FastFactors<S>&, \
+                                       const Acting<S>&);                                 \
+  KIND template void fast_lambda(const LoweredModel<S>&, const FastFactors<S>&,           \
+                                 LambdaWorkspace<S>&);                                    \
+  KIND template class InverseColumns<S>;                                                  \
+  KIND template class InverseDiagonal<S>;                                                 \
+  KIND template class FactorSolver<S>;                                                    \
+  KIND template SolveSums<WidePack<S>> FactorSolver<S>::solve(                            \
+      const LoweredModel<S>&, const FastFactors<S>&, int, int, const S*, S*);             \
+  KIND template SolveSums<WidePack<S>> FactorSolver<S>::solve(                            \
+      const LoweredModel<S>&, const CovarianceWorkspace<S>&, int, int, const S*, S*);     \
+  KIND template class SelectedColumns<S>;                                                 \
   KIND template class RoundingBound<S>;
 
 #define KALMARM_MASS_INSTANCES(KIND, S) KIND template class FastMass<S>;
@@ -72,7 +73,8 @@ using StateLanes = Pack<S, padding<S>>;
                                              const Acting<P>&);
 
 #define KALMARM_ROW_INSTANCES(KIND, S, P)                                                       \
-  KIND template void covariance_factor(const LoweredModel<S>&, const P*, FastFactors<P>&);      \
+  KIND template void covariance_factor(const LoweredModel<S>&, const P*, FastFactors<P>&,       \
+                                       const Acting<P>&);                                       \
   KIND template class InverseOfRows<P>;                                                         \
   KIND template class RowSolver<P>;                                                             \
   KIND template SolveSums<P> RowSolver<P>::solve(const LoweredModel<S>&, const FastFactors<P>&, \

@@ -28,8 +28,12 @@ class RowsInLanes {
         acceptance_(acceptance),
         selection_(std::move(selection)),
         solves_(solves),
-        width_{lowered.nq(), lowered.nv(), lowered.nv(), selection_.size(),
-               static_cast<std::ptrdiff_t>(6 * lowered.acted_on().size())} {}
+        width_{lowered.nq(),
+               lowered.nv(),
+               lowered.nv(),
+               selection_.size(),
+               static_cast<std::ptrdiff_t>(6 * lowered.acted_on().size()),
+               static_cast<std::ptrdiff_t>(6 * lowered.contacts().size())} {}
 
   // Memory of so many workers for rows of `want`; matrices that are larger than pay off get none.
   void reserve(Want want, int count) {
@@ -108,6 +112,8 @@ class RowsInLanes {
     char* left_over;
   };
 
+  static Acting<S> contacts_of(const Call<S>& call) { return {call.contacts, call.axes}; }
+
   struct Accelerations : RowBlock<S> {
     typename F::template Workspace<P> swept;
     std::optional<RowSolver<P>> columns;
@@ -124,13 +130,16 @@ class RowsInLanes {
   };
   struct FactorsOfRows {
     std::vector<P> q;
+    ContactsInLanes<P> contacts;
     FastFactors<P> factors;
 
-    explicit FactorsOfRows(const LoweredModel<S>& model) : q(model.nq()), factors(model) {}
+    explicit FactorsOfRows(const LoweredModel<S>& model)
+        : q(model.nq()), contacts(model), factors(model) {}
 
     void factor(const LoweredModel<S>& model, const Rows& rows) {
       to_lanes(rows.call.q, model.nq(), rows.states, rows.left, q);
-      covariance_factor(model, q.data(), factors);
+      covariance_factor(model, q.data(), factors,
+                        contacts.load(contacts_of(rows.call), rows.states, rows.left));
     }
   };
   struct Inverses {
@@ -223,7 +232,8 @@ class RowsInLanes {
   // By constants of the robot, or where these say nothing, as of slides, by the state.
   void inverse(Inverses& w, const Rows& rows) const {
     const InverseOfRows<P>& made = w.matrices;
-    const P check = w.matrices.fill(lowered_, rows.call.q, rows.states, rows.left, rows.call.out);
+    const P check = w.matrices.fill(lowered_, rows.call.q, contacts_of(rows.call), rows.states,
+                                    rows.left, rows.call.out);
     const auto sure = [&](int i) { return check[i] == S(0) && made.factors().margin[i] > S(0); };
     const auto known = [&](int i) { return acceptance_.accepts_columns(made.energy()[i]); };
     accept(rows, [&](int i) { return sure(i) && known(i); });

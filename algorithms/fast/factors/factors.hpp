@@ -1,10 +1,12 @@
-// g and D of every link from q alone: the filter without velocities and forces. Its factors are
+// g and D of every link from q alone, or with contacts: the filter without velocities and forces. Its factors are
 // used by columns.hpp and lambda.hpp; limbs of a tree run in SIMD lanes (limbs.hpp). About 195
 // flops an aligned hinge (lowered_model.hpp), and its sine and cosine.
 #pragma once
 
+#include <cmath>
 #include <vector>
 
+#include "algorithms/fast/covariance/contacts.hpp"
 #include "algorithms/fast/factors/limbs.hpp"
 #include "algorithms/spatial/inlining.hpp"
 
@@ -27,10 +29,21 @@ struct FastFactors : Placements<T> {
   std::vector<Branch> branches;
   T margin;  // rounding_test.hpp
   Limbs<T> limbs;
+  std::vector<std::vector<Sixfold<T>>> rows;  // of contacts, that meet at a link: as `branches`
+  T noise;                                    // K of contacts.hpp
 
   template <class S>
   explicit FastFactors(const LoweredModel<S>& model)
-      : Placements<T>(model), links(model.nv()), branches(model.branch_count()), limbs(model) {}
+      : Placements<T>(model), links(model.nv()), branches(model.branch_count()), limbs(model) {
+    if (model.contacts().empty()) return;
+    std::vector<std::size_t> most(model.branch_count(), ResistingRows<T>::most);
+    for (const auto& frame : model.contacts()) ++most[model.link(frame.link).branch];
+    for (int k = 0; k < model.nv(); ++k)
+      if (const auto& link = model.link(k); link.parent >= 0 && !link.hangs_on_previous)
+        most[model.link(link.parent).branch] += ResistingRows<T>::most;
+    rows.resize(most.size());
+    for (std::size_t i = 0; i < most.size(); ++i) rows[i].reserve(most[i]);
+  }
 };
 
 namespace detail {
@@ -62,13 +75,71 @@ struct NoForces {
   void cycle(Load) const {}
 };
 
+// The same where P is P0 and rows of contacts go along with it.
+template <class T, class S>
+struct Resistance {
+  using Load = ResistingRows<T>;
+
+  const LoweredModel<S>& model;
+  FastFactors<T>& factors;
+  const Acting<T>& contacts;
+
+  void begin_all() const {
+    for (auto& rows : factors.rows) rows.clear();
+    factors.noise = T(S(0));
+    for_each_contact(model, factors, contacts, [this](int link, const Sixfold<T>& w) {
+      factors.rows[model.link(link).branch].push_back(w);
+      factors.noise += absorbed(model.body(link).weights, w);
+    });
+    factors.limbs.factor(model, factors);
+  }
+  bool has_done(int k) const { return factors.limbs.have(k); }
+  void begin(int, Load& z) const { z.clear(); }
+  void add_body(int, Load&) const {}
+  void add_branch(int index, Load& z) const {
+    for (const Sixfold<T>& row : factors.rows[index]) z.add(row);
+    z.compress();
+  }
+  void keep(int index, const Load& z) const { z.add_to(factors.rows[index]); }
+  template <bool slides, bool noise, class P_plus>
+  KALMARM_INLINE void measured(int k, const Sixfold<T>&, const T& inverse_D, const P_plus&,
+                               Load& z) const {
+    auto& at = factors.links[k];
+    at.inverse_D = inverse_D;
+    if constexpr (!noise) (slides ? at.g.w : at.g.z) = T(1);
+    if (z.any()) z.template measure<slides, noise>(at.g, at.inverse_D);
+  }
+  template <class C, class D>
+  void to_parent(const LoweredLink<S>& link, const Direction<C>& joint, const D& d, Load& z) const {
+    z.move([&](auto& w) { force_to_parent(model, link, joint, d, w); });
+  }
+  void to_parent(const MatrixPlacement<T>& phi, Load& z) const {
+    z.move([&](auto& w) { force_to_parent(phi, w); });
+  }
+  void cycle(Load& z) const {
+    z.move([](auto& w) { w = kalmarm::cycle(w); });
+  }
+};
+
 }  // namespace detail
 
-// The factors at q (nq).
+// The factors of M at q (nq), or of H.
 template <class T, class S>
-void covariance_factor(const LoweredModel<S>& model, const T* q, FastFactors<T>& factors) {
+void covariance_factor(const LoweredModel<S>& model, const T* q, FastFactors<T>& factors,
+                       const Acting<T>& contacts = {}) {
   detail::set_placements(model, q, factors);
-  detail::filter<T>(model, factors, detail::NoForces<T, S>{model, factors});
+  if (!contacts.forces)
+    return detail::filter<T>(model, factors, detail::NoForces<T, S>{model, factors});
+  detail::filter<T>(model, factors, detail::Resistance<T, S>{model, factors, contacts});
+  using std::min;
+  factors.margin = min(factors.margin, T(T(S(1)) - T(model.share_of_noise()) * factors.noise));
+}
+
+// eps of (2) of contacts.hpp, of factors that were made with them.
+template <class S>
+double error_of_contacts(const LoweredModel<S>& model, const FastFactors<S>& factors) {
+  const double noise(factors.noise), unit(model.rounding_unit()), u(unit_roundoff<S>());
+  return rounding_constant * u * std::sqrt(noise / unit);
 }
 
 }  // namespace kalmarm

@@ -4,6 +4,7 @@
 //   M^-1 = (I - L*) D^-1 (I - L)                      (3.3): lanes are states (columns.hpp)
 #pragma once
 
+#include "algorithms/fast/covariance/contacts.hpp"
 #include "algorithms/fast/factors/columns.hpp"
 #include "algorithms/fast/kinematics/matrix_of_rows.hpp"
 #include "algorithms/spatial/flush_subnormals.hpp"
@@ -15,12 +16,14 @@ class InverseOfRows : MatrixOfRows<P> {
   using typename MatrixOfRows<P>::S;
 
  public:
-  explicit InverseOfRows(const LoweredModel<S>& model) : MatrixOfRows<P>(model), factors_(model) {}
+  explicit InverseOfRows(const LoweredModel<S>& model)
+      : MatrixOfRows<P>(model), contacts_(model), factors_(model) {}
 
-  // X (nv x nv a state) = M^-1 at so many rows of q, at most as many as there are lanes, of `left`
+  // X (nv x nv a state) = M^-1, or H^-1, at so many rows of q, at most as many as there are lanes, of `left`
   // that can be read; both triangles, symmetric to the last bit. About 195 nv + 43 nv^2 flops a lane.
   // Returns 0 in the lanes of which all is finite, else NaN.
-  P fill(const LoweredModel<S>& model, const S* q, int states, int left, S* X);
+  P fill(const LoweredModel<S>& model, const S* q, const Acting<S>& contacts, int states, int left,
+         S* X);
 
   // Of the last call.
   const FastFactors<P>& factors() const { return factors_; }
@@ -28,13 +31,16 @@ class InverseOfRows : MatrixOfRows<P> {
   const P& energy() const { return energy_; }
 
  private:
+  ContactsInLanes<P> contacts_;
   FastFactors<P> factors_;
   P energy_;
 };
 
 template <class P>
-P InverseOfRows<P>::fill(const LoweredModel<S>& model, const S* q, int states, int left, S* X) {
-  covariance_factor(model, this->load(q, states, left), factors_);
+P InverseOfRows<P>::fill(const LoweredModel<S>& model, const S* q, const Acting<S>& contacts,
+                         int states, int left, S* X) {
+  covariance_factor(model, this->load(q, states, left), factors_,
+                    contacts_.load(contacts, states, left));
   const FlushSubnormals flush;
   energy_ = P(S(0));
   return this->fill_columns(

@@ -1,6 +1,6 @@
 // The filter of the fast path (filter.hpp) on the limbs of a tree, one limb per SIMD lane.
 //
-// A limb is a run of hinges from a link that branches, or from the base, to a tip. All lanes reach
+// A limb is a run of hinges without contacts from a link that branches, or from the base, to a tip. All lanes reach
 // their limb's root joint in the same step. Lanes of shorter limbs start with dummy bodies (unit
 // inertia about the axis, else zero), which pass on exactly nothing:
 //   P = H'H,  D = 1,  g = H',  P+ = 0 to the last bit
@@ -58,8 +58,10 @@ class LimbsInLanes {
   }
 
  private:
-  static constexpr int lanes = 8;
+  static constexpr int lanes = 8, numbers_of_P = 21;
   using Lane = Pack<S, lanes>;
+  static_assert(sizeof(Articulated<S>) == numbers_of_P * sizeof(S) &&
+                sizeof(Articulated<Lane>) == numbers_of_P * sizeof(Lane));
 
   struct Limb {
     int first, links;
@@ -86,7 +88,9 @@ class LimbsInLanes {
     std::vector<Limb> limbs;
     for (int tip = 0; tip < model.nv(); ++tip) {
       if (children[tip] > 0) continue;
-      const auto is_hinge = [&](int k) { return model.link(k).coordinate == Coordinate::angle; };
+      const auto is_hinge = [&](int k) {
+        return model.link(k).coordinate == Coordinate::angle && !model.link(k).resists;
+      };
       int first = tip;
       if (!is_hinge(first)) continue;
       while (model.link(first).hangs_on_previous && children[first - 1] == 1 && is_hinge(first - 1))
@@ -238,13 +242,10 @@ class LimbsInLanes {
   template <class Branch>
   static void leave(const Articulated<Lane>& P, const HandedOn<Lane>& pending, int lane,
                     Branch& branch) {
-    const Articulated<S> own = {
-        P.Axx[lane], P.Axy[lane], P.Ayy[lane], P.Axz[lane], P.Ayz[lane], P.Azz[lane], P.Bxx[lane],
-        P.Bxy[lane], P.Byx[lane], P.Byy[lane], P.Bxz[lane], P.Byz[lane], P.Bzx[lane], P.Bzy[lane],
-        P.Bzz[lane], P.Cxx[lane], P.Cxy[lane], P.Cyy[lane], P.Cxz[lane], P.Cyz[lane], P.Czz[lane]};
-    const HandedOn<S> handed = {pending.moment[lane], pending.force[lane]};
-    kalmarm::add(branch.P, own);
-    branch.pending.add(handed);
+    const Lane* const numbers = &P.Axx;
+    S* const sum = &branch.P.Axx;
+    for (int i = 0; i < numbers_of_P; ++i) sum[i] += numbers[i][lane];
+    branch.pending.add({pending.moment[lane], pending.force[lane]});
   }
 
   std::vector<char> taken_;

@@ -22,7 +22,8 @@
 
 namespace kalmarm {
 
-// Of all frames of LoweredModel::acted_on, six numbers each: (moment; force) in these axes. Null: none acts.
+// Of all frames of LoweredModel::acted_on, or of its contacts, six numbers each: (moment; force) in these axes. Null:
+// none acts.
 template <class T>
 struct Acting {
   const T* forces = nullptr;
@@ -96,13 +97,11 @@ void subtract(Sixfold<T>& z, const OnLink<T>& on) {
   add(z, Sixfold<T>{-on.n.x, -on.n.y, -on.n.z, -on.f.x, -on.f.y, -on.f.z});
 }
 
-// What acts at frame i; ws: as motion_from_parent takes it.
+// What a force in these axes does to a frame's link; ws: as motion_from_parent takes it.
 template <class T, class S, class Workspace>
 KALMARM_NOINLINE OnLink<T> acting_on_link(const LoweredModel<S>& model, const Workspace& ws,
-                                          const Acting<T>& acting, std::size_t i) {
-  const LoweredFrame<S>& frame = model.acted_on()[i];
-  const T* const force = acting.forces + 6 * i;
-  switch (acting.axes) {
+                                          Axes axes, const LoweredFrame<S>& frame, const T* force) {
+  switch (axes) {
     case Axes::local:
       break;
     case Axes::aligned:
@@ -120,10 +119,10 @@ void begin_sums(const LoweredModel<S>& model, Workspace& ws, const Acting<T>& ac
   for (auto& branch : ws.branches) set_zero(branch.z);
   if (!acting.forces) return;
   for (std::size_t i = 0; i < model.acted_on().size(); ++i) {
-    const int link = model.acted_on()[i].link;
-    const OnLink<T> on = acting_on_link(model, ws, acting, i);
-    subtract(ws.branches[model.link(link).branch].z, on);
-    seen(link, on);
+    const LoweredFrame<S>& frame = model.acted_on()[i];
+    const OnLink<T> on = acting_on_link(model, ws, acting.axes, frame, acting.forces + 6 * i);
+    subtract(ws.branches[model.link(frame.link).branch].z, on);
+    seen(frame.link, on);
   }
 }
 

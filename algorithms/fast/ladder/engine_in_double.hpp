@@ -30,7 +30,8 @@ struct ModelsInDouble {
         options(of_engine),
         refined(options.tolerance < least_tolerance_of_double),
         model(model_of(robot)),
-        lowered(model, options.zeros, accepted_error(tolerance_of_sweeps()), options.acted_on),
+        lowered(model, options.zeros, accepted_error(tolerance_of_sweeps()), options.acted_on,
+                options.contacts),
         acceptance(robot, lowered, tolerance_of_sweeps()) {}
   ModelsInDouble(const ModelsInDouble&) = delete;
 
@@ -70,7 +71,7 @@ Outcome answer_by(State& state, const Call<double>& call) {
     case Want::derivatives:
       return state.differentiate(call);
     case Want::solve: {
-      const Outcome of_D = state.factor(call.q);
+      const Outcome of_D = state.factor(call);
       return of_D ? state.solve(1, call.tau, call.out) : of_D;
     }
     default:
@@ -94,7 +95,7 @@ class EngineInDouble final : public Engine<double> {
   bool answers_in_part() const override { return true; }
 
   Outcome answer(const Call<double>& call) override { return answer_by(workers_[0].state, call); }
-  Outcome factor(const double* q) override { return workers_[0].state.factor(q); }
+  Outcome factor(const Call<double>& call) override { return workers_[0].state.factor(call); }
   Outcome solve(int columns, const double* taus, double* X) override {
     return workers_[0].state.solve(columns, taus, X);
   }

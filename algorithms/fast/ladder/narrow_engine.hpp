@@ -27,13 +27,18 @@ class NarrowEngine final : public Engine<float> {
   template <class MakeWide>
   NarrowEngine(const RobotModel& robot, const EngineOptions& options, const MakeWide& make_wide)
       : model_(model_of(robot).template cast<float>()),
-        lowered_(model_, options.zeros, accepted_error(options.tolerance), options.acted_on),
+        lowered_(model_, options.zeros, accepted_error(options.tolerance), options.acted_on,
+                 options.contacts),
         acceptance_(robot, lowered_, options.tolerance),
         lanes_(lowered_, acceptance_, options.selection, options.wants(Want::solve)),
         in_lanes_(options.tolerance >= least_tolerance_of_float &&
                   options.kernel != Kernel::translational),
-        width_{lowered_.nq(), lowered_.nv(), lowered_.nv(), options.selection.size(),
-               static_cast<std::ptrdiff_t>(6 * options.acted_on.size())},
+        width_{lowered_.nq(),
+               lowered_.nv(),
+               lowered_.nv(),
+               options.selection.size(),
+               static_cast<std::ptrdiff_t>(6 * options.acted_on.size()),
+               static_cast<std::ptrdiff_t>(6 * options.contacts.size())},
         lower_(options.triangles == Triangles::lower),
         wide_(make_wide(robot, in_double(options))),
         columns_(width_.nv * most_columns),
@@ -54,9 +59,9 @@ class NarrowEngine final : public Engine<float> {
     return rounded(wide_->answer(wide), wide, call, lower_);
   }
 
-  Outcome factor(const float* q) override {
-    std::copy_n(q, width_.nq, one_.in.data());
-    return wide_->factor(one_.in.data());
+  Outcome factor(const Call<float>& call) override {
+    const int rows[] = {0};
+    return wide_->factor(one_.gather(call, rows, 1, width_));
   }
 
   Outcome solve(int columns, const float* taus, float* X) override {
@@ -100,7 +105,7 @@ class NarrowEngine final : public Engine<float> {
 
     void reserve(Want want, int rows, const Widths& width) {
       const std::ptrdiff_t of_derivatives = want == Want::derivatives ? 3 * width.n * width.n : 0;
-      grow(in, rows * (width.nq + 3 * width.nv + width.f));
+      grow(in, rows * (width.nq + 3 * width.nv + width.f + width.c));
       grow(out, rows * (width.out(want) + of_derivatives));
     }
 
@@ -118,6 +123,7 @@ class NarrowEngine final : public Engine<float> {
       wide.qd = widen(call.qd, width.nv);
       wide.tau = widen(call.tau, width.tau(call.want));
       wide.forces = widen(call.forces, width.f);
+      wide.contacts = widen(call.contacts, width.c);
       wide.axes = call.axes;
       wide.r = widen(call.r, width.nv);
       wide.out = out.data();

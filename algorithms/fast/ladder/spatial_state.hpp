@@ -62,14 +62,14 @@ class SpatialState : public RigidState {
       solve_columns(*sweep_, call.m, call.B, call.X, [&](std::ptrdiff_t) { by_sweep = false; });
       if (by_sweep) return of_a;
     }
-    const Outcome of_D = factor(call.q);
+    const Outcome of_D = factor(call);
     return of_D ? worse(of_a, worse(of_D, solve(call.m, call.B, call.X))) : of_D;
   }
 
   // What is made of factors alone.
   Outcome by_factors(const Call<double>& call) {
     if (models().refined) return certified_->answer(call);
-    set_factors(call.q);
+    set_factors(call);
     double check = 0;
     bool accepted = true;
     switch (call.want) {
@@ -96,21 +96,21 @@ class SpatialState : public RigidState {
     const bool finite = derivatives(call);
     const RoundingLoss loss = loss_of_derivatives(call.q);
     if (!models().refined && finite && loss.bound < lowered().error_of_D()) return {};
-    const Outcome out = models().refined ? certified_->answer(call) : certified_->factor(call.q);
+    const Outcome out = models().refined ? certified_->answer(call) : certified_->factor(call);
     if (out && !finite) return {.status = Outcome::Status::not_finite};
     return out ? of_derivatives(out, loss) : out;
   }
 
-  Outcome factor(const double* q) {
+  Outcome factor(const Call<double>& call) {
     by_certified_ = models().refined;
     if (!by_certified_) {
-      set_factors(q);
+      set_factors(call);
       double check = 0;
       for (const auto& at : factors_->links) check += at.inverse_D * 0;
       by_certified_ = !accepts_factors(check);
     }
-    if (by_certified_) return certified_->factor(q);
-    certified_->keep(q);
+    if (by_certified_) return certified_->factor(call);
+    certified_->keep(call);
     return {};
   }
 
@@ -146,7 +146,9 @@ class SpatialState : public RigidState {
     }
   }
 
-  void set_factors(const double* q) { covariance_factor(lowered(), q, *factors_); }
+  void set_factors(const Call<double>& call) {
+    covariance_factor(lowered(), call.q, *factors_, {call.contacts, call.axes});
+  }
   // Whether the factors, and what was made of them, can be used. check: zero where all of it is finite.
   bool accepts_factors(double check) const { return check == 0 && factors_->margin > 0; }
 

@@ -91,6 +91,7 @@ struct LoweredLink {
   bool slides = false, has_noise = false, massless = false, hangs_on_previous = false,
        turned = false;
   bool aligned = false;  // at a hinge: theta = 0, p = (a, b, 0)
+  bool resists = false;  // contacts stand on it
   int branch = -1;       // index of its sum over children other than k + 1 in a workspace; else -1
   int q_index = 0;       // of the joint's first coordinate
   Coordinate coordinate = Coordinate::angle;

@@ -15,8 +15,8 @@
 // Ball and free joints keep their frames: a matrix that depends on q, then two followers, DoF whose
 // phi is a cyclic permutation of the axes (model.hpp). Where their DoF have no joint noise and no
 // body between them, the sweeps treat the joint in one block step (three_axes.hpp).
-// A link on which forces act from outside has a sum over its children even where it has none: the sum begins at
-// these forces.
+// A link on which forces act from outside, or contacts, has a sum over its children even where it has none: the sum
+// begins at these.
 //
 // All constants are computed in a wider precision and rounded once.
 #pragma once
@@ -41,12 +41,13 @@ namespace kalmarm {
 template <class S>
 class LoweredModel {
  public:
-  // error_of_D: that is accepted of a D (covariance/rounding_test.hpp); acted_on: frames on which forces act from
-  // outside, each on the last DoF of a joint.
+  // error_of_D: that is accepted of a D (covariance/rounding_test.hpp); acted_on, contacts: frames on which forces
+  // act from outside, and where contacts resist, each on the last DoF of a joint.
   template <class Given>
   explicit LoweredModel(const Model<Given>& model, Zeros zeros = Zeros::left_out,
                         double error_of_D = accepted_error(default_tolerance<S>),
-                        const std::vector<Frame>& acted_on = {});
+                        const std::vector<Frame>& acted_on = {},
+                        const std::vector<Frame>& contacts = {});
 
   int nv() const { return static_cast<int>(links_.size()); }
   int nq() const { return nq_; }
@@ -58,6 +59,11 @@ class LoweredModel {
   double error_of_D() const { return error_of_D_; }
   // c u over that error, of which N and the weights are multiples.
   S rounding_unit() const { return kalmarm::rounding_unit<S>(error_of_D_); }
+  // (c u)^2 over its square, beside which N stands in these units: at most 1 where an error of c u sqrt(N) is let pass.
+  S share_of_noise() const {
+    const S cu = S(rounding_constant) * unit_roundoff<S>(), share = cu / S(error_of_D_);
+    return share * share / rounding_unit();
+  }
   // Whether rounding of some P- can matter to a D in some position (rounding_weights.hpp).
   bool may_lose_D() const {
     return std::any_of(bodies_.begin(), bodies_.end(),
@@ -93,6 +99,7 @@ class LoweredModel {
   }
 
   const std::vector<LoweredFrame<S>>& acted_on() const { return acted_on_; }
+  const std::vector<LoweredFrame<S>>& contacts() const { return contacts_; }
   std::vector<LoweredFrame<S>> lowered(const std::vector<Frame>& frames) const;
 
   // phi from a frame on link k to the link: from the link frame of Model to the one used here.
@@ -135,7 +142,8 @@ class LoweredModel {
   }
 
   template <class W>
-  void lower(const Model<W>& model, const std::vector<Frame>& acted_on);
+  void lower(const Model<W>& model, const std::vector<Frame>& acted_on,
+             const std::vector<Frame>& contacts);
 
   void add_sum(LoweredLink<S>& link) {
     if (link.branch < 0) link.branch = branch_count_++;
@@ -181,13 +189,14 @@ class LoweredModel {
   std::vector<UncommonPlacement<S>> uncommon_;
   std::vector<Move> moves_;
   std::vector<LinkRun> runs_;
-  std::vector<LoweredFrame<S>> acted_on_;
+  std::vector<LoweredFrame<S>> acted_on_, contacts_;
 };
 
 template <class S>
 template <class Given>
 LoweredModel<S>::LoweredModel(const Model<Given>& model, Zeros zeros, double error_of_D,
-                              const std::vector<Frame>& acted_on)
+                              const std::vector<Frame>& acted_on,
+                              const std::vector<Frame>& contacts)
     : zeros_(zeros),
       error_of_D_(error_of_D),
       nq_(model.nq()),
@@ -198,7 +207,7 @@ LoweredModel<S>::LoweredModel(const Model<Given>& model, Zeros zeros, double err
   // A float's tilt of 1e-16 is no rounding yet, which in double it could be.
   using Next = Wider<Given>;
   lower(model.template cast<std::conditional_t<std::is_same_v<Given, float>, Wider<Next>, Next>>(),
-        acted_on);
+        acted_on, contacts);
 }
 
 template <class S>
@@ -217,7 +226,8 @@ std::vector<LoweredFrame<S>> LoweredModel<S>::lowered(const std::vector<Frame>& 
 
 template <class S>
 template <class W>
-void LoweredModel<S>::lower(const Model<W>& model, const std::vector<Frame>& acted_on) {
+void LoweredModel<S>::lower(const Model<W>& model, const std::vector<Frame>& acted_on,
+                            const std::vector<Frame>& contacts) {
   std::vector<detail::LinkFrame<W>> frames(model.nv());
   for (int k = 0; k < model.nv(); ++k) {
     const Joint<W>& joint = model.joint(k);
@@ -235,7 +245,12 @@ void LoweredModel<S>::lower(const Model<W>& model, const std::vector<Frame>& act
   }
   for (int k = 0; k < model.nv(); ++k) set_link(model, frames[k], k);
   for (const Frame& frame : acted_on) add_sum(links_[frame.link]);
+  for (const Frame& frame : contacts) {
+    add_sum(links_[frame.link]);
+    links_[frame.link].resists = true;
+  }
   acted_on_ = lowered(acted_on);
+  contacts_ = lowered(contacts);
   set_runs();
   const auto unit = static_cast<double>(rounding_unit());
   const auto covariances = detail::free_covariances(links_, bodies_);
@@ -244,7 +259,10 @@ void LoweredModel<S>::lower(const Model<W>& model, const std::vector<Frame>& act
   energy_of_gravity_ *= S(model.gravity().squaredNorm());
   least_inertias_ = detail::least_inertias(links_, bodies_, runs_, uncommon_, covariances);
   largest_variance_ = S(detail::largest_variance(links_, bodies_, runs_, least_inertias_));
-  terms_of_columns_ = S(detail::terms_of_columns(links_, bodies_, least_inertias_, largest, unit));
+  terms_of_columns_ =
+      contacts.empty()
+          ? S(detail::terms_of_columns(links_, bodies_, least_inertias_, largest, unit))
+          : S(no_body);  // P may be any
   for (int k = 0; k < nv(); ++k) {
     const RoundingWeights<S>& w = bodies_[k].weights;
     const double inertia =

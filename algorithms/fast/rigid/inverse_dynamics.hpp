@@ -312,12 +312,10 @@ KALMARM_SWEEP void set_link_forces(const LoweredModel<S>& model, const T* qd, co
   }
 }
 
-// tau from z of every link alone. Not in pairs either.
+// tau from z of every link alone, where the sums over children have begun. Not in pairs either.
 template <bool turning, class T, class S>
-KALMARM_SWEEP void sum_forces(const LoweredModel<S>& model, const T* qdd,
-                              InverseDynamicsWorkspace<T>& ws, T* tau,
-                              const Acting<T>& acting = {}) {
-  begin_sums(model, ws, acting, [](int, const OnLink<T>&) {});
+KALMARM_SWEEP void add_forces(const LoweredModel<S>& model, const T* qdd,
+                              InverseDynamicsWorkspace<T>& ws, T* tau) {
   ws.own.template begin<turning>();
   Sixfold<T> z;
   bool carried = false;  // z comes from link k + 1
@@ -340,6 +338,30 @@ KALMARM_SWEEP void sum_forces(const LoweredModel<S>& model, const T* qdd,
     force_to_parent(model, link, ws, at.d, z);
     if (!carried) add(ws.branches[model.link(link.parent).branch].z, z);
   }
+}
+
+// The same, with what acts from outside.
+template <bool turning, class T, class S>
+void sum_forces(const LoweredModel<S>& model, const T* qdd, InverseDynamicsWorkspace<T>& ws, T* tau,
+                const Acting<T>& acting = {}) {
+  begin_sums(model, ws, acting, [](int, const OnLink<T>&) {});
+  add_forces<turning>(model, qdd, ws, tau);
+}
+
+// tau = M x, or H x by (3) of covariance/contacts.hpp, at the placements in ws; rows: (link, w) of contacts.
+template <class T, class S, class Rows>
+void mass_times(const LoweredModel<S>& model, const T* x, const Rows& rows,
+                InverseDynamicsWorkspace<T>& ws, T* tau) {
+  set_link_forces<false>(model, x, x, ws);
+  for (auto& branch : ws.branches) set_zero(branch.z);
+  for (const auto& [link, w] : rows) {
+    auto& branch = ws.branches[model.link(link).branch];
+    const Sixfold<T>& l = branch.a;
+    T by = (w.x * l.x + w.y * l.y + w.z * l.z) + (w.u * l.u + w.v * l.v + w.w * l.w);
+    normalise(by);
+    add(branch.z, Sixfold<T>{w.x * by, w.y * by, w.z * by, w.u * by, w.v * by, w.w * by});
+  }
+  add_forces<false>(model, x, ws, tau);
 }
 
 }  // namespace detail

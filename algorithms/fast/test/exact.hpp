@@ -18,10 +18,18 @@ struct Exact {
   VectorX<Mp> bias, a;
   Mp size;  // |M^-1 tau|_M + |M^-1 bias|_M
 
-  Exact(const Model<Mp>& model, const State<Mp>& state, const Push& push = {}) {
+  // M is H where there are contacts.
+  Exact(const Model<Mp>& model, const State<Mp>& state, const Push& push = {},
+        const Push& contacts = {}) {
     const World world(model, state.q, state.qd);
     bias = world.bias() - torques_of(push, world, model.nv());
     M = world.mass_matrix();
+    for (std::size_t i = 0; i < contacts.frames.size(); ++i) {
+      const VectorX<Mp> row =
+          torques_of({{contacts.frames[i]}, contacts.forces.segment<6>(6 * i), contacts.axes},
+                     world, model.nv());
+      M += row * row.transpose();
+    }
     ldlt.compute(M);
     a = ldlt.solve(state.tau - bias);
     size = sqrt(Mp(state.tau.dot(ldlt.solve(state.tau)))) + sqrt(Mp(bias.dot(ldlt.solve(bias))));

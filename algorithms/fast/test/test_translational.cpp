@@ -47,7 +47,9 @@ class Robot {
                             .tau = tau.data(),
                             .out = a.data()});
   }
-  Outcome factor(const VectorX<T>& q) { return engine_->factor(q.data()); }
+  Outcome factor(const VectorX<T>& q) {
+    return engine_->factor({.want = Want::solve, .q = q.data()});
+  }
   Outcome solve(const VectorX<T>& tau, VectorX<T>& x) {
     return engine_->solve(1, tau.data(), x.data());
   }

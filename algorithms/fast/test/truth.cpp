@@ -86,8 +86,8 @@ struct Truth::Impl {
   Exact exact;
   mutable std::optional<MatrixX<Mp>> inverse_of_M;
 
-  Impl(const Model<double>& m, const State<double>& s, const Push& push)
-      : model(m.cast<Mp>()), state(s.cast<Mp>()), exact(model, state, push) {}
+  Impl(const Model<double>& m, const State<double>& s, const Push& push, const Push& contacts)
+      : model(m.cast<Mp>()), state(s.cast<Mp>()), exact(model, state, push, contacts) {}
 
   const MatrixX<Mp>& inverse() const {
     if (!inverse_of_M) inverse_of_M = exact.inverse();
@@ -95,8 +95,9 @@ struct Truth::Impl {
   }
 };
 
-Truth::Truth(const Model<double>& model, const State<double>& state, const Push& push)
-    : impl_(std::make_shared<const Impl>(model, state, push)) {}
+Truth::Truth(const Model<double>& model, const State<double>& state, const Push& push,
+             const Push& contacts)
+    : impl_(std::make_shared<const Impl>(model, state, push, contacts)) {}
 
 double Truth::acceleration_error(const VectorX<double>& a) const {
   return impl_->exact.error(a.cast<Mp>());

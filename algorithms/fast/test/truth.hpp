@@ -17,7 +17,7 @@ auto rounded(const Value& value) {
   return value.template cast<T>().template cast<double>();
 }
 
-// Forces from outside, six numbers a frame, as Forces of kalmarm/dynamics.hpp.
+// Forces from outside, six numbers a frame, or rows of contacts, as those of kalmarm/dynamics.hpp.
 struct Push {
   std::vector<Frame> frames = {};
   VectorX<double> forces = {};
@@ -27,8 +27,9 @@ struct Push {
 // Relative errors of what the fast path answers about one state. Infinite where a number is NaN.
 class Truth {
  public:
-  // Forces from outside are a part of the bias.
-  Truth(const Model<double>& model, const State<double>& state, const Push& push = {});
+  // Forces from outside are a part of the bias; with contacts M is H.
+  Truth(const Model<double>& model, const State<double>& state, const Push& push = {},
+        const Push& contacts = {});
 
   // Of a = M^-1 (tau - bias): |d|_M / (|M^-1 tau|_M + |M^-1 bias|_M), |d| / |a|, |d|_M / |a|_M.
   template <class V>

@@ -54,7 +54,7 @@ class TranslationalState : public RigidState {
 
   Outcome with_columns(const Call<T>& call) {
     const Outcome of_a = acceleration(call);
-    const Outcome of_D = of_a ? factor(call.q) : of_a;
+    const Outcome of_D = of_a ? factor(call) : of_a;
     return of_D ? worse(of_a, worse(of_D, solve(call.m, call.B, call.X))) : of_D;
   }
 
@@ -88,9 +88,9 @@ class TranslationalState : public RigidState {
     return factors_.suspect() ? of_derivatives({}, loss_) : Outcome{};
   }
 
-  Outcome factor(const T* q) {
-    if (answered()) return certified_->factor(q);
-    certified_->keep(q);
+  Outcome factor(const Call<T>& call) {
+    if (answered()) return certified_->factor(call);
+    certified_->keep(call);
     return refusal_;
   }
 
@@ -127,7 +127,9 @@ class TranslationalState : public RigidState {
       certified_.emplace(models.certified(), able, true);
     if (factors_.suspect()) {
       const VectorX<T> q = VectorX<T>::Zero(wide.nq());
-      if (const Outcome verdict = certified_->factor(q.data()); !verdict) refusal_ = verdict;
+      if (const Outcome verdict = certified_->factor({.want = Want::solve, .q = q.data()});
+          !verdict)
+        refusal_ = verdict;
       loss_ = RoundingBound<T>(lowered()).look(lowered(), q.data());
     }
     select(options.selection);

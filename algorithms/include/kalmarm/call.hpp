@@ -13,7 +13,8 @@
 //   derivatives        qd tau        a, and dX of those wanted    n, n^2 each
 //
 // To a, torques and derivatives forces from outside may be given, six numbers of every frame of
-// Question::acted_on. Accelerations also take joint noise r and columns B.
+// Question::acted_on; to what is made of factors alone, contacts, six of every frame of Question::contacts, which
+// make H = M + J'DJ of M. Accelerations also take joint noise r and columns B.
 //
 // Matrices are column-major. n: DoF that are asked about, of an engine all; k: rows of J, of an engine
 // those of its selection. qd and tau have nv numbers a row, tau of `solve` n.
@@ -29,7 +30,7 @@ namespace kalmarm {
 // Numbers a row.
 struct Widths {
   std::ptrdiff_t nq, nv, n, k;
-  std::ptrdiff_t f = 0;  // six a frame that is acted on
+  std::ptrdiff_t f = 0, c = 0;  // six a frame that is acted on, and a contact
 
   std::ptrdiff_t tau(Want want) const { return want == Want::solve ? n : nv; }
 
@@ -60,7 +61,8 @@ struct Call {
   T* out = nullptr;
   std::array<T*, 3> derivatives = {};  // da/dq, da/dqd, da/dtau
   const T* forces = nullptr;
-  Axes axes = Axes::local;  // of forces
+  const T* contacts = nullptr;
+  Axes axes = Axes::local;  // of forces, and of contacts
   const T* r = nullptr;     // joint noise in the place of the robot's
   int m = 0;                // columns of B, the same of every row, and of X
   const T* B = nullptr;
@@ -78,6 +80,7 @@ struct Call {
     skip(rest.out, width.out(want));
     for (T*& X : rest.derivatives) skip(X, width.n * width.n);
     skip(rest.forces, width.f);
+    skip(rest.contacts, width.c);
     skip(rest.r, width.nv);
     skip(rest.X, width.n * m);
     return rest;

@@ -61,18 +61,31 @@ struct DerivativeRows {
   std::optional<RowsView<T>> dq = {}, dqd = {}, dtau = {};
 };
 
-// Forces from outside on the frames of Question::acted_on, in their order: of each (moment; force) in these axes, the
-// moment about their origin [N m; N], so that with J of the same axes (kinematics.hpp) they do the work force' J qd.
-// Left out: none act.
+// Six numbers of each frame that a question names, (moment; force) in these axes about their origin [N m; N]. Left
+// out: none.
 template <class View>
-struct Forces {
+struct OnFrames {
   std::optional<View> on = {};
   Axes axes = Axes::aligned;
 };
+
+// Forces from outside on the frames of Question::acted_on, in their order: with J of the same axes (kinematics.hpp)
+// they do the work force' J qd.
 template <class T>
-using StateForces = Forces<VectorView<const T>>;  // 6 numbers a frame
+using StateForces = OnFrames<VectorView<const T>>;
 template <class T>
-using ForceRows = Forces<RowsView<const T>>;  // of rows of states: these numbers in each
+using ForceRows = OnFrames<RowsView<const T>>;  // of rows of states: these numbers in each
+
+// Contacts with the world, which make H = M + J'DJ of M in what is made of factors alone: what contact simulators
+// factor. Of each frame of Question::contacts, in their order, a row
+//   w = sqrt(d) (p x f; f),  H = M + sum of (w'J)'(w'J)
+// f: the direction in which the contact resists at p, d: its stiffness [kg] (of a step: h^2 times a spring's, h
+// times a damper's), J: the frame's. Any 6 x 6 matrix L L' that a body's inertia grows by is the columns of L as rows.
+// What stiffness costs of digits is in docs/contacts.md.
+template <class T>
+using StateContacts = StateForces<T>;
+template <class T>
+using ContactRows = ForceRows<T>;
 
 struct Plan;
 struct EngineOptions;
@@ -134,7 +147,7 @@ class KALMARM_EXPORT Dynamics {
                         .qd = qd.data(),
                         .tau = tau.data(),
                         .out = a.data(),
-                        .forces = checked_forces("forward_dynamics", count, forces),
+                        .forces = checked_forces("forward_dynamics", forces, count),
                         .axes = forces.axes},
                        outcomes.data(), threads);
   }
@@ -174,7 +187,7 @@ class KALMARM_EXPORT Dynamics {
                         .qd = qd.data(),
                         .tau = tau.data(),
                         .out = a.data(),
-                        .forces = checked_forces("forward_dynamics", count, forces),
+                        .forces = checked_forces("forward_dynamics", forces, count),
                         .axes = forces.axes,
                         .m = m,
                         .B = B.data(),
@@ -200,7 +213,7 @@ class KALMARM_EXPORT Dynamics {
                        .qd = qd.data(),
                        .tau = qdd.data(),
                        .out = tau.data(),
-                       .forces = checked_forces("inverse_dynamics", count, forces),
+                       .forces = checked_forces("inverse_dynamics", forces, count),
                        .axes = forces.axes},
                       nullptr, threads);
   }
@@ -237,28 +250,32 @@ class KALMARM_EXPORT Dynamics {
                        threads);
   }
 
-  // M^-1 (asked x asked), symmetric to the last bit. 195 n + 44 n^2.
-  Outcome inverse_mass(VectorView<const T> q, MatrixView<T> X) {
+  // M^-1 (asked x asked), symmetric to the last bit. 195 n + 44 n^2. Here and below, with contacts, that of
+  // H, for about 80 flops a contact.
+  Outcome inverse_mass(VectorView<const T> q, MatrixView<T> X,
+                       const StateContacts<T>& contacts = {}) {
     check("inverse_mass", "q", q.size(), nq_);
     check("inverse_mass", "X", X, asked_);
-    return answer({.want = Want::inverse, .q = q.data(), .out = X.data()});
+    return answer("inverse_mass", {.want = Want::inverse, .q = q.data(), .out = X.data()},
+                  contacts);
   }
 
   // Rows of states, M^-1 (asked x asked) of each in a row of X, both triangles, one outcome each, on
   // `threads` cores. Returns how many failed, whose rows are not to be used.
   [[nodiscard]] int inverse_mass(RowsView<const T> q, RowsView<T> X, std::span<Outcome> outcomes,
-                                 int threads = 1) {
+                                 int threads = 1, const ContactRows<T>& contacts = {}) {
     const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
     check("inverse_mass", "q", count, q, nq_);
     check("inverse_mass", "X", count, X, std::ptrdiff_t(asked_) * asked_);
-    return answer_rows(count, {.want = Want::inverse, .q = q.data(), .out = X.data()},
+    return answer_rows("inverse_mass", count,
+                       {.want = Want::inverse, .q = q.data(), .out = X.data()}, contacts,
                        outcomes.data(), threads);
   }
 
   // Factors of M at q, which are kept for any number of solves. 195 n.
-  Outcome factor(VectorView<const T> q) {
+  Outcome factor(VectorView<const T> q, const StateContacts<T>& contacts = {}) {
     check("factor", "q", q.size(), nq_);
-    return factor(q.data());
+    return factor(resisted("factor", {.want = Want::solve, .q = q.data()}, contacts));
   }
 
   // x = M^-1 tau by the factors that are kept, of one vector (asked) or of every column of a matrix
@@ -275,15 +292,16 @@ class KALMARM_EXPORT Dynamics {
   // cores; tau and x do not overlap. Returns how many failed, whose rows are not to be used. Factors
   // that were kept are made again when they are asked for. 322 n.
   [[nodiscard]] int solve(RowsView<const T> q, RowsView<const T> tau, RowsView<T> x,
-                          std::span<Outcome> outcomes, int threads = 1) {
+                          std::span<Outcome> outcomes, int threads = 1,
+                          const ContactRows<T>& contacts = {}) {
     const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
     check("solve", "q", count, q, nq_);
     check("solve", "tau", count, tau, asked_);
     check("solve", "x", count, x, asked_);
     refuse_overlap("solve", "tau", tau.data(), tau.size(), "x", x.data(), x.size());
-    return answer_rows(count,
+    return answer_rows("solve", count,
                        {.want = Want::solve, .q = q.data(), .tau = tau.data(), .out = x.data()},
-                       outcomes.data(), threads);
+                       contacts, outcomes.data(), threads);
   }
 
   // Derivatives of forward dynamics, and a itself (asked). Outcome::error is NaN. Forces are in the axes of their
@@ -323,74 +341,81 @@ class KALMARM_EXPORT Dynamics {
                         .tau = tau.data(),
                         .out = a.data(),
                         .derivatives = {data(out.dq), data(out.dqd), data(out.dtau)},
-                        .forces = checked_forces("derivatives", count, forces)},
+                        .forces = checked_forces("derivatives", forces, count)},
                        outcomes.data(), threads);
   }
 
   // x (asked) = the diagonal of M^-1. 445 n.
-  Outcome diagonal(VectorView<const T> q, VectorView<T> x) {
+  Outcome diagonal(VectorView<const T> q, VectorView<T> x, const StateContacts<T>& contacts = {}) {
     check("diagonal", "q", q.size(), nq_);
     check("diagonal", "x", x.size(), asked_);
-    return answer({.want = Want::diagonal, .q = q.data(), .out = x.data()});
+    return answer("diagonal", {.want = Want::diagonal, .q = q.data(), .out = x.data()}, contacts);
   }
 
   // Rows of states, x (asked) of each in a row, one outcome each, on `threads` cores; so are those of
   // log_det, one number each, of operational, a matrix in a row of X each, and of its diagonal.
   // Returns how many failed, whose rows are not to be used.
   [[nodiscard]] int diagonal(RowsView<const T> q, RowsView<T> x, std::span<Outcome> outcomes,
-                             int threads = 1) {
+                             int threads = 1, const ContactRows<T>& contacts = {}) {
     const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
     check("diagonal", "q", count, q, nq_);
     check("diagonal", "x", count, x, asked_);
-    return answer_rows(count, {.want = Want::diagonal, .q = q.data(), .out = x.data()},
-                       outcomes.data(), threads);
+    return answer_rows("diagonal", count, {.want = Want::diagonal, .q = q.data(), .out = x.data()},
+                       contacts, outcomes.data(), threads);
   }
 
   // x = log det M of the joints that are free. 195 n.
-  Outcome log_det(VectorView<const T> q, T& x) {
+  Outcome log_det(VectorView<const T> q, T& x, const StateContacts<T>& contacts = {}) {
     check("log_det", "q", q.size(), nq_);
-    return answer({.want = Want::log_det, .q = q.data(), .out = &x});
+    return answer("log_det", {.want = Want::log_det, .q = q.data(), .out = &x}, contacts);
   }
 
   [[nodiscard]] int log_det(RowsView<const T> q, RowsView<T> x, std::span<Outcome> outcomes,
-                            int threads = 1) {
+                            int threads = 1, const ContactRows<T>& contacts = {}) {
     const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
     check("log_det", "q", count, q, nq_);
     check("log_det", "x", count, x, 1);
-    return answer_rows(count, {.want = Want::log_det, .q = q.data(), .out = x.data()},
-                       outcomes.data(), threads);
+    return answer_rows("log_det", count, {.want = Want::log_det, .q = q.data(), .out = x.data()},
+                       contacts, outcomes.data(), threads);
   }
 
   // X = J M^-1 J' of the question's frames, 6 rows each: (angular; linear) in a frame's axes.
-  Outcome operational(VectorView<const T> q, MatrixView<T> X) {
+  Outcome operational(VectorView<const T> q, MatrixView<T> X,
+                      const StateContacts<T>& contacts = {}) {
     check("operational", "q", q.size(), nq_);
     check("operational", "X", X, rows_);
-    return answer({.want = Want::operational, .q = q.data(), .out = X.data()});
+    return answer("operational", {.want = Want::operational, .q = q.data(), .out = X.data()},
+                  contacts);
   }
 
   [[nodiscard]] int operational(RowsView<const T> q, RowsView<T> X, std::span<Outcome> outcomes,
-                                int threads = 1) {
+                                int threads = 1, const ContactRows<T>& contacts = {}) {
     const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
     check("operational", "q", count, q, nq_);
     check("operational", "X", count, X, std::ptrdiff_t(rows_) * rows_);
-    return answer_rows(count, {.want = Want::operational, .q = q.data(), .out = X.data()},
+    return answer_rows("operational", count,
+                       {.want = Want::operational, .q = q.data(), .out = X.data()}, contacts,
                        outcomes.data(), threads);
   }
 
   // x = its diagonal alone. A further frame of a link costs a quarter of what the first does.
-  Outcome operational_diagonal(VectorView<const T> q, VectorView<T> x) {
+  Outcome operational_diagonal(VectorView<const T> q, VectorView<T> x,
+                               const StateContacts<T>& contacts = {}) {
     check("operational_diagonal", "q", q.size(), nq_);
     check("operational_diagonal", "x", x.size(), rows_);
-    return answer({.want = Want::operational_diagonal, .q = q.data(), .out = x.data()});
+    return answer("operational_diagonal",
+                  {.want = Want::operational_diagonal, .q = q.data(), .out = x.data()}, contacts);
   }
 
   [[nodiscard]] int operational_diagonal(RowsView<const T> q, RowsView<T> x,
-                                         std::span<Outcome> outcomes, int threads = 1) {
+                                         std::span<Outcome> outcomes, int threads = 1,
+                                         const ContactRows<T>& contacts = {}) {
     const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
     check("operational_diagonal", "q", count, q, nq_);
     check("operational_diagonal", "x", count, x, rows_);
-    return answer_rows(count, {.want = Want::operational_diagonal, .q = q.data(), .out = x.data()},
-                       outcomes.data(), threads);
+    return answer_rows("operational_diagonal", count,
+                       {.want = Want::operational_diagonal, .q = q.data(), .out = x.data()},
+                       contacts, outcomes.data(), threads);
   }
 
  private:
@@ -431,9 +456,23 @@ class KALMARM_EXPORT Dynamics {
                              const char* result, const T* X, std::ptrdiff_t of_X);
   void check_derivatives(const Derivatives<T>& out) const;
   static void check_turning(bool act, Axes axes);
-  // Six numbers a frame that is acted on; null where there are none.
-  const T* checked_forces(const char* call, const StateForces<T>& forces) const;
-  const T* checked_forces(const char* call, std::ptrdiff_t count, const ForceRows<T>& forces) const;
+  // Where they stand, `size` a state; null where there are none.
+  static const T* checked(const char* call, const char* what, const StateForces<T>& given, int size,
+                          std::ptrdiff_t) {
+    if (!given.on) return nullptr;
+    check(call, what, given.on->size(), size);
+    return given.on->data();
+  }
+  static const T* checked(const char* call, const char* what, const ForceRows<T>& given, int size,
+                          std::ptrdiff_t count) {
+    if (!given.on) return nullptr;
+    check(call, what, count, *given.on, size);
+    return given.on->data();
+  }
+  template <class Given>
+  const T* checked_forces(const char* call, const Given& forces, std::ptrdiff_t count = 1) const {
+    return checked(call, "forces", forces, forces_, count);
+  }
   void check_derivatives(std::ptrdiff_t count, const DerivativeRows<T>& out) const;
 
   Execution<T>& execution() const;  // throws std::logic_error where it was moved away
@@ -449,12 +488,26 @@ class KALMARM_EXPORT Dynamics {
                   .forces = checked_forces(call, forces),
                   .axes = forces.axes});
   }
+  template <class Given>
+  Call<T> resisted(const char* call, Call<T> given, const Given& contacts,
+                   std::ptrdiff_t count = 1) const {
+    given.contacts = checked(call, "contacts", contacts, contacts_, count);
+    given.axes = contacts.axes;
+    return given;
+  }
+  Outcome answer(const char* call, const Call<T>& given, const StateContacts<T>& contacts) {
+    return answer(resisted(call, given, contacts));
+  }
+  int answer_rows(const char* call, std::ptrdiff_t count, const Call<T>& given,
+                  const ContactRows<T>& contacts, Outcome* outcomes, int threads) {
+    return answer_rows(count, resisted(call, given, contacts, count), outcomes, threads);
+  }
   Outcome answer(const Call<T>& call);
   int answer_rows(std::ptrdiff_t count, const Call<T>& call, Outcome* outcomes, int threads);
-  Outcome factor(const T* q);
+  Outcome factor(const Call<T>& call);
   Outcome solve(int columns, const T* taus, T* X);
 
-  int nq_ = 0, nv_ = 0, asked_ = 0, rows_ = 0, forces_ = 0;
+  int nq_ = 0, nv_ = 0, asked_ = 0, rows_ = 0, forces_ = 0, contacts_ = 0;
   double tolerance_ = default_tolerance<T>;
   std::unique_ptr<Execution<T>> execution_;
 };

@@ -37,6 +37,9 @@ struct Question {
   // On which forces act from outside (dynamics.hpp), each on the last DoF of a joint. On the base they do nothing;
   // a frame that is named twice has two.
   std::vector<Frame> acted_on = {};
+  // Where contacts resist (dynamics.hpp), a row each, on the last DoF of a joint; of three directions at a point a
+  // frame is named three times. On the base they do nothing.
+  std::vector<Frame> contacts = {};
   std::vector<int> locked = {};  // DoF, in rising order; of a joint all or none
   std::vector<double> q = {};    // nq: the entries of joints that are locked are used
   bool at_rest = false;          // qd is 0, and is not looked at
