@@ -121,14 +121,15 @@ std::string flaw_of(const Case& c, const Call& call, const Judge& judge) {
 
 // Registers `call(i)` to be timed once `verify` finds no flaw.
 template <class Verify, class Call>
-void add_benchmark(const std::string& name, Verify verify, Call call, double flops = 0) {
+void add_benchmark(const std::string& name, Verify verify, Call call, double flops = 0,
+                   int states = 1) {
   benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& run) {
     if (const std::string flaw = verify(); !flaw.empty()) {
       run.SkipWithError(flaw.c_str());
       return;
     }
     time_calls(run, call);
-    count(run, flops, 1);
+    count(run, flops, states);
   })->Unit(benchmark::kNanosecond);
 }
 

@@ -6,6 +6,7 @@
 
 #include "accuracy/programs/common/csv.hpp"
 #include "algorithms/study/contact_variants.hpp"
+#include "algorithms/study/contacts/standing_ladder.hpp"
 #include "algorithms/test/multiprecision.hpp"
 
 namespace kalmarm::contact_errors {
@@ -19,10 +20,8 @@ Outcome solve(const Model<T>& model, const VectorX<T>& q, std::span<const Contac
   LinkKinematics<T> kin(model);
   set_position(model, q, kin);
   typename V::template Workspace<T> ws(model);
-  const Outcome outcome = V::factor(model, kin, contacts, ws);
-  if (!outcome) return outcome;
-  V::solve(model, kin, b, ws, x);
-  if (!(x.squaredNorm() < std::numeric_limits<T>::infinity()))
+  const Outcome outcome = solve_standing<V>(model, kin, contacts, b, ws, x);
+  if (outcome && !(x.squaredNorm() < std::numeric_limits<T>::infinity()))
     return {.status = Outcome::Status::not_finite};
   return outcome;
 }
@@ -50,19 +49,27 @@ class Answers {
   template <class V>
   void add() {
     VectorX<T> x(model_.nv());
-    const Outcome outcome = kalmarm::contact_errors::solve<T, V>(model_, q_, contacts_, b_, x);
-    const bool judged = outcome && truth_;
-    text_ += begin_ + ',' + field(V::name()) + ',' + state_ + ',' + to_string(outcome.status) +
-             (outcome.warns() ? ",1," : ",0,");
-    if (judged)
-      text_ +=
-          number(static_cast<double>((x.template cast<long double>() - x_).norm() / x_.norm()));
-    text_ += '\n';
+    add(V::name(), kalmarm::contact_errors::solve<T, V>(model_, q_, contacts_, b_, x), x);
+  }
+
+  void add_ladder(double tolerance) {
+    VectorX<T> x(model_.nv());
+    StandingLadder<T> ladder(model_.template cast<double>(), contacts_, tolerance);
+    add(ladder.name(tolerance), ladder(q_, b_, x), x);
   }
 
   const std::string& text() const { return text_; }
 
  private:
+  void add(const std::string& variant, const Outcome& outcome, const VectorX<T>& x) {
+    text_ += begin_ + ',' + field(variant) + ',' + state_ + ',' + to_string(outcome.status) +
+             (outcome.warns() ? ",1," : ",0,");
+    if (outcome && truth_)
+      text_ +=
+          number(static_cast<double>((x.template cast<long double>() - x_).norm() / x_.norm()));
+    text_ += '\n';
+  }
+
   const Model<T>& model_;
   const VectorX<T>& q_;
   const std::vector<ContactRow<T>>& contacts_;
@@ -88,6 +95,8 @@ std::string rows_of(const Scene& scene, const State& state, int number_of_state,
                            std::to_string(rows.size()) + ',' + number(d) + ',' + precision,
                        std::to_string(number_of_state));
     for_each_contact_variant([&]<class V>() { answers.template add<V>(); });
+    answers.add_ladder(default_tolerance<T>);
+    if (std::is_same_v<T, double>) answers.add_ladder(last_bits);
     text += answers.text();
   }
   return text;

@@ -1,6 +1,10 @@
 // The variants that take contacts (contacts/contact_row.hpp): errors and times walk this list.
 #pragma once
 
+#include <span>
+#include <type_traits>
+
+#include "algorithms/study/contacts/conjugate_gradient.hpp"
 #include "algorithms/study/inverse_mass/batch.hpp"
 #include "algorithms/study/inverse_mass/eigen_cholesky.hpp"
 #include "algorithms/study/inverse_mass/sequential.hpp"
@@ -24,7 +28,23 @@ void for_each_contact_variant(F&& f) {
                           Sequential<Potter>,            //
                           Sequential<ArrayHouseholder>,  //
                           Sequential<ArrayMGS>,          //
-                          Sequential<ArrayGivens>>();
+                          Sequential<ArrayGivens>,       //
+                          ConjugateGradient<DiagonalOfM>,
+                          ConjugateGradient<InverseOfM<Sequential<Conventional>>>>();
+}
+
+// x = H^-1 b from the placements on.
+template <class V, class T>
+Outcome solve_standing(const Model<T>& model, const LinkKinematics<T>& kin,
+                       std::span<const ContactRow<T>> contacts, const VectorX<T>& b,
+                       typename V::template Workspace<T>& ws, VectorX<T>& x) {
+  const Outcome outcome = V::factor(model, kin, contacts, ws);
+  if (!outcome) return outcome;
+  if constexpr (std::is_void_v<decltype(V::solve(model, kin, b, ws, x))>)
+    V::solve(model, kin, b, ws, x);
+  else
+    return V::solve(model, kin, b, ws, x);
+  return outcome;
 }
 
 }  // namespace kalmarm

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "algorithms/model/mass_matrix.hpp"
+#include "algorithms/study/contacts/conjugate_gradient.hpp"
 #include "algorithms/study/inverse_mass/batch.hpp"
 #include "algorithms/study/inverse_mass/eigen_cholesky.hpp"
 #include "algorithms/study/inverse_mass/sequential.hpp"
@@ -202,6 +203,28 @@ TEST(Contacts, CholeskyOfTheSumIsTheSameSystem) {
   VectorX<double> x(standing.model.nv());
   ASSERT_TRUE((solve<double, Batch<EigenLLT>>(standing, 10.0, x)));
   EXPECT_LT(error(x, truth(standing, 10.0)), 1e-12);
+}
+
+// With M^-1 by the filter before them, conjugate gradients take a step for each of J's rows and one.
+TEST(ConjugateGradients, TakeAsManyStepsAsThereAreContacts) {
+  using V = ConjugateGradient<InverseOfM<Sequential<Conventional>>>;
+  const Standing standing(4);
+  const Model<Exact> model = standing.model.cast<float>().cast<Exact>();
+  LinkKinematics<Exact> kin(model);
+  set_position(model, VectorX<Exact>(standing.q.cast<float>().cast<Exact>()), kin);
+  std::vector<ContactRow<Exact>> rows;
+  for (const ContactRow<float>& row : rounded<float>(standing.rows, 1e3))
+    rows.push_back(row.cast<Exact>());
+  rows.resize(4);
+  V::Workspace<Exact> ws(model);
+  ASSERT_TRUE(V::factor(model, kin, std::span<const ContactRow<Exact>>(rows), ws));
+  VectorX<Exact> x(model.nv());
+  ws.loop.setTolerance(Exact(1e-40));
+  const VectorX<Exact> b = standing.b.cast<Exact>();
+  const Outcome outcome = V::solve(model, kin, b, ws, x);
+  EXPECT_FALSE(outcome.warns());
+  EXPECT_LE(outcome.steps, static_cast<int>(rows.size()) + 1);
+  EXPECT_LT(static_cast<double>(Exact((ws.H * x - b).norm() / b.norm())), 1e-38);
 }
 
 }  // namespace
