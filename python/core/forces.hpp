@@ -1,4 +1,4 @@
-// Forces from outside among the arguments of a call.
+// Forces from outside, or rows of contacts, among the arguments of a call.
 #pragma once
 
 #include <algorithm>
@@ -21,23 +21,30 @@ inline Axes axes_of(const char* call, const std::string& name) {
       (std::string(call) + ": axes '" + name + "' is unknown: local, world, aligned").c_str());
 }
 
-// The arguments of a call, and after them forces from outside, of `width` numbers a state, where they are given.
+// What a call may be given on frames: its name, and what it is called where a robot has no such frames.
+struct OfFrames {
+  const char* name;
+  const char* of_none;
+};
+constexpr OfFrames forces_argument{"forces", "forces (of a robot without acted_on)"};
+constexpr OfFrames contacts_argument{"contacts", "contacts (of a robot without contacts)"};
+
+// The arguments of a call, and after them these, of `width` numbers a state, where they are given.
 class WithForces {
  public:
   WithForces(const char* call, std::span<const Argument> arguments, nb::handle forces, int width,
-             const std::string& axes)
+             const std::string& axes, const OfFrames& what = forces_argument)
       : arguments_(static_cast<int>(arguments.size())),
         width_(width),
         given_(!forces.is_none()),
         axes_(axes_of(call, axes)) {
     std::copy(arguments.begin(), arguments.end(), all_.begin());
-    if (given_)
-      all_[arguments_] = {width > 0 ? "forces" : "forces (of a robot without acted_on)", forces,
-                          width};
+    if (given_) all_[arguments_] = {width > 0 ? what.name : what.of_none, forces, width};
   }
   WithForces(const char* call, std::initializer_list<Argument> arguments, nb::handle forces,
-             int width, const std::string& axes)
-      : WithForces(call, std::span(arguments.begin(), arguments.size()), forces, width, axes) {}
+             int width, const std::string& axes, const OfFrames& what = forces_argument)
+      : WithForces(call, std::span(arguments.begin(), arguments.size()), forces, width, axes,
+                   what) {}
 
   std::span<const Argument> all() const { return {all_.data(), std::size_t(arguments_ + given_)}; }
 

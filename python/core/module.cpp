@@ -323,9 +323,9 @@ void bind_answers(nb::module_& m) {
 #define KALMARM_RESULT " -> typing.Any"
 #define KALMARM_CALL_OF_Q(name) \
   nb::sig("def " name "(self, q: " KALMARM_ARRAY ", " KALMARM_OPTIONS ")" KALMARM_RESULT)
-#define KALMARM_CALL_OF(name, second)                                           \
-  nb::sig("def " name "(self, q: " KALMARM_ARRAY ", " second ": " KALMARM_ARRAY \
-          ", " KALMARM_OPTIONS ")" KALMARM_RESULT)
+#define KALMARM_CONTACTS KALMARM_OPTIONS ", contacts: typing.Any = None, axes: str = 'aligned'"
+#define KALMARM_CALL_WITH_CONTACTS(name, more) \
+  nb::sig("def " name "(self, q: " KALMARM_ARRAY more ", " KALMARM_CONTACTS ")" KALMARM_RESULT)
 #define KALMARM_FORCES KALMARM_OPTIONS ", forces: typing.Any = None, axes: str = 'aligned'"
 #define KALMARM_CALL_WITH_FORCES(name, more)                                                     \
   nb::sig("def " name "(self, q: " KALMARM_ARRAY ", qd: " KALMARM_ARRAY more ", " KALMARM_FORCES \
@@ -350,14 +350,15 @@ void bind_robot(nb::module_& m) {
           "__init__",
           [](Robot* self, const RobotModel& model, std::optional<double> tolerance,
              const std::vector<std::string>& wants, std::vector<int> asked,
-             std::vector<Frame> frames, std::vector<Frame> acted_on, std::vector<int> locked,
-             std::vector<double> q, bool at_rest,
+             std::vector<Frame> frames, std::vector<Frame> acted_on, std::vector<Frame> contacts,
+             std::vector<int> locked, std::vector<double> q, bool at_rest,
              const std::optional<std::vector<std::string>>& rules) {
             DynamicsOptions options{.tolerance = tolerance};
             for (const std::string& want : wants) options.question.want.insert(want_of(want));
             options.question.dofs = std::move(asked);
             options.question.frames = std::move(frames);
             options.question.acted_on = std::move(acted_on);
+            options.question.contacts = std::move(contacts);
             options.question.locked = std::move(locked);
             options.question.q = std::move(q);
             options.question.at_rest = at_rest;
@@ -368,7 +369,7 @@ void bind_robot(nb::module_& m) {
             new (self) Robot(model, std::move(options));
           },
           "model"_a, "tolerance"_a.none(), "wants"_a, "asked"_a, "frames"_a, "acted_on"_a,
-          "locked"_a, "q"_a, "at_rest"_a, "rules"_a = nb::none())
+          "contacts"_a, "locked"_a, "q"_a, "at_rest"_a, "rules"_a = nb::none())
       .def_prop_ro(
           "nq", [](const Robot& self) { return self.model().nq; }, "Entries of q.")
       .def_prop_ro(
@@ -414,26 +415,34 @@ q (..., nq) -> (..., n) [Nm or N].)")
 
 q (..., nq) -> (..., n, n) [kg m^2, kg m or kg].)")
       .def("inverse_mass_matrix", &Robot::inverse_mass_matrix, "q"_a, "out"_a = nb::none(), options,
-           "status"_a = false, "threads"_a = 1, KALMARM_CALL_OF_Q("inverse_mass_matrix"),
+           "status"_a = false, "threads"_a = 1, "contacts"_a = nb::none(), "axes"_a = "aligned",
+           KALMARM_CALL_WITH_CONTACTS("inverse_mass_matrix", ""),
            R"(M^-1, both triangles; M is not formed.
 
-q (..., nq) -> (..., n, n).)")
+q (..., nq) -> (..., n, n). contacts: as of `solve`, H^-1.)")
       .def("diagonal", &Robot::diagonal, "q"_a, "out"_a = nb::none(), options, "status"_a = false,
-           "threads"_a = 1, KALMARM_CALL_OF_Q("diagonal"),
-           "The diagonal of M^-1.\n\nq (..., nq) -> (..., n).")
+           "threads"_a = 1, "contacts"_a = nb::none(), "axes"_a = "aligned",
+           KALMARM_CALL_WITH_CONTACTS("diagonal", ""),
+           "The diagonal of M^-1.\n\nq (..., nq) -> (..., n). contacts: as of `solve`, of H^-1.")
       .def("log_det", &Robot::log_det, "q"_a, "out"_a = nb::none(), options, "status"_a = false,
-           "threads"_a = 1, KALMARM_CALL_OF_Q("log_det"),
-           "log det M of the joints that are free.\n\nq (..., nq) -> (...).")
+           "threads"_a = 1, "contacts"_a = nb::none(), "axes"_a = "aligned",
+           KALMARM_CALL_WITH_CONTACTS("log_det", ""),
+           "log det M of the joints that are free.\n\nq (..., nq) -> (...). contacts: as of "
+           "`solve`, "
+           "log det H.")
       .def("operational", &Robot::operational, "q"_a, "out"_a = nb::none(), options,
-           "status"_a = false, "threads"_a = 1, KALMARM_CALL_OF_Q("operational"),
+           "status"_a = false, "threads"_a = 1, "contacts"_a = nb::none(), "axes"_a = "aligned",
+           KALMARM_CALL_WITH_CONTACTS("operational", ""),
            R"(J M^-1 J' of the frames that are asked about: what forces there accelerate them by.
 
-q (..., nq) -> (..., 6 f, 6 f) of f frames, six rows each: angular, then linear, in its axes.)")
+q (..., nq) -> (..., 6 f, 6 f) of f frames, six rows each: angular, then linear, in its axes. contacts: as of
+`solve`, J H^-1 J'.)")
       .def("operational_diagonal", &Robot::operational_diagonal, "q"_a, "out"_a = nb::none(),
-           options, "status"_a = false, "threads"_a = 1, KALMARM_CALL_OF_Q("operational_diagonal"),
+           options, "status"_a = false, "threads"_a = 1, "contacts"_a = nb::none(),
+           "axes"_a = "aligned", KALMARM_CALL_WITH_CONTACTS("operational_diagonal", ""),
            R"(The diagonal of J M^-1 J', without the rest of it.
 
-q (..., nq) -> (..., 6 f), rows as of `operational`.)")
+q (..., nq) -> (..., 6 f), rows and contacts as of `operational`.)")
       .def(
           "_operational_space",
           [](Robot& self, nb::handle q, nb::handle J, int k, int alike, double damping,
@@ -460,10 +469,13 @@ a mean of 1 on the diagonal, `clamp` is the largest condition number that is let
 `damping` is added to all: forces stay bounded where the robot cannot move its frames. Outcomes: D and scale are the
 least and the largest eigenvalue, error is that of the inertia, and joint nv + i where no joint moves row i.)")
       .def("solve", &Robot::solve, "q"_a, "tau"_a, "out"_a = nb::none(), options,
-           "status"_a = false, "threads"_a = 1, KALMARM_CALL_OF("solve", "tau"),
-           R"(x = M(q)^-1 tau, without bias.
+           "status"_a = false, "threads"_a = 1, "contacts"_a = nb::none(), "axes"_a = "aligned",
+           KALMARM_CALL_WITH_CONTACTS("solve", ", tau: " KALMARM_ARRAY),
+           R"(x = M(q)^-1 tau, without bias, or with contacts x = H^-1 tau.
 
-q (..., nq), tau (..., n) -> (..., n). For many tau in one state: factor(q).solve(tau).)")
+q (..., nq), tau (..., n) -> (..., n). For many tau in one state: factor(q).solve(tau). contacts (..., 6 c): of every
+frame of the robot's `contacts` a row w = sqrt(d) (p x f; f) in `axes`, f the direction in which it resists at p and d
+its stiffness [kg], so that H = M + sum of (w'J)'(w'J), what contact simulators factor.)")
       .def("forward_dynamics_derivatives", &Robot::derivatives, "q"_a, "qd"_a, "tau"_a,
            "out"_a = nb::none(), options, "status"_a = false, "threads"_a = 1,
            "forces"_a = nb::none(), "axes"_a = "aligned",
@@ -474,9 +486,13 @@ q (..., nq), qd and tau (..., nv) -> Derivatives(dq, dqd, dtau, a): three (..., 
 Column j of dq is for a change of q along DoF j's velocity, so that joints with quaternions have as
 many columns as DoF. out: what an earlier call of the same shape returned. forces turn with their frames:
 axes "local" is needed.)")
-      .def("factor", &Robot::factor, nb::keep_alive<0, 1>(), "q"_a,
-           nb::sig("def factor(self, q: " KALMARM_ARRAY ") -> Factors"),
-           "Factors of M in one state q (nq,), for any number of solves.")
+      .def("factor", &Robot::factor, nb::keep_alive<0, 1>(), "q"_a, options,
+           "contacts"_a = nb::none(), "axes"_a = "aligned",
+           nb::sig("def factor(self, q: " KALMARM_ARRAY
+                   ", *, contacts: typing.Any = None, axes: str = 'aligned') -> Factors"),
+           "Factors of M in one state q (nq,), for any number of solves, or of H: contacts (6 c,) "
+           "as of "
+           "`solve`.")
       .def("_recommend", &Robot::recommend, "tolerance"_a, "q"_a, "qd"_a, "tau"_a,
            nb::sig("def _recommend(self, tolerance: float, q: " KALMARM_ARRAY ", qd: " KALMARM_ARRAY
                    ", tau: " KALMARM_ARRAY ") -> Recommendation"))

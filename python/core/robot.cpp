@@ -46,7 +46,8 @@ Robot::Robot(RobotModel model, DynamicsOptions options)
     : model_(std::move(model)),
       options_(std::move(options)),
       rows_(6 * static_cast<int>(options_.question.frames.size())),
-      forces_(6 * static_cast<int>(options_.question.acted_on.size())) {
+      forces_(6 * static_cast<int>(options_.question.acted_on.size())),
+      contacts_(6 * static_cast<int>(options_.question.contacts.size())) {
   if (model_.nv() == 0) throw nb::value_error("the robot has no joint, so no degree of freedom");
   names_with_rows_ = model_.names;
   for (int i = 0; i < rows_; ++i)
@@ -209,55 +210,74 @@ nb::object Robot::mass_matrix(nb::handle q, nb::handle out, bool status, int thr
       });
 }
 
-nb::object Robot::inverse_mass_matrix(nb::handle q, nb::handle out, bool status, int threads) {
+nb::object Robot::inverse_mass_matrix(nb::handle q, nb::handle out, bool status, int threads,
+                                      nb::handle contacts, const std::string& axes) {
   need("inverse_mass_matrix", Want::inverse);
-  Inputs in("inverse_mass_matrix", {{"q", q, model_.nq}});
+  const WithForces given("inverse_mass_matrix", {{"q", q, model_.nq}}, contacts, contacts_, axes,
+                         contacts_argument);
+  Inputs in("inverse_mass_matrix", given.all());
   return rows(
       in, threads, status, in.result(out, {asked_, asked_}), npy_intp(asked_) * asked_,
       [&]<class T>(Dynamics<T>& dynamics, T* X) {
-        return dynamics.inverse_mass(vector<T>(in, 0, 0, model_.nq), {X, asked_, asked_});
+        return dynamics.inverse_mass(vector<T>(in, 0, 0, model_.nq), {X, asked_, asked_},
+                                     given.of_state<T>(in));
       },
       [&]<class T>(Dynamics<T>& dynamics, RowsView<T> X, std::span<Outcome> outcomes, int used) {
-        return dynamics.inverse_mass(rows_of<T>(in, 0, model_.nq), X, outcomes, used);
+        return dynamics.inverse_mass(rows_of<T>(in, 0, model_.nq), X, outcomes, used,
+                                     given.of_rows<T>(in));
       });
 }
 
-nb::object Robot::diagonal(nb::handle q, nb::handle out, bool status, int threads) {
+nb::object Robot::diagonal(nb::handle q, nb::handle out, bool status, int threads,
+                           nb::handle contacts, const std::string& axes) {
   need("diagonal", Want::diagonal);
-  Inputs in("diagonal", {{"q", q, model_.nq}});
+  const WithForces given("diagonal", {{"q", q, model_.nq}}, contacts, contacts_, axes,
+                         contacts_argument);
+  Inputs in("diagonal", given.all());
   return rows(
       in, threads, status, in.result(out, {asked_}), asked_,
       [&]<class T>(Dynamics<T>& dynamics, T* x) {
-        return dynamics.diagonal(vector<T>(in, 0, 0, model_.nq), {x, asked_});
+        return dynamics.diagonal(vector<T>(in, 0, 0, model_.nq), {x, asked_},
+                                 given.of_state<T>(in));
       },
       [&]<class T>(Dynamics<T>& dynamics, RowsView<T> x, std::span<Outcome> outcomes, int used) {
-        return dynamics.diagonal(rows_of<T>(in, 0, model_.nq), x, outcomes, used);
+        return dynamics.diagonal(rows_of<T>(in, 0, model_.nq), x, outcomes, used,
+                                 given.of_rows<T>(in));
       });
 }
 
-nb::object Robot::log_det(nb::handle q, nb::handle out, bool status, int threads) {
+nb::object Robot::log_det(nb::handle q, nb::handle out, bool status, int threads,
+                          nb::handle contacts, const std::string& axes) {
   need("log_det", Want::log_det);
-  Inputs in("log_det", {{"q", q, model_.nq}});
+  const WithForces given("log_det", {{"q", q, model_.nq}}, contacts, contacts_, axes,
+                         contacts_argument);
+  Inputs in("log_det", given.all());
   return rows(
       in, threads, status, in.result(out, {}), 1,
       [&]<class T>(Dynamics<T>& dynamics, T* x) {
-        return dynamics.log_det(vector<T>(in, 0, 0, model_.nq), *x);
+        return dynamics.log_det(vector<T>(in, 0, 0, model_.nq), *x, given.of_state<T>(in));
       },
       [&]<class T>(Dynamics<T>& dynamics, RowsView<T> x, std::span<Outcome> outcomes, int used) {
-        return dynamics.log_det(rows_of<T>(in, 0, model_.nq), x, outcomes, used);
+        return dynamics.log_det(rows_of<T>(in, 0, model_.nq), x, outcomes, used,
+                                given.of_rows<T>(in));
       });
 }
 
-nb::object Robot::operational(nb::handle q, nb::handle out, bool status, int threads) {
+nb::object Robot::operational(nb::handle q, nb::handle out, bool status, int threads,
+                              nb::handle contacts, const std::string& axes) {
   need("operational", Want::operational);
-  Inputs in("operational", {{"q", q, model_.nq}});
+  const WithForces given("operational", {{"q", q, model_.nq}}, contacts, contacts_, axes,
+                         contacts_argument);
+  Inputs in("operational", given.all());
   return rows(
       in, threads, status, in.result(out, {rows_, rows_}), npy_intp(rows_) * rows_,
       [&]<class T>(Dynamics<T>& dynamics, T* X) {
-        return dynamics.operational(vector<T>(in, 0, 0, model_.nq), {X, rows_, rows_});
+        return dynamics.operational(vector<T>(in, 0, 0, model_.nq), {X, rows_, rows_},
+                                    given.of_state<T>(in));
       },
       [&]<class T>(Dynamics<T>& dynamics, RowsView<T> X, std::span<Outcome> outcomes, int used) {
-        return dynamics.operational(rows_of<T>(in, 0, model_.nq), X, outcomes, used);
+        return dynamics.operational(rows_of<T>(in, 0, model_.nq), X, outcomes, used,
+                                    given.of_rows<T>(in));
       });
 }
 
@@ -344,34 +364,42 @@ Outcome Robot::of_inertia(Outcome outcome, const Outcome& given) const {
   return outcome;
 }
 
-nb::object Robot::operational_diagonal(nb::handle q, nb::handle out, bool status, int threads) {
+nb::object Robot::operational_diagonal(nb::handle q, nb::handle out, bool status, int threads,
+                                       nb::handle contacts, const std::string& axes) {
   need("operational_diagonal", Want::operational_diagonal);
-  Inputs in("operational_diagonal", {{"q", q, model_.nq}});
+  const WithForces given("operational_diagonal", {{"q", q, model_.nq}}, contacts, contacts_, axes,
+                         contacts_argument);
+  Inputs in("operational_diagonal", given.all());
   return rows(
       in, threads, status, in.result(out, {rows_}), rows_,
       [&]<class T>(Dynamics<T>& dynamics, T* x) {
         return dynamics.operational_diagonal(vector<T>(in, 0, 0, model_.nq),
-                                             VectorView<T>(x, rows_));
+                                             VectorView<T>(x, rows_), given.of_state<T>(in));
       },
       [&]<class T>(Dynamics<T>& dynamics, RowsView<T> x, std::span<Outcome> outcomes, int used) {
-        return dynamics.operational_diagonal(rows_of<T>(in, 0, model_.nq), x, outcomes, used);
+        return dynamics.operational_diagonal(rows_of<T>(in, 0, model_.nq), x, outcomes, used,
+                                             given.of_rows<T>(in));
       });
 }
 
-nb::object Robot::solve(nb::handle q, nb::handle tau, nb::handle out, bool status, int threads) {
+nb::object Robot::solve(nb::handle q, nb::handle tau, nb::handle out, bool status, int threads,
+                        nb::handle contacts, const std::string& axes) {
   need("solve", Want::solve);
-  Inputs in("solve", {{"q", q, model_.nq}, {"tau", tau, asked_}});
+  const WithForces given("solve", {{"q", q, model_.nq}, {"tau", tau, asked_}}, contacts, contacts_,
+                         axes, contacts_argument);
+  Inputs in("solve", given.all());
   return rows(
       in, threads, status, in.result(out, {asked_}), asked_,
       [&]<class T>(Dynamics<T>& dynamics, T* x) {
-        const Outcome outcome = dynamics.factor(vector<T>(in, 0, 0, model_.nq));
+        const Outcome outcome =
+            dynamics.factor(vector<T>(in, 0, 0, model_.nq), given.of_state<T>(in));
         if (!outcome) return outcome;
         return dynamics.solve(MatrixView<const T>(in.data<T>(1), asked_, 1),
                               MatrixView<T>(x, asked_, 1));
       },
       [&]<class T>(Dynamics<T>& dynamics, RowsView<T> x, std::span<Outcome> outcomes, int used) {
         return dynamics.solve(rows_of<T>(in, 0, model_.nq), rows_of<T>(in, 1, asked_), x, outcomes,
-                              used);
+                              used, given.of_rows<T>(in));
       });
 }
 
@@ -421,16 +449,18 @@ nb::object Robot::derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::h
   return status ? nb::make_tuple(result, outcome[1]) : result;
 }
 
-std::unique_ptr<Factors> Robot::factor(nb::handle q) {
+std::unique_ptr<Factors> Robot::factor(nb::handle q, nb::handle contacts, const std::string& axes) {
   need("factor", Want::solve);
-  Inputs in("factor", {{"q", q, model_.nq}});
+  const WithForces given("factor", {{"q", q, model_.nq}}, contacts, contacts_, axes,
+                         contacts_argument);
+  Inputs in("factor", given.all());
   if (!in.is_single()) throw nb::value_error("factor: of one state; solve(q, tau) takes many");
   return in.with_scalar([&]<class T>(T) {
     auto worker = workers<T>().take();
     Outcome outcome;
     {
       const WithoutLock released(model_.nv() >= large);
-      outcome = worker->dynamics.factor(vector<T>(in, 0, 0, model_.nq));
+      outcome = worker->dynamics.factor(vector<T>(in, 0, 0, model_.nq), given.of_state<T>(in));
     }
     check(in, outcome, model_.names);
     return std::make_unique<Factors>(std::move(worker), asked_, model_.names);

@@ -34,7 +34,7 @@ class Robot {
   int asked() const { return asked_; }
   PlanSummary plan();
 
-  // forces: None, or six numbers of every frame that is acted on, in `axes`.
+  // forces: None, or six numbers of every frame that is acted on, in `axes`; contacts, likewise, rows of them.
   nb::object forward_dynamics(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
                               bool status, int threads, nb::handle forces, const std::string& axes);
   nb::object inverse_dynamics(nb::handle q, nb::handle qd, nb::handle qdd, nb::handle out,
@@ -43,20 +43,26 @@ class Robot {
                   nb::handle forces, const std::string& axes);
   nb::object gravity(nb::handle q, nb::handle out, bool status, int threads);
   nb::object mass_matrix(nb::handle q, nb::handle out, bool status, int threads);
-  nb::object inverse_mass_matrix(nb::handle q, nb::handle out, bool status, int threads);
-  nb::object diagonal(nb::handle q, nb::handle out, bool status, int threads);
-  nb::object log_det(nb::handle q, nb::handle out, bool status, int threads);
-  nb::object operational(nb::handle q, nb::handle out, bool status, int threads);
-  nb::object operational_diagonal(nb::handle q, nb::handle out, bool status, int threads);
+  nb::object inverse_mass_matrix(nb::handle q, nb::handle out, bool status, int threads,
+                                 nb::handle contacts, const std::string& axes);
+  nb::object diagonal(nb::handle q, nb::handle out, bool status, int threads, nb::handle contacts,
+                      const std::string& axes);
+  nb::object log_det(nb::handle q, nb::handle out, bool status, int threads, nb::handle contacts,
+                     const std::string& axes);
+  nb::object operational(nb::handle q, nb::handle out, bool status, int threads,
+                         nb::handle contacts, const std::string& axes);
+  nb::object operational_diagonal(nb::handle q, nb::handle out, bool status, int threads,
+                                  nb::handle contacts, const std::string& axes);
   // (Lambda, J^, N, outcomes or None) of J, k x n by rows.
   nb::object operational_space(nb::handle q, nb::handle J, int k, int alike,
                                const Regularisation& how, bool status, int threads);
   nb::object operational_inertia(nb::handle q, nb::handle out, const Regularisation& how,
                                  bool status, int threads);
-  nb::object solve(nb::handle q, nb::handle tau, nb::handle out, bool status, int threads);
+  nb::object solve(nb::handle q, nb::handle tau, nb::handle out, bool status, int threads,
+                   nb::handle contacts, const std::string& axes);
   nb::object derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out, bool status,
                          int threads, nb::handle forces, const std::string& axes);
-  std::unique_ptr<Factors> factor(nb::handle q);
+  std::unique_ptr<Factors> factor(nb::handle q, nb::handle contacts, const std::string& axes);
   Recommendation recommend(double tolerance, nb::handle q, nb::handle qd, nb::handle tau) const;
 
   // Seconds of `calls` calls of forward_dynamics in C++, of all rows or, `singly`, of one row after
@@ -92,7 +98,7 @@ class Robot {
   DynamicsOptions options_;
   Workers<float> float_workers_{[this] { return Dynamics<float>(model_, options_); }};
   Workers<double> double_workers_{[this] { return Dynamics<double>(model_, options_); }};
-  int asked_ = 0, rows_ = 0, forces_ = 0;
+  int asked_ = 0, rows_ = 0, forces_ = 0, contacts_ = 0;
   std::vector<std::string> names_with_rows_;  // of the DoF, then of the rows of J M^-1 J'
 };
 

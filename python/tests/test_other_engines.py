@@ -952,6 +952,22 @@ def _(at):
     yield from zip(robot.forward_dynamics_derivatives(at.q, at.qd, at.tau, **flat)[:3], truth)
 
 
+@check("solve(q, tau, contacts=w)")
+def _(at):
+    """By mj_fullM, mj_jacBody, crba and computeFrameJacobian."""
+    robot = at.robot.replace(contacts=[at.bodies[i] for i in at.acted_on])
+    w, data, M = some_forces(at, len(at.acted_on)), at.forwarded(), np.empty((at.nv, at.nv))
+    mujoco.mj_fullM(at.mujoco, data, M)
+    rows = np.einsum("fi,fij->fj", w, at.jacobians(data)[at.acted_on])
+    found = robot.solve(at.q, at.tau, contacts=w.ravel())
+    yield found, np.linalg.solve(M + rows.T @ rows, at.tau)
+    rows = np.stack([
+        one @ jacobian_of_pinocchio(at, i, pin.LOCAL_WORLD_ALIGNED) for one, i in zip(w, at.acted_on)
+    ])  # fmt: skip
+    M = pin.crba(at.pinocchio, at.pinocchio.createData(), at.q_pin)
+    yield found, at.T @ np.linalg.solve(M + rows.T @ rows, at.tau_pin)
+
+
 @check("bias(q, qd) - bias(q, qd, forces=f)")
 def _(at):
     i = at.acted_on[-1]

@@ -151,6 +151,7 @@ class Robot(_core.Robot):
         asked: Iterable[str | int] = (),
         frames: Iterable[str | Frame] = (),
         acted_on: Iterable[str | Frame] = (),
+        contacts: Iterable[str | Frame] = (),
         locked: Iterable[str | int] = (),
         q: Any = None,
         at_rest: bool = False,
@@ -166,6 +167,8 @@ class Robot(_core.Robot):
         asked: the joints that results are about; all that are free unless told.
         frames: of `operational` and its diagonal, by the name of a site or body.
         acted_on: frames on which forces act from outside, in the order of a call's `forces`.
+        contacts: frames where contacts resist, a row of a call's `contacts` each: of three directions at a point a
+            frame is named three times. Forward dynamics takes none: a = solve(q, tau - bias(q, qd), contacts=...).
         locked: joints that stand still, at the positions that q (nq,) has for them, or q0.
         at_rest: qd is zero, and is not looked at.
         rules: by which work may be left out, of docs/questions.md; all unless told.
@@ -176,6 +179,7 @@ class Robot(_core.Robot):
             "asked": several("asked", asked),
             "frames": several("frames", frames),
             "acted_on": several("acted_on", acted_on),
+            "contacts": several("contacts", contacts),
             "locked": several("locked", locked),
             "q": None if q is None else tuple(numbers("q", q).ravel().tolist()),
             "at_rest": bool(at_rest),
@@ -190,6 +194,7 @@ class Robot(_core.Robot):
             dofs_of(names, options["asked"]),
             [_frame(description, frame) for frame in options["frames"]],
             [_frame(description, frame) for frame in options["acted_on"]],
+            [_frame(description, frame) for frame in options["contacts"]],
             locked_dofs,
             options["q"] or (description.q0 if locked_dofs else ()),
             options["at_rest"],
