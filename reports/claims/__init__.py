@@ -1,9 +1,10 @@
-"""Eleven claims about accuracy, each decided by the records of a run and nothing else.
+"""Twelve claims about accuracy, each decided by the records of a run and nothing else.
 
 A claim's rule stands in the docstring of its function, and `Claim.verdict` says how its checks
 make the verdict.
 """
 
+from claims.contacts import contacts
 from claims.detection import residuals, silence
 from claims.dynamics import refinement, stiffness
 from claims.ratios import constraints, joseph, tiers
@@ -22,4 +23,5 @@ CLAIMS = [
     silence,
     exponential,
     scans,
+    contacts,
 ]

@@ -1,4 +1,4 @@
-"""Eleven claims about accuracy: their plots, the numbers that decide them, their verdicts."""
+"""Twelve claims about accuracy: their plots, the numbers that decide them, their verdicts."""
 
 from markupsafe import Markup
 
@@ -23,7 +23,7 @@ def section(data: Data) -> Section | None:
         for verdict in ("confirmed", "refuted", "open")
     ]
     return Section(
-        "Eleven claims, decided by this run",
+        "Twelve claims, decided by this run",
         [
             "Each claim is a prediction with numbers, tested by fixed rules: one number out of "
             "its range refutes it; it is open while a number is absent from this run, and "

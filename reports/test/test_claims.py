@@ -7,7 +7,9 @@ import pytest
 import fake_stress
 from claims import CLAIMS
 from claims.claim import Claim, Plot, within
+from claims.contacts import ARRAYS
 from claims.needed import VARIANTS
+from read.contacts import ContactError
 from read.data import Data, Time
 from read.readers import load
 from read.stress import U
@@ -19,8 +21,22 @@ CHOLESKY = "Batch<EigenLLT>"
 NAMES = {f"C{number}": decide for number, decide in enumerate(CLAIMS, 1)}
 
 
+def standing(error=lambda variant, d: 5 * U["float32"], variants=ARRAYS) -> list[ContactError]:
+    """A robot on three contacts; an error of None is a refusal."""
+    return [
+        ContactError(
+            "g1:35", 3, d, "float32", variant, state, "ok" if at else "singular", False, at
+        )
+        for variant in variants
+        for d in (1e2, 1e6, 1e10)
+        for state in range(3)
+        for at in [error(variant, d)]
+    ]
+
+
 def timed(data: Data, ratio: float = 1.4) -> Data:
-    """With ABA, and ABA refined, on one scene."""
+    """With ABA, and ABA refined, on one scene, and a robot that stands."""
+    data.contact_errors.extend(standing())
     for variant, nanoseconds in ((ABA, 100.0), (f"Refined<{ABA}>", 100 * ratio)):
         data.times.append(
             Time("panda:7", variant, "float64", "acceleration", nanoseconds, None, 1, "")
@@ -292,6 +308,23 @@ MISSING = [
     ("C11", without(variant=GIVENS)),
     ("C11", lambda row: None if row["family"] in ("straight", "random_chain") else row),
 ]
+
+
+@pytest.mark.parametrize(
+    "error",
+    [lambda variant, d: 1e-7 * d**0.5, lambda variant, d: None if d > 1e8 else 1e-7],
+    ids=["grows", "is refused"],
+)
+def test_one_array_that_loses_digits_to_stiff_contacts_refutes(error):
+    data = Data()
+    kept = standing(variants=ARRAYS[:2])
+    data.contact_errors.extend(kept)
+    assert NAMES["C12"](data).verdict == "open"
+    data.contact_errors.extend(standing(error, ARRAYS[2:]))
+    claim = NAMES["C12"](data)
+    assert claim.verdict == "refuted"
+    assert [check.holds for check in claim.checks] == [True, True, False]
+    assert "d = 1e+10 kg" in claim.checks[2].measured
 
 
 @pytest.mark.parametrize("name, change", MISSING, ids=[name for name, _ in MISSING])

@@ -11,7 +11,7 @@ from browsing import PHONE, brightness, draw, drawn_section, overflowing, sectio
 from read.readers import load
 
 LABORATORY = "The accuracy laboratory"
-CLAIMS = "Eleven claims, decided by this run"
+CLAIMS = "Twelve claims, decided by this run"
 
 
 @pytest.fixture(scope="module")
