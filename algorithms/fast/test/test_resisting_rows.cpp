@@ -79,7 +79,8 @@ TYPED_TEST(ResistingRowsOf, MayRepeatEachOther) {
   for (int i = 0; i < 20; ++i)
     rows.add(sixfold<TypeParam>(i % 2 == 0 ? w : Vector6<double>(Vector6<double>::Zero())));
   rows.compress();
-  EXPECT_LE((squared(rows) - 10 * w * w.transpose()).norm(), 1e-14 * w.squaredNorm());
+  const Matrix6<double> sum = 10 * w * w.transpose();
+  EXPECT_LE((squared(rows) - sum).norm(), 1e-14 * sum.norm());
 }
 
 template <class T, bool slides, bool noise>
