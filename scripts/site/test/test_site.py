@@ -94,6 +94,14 @@ def members_of_package() -> set[str]:
     return found
 
 
+def test_every_page_of_docs_is_in_the_navigation():
+    shown = (ROOT / "scripts/site/mkdocs.yml").read_text(encoding="utf-8").partition("\nnav:\n")[2]
+    pages = [page.relative_to(ROOT) for page in (ROOT / "docs").rglob("*.md")]
+    pages += [page.relative_to(ROOT).with_suffix(".md") for page in (ROOT / "docs/notebooks").glob("*.py")]
+    assert len(pages) > 20
+    assert [str(page) for page in pages if f": {page}\n" not in shown] == []
+
+
 HEADERS = functions_of_headers()
 MEMBERS = members_of_package()
 
