@@ -178,6 +178,10 @@ void bind_model(nb::module_& m) {
       .def("__getstate__", &state_of)
       .def("__setstate__", [](RobotModel& self,
                               const ModelState& state) { new (&self) RobotModel(model_of(state)); })
+      .def("__repr__",
+           [](const RobotModel& self) {
+             return "<kalmarm.Model of " + std::to_string(self.nv()) + " DoF>";
+           })
       .def("_reordered", &reordered, "order"_a)
       .def_ro("nq", &RobotModel::nq)
       .def_prop_ro("nv", &RobotModel::nv)
@@ -341,7 +345,15 @@ void bind_robot(nb::module_& m) {
            nb::sig("def solve(self, tau: " KALMARM_ARRAY
                    ", out: typing.Any = None) -> numpy.ndarray"),
            "x = M^-1 tau, of one vector (n,) or of one a row, (..., n). One that is not finite is "
-           "raised, of several its row is NaN.");
+           "raised, of several its row is NaN.")
+      .def("__repr__",
+           [](const Factors& self) {
+             return "<kalmarm.Factors of M in one state, " + std::to_string(self.asked()) + " DoF>";
+           })
+      .def("__reduce__", [](const Factors&) -> nb::object {
+        throw nb::type_error(
+            "Factors are neither pickled nor copied: robot.factor(q) makes them again");
+      });
 
   const nb::kw_only options;
   nb::class_<Robot> robot(m, "Robot");

@@ -111,6 +111,7 @@ class Factors {
       : worker_(std::move(worker)), asked_(asked), names_(names) {}
 
   nb::object solve(nb::handle tau, nb::handle out);
+  int asked() const { return asked_; }
 
  private:
   std::variant<Workers<float>::Loan, Workers<double>::Loan> worker_;

@@ -174,9 +174,29 @@ def test_an_error_goes_elsewhere_with_its_outcome(iiwa, way):
     assert str(other.outcome) == str(error.value.outcome)
 
 
-def test_what_holds_memory_alone_says_so(iiwa):
-    with pytest.raises(TypeError, match="cannot pickle"):
-        pickle.dumps(iiwa.factor(iiwa.q0))
+def test_kinematics_go_elsewhere(g1, way):
+    given = g1.kinematics(["pelvis", "torso_link"])
+    other = way(given)
+    assert repr(other) == repr(given)
+    assert "35 DoF" in repr(given) and "torso_link" in repr(given)
+    of = (["jacobians", "momentum"], g1.q0, np.ones(g1.nv))
+    for name, result in given.compute(*of).items():
+        np.testing.assert_array_equal(other.compute(*of)[name], result)
+
+
+def test_what_is_made_anew_says_how(iiwa, way):
+    with pytest.raises(TypeError, match=r"robot\.factor\(q\) makes them again"):
+        way(iiwa.factor(iiwa.q0))
+    with pytest.raises(TypeError, match=r"its build\(\) makes a robot"):
+        way(kalmarm.Builder())
+
+
+def test_what_is_printed_says_of_which_robot_it_is(iiwa):
+    builder = kalmarm.Builder("pendulum")
+    builder.add_body("rod", joint="hinge", mass=1, inertia=(1, 1, 1))
+    assert repr(builder) == "<kalmarm.Builder of pendulum: 1 DoF>"
+    assert repr(iiwa.model) == "<kalmarm.Model of 7 DoF>"
+    assert repr(iiwa.factor(iiwa.q0)) == "<kalmarm.Factors of M in one state, 7 DoF>"
 
 
 def accelerations(robot, step, state):

@@ -124,6 +124,12 @@ class Builder:
         """A frame on a body, with its origin [m] and axes (w, x, y, z) there, for `operational`."""
         self.add_body(name, parent=parent, position=position, rotation=rotation)
 
+    def __repr__(self) -> str:
+        return f"<kalmarm.Builder of {self.name}: {len(self._dofs)} DoF>"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        raise TypeError("a Builder is neither pickled nor copied: its build() makes a robot, which is")
+
     def build(
         self,
         *,

@@ -49,9 +49,10 @@ class Kinematics(_core.Kinematics):
     def __init__(
         self, model: Model, names: Iterable[str], frames: Iterable[Frame], bodies: Iterable[int] = ()
     ) -> None:
-        chosen = list(bodies)
-        super().__init__(model, list(frames), chosen)
-        self.frames = tuple(names)
+        chosen, placed = list(bodies), list(frames)
+        super().__init__(model, placed, chosen)
+        self.frames: tuple[str, ...] = tuple(names)
+        self._made = (model, self.frames, placed, chosen)
         count, nv = len(self.frames), model.nv
         self._shapes: dict[str, tuple[int, ...]] = {
             "positions": (count, 3),
@@ -95,4 +96,9 @@ class Kinematics(_core.Kinematics):
         return out
 
     def __repr__(self) -> str:
-        return f"<kalmarm.Kinematics of {', '.join(self.frames) or 'no frame'}>"
+        dofs = self._made[0].nv
+        return f"<kalmarm.Kinematics of {dofs} DoF, {', '.join(self.frames) or 'no frame'}>"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """By what it was made of: copies take memory of their own."""
+        return type(self), self._made
