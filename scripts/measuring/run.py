@@ -1,9 +1,9 @@
 """Measures scenes and draws the page. `scripts/report` calls it once everything is built.
 
-Measurements go to reports/out/data, what the programs print to reports/out/log, the page to
-reports/out/index.html, with its data packed in reports/out/data.tar.xz. What was measured before
-with the same program, options, model and processor is not measured again. Exit code: 1 if a
-measurement failed, 2 on bad input.
+Measurements go to OUT/data, what the programs print to OUT/log, the page to OUT/index.html, with
+its data packed in OUT/data.tar.xz; OUT is reports/out unless told. What was measured before with the
+same program, options, model and processor is not measured again. Exit code: 1 if a measurement
+failed, 2 on bad input.
 """
 
 import argparse
@@ -19,7 +19,7 @@ from pathlib import Path
 from children import end_with_parent
 from clock import clock
 from measuring.effort import FULL, QUICK
-from measuring.plan import default_scenes, plan
+from measuring.plan import KINDS, default_scenes, plan
 from measuring.scene import BadInput, Scene, bad_input
 from measuring.unit import Unit
 
@@ -121,10 +121,22 @@ def refuse_repeats(units: list[Unit]) -> None:
             raise bad_input(f"two scenes are called {label}: rename a file or drop one")
 
 
+def there(planned: list[tuple[str, Scene]], programs: Path) -> list[tuple[str, Scene]]:
+    """What can be measured by an executable that holds some of the programs, and prints which."""
+    told = subprocess.run([programs], capture_output=True, check=True, text=True)
+    names = told.stdout.split()
+    if lacking := dict.fromkeys(
+        KINDS[kind].program for kind, _ in planned if KINDS[kind].program not in names
+    ):
+        print(f"left out, by programs that are not here: {', '.join(lacking)}", flush=True)
+    return [(kind, scene) for kind, scene in planned if KINDS[kind].program in names]
+
+
 def run(options: argparse.Namespace) -> int:
     """Measures what is missing and draws what is there; returns the exit code."""
     began = time.monotonic()
-    root, out = options.root.resolve(), options.root.resolve() / "reports" / "out"
+    root = options.root.resolve()
+    out = (options.out or root / "reports" / "out").resolve()
     effort = FULL if options.full else QUICK
     names = dict.fromkeys(options.scenes or default_scenes(root, effort))
     read = tuple(options.read)
@@ -132,16 +144,18 @@ def run(options: argparse.Namespace) -> int:
     if read and not any(scene.read for scene in scenes):
         raise bad_input(f"{read[0]} is about a robot's file, and none is given")
     programs = Path(os.path.abspath(options.bin))
-    if not options.programs and not os.path.isdir(programs):
+    held_by_one = os.path.isfile(programs) and os.access(programs, os.X_OK)
+    if not options.programs and not os.path.isdir(programs) and not held_by_one:
         raise bad_input(f"{options.bin}: no folder of programs, run scripts/build")
     planned = plan(root, scenes, not options.scenes, effort)
+    if held_by_one:
+        planned = there(planned, programs)
     units = [Unit(kind, scene, effort, programs, out) for kind, scene in planned]
     refuse_repeats(units)
-    needed = dict.fromkeys(unit.program for unit in units)
     if options.programs:
-        print(*(program.name for program in needed), sep="\n")
+        print(*dict.fromkeys(unit.what.program for unit in units), sep="\n")
         return 0
-    for program in needed:
+    for program in dict.fromkeys(unit.program for unit in units):
         if not os.access(program, os.X_OK):
             raise bad_input(f"{program}: no such program, run scripts/build")
     out.mkdir(parents=True, exist_ok=True)
@@ -180,7 +194,10 @@ def main() -> int:
     effort = parser.add_mutually_exclusive_group()
     effort.add_argument("--quick", action="store_true", help="the default")
     effort.add_argument("--full", action="store_true")
-    parser.add_argument("--bin", type=Path, required=True, help="folder of the programs")
+    parser.add_argument(
+        "--bin", type=Path, required=True, help="folder of the programs, or one file that holds them"
+    )
+    parser.add_argument("--out", type=Path, metavar="DIR", help="where everything is written")
     parser.add_argument(
         "--programs", action="store_true", help="print which programs are needed, and stop"
     )

@@ -50,6 +50,11 @@ def processor() -> str:
     return re.search(r"model name.*|$", Path("/proc/cpuinfo").read_text())[0]
 
 
+def called(programs: Path, name: str) -> list[Path | str]:
+    """How a program is called: it is a file of the folder `programs`, or a name to that file."""
+    return [programs, name] if os.path.isfile(programs) else [programs / name]
+
+
 def benchmark_options(effort: Effort, repetitions: int, min_time: float) -> list[str]:
     return [
         f"--benchmark_repetitions={repetitions}",
@@ -69,7 +74,8 @@ class Unit:
         self.what = KINDS[kind]
         self.title = f"{self.what.title} of {scene.label}"
         self.alone = self.what.alone
-        self.program = programs / self.what.program
+        self.command = called(programs, self.what.program)
+        self.program = self.command[0]
         label = scene.label.replace(":", "-").replace(" ", "-")
         name = f"{self.what.data or kind}-{label}"
         self.log = out / "log" / f"{kind}-{label}.log"
@@ -168,7 +174,7 @@ class Unit:
 
     def start(self) -> None:
         out = f"{self.what.out}={self.partial}"
-        command = [self.program, *self.arguments(self.effort), out]
+        command = [*self.command, *self.arguments(self.effort), out]
         with self.log.open("wb") as log:
             self.process = subprocess.Popen(
                 command,
