@@ -8,6 +8,8 @@
 #include <utility>
 
 #include "algorithms/model/plain.hpp"
+#include "algorithms/model/short_text.hpp"
+#include "kalmarm/constrained_dynamics.hpp"
 #include "robots/loader/actuators.hpp"
 #include "robots/loader/input_error.hpp"
 #include "robots/loader/mujoco_model.hpp"
@@ -44,22 +46,45 @@ std::vector<NamedFrame> named_frames(const MujocoModel& model) {
   return out;
 }
 
-LoadedRobot loaded(const MujocoModel& model, const std::string& name) {
+// Constraints that are further open than the positions of files are told to.
+void note_open_constraints(LoadedRobot& robot) {
+  constexpr double closed = 1e-6;  // [m or rad]
+  if (robot.constraints.empty()) return;
+  ConstrainedDynamics<double> constrained(robot.model, robot.constraints);
+  VectorX<double> e(constrained.rows());
+  constrained.evaluate(robot.home, {.error = e});
+  std::string open;
+  int row = 0;
+  for (const Constraint& constraint : robot.constraints) {
+    const double distance = e.segment(row, constraint.rows()).norm();
+    row += constraint.rows();
+    if (distance > closed)
+      open +=
+          (open.empty() ? "'" : ", '") + constraint.name + "' by " + short_text("%.2g", distance);
+  }
+  if (!open.empty()) robot.notes.push_back("open at home [m, of turns rad]: " + open);
+}
+
+LoadedRobot loaded(const MujocoModel& model, const std::string& name, bool takes_constraints) {
   Driven driven = model.driven();
   std::optional<RobotModel> compensated;
   if (const auto weights = model.compensated()) compensated = plain(*weights);
-  return {.name = name,
-          .model = plain(model.lower()),
-          .home = {model.home().q.begin(), model.home().q.end()},
-          .home_velocity = {model.home().qd.begin(), model.home().qd.end()},
-          .range = model.ranges(),
-          .terms = std::move(driven.terms),
-          .torque = std::move(driven.torque),
-          .actuators = model.actuators(),
-          .force_range = force_ranges(model.get()),
-          .compensated = std::move(compensated),
-          .frames = named_frames(model),
-          .notes = model.notes()};
+  LoadedRobot out = {
+      .name = name,
+      .model = plain(model.lower()),
+      .home = {model.home().q.begin(), model.home().q.end()},
+      .home_velocity = {model.home().qd.begin(), model.home().qd.end()},
+      .range = model.ranges(),
+      .terms = std::move(driven.terms),
+      .torque = std::move(driven.torque),
+      .actuators = model.actuators(),
+      .force_range = force_ranges(model.get()),
+      .constraints = takes_constraints ? model.constraints() : std::vector<Constraint>(),
+      .compensated = std::move(compensated),
+      .frames = named_frames(model),
+      .notes = model.notes()};
+  note_open_constraints(out);
+  return out;
 }
 
 }  // namespace
@@ -67,16 +92,16 @@ LoadedRobot loaded(const MujocoModel& model, const std::string& name) {
 LoadedRobot load_robot(const std::string& path, const LoadOptions& options) {
   const Handlers handlers;
   return loaded(*MujocoModel::load(path, options, Frames::kept),
-                std::filesystem::path(path).stem().string());
+                std::filesystem::path(path).stem().string(), options.takes_constraints);
 }
 
 LoadedRobot robot_of(const mjModel* model, const std::string& name,
-                     const std::vector<double>& controls, bool takes_steps) {
+                     const std::vector<double>& controls, const LoadOptions& options) {
   const Handlers handlers;
   const Eigen::Map<const VectorX<double>> ctrl(controls.data(),
                                                static_cast<Eigen::Index>(controls.size()));
   try {
-    return loaded(*MujocoModel::copy_of(model, ctrl, takes_steps), name);
+    return loaded(*MujocoModel::copy_of(model, ctrl, options), name, options.takes_constraints);
   } catch (const InputError& e) {
     throw InputError(name + ": " + e.what());
   }

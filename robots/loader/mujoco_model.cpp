@@ -6,6 +6,7 @@
 #include <numbers>
 #include <utility>
 
+#include "robots/loader/constraints.hpp"
 #include "robots/loader/files/given_inertia.hpp"
 #include "robots/loader/files/ignored.hpp"
 #include "robots/loader/files/read_file.hpp"
@@ -133,7 +134,7 @@ std::shared_ptr<const MujocoModel> MujocoModel::load(const std::string& path,
     const bool imposes = options.takes_steps && options.imposes_couplings;
     const std::vector<NamedCoupling> imposed =
         imposes ? linear_couplings(spec.get()) : std::vector<NamedCoupling>{};
-    strip(spec.get(), frames, options.takes_steps, options.limits_forces);
+    strip(spec.get(), frames, options);
     const std::vector<GivenInertia> taken = take_out_inertias(spec.get(), frames == Frames::kept);
     if (const std::string note = one_line(note_of(taken)); !note.empty()) notes.push_back(note);
     const std::vector<DampingRatio> ratios = damping_ratios(spec.get());
@@ -145,6 +146,7 @@ std::shared_ptr<const MujocoModel> MujocoModel::load(const std::string& path,
       const VectorX<double> M0 = diagonal_at_start(model.get());
       std::copy(M0.begin(), M0.end(), model->dof_M0);
       set_dampers(ratios, M0, model.get());
+      if (model->neq > 0) weigh_constraints(model.get());
     }
     VectorX<double> controls = limited_controls(model.get(), set);
     return complete(std::move(model), std::move(notes), std::move(key), std::move(controls),
@@ -157,19 +159,19 @@ std::shared_ptr<const MujocoModel> MujocoModel::load(const std::string& path,
 
 std::shared_ptr<const MujocoModel> MujocoModel::copy_of(const mjModel* given,
                                                         const VectorX<double>& ctrl,
-                                                        bool takes_steps) {
+                                                        const LoadOptions& options) {
   install_mujoco_handlers();
   std::unique_ptr<mjModel, void (*)(mjModel*)> model(mj_copyModel(nullptr, given), mj_deleteModel);
   const MovingParts parts = parts_of(model.get());
-  refuse_coupling_armature(parts.actuators, parts.tendons, takes_steps);
+  refuse_coupling_armature(parts.actuators, parts.tendons, options.takes_steps);
   std::vector<std::string> notes;
-  const std::string ignored =
-      ignored_parts(parts, {.takes_steps = takes_steps, .limits_forces = takes_steps});
+  const std::string ignored = ignored_parts(parts, options);
   if (!ignored.empty()) notes.push_back(one_line("ignored: " + ignored));
   VectorX<double> controls = limited_controls(model.get(), parts.actuators, ctrl);
   for (std::size_t i = 0; i < parts.actuators.size(); ++i)
     if (!parts.actuators[i].left_out().empty()) mute(model.get(), static_cast<int>(i));
-  return complete(std::move(model), std::move(notes), {}, std::move(controls), {}, takes_steps);
+  return complete(std::move(model), std::move(notes), {}, std::move(controls), {},
+                  options.takes_steps);
 }
 
 std::vector<std::array<double, 2>> MujocoModel::ranges() const {

@@ -72,7 +72,7 @@ class MujocoModel {
   // Notes say what is ignored, by the same rules. Throws InputError.
   static std::shared_ptr<const MujocoModel> copy_of(const mjModel* model,
                                                     const VectorX<double>& controls,
-                                                    bool takes_steps);
+                                                    const LoadOptions& options);
 
   // From a model of one-DoF joints that all carry mass, numbered depth first; for families. Throws
   // InputError.
@@ -102,7 +102,8 @@ class MujocoModel {
 
   const VectorX<double>& controls() const { return controls_; }  // MuJoCo's ctrl
   std::vector<LinkFrame> body_frames() const;                    // of MuJoCo's bodies, in its order
-  std::vector<NamedLinkFrame> frames() const;  // those with a name: sites, then bodies
+  std::vector<NamedLinkFrame> frames() const;   // those with a name: sites, then bodies
+  std::vector<Constraint> constraints() const;  // constraints.hpp
 
  private:
   std::unique_ptr<mjModel, void (*)(mjModel*)> model_;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "robots/loader/actuators.hpp"
+#include "robots/loader/constraints.hpp"
 #include "robots/loader/input_error.hpp"
 #include "robots/loader/mujoco_shim.hpp"
 #include "robots/loader/mujoco_spec.hpp"
@@ -155,8 +156,8 @@ void strip_inertias(mjSpec* spec, bool keeps_static_mass) {
       mjs_setString(mjs_asMesh(e)->material, "");
 }
 
-void strip(mjSpec* spec, Frames frames, bool takes_steps, bool limits_forces) {
-  refuse_coupling_armature(actuator_parts(spec), tendon_parts(spec), takes_steps);
+void strip(mjSpec* spec, Frames frames, const LoadOptions& options) {
+  refuse_coupling_armature(actuator_parts(spec), tendon_parts(spec), options.takes_steps);
   // As much as the compiler needs, whatever a simulation is given.
   spec->memory = -1;
   spec->nstack = spec->njmax = spec->nconmax = -1;
@@ -173,10 +174,14 @@ void strip(mjSpec* spec, Frames frames, bool takes_steps, bool limits_forces) {
       joint->limited = mjLIMITED_FALSE;  // its limit may be one that MuJoCo does not have
       joint->range[0] = joint->range[1] = 0;
     }
-  for (const mjtObj type : {mjOBJ_SENSOR, mjOBJ_TUPLE, mjOBJ_NUMERIC, mjOBJ_TEXT, mjOBJ_EXCLUDE,
-                            mjOBJ_PAIR, mjOBJ_EQUALITY})
+  for (const mjtObj type :
+       {mjOBJ_SENSOR, mjOBJ_TUPLE, mjOBJ_NUMERIC, mjOBJ_TEXT, mjOBJ_EXCLUDE, mjOBJ_PAIR})
     for (mjsElement* e : elements(spec, type)) mjs_delete(spec, e);
-  strip_actuators(spec, limits_forces);
+  for (mjsElement* e : elements(spec, mjOBJ_EQUALITY))
+    if (const mjsEquality* equality = mjs_asEquality(e);
+        !equality->active || !is_taken(equality->type, options))
+      mjs_delete(spec, e);
+  strip_actuators(spec, options.limits_forces);
   strip_tendons(spec);
   for (const mjtObj type : {mjOBJ_SKIN, mjOBJ_CAMERA, mjOBJ_LIGHT})
     for (mjsElement* e : elements(spec, type)) mjs_delete(spec, e);

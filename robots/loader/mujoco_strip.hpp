@@ -4,6 +4,8 @@
 
 #include <mujoco/mujoco.h>
 
+#include "kalmarm/load.hpp"
+
 namespace kalmarm {
 
 // Sites, and bodies that MuJoCo fuses with others where a file has them fused, as a URDF does.
@@ -19,7 +21,6 @@ void strip_inertias(mjSpec* spec, bool keeps_static_mass);
 
 // Throws InputError where armature couples joints; of fixed tendons it may where whoever asks takes steps
 // with their rows.
-void strip(mjSpec* spec, Frames frames = Frames::stripped, bool takes_steps = false,
-           bool limits_forces = false);
+void strip(mjSpec* spec, Frames frames = Frames::stripped, const LoadOptions& options = {});
 
 }  // namespace kalmarm

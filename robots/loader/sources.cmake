@@ -1,6 +1,7 @@
 # Of the loader, for kalmarm::robots and for the Python module that has it too.
 set(loader_sources
   actuators.cpp
+  constraints.cpp
   files/armature.cpp
   files/drawn_parts.cpp
   files/file_kind.cpp

@@ -90,7 +90,9 @@ Reference step_reference_of(const Scene& scene) {
   const mjModel* m = out.model->get();
   if (m->nflex > 0) return {scene.mujoco, "flexes have forces of their own"};
   if (m->nplugin > 0) return {scene.mujoco, "plugins have forces of their own"};
-  return {MujocoModel::copy_of(m, controls_of(m, scene.read), true), ""};
+  return {MujocoModel::copy_of(m, controls_of(m, scene.read),
+                               {.takes_steps = true, .limits_forces = true}),
+          ""};
 }
 
 }  // namespace kalmarm

@@ -16,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "kalmarm/constraint.hpp"
 #include "kalmarm/export.hpp"
 #include "kalmarm/implicit_step.hpp"
 #include "kalmarm/robot_model.hpp"
@@ -72,6 +73,10 @@ struct LoadOptions {
   // ignored.
   bool limits_forces = false;
 
+  // Whoever asks takes LoadedRobot::constraints: no note says that they are ignored. Couplings of joints
+  // are among them unless imposes_couplings takes those.
+  bool takes_constraints = false;
+
   bool operator==(const LoadOptions&) const = default;
 };
 
@@ -116,6 +121,11 @@ struct LoadedRobot {
   std::vector<Actuator> actuators;
   std::vector<std::array<double, 2>>
       force_range;  // (nv), of what actuators exert together [N m or N]
+
+  // For ConstrainedDynamics: connect, weld and joint of MJCF that are active, <mimic> of URDF, as soft as solref and solimp
+  // make them; empty without the option that takes them. Those without a name are called by what they hold, "rod-foot". A note says
+  // which are open at home, and how far.
+  std::vector<Constraint> constraints;
 
   // Where the file compensates gravity (gravcomp): the robot of these weights alone. Its inverse
   // dynamics at q, at rest, are the torque that bears them, to be added to tau.

@@ -1,5 +1,6 @@
 #include "robots/loader/files/ignored.hpp"
 
+#include "robots/loader/constraints.hpp"
 #include "robots/loader/mujoco_spec.hpp"
 #include "robots/loader/names.hpp"
 
@@ -40,7 +41,8 @@ std::string note_of_loose_couplings(mjSpec* spec) {
 std::string ignored_parts(const MovingParts& parts, const LoadOptions& options) {
   Counts things, forces;
   for (const int type : parts.equalities)
-    if (!(options.imposes_couplings && type == mjEQ_JOINT)) things.add(name_of_equality(type));
+    if (!(options.imposes_couplings && type == mjEQ_JOINT) && !is_taken(type, options))
+      things.add(name_of_equality(type));
   int limited = 0;  // actuators, by themselves
   for (const ActuatorPart& actuator : parts.actuators) {
     const std::string why = actuator.left_out();
