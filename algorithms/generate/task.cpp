@@ -1,0 +1,169 @@
+// What is inlined is of no matter here: a kernel runs once.
+#define KALMARM_CALLS
+#include "algorithms/generate/task.hpp"
+
+#include "algorithms/fast/engine/acceptance.hpp"
+#include "algorithms/fast/factors/columns.hpp"
+#include "algorithms/fast/rigid/inverse_dynamics.hpp"
+#include "algorithms/fast/rigid/mass.hpp"
+#include "algorithms/generate/recorded.hpp"
+#include "algorithms/model/plain.hpp"
+
+namespace kalmarm {
+namespace {
+
+using Numbers = std::vector<Recorded>;
+
+template <class S>
+class Recorder {
+ public:
+  Recorder(GeneratedTask task, const Model<double>& model)
+      : recording_(out_.graph), model_(model), robot_(plain(model)) {
+    out_.task = task;
+  }
+
+  TaskRecord run() {
+    switch (out_.task) {
+      case GeneratedTask::forward_dynamics:
+        forward_dynamics(false);
+        break;
+      case GeneratedTask::judged_forward_dynamics:
+        forward_dynamics(true);
+        break;
+      case GeneratedTask::inverse_dynamics:
+        inverse_dynamics();
+        break;
+      case GeneratedTask::mass:
+        mass();
+        break;
+      case GeneratedTask::inverse_mass:
+        inverse_mass();
+        break;
+      case GeneratedTask::solve:
+        solve();
+        break;
+    }
+    return std::move(out_);
+  }
+
+ private:
+  int nv() const { return model_.nv(); }
+
+  Numbers input(const std::string& name, int size) {
+    out_.inputs.push_back({name, size});
+    Numbers x;
+    for (int i = 0; i < size; ++i) x.push_back(Recorded::input());
+    return x;
+  }
+  void output(const std::string& name, const Numbers& x) {
+    out_.outputs.push_back({name, static_cast<int>(x.size())});
+    for (const Recorded& number : x) out_.results.push_back(number.node());
+  }
+
+  void forward_dynamics(bool judged) {
+    const Numbers q = input("q", model_.nq()), qd = input("qd", nv()), tau = input("tau", nv());
+    CovarianceWorkspace<Recorded> ws(model_);
+    Numbers a(nv());
+    covariance_acceleration(model_, q.data(), qd.data(), tau.data(), ws, a.data());
+    output("a", a);
+    if (!judged) return;
+    const Acceptance<S> acceptance(robot_, model_, default_tolerance<S>);
+    const Judged<Recorded> judgement = acceptance.judge(CovarianceForm::sums(ws));
+    output("error", {judgement.error});
+    output("margin", {min(ws.margin, judgement.margin)});
+  }
+
+  void inverse_dynamics() {
+    const Numbers q = input("q", model_.nq()), qd = input("qd", nv()), qdd = input("qdd", nv());
+    InverseDynamicsWorkspace<Recorded> ws(model_);
+    Numbers tau(nv());
+    fast_inverse_dynamics(model_, q.data(), qd.data(), qdd.data(), ws, tau.data());
+    output("tau", tau);
+  }
+
+  // Column by column up to its diagonal; the upper triangle is the lower one.
+  void mass() {
+    const Numbers q = input("q", model_.nq());
+    CompositeForces<Recorded> composite(model_);
+    ColumnsWorkspace<Recorded> ws(model_);
+    const ColumnPaths paths(model_, nv(), 1);
+    composite_forces(model_, q.data(), composite);
+    Numbers M(square());
+    for (int j = 0; j < nv(); ++j) {
+      detail::sweep_composite_forces(
+          model_, composite, j, j, paths[j], [](int) { return Recorded(1); }, ws);
+      for (int k = 0; k <= j; ++k) set(M, k, j, ws.e[k]);
+    }
+    output("M", M);
+  }
+
+  void inverse_mass() {
+    const Numbers q = input("q", model_.nq());
+    FastFactors<Recorded> factors(model_);
+    ColumnsWorkspace<Recorded> ws(model_);
+    const ColumnPaths paths(model_, nv(), 1);
+    covariance_factor(model_, q.data(), factors);
+    Numbers X(square());
+    for (int j = 0; j < nv(); ++j) {
+      detail::sweep_inward(
+          model_, factors, j, paths[j], [j](int k) { return Recorded(k == j); }, ws);
+      detail::sweep_outward(model_, factors, j, ws,
+                            [&](int k, const Recorded& x) { set(X, k, j, x); });
+    }
+    output("X", X);
+  }
+
+  void solve() {
+    const Numbers q = input("q", model_.nq()), tau = input("tau", nv());
+    FastFactors<Recorded> factors(model_);
+    ColumnsWorkspace<Recorded> ws(model_);
+    const std::vector<char> all(nv(), 1);
+    covariance_factor(model_, q.data(), factors);
+    Numbers x(nv());
+    detail::sweep_inward(
+        model_, factors, nv() - 1, all.data(), [&](int k) { return tau[k]; }, ws);
+    detail::sweep_outward(model_, factors, nv() - 1, ws,
+                          [&](int k, const Recorded& xk) { x[k] = xk; });
+    output("x", x);
+  }
+
+  std::size_t square() const { return static_cast<std::size_t>(nv()) * nv(); }
+  void set(Numbers& X, int k, int j, const Recorded& x) const {
+    X[k * nv() + j] = X[j * nv() + k] = x;
+  }
+
+  TaskRecord out_;
+  Recording recording_;
+  LoweredModel<S> model_;
+  RobotModel robot_;
+};
+
+}  // namespace
+
+std::string to_string(GeneratedTask task) {
+  switch (task) {
+    case GeneratedTask::forward_dynamics:
+      return "forward_dynamics";
+    case GeneratedTask::judged_forward_dynamics:
+      return "judged_forward_dynamics";
+    case GeneratedTask::inverse_dynamics:
+      return "inverse_dynamics";
+    case GeneratedTask::mass:
+      return "mass";
+    case GeneratedTask::inverse_mass:
+      return "inverse_mass";
+    case GeneratedTask::solve:
+      return "solve";
+  }
+  return {};
+}
+
+template <class S>
+TaskRecord record(GeneratedTask task, const Model<double>& model) {
+  return Recorder<S>(task, model).run();
+}
+
+template TaskRecord record<float>(GeneratedTask, const Model<double>&);
+template TaskRecord record<double>(GeneratedTask, const Model<double>&);
+
+}  // namespace kalmarm

@@ -1,0 +1,47 @@
+// What a function of generated code works out, and the record of it: the kernels of the fast path, run once on
+// numbers that record (recorded.hpp).
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "algorithms/generate/graph.hpp"
+#include "algorithms/model/model.hpp"
+
+namespace kalmarm {
+
+enum class GeneratedTask {
+  forward_dynamics,         // a = M^-1 (tau - bias)
+  judged_forward_dynamics,  // the same, its estimated error, and the least margin of what it rests on
+  inverse_dynamics,         // tau = M qdd + bias
+  mass,                     // M
+  inverse_mass,             // M^-1
+  solve,                    // M^-1 tau
+};
+
+inline constexpr GeneratedTask generated_tasks[] = {
+    GeneratedTask::forward_dynamics, GeneratedTask::judged_forward_dynamics,
+    GeneratedTask::inverse_dynamics, GeneratedTask::mass,
+    GeneratedTask::inverse_mass,     GeneratedTask::solve};
+
+// Of the function and the command line.
+std::string to_string(GeneratedTask task);
+
+// An argument of a function: an array of so many numbers, one after another among the graph's inputs or outputs.
+struct Argument {
+  std::string name;
+  int size;
+};
+
+struct TaskRecord {
+  GeneratedTask task = {};
+  Graph graph;
+  std::vector<Argument> inputs, outputs;
+  std::vector<int> results;  // nodes
+};
+
+// By kernels whose constants are rounded to S (float or double).
+template <class S>
+TaskRecord record(GeneratedTask task, const Model<double>& model);
+
+}  // namespace kalmarm
