@@ -1,0 +1,79 @@
+"""The filter in float32 on a GPU (here Warp's own processor), beside MuJoCo Warp's Cholesky. Both
+scripts run in the environment of mujoco_warp, and compile for minutes: with
+KALMARM_ENGINES=all alone.
+"""
+
+import json
+import os
+import subprocess
+from pathlib import Path
+
+import environments
+import numpy as np
+import pytest
+
+HERE = Path(__file__).resolve().parent
+COMPILING = 3600  # s; a quiet machine takes two minutes
+
+
+def said_by(script: Path) -> list:
+    """Its lines of JSON; Warp prints others between them."""
+    if os.environ.get("KALMARM_ENGINES") != "all":
+        pytest.skip("compiles for minutes: KALMARM_ENGINES=all")
+    if not (python := environments.python_of("mujoco_warp")):
+        pytest.skip("mujoco_warp is not installed: scripts/engines mujoco_warp")
+    cache = {"WARP_CACHE_PATH": str(environments.FOLDER / "warp-cache")}
+    done = subprocess.run(
+        [python, script],
+        capture_output=True,
+        text=True,
+        timeout=COMPILING,
+        check=False,
+        cwd=environments.FOLDER,  # MuJoCo writes its log there
+        env={**os.environ, **cache},
+    )
+    assert done.returncode == 0, done.stderr
+    return [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")]
+
+
+@pytest.fixture(scope="module")
+def standing() -> dict:
+    """Records by robot and d."""
+    script = HERE.parent / "contacts" / "standing.py"
+    return {(record["robot"], record["d"]): record for record in said_by(script)}
+
+
+@pytest.fixture(scope="module")
+def every_joint() -> dict:
+    (record,) = said_by(HERE / "contacts" / "every_joint.py")
+    return record
+
+
+@pytest.mark.parametrize("d", [10.0**e for e in range(2, 9)])
+@pytest.mark.parametrize("robot", ["g1", "go2"])
+def test_stiffness_costs_the_filter_no_digits(standing, robot, d):
+    errors = standing[robot, d]["filter"]
+    assert None not in errors
+    assert np.median(errors) <= 1e-6
+    assert max(errors) <= 1e-4
+
+
+@pytest.mark.parametrize("robot", ["g1", "go2"])
+def test_cholesky_in_float32_loses_what_the_filter_keeps(standing, robot):
+    assert np.median(standing[robot, 1e5]["cholesky"]) > 1e-3
+    assert standing[robot, 1e8]["cholesky"] == [None] * len(standing[robot, 1e8]["filter"])
+
+
+@pytest.mark.parametrize("cone", ["pyramidal", "elliptic"])
+def test_every_kind_of_joint_and_of_row_that_is_covered_is_right(every_joint, cone):
+    said = every_joint[cone]
+    assert said["outcome"] == "SOLVED"
+    assert said["error"] < 3e-6
+    friction, limit, frictionless, contact = 1, 3, 5, {"pyramidal": 6, "elliptic": 7}[cone]
+    assert said["kinds"] == [friction, limit, frictionless, contact]
+    assert said["dims"] == [1, 3, 4, 6]
+
+
+@pytest.mark.parametrize(("case", "outcome"), [("pair", "UNCOVERED"), ("massless", "SINGULAR")])
+def test_what_has_no_answer_says_so_and_is_nan(every_joint, case, outcome):
+    assert every_joint[case] == {"outcome": outcome, "nothing": True}
