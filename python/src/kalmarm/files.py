@@ -141,17 +141,18 @@ def from_mujoco(
 def _compiled() -> Any:
     """The compiled loader. Structures of MuJoCo differ between its releases, and the loader finds
     the library that `import mujoco` has loaded by the release in its name: any other is refused."""
-    try:
-        import mujoco
-    except ImportError as error:
-        raise ImportError(
-            "kalmarm.load reads files through MuJoCo, which is not installed: pip install mujoco"
-        ) from error
     built = _core.mujoco_version
     if not built:
         raise ImportError(
             "kalmarm was built without MuJoCo: build it again where that is installed"
         )
+    try:
+        import mujoco
+    except ImportError as error:
+        raise ImportError(
+            "kalmarm.load reads files through MuJoCo, which is not installed: "
+            f"pip install mujoco=={built}"
+        ) from error
     if mujoco.__version__ != built:
         raise ImportError(
             f"kalmarm was built for MuJoCo {built}, and {mujoco.__version__} is installed: "
