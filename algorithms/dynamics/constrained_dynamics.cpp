@@ -215,12 +215,15 @@ class Projection {
       if (i > 0 && (next <= rounding * norm(x_) || now >= before)) break;
       before = now;
     }
-    terms_ = numbers.spread + numbers.R.cwiseProduct(lambda_.cwiseAbs());
-    terms_.noalias() += numbers.reach.transpose() * x_.cwiseAbs();
-    acting_.noalias() = numbers.reach * lambda_.cwiseAbs();
+    const double changed = norm(change_);
+    change_ = x_.cwiseAbs();
+    delta_ = lambda_.cwiseAbs();
+    terms_ = numbers.spread + numbers.R.cwiseProduct(delta_);
+    terms_.noalias() += numbers.reach.transpose() * change_;
+    acting_.noalias() = numbers.reach * delta_;
     const double error = start.error * size_of_x0 +
                          std::fmax(error_of_W, rounding) * acting_.dot(root_W_) +
-                         rounding * terms_.dot(A_.diagonal().cwiseSqrt()) + norm(change_);
+                         rounding * terms_.dot(A_.diagonal().cwiseSqrt()) + changed;
     Row most;
     const double missed =
         (terms_.array() > 0).select(r_.array().abs() / terms_.array(), 0).maxCoeff(&most);

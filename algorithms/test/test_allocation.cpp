@@ -6,6 +6,7 @@
 #include <memory>
 #include <random>
 #include <set>
+#include <vector>
 
 #include "algorithms/fast/test/planar_support.hpp"
 #include "algorithms/study/derivatives/acceleration_jacobian.hpp"
@@ -17,6 +18,7 @@
 #include "algorithms/study/solver.hpp"
 #include "algorithms/test/allocations.hpp"
 #include "kalmarm/configuration.hpp"
+#include "kalmarm/constrained_dynamics.hpp"
 
 namespace kalmarm::test {
 namespace {
@@ -176,6 +178,27 @@ TYPED_TEST(Allocation, QuestionsAllocateOnlyWhenTheyAreMade) {
       options.question.dofs = {1, 4};
       expect_no_allocation_once_made<TypeParam>(model, options);
     }
+}
+
+TYPED_TEST(Allocation, ConstraintsAllocateOnlyWhenTheyAreMade) {
+  using T = TypeParam;
+  const Model<double> model = chain(61, 36);
+  const int nv = model.nv();
+  std::vector<Constraint> constraints = {
+      {.name = "point", .first = {nv - 1}, .second = {nv / 2}},
+      {.name = "pose", .kind = Constraint::Kind::pose, .first = {nv / 3}, .second = {-1}}};
+  for (Constraint& one : constraints) one.compliance = {1, 1};
+  ConstrainedDynamics<T> robot(plain(model), constraints, {.proximal = 1e-6});
+  const State<T> s = random_state(model, 62).template cast<T>();
+  VectorX<T> x(nv), forces(robot.rows());
+  Outcome outcomes[3];
+  EXPECT_EQ(allocations_of([&] {
+              outcomes[0] = robot.forward_dynamics(s.q, s.qd, s.tau, x, forces);
+              outcomes[1] = robot.impulse(s.q, s.qd, x, forces);
+              outcomes[2] = robot.solve(s.q, s.tau, x, forces);
+            }),
+            0);
+  for (const Outcome& outcome : outcomes) EXPECT_TRUE(outcome);
 }
 
 // What is not wanted is not made: no model in a wider precision, and nothing that judges M^-1.
