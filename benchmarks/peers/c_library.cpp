@@ -67,10 +67,11 @@ CLibrary make_library(const std::map<std::string, std::string>& files, const CCo
   const TemporaryFolder own(folder);
   // -Ofast at the link would make the whole program that loads the library flush denormal numbers.
   std::vector<std::string> link = {compiler.path, "-shared", "-o", own.path / "library"};
+  for (const auto& [name, text] : files) write(own.path / name, text);
   for (const auto& [name, text] : files) {
+    if (name.ends_with(".h")) continue;
     const fs::path source = own.path / name;
     const std::string object = source.string() + ".o";
-    write(source, text);
     std::vector<std::string> command = {compiler.path, "-x",   "c",  "-fPIC",
                                         "-c",          source, "-o", object};
     command.insert(command.end(), compiler.flags.begin(), compiler.flags.end());

@@ -19,7 +19,7 @@ struct CLibrary {
   double seconds;  // of the processor that the compiler took when it was made
 };
 
-// Of C files by name, in a folder where it stays. Throws std::runtime_error where the compiler
+// Of C files by name, and headers (.h), in a folder where it stays. Throws std::runtime_error where the compiler
 // fails, which says itself what is wrong, and std::filesystem::filesystem_error.
 CLibrary make_library(const std::map<std::string, std::string>& files, const CCompiler& compiler,
                       const std::filesystem::path& folder);

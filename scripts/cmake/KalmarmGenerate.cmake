@@ -1,0 +1,43 @@
+# kalmarm_generate(NAME SCENE TASKS TASK… [PRECISION float32|float64] [ROWS]): a library NAME of C code for the scene's
+# robot, with NAME.h, made again when its file or the program changes (docs/generated.md). With BUILD_TESTING the code's
+# own comparison with the truth is a test, test_NAME.
+enable_language(C)
+
+function(kalmarm_generate name scene)
+  cmake_parse_arguments(ARG "ROWS" "PRECISION" "TASKS" ${ARGN})
+  if(NOT ARG_TASKS)
+    message(FATAL_ERROR "kalmarm_generate(${name}): TASKS are missing")
+  endif()
+  if(NOT ARG_PRECISION)
+    set(ARG_PRECISION float64)
+  endif()
+  list(JOIN ARG_TASKS "," tasks)
+  set(files ${name}.h ${name}.c ${name}_test.c ${name}.md)
+  set(options --task ${tasks} --precision ${ARG_PRECISION})
+  if(ARG_ROWS)
+    list(APPEND files ${name}_rows.c)
+    list(APPEND options --rows)
+  endif()
+  cmake_path(ABSOLUTE_PATH scene OUTPUT_VARIABLE file)
+  if(NOT EXISTS ${file})
+    set(file)  # a scene by its name
+  endif()
+  set(folder ${CMAKE_CURRENT_BINARY_DIR}/${name})
+  file(MAKE_DIRECTORY ${folder})
+  list(TRANSFORM files PREPEND ${folder}/)
+  add_custom_command(OUTPUT ${files} DEPENDS generate ${file} VERBATIM
+    WORKING_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}
+    COMMAND generate ${scene} ${options} --out ${folder}/${name})
+  set(sources ${files})
+  list(FILTER sources INCLUDE REGEX "/${name}(_rows)?[.][ch]$")
+  add_library(${name} STATIC ${sources})
+  target_include_directories(${name} PUBLIC ${folder})
+  target_compile_options(${name} PRIVATE -O3 -ffp-contract=fast -fno-math-errno)
+  set_target_properties(${name} PROPERTIES C_STANDARD 99 POSITION_INDEPENDENT_CODE ON)
+  target_link_libraries(${name} PUBLIC m)
+  if(BUILD_TESTING)
+    add_executable(test_${name} ${folder}/${name}_test.c)
+    target_link_libraries(test_${name} PRIVATE ${name})
+    add_test(NAME test_${name} COMMAND test_${name})
+  endif()
+endfunction()
