@@ -10,10 +10,6 @@ namespace kalmarm {
 
 inline Count& operator*=(Count& a, Count b) { return a = a * b; }
 inline Count& operator/=(Count& a, Count b) { return a = a / b; }
-inline Count sqrt(Count a) {
-  ++Count::flops;
-  return std::sqrt(a.value);
-}
 inline Count abs(Count a) { return std::abs(a.value); }
 
 }  // namespace kalmarm
