@@ -82,7 +82,7 @@ def test_stubs_say_what_a_call_returns():
 
 
 def test_stubs_are_those_of_the_compiled_module(tmp_path):
-    """The command in stubs.txt makes them."""
+    """`scripts/test_python --stubs` makes them."""
     core = Path(__file__).parents[1] / "core"
     package = Path(kalmarm.__file__).parent
     made = tmp_path / "_core.pyi"

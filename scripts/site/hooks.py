@@ -67,7 +67,8 @@ def on_page_markdown(markdown, page, config, files):
 
     for found in UNSEPARATED.findall(FENCED.sub("", markdown)):
         log.warning(f"{here}: a list needs an empty line before it: {found!r}")
-    if robot := ROBOT.fullmatch(here):
+    robot = ROBOT.fullmatch(here)
+    if robot and measured.has(robot[1]):
         report = "../../../reports/example/index.html"
         markdown += f"\n\n## Times and errors\nIn float64, of one state, from the [example report]({report}).\n\n{measured.table(robot[1])}\n"
     if here.startswith("docs/notebooks/"):

@@ -50,6 +50,10 @@ def errors(scene: str, precision: str) -> dict[tuple[str, str], float | None]:
     return {key: value if value < float("inf") else None for key, value in medians.items()}
 
 
+def has(robot: str) -> bool:
+    return f"times-{robot}.json" in files(ARCHIVE)
+
+
 def table(robot: str) -> str:
     """Of one robot: every contender, fastest first."""
     lines = [

@@ -59,6 +59,8 @@ class Model:
 
     def __setstate__(self, arg: tuple[Sequence[tuple[int, int, bool, int, float, Sequence[float], Sequence[float], float, float, Sequence[float], Sequence[float], Sequence[float]]], Sequence[str], int, Sequence[float]], /) -> None: ...
 
+    def __repr__(self) -> str: ...
+
     @property
     def nq(self) -> int: ...
 
@@ -178,8 +180,12 @@ class Factors:
         x = M^-1 tau, of one vector (n,) or of one a row, (..., n). One that is not finite is raised, of several its row is NaN.
         """
 
+    def __repr__(self) -> str: ...
+
+    def __reduce__(self) -> object: ...
+
 class Robot:
-    def __init__(self, model: Model, tolerance: float | None, wants: Sequence[str], asked: Sequence[int], frames: Sequence[Frame], acted_on: Sequence[Frame], locked: Sequence[int], q: Sequence[float], at_rest: bool, rules: Sequence[str] | None = None) -> None: ...
+    def __init__(self, model: Model, tolerance: float | None, wants: Sequence[str], asked: Sequence[int], frames: Sequence[Frame], acted_on: Sequence[Frame], contacts: Sequence[Frame], locked: Sequence[int], q: Sequence[float], at_rest: bool, rules: Sequence[str] | None = None) -> None: ...
 
     @property
     def nq(self) -> int:
@@ -257,54 +263,55 @@ class Robot:
     def mass_matrix(self, q: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1) -> tuple[NDArray[Any], NDArray[Any]]: ...
 
     @overload
-    def inverse_mass_matrix(self, q: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1) -> NDArray[Any]:
+    def inverse_mass_matrix(self, q: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1, contacts: ArrayLike | None = None, axes: str = "aligned") -> NDArray[Any]:
         """
         M^-1, both triangles; M is not formed.
 
-        q (..., nq) -> (..., n, n).
+        q (..., nq) -> (..., n, n). contacts: as of `solve`, H^-1.
         """
     @overload
-    def inverse_mass_matrix(self, q: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1) -> tuple[NDArray[Any], NDArray[Any]]: ...
+    def inverse_mass_matrix(self, q: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1, contacts: ArrayLike | None = None, axes: str = "aligned") -> tuple[NDArray[Any], NDArray[Any]]: ...
 
     @overload
-    def diagonal(self, q: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1) -> NDArray[Any]:
+    def diagonal(self, q: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1, contacts: ArrayLike | None = None, axes: str = "aligned") -> NDArray[Any]:
         """
         The diagonal of M^-1.
 
-        q (..., nq) -> (..., n).
+        q (..., nq) -> (..., n). contacts: as of `solve`, of H^-1.
         """
     @overload
-    def diagonal(self, q: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1) -> tuple[NDArray[Any], NDArray[Any]]: ...
+    def diagonal(self, q: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1, contacts: ArrayLike | None = None, axes: str = "aligned") -> tuple[NDArray[Any], NDArray[Any]]: ...
 
     @overload
-    def log_det(self, q: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1) -> NDArray[Any]:
+    def log_det(self, q: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1, contacts: ArrayLike | None = None, axes: str = "aligned") -> NDArray[Any]:
         """
         log det M of the joints that are free.
 
-        q (..., nq) -> (...).
+        q (..., nq) -> (...). contacts: as of `solve`, log det H.
         """
     @overload
-    def log_det(self, q: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1) -> tuple[NDArray[Any], NDArray[Any]]: ...
+    def log_det(self, q: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1, contacts: ArrayLike | None = None, axes: str = "aligned") -> tuple[NDArray[Any], NDArray[Any]]: ...
 
     @overload
-    def operational(self, q: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1) -> NDArray[Any]:
+    def operational(self, q: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1, contacts: ArrayLike | None = None, axes: str = "aligned") -> NDArray[Any]:
         """
         J M^-1 J' of the frames that are asked about: what forces there accelerate them by.
 
-        q (..., nq) -> (..., 6 f, 6 f) of f frames, six rows each: angular, then linear, in its axes.
+        q (..., nq) -> (..., 6 f, 6 f) of f frames, six rows each: angular, then linear, in its axes. contacts: as of
+        `solve`, J H^-1 J'.
         """
     @overload
-    def operational(self, q: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1) -> tuple[NDArray[Any], NDArray[Any]]: ...
+    def operational(self, q: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1, contacts: ArrayLike | None = None, axes: str = "aligned") -> tuple[NDArray[Any], NDArray[Any]]: ...
 
     @overload
-    def operational_diagonal(self, q: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1) -> NDArray[Any]:
+    def operational_diagonal(self, q: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1, contacts: ArrayLike | None = None, axes: str = "aligned") -> NDArray[Any]:
         """
         The diagonal of J M^-1 J', without the rest of it.
 
-        q (..., nq) -> (..., 6 f), rows as of `operational`.
+        q (..., nq) -> (..., 6 f), rows and contacts as of `operational`.
         """
     @overload
-    def operational_diagonal(self, q: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1) -> tuple[NDArray[Any], NDArray[Any]]: ...
+    def operational_diagonal(self, q: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1, contacts: ArrayLike | None = None, axes: str = "aligned") -> tuple[NDArray[Any], NDArray[Any]]: ...
 
     @overload
     def operational_inertia(self, q: ArrayLike, out: Any = None, *, damping: float = 0.0, clamp: float = ..., status: Literal[False] = False, threads: int = 1) -> NDArray[Any]:
@@ -320,14 +327,16 @@ class Robot:
     def operational_inertia(self, q: ArrayLike, out: Any = None, *, damping: float = 0.0, clamp: float = ..., status: Literal[True], threads: int = 1) -> tuple[NDArray[Any], NDArray[Any]]: ...
 
     @overload
-    def solve(self, q: ArrayLike, tau: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1) -> NDArray[Any]:
+    def solve(self, q: ArrayLike, tau: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1, contacts: ArrayLike | None = None, axes: str = "aligned") -> NDArray[Any]:
         """
-        x = M(q)^-1 tau, without bias.
+        x = M(q)^-1 tau, without bias, or with contacts x = H^-1 tau.
 
-        q (..., nq), tau (..., n) -> (..., n). For many tau in one state: factor(q).solve(tau).
+        q (..., nq), tau (..., n) -> (..., n). For many tau in one state: factor(q).solve(tau). contacts (..., 6 c): of every
+        frame of the robot's `contacts` a row w = sqrt(d) (p x f; f) in `axes`, f the direction in which it resists at p and d
+        its stiffness [kg], so that H = M + sum of (w'J)'(w'J), what contact simulators factor.
         """
     @overload
-    def solve(self, q: ArrayLike, tau: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1) -> tuple[NDArray[Any], NDArray[Any]]: ...
+    def solve(self, q: ArrayLike, tau: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1, contacts: ArrayLike | None = None, axes: str = "aligned") -> tuple[NDArray[Any], NDArray[Any]]: ...
 
     @overload
     def forward_dynamics_derivatives(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, out: Derivatives | None = None, *, status: Literal[False] = False, threads: int = 1, forces: ArrayLike | None = None, axes: str = "aligned") -> Derivatives:
@@ -342,8 +351,10 @@ class Robot:
     @overload
     def forward_dynamics_derivatives(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, out: Derivatives | None = None, *, status: Literal[True], threads: int = 1, forces: ArrayLike | None = None, axes: str = "aligned") -> tuple[Derivatives, NDArray[Any]]: ...
 
-    def factor(self, q: numpy.typing.ArrayLike) -> Factors:
-        """Factors of M in one state q (nq,), for any number of solves."""
+    def factor(self, q: numpy.typing.ArrayLike, *, contacts: Any = None, axes: str = 'aligned') -> Factors:
+        """
+        Factors of M in one state q (nq,), for any number of solves, or of H: contacts (6 c,) as of `solve`.
+        """
 
     def integrate(self, q: numpy.typing.ArrayLike, v: numpy.typing.ArrayLike, out: Any = None) -> numpy.typing.NDArray[Any]:
         """
