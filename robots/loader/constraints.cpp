@@ -1,14 +1,27 @@
 #include "robots/loader/constraints.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <string>
 
 #include "algorithms/model/plain.hpp"
+#include "algorithms/model/short_text.hpp"
 #include "robots/loader/mujoco_model.hpp"
 
 namespace kalmarm {
 namespace {
+
+std::string name_of(const mjModel* m, int i) {
+  if (const char* given = mj_id2name(m, mjOBJ_EQUALITY, i); given && *given) return given;
+  std::string out;
+  const mjtObj type =
+      m->eq_type[i] == mjEQ_JOINT ? mjOBJ_JOINT : static_cast<mjtObj>(m->eq_objtype[i]);
+  for (const int id : {m->eq_obj1id[i], m->eq_obj2id[i]})
+    if (const char* name = id < 0 ? nullptr : mj_id2name(m, type, id); name && *name)
+      out.append(out.empty() ? "" : "-").append(name);
+  return out.empty() ? "equality" + std::to_string(i) : out;
+}
 
 class Equalities {
  public:
@@ -28,7 +41,7 @@ class Equalities {
       else
         continue;
       if (one.kind != Constraint::Kind::coupling && one.first.link == one.second.link) continue;
-      one.name = name_of(i);
+      one.name = name_of(m_, i);
       soften(i, one);
       out.push_back(std::move(one));
     }
@@ -115,17 +128,6 @@ class Equalities {
     }
   }
 
-  std::string name_of(int i) const {
-    if (const char* given = mj_id2name(m_, mjOBJ_EQUALITY, i); given && *given) return given;
-    std::string out;
-    const mjtObj type =
-        m_->eq_type[i] == mjEQ_JOINT ? mjOBJ_JOINT : static_cast<mjtObj>(m_->eq_objtype[i]);
-    for (const int id : {m_->eq_obj1id[i], m_->eq_obj2id[i]})
-      if (const char* name = id < 0 ? nullptr : mj_id2name(m_, type, id); name && *name)
-        out.append(out.empty() ? "" : "-").append(name);
-    return out.empty() ? "equality" + std::to_string(i) : out;
-  }
-
   static Vector3<double> vector(const mjtNum* x) { return {x[0], x[1], x[2]}; }
   static Eigen::Quaternion<double> quaternion(const mjtNum* x) { return {x[0], x[1], x[2], x[3]}; }
 
@@ -138,6 +140,27 @@ class Equalities {
 void weigh_constraints(mjModel* model) {
   const std::unique_ptr<mjData, void (*)(mjData*)> data(mj_makeData(model), mj_deleteData);
   mj_setConst(model, data.get());
+}
+
+std::string MujocoModel::open_constraints() const {
+  constexpr double closed = 1e-6;  // [m or rad]: positions of files have about as many digits
+  const mjModel* m = get();
+  if (m->neq == 0) return "";
+  const std::unique_ptr<mjData, void (*)(mjData*)> data(mj_makeData(m), mj_deleteData);
+  std::copy(home_.q.begin(), home_.q.end(), data->qpos);
+  mj_kinematics(m, data.get());
+  mj_comPos(m, data.get());
+  mj_makeConstraint(m, data.get());
+  std::vector<double> distance(m->neq, 0);
+  for (int i = 0; i < data->nefc; ++i)
+    if (data->efc_type[i] == mjCNSTR_EQUALITY)
+      distance[data->efc_id[i]] = std::hypot(distance[data->efc_id[i]], data->efc_pos[i]);
+  std::string out;
+  for (int i = 0; i < m->neq; ++i)
+    if (distance[i] > closed)
+      out +=
+          (out.empty() ? "'" : ", '") + name_of(m, i) + "' by " + short_text("%.2g", distance[i]);
+  return out;
 }
 
 std::vector<Constraint> MujocoModel::constraints() const {

@@ -8,8 +8,6 @@
 #include <utility>
 
 #include "algorithms/model/plain.hpp"
-#include "algorithms/model/short_text.hpp"
-#include "kalmarm/constrained_dynamics.hpp"
 #include "robots/loader/actuators.hpp"
 #include "robots/loader/input_error.hpp"
 #include "robots/loader/mujoco_model.hpp"
@@ -46,25 +44,6 @@ std::vector<NamedFrame> named_frames(const MujocoModel& model) {
   return out;
 }
 
-// Constraints that are further open than the positions of files are told to.
-void note_open_constraints(LoadedRobot& robot) {
-  constexpr double closed = 1e-6;  // [m or rad]
-  if (robot.constraints.empty()) return;
-  ConstrainedDynamics<double> constrained(robot.model, robot.constraints);
-  VectorX<double> e(constrained.rows());
-  constrained.evaluate(robot.home, {.error = e});
-  std::string open;
-  int row = 0;
-  for (const Constraint& constraint : robot.constraints) {
-    const double distance = e.segment(row, constraint.rows()).norm();
-    row += constraint.rows();
-    if (distance > closed)
-      open +=
-          (open.empty() ? "'" : ", '") + constraint.name + "' by " + short_text("%.2g", distance);
-  }
-  if (!open.empty()) robot.notes.push_back("open at home [m, of turns rad]: " + open);
-}
-
 LoadedRobot loaded(const MujocoModel& model, const std::string& name, bool takes_constraints) {
   Driven driven = model.driven();
   std::optional<RobotModel> compensated;
@@ -83,7 +62,8 @@ LoadedRobot loaded(const MujocoModel& model, const std::string& name, bool takes
       .compensated = std::move(compensated),
       .frames = named_frames(model),
       .notes = model.notes()};
-  note_open_constraints(out);
+  const std::string open = takes_constraints ? model.open_constraints() : "";
+  if (!open.empty()) out.notes.push_back("open at home [m, of turns rad]: " + open);
   return out;
 }
 
