@@ -80,6 +80,15 @@ nb::dict described(const LoadedRobot& robot) {
     return nb::make_tuple(row.jacobian, row.armature, row.damping, row.stiffness, row.reference,
                           row.imposed);
   });
+  out["constraints"] = list_of(robot.constraints, [](const Constraint& c) {
+    nb::object impedance = nb::none();
+    if (const auto& d = c.impedance)
+      impedance = nb::make_tuple(d->least, d->most, d->width, d->midpoint, d->power);
+    return nb::make_tuple(text(c.name), static_cast<int>(c.kind), c.first, c.second, c.turning,
+                          c.jacobian, c.other, c.reference, nb::tuple(nb::cast(c.polynomial)),
+                          c.stiffness, c.damping, c.velocity_terms,
+                          nb::tuple(nb::cast(c.compliance)), impedance);
+  });
   out["compensated"] = robot.compensated;
   return out;
 }
@@ -91,7 +100,8 @@ NB_MODULE(_files, m) {
       [](const nb::bytes& path, const std::optional<std::string>& floating, const std::string& key,
          const std::map<std::string, double>& armature, const std::string& inertia,
          const std::optional<std::string>& urdf_inertia, const std::vector<nb::bytes>& package_path,
-         const std::map<std::string, double>& controls, bool imposes_couplings, bool takes_steps) {
+         const std::map<std::string, double>& controls, bool imposes_couplings, bool takes_steps,
+         bool takes_constraints) {
         LoadOptions options = {
             .floating = floating,
             .inertia = inertia == "given" ? InertiaPolicy::given : InertiaPolicy::balanced,
@@ -100,7 +110,8 @@ NB_MODULE(_files, m) {
             .armature = armature,
             .imposes_couplings = imposes_couplings,
             .takes_steps = takes_steps,
-            .limits_forces = takes_steps};
+            .limits_forces = takes_steps,
+            .takes_constraints = takes_constraints};
         if (urdf_inertia)
           options.urdf_inertia =
               *urdf_inertia == "geometry" ? UrdfInertia::geometry : UrdfInertia::none;
@@ -111,16 +122,20 @@ NB_MODULE(_files, m) {
       },
       "path"_a, nb::kw_only(), "floating"_a.none(), "key"_a, "armature"_a, "inertia"_a,
       "urdf_inertia"_a.none(), "package_path"_a, "controls"_a, "imposes_couplings"_a,
-      "takes_steps"_a);
+      "takes_steps"_a, "takes_constraints"_a);
   m.def(
       "from_model",
       [](std::uintptr_t address, const std::string& name, const std::vector<double>& controls,
-         bool takes_steps) {
+         bool takes_steps, bool takes_constraints) {
         const auto* const model = reinterpret_cast<const mjModel*>(address);
-        return described(
-            without_lock([&] { return robot_of(model, name, controls, takes_steps); }));
+        return described(without_lock([&] {
+          return robot_of(model, name, controls,
+                          {.takes_steps = takes_steps,
+                           .limits_forces = takes_steps,
+                           .takes_constraints = takes_constraints});
+        }));
       },
-      "address"_a, nb::kw_only(), "name"_a, "controls"_a, "takes_steps"_a);
+      "address"_a, nb::kw_only(), "name"_a, "controls"_a, "takes_steps"_a, "takes_constraints"_a);
 }
 
 }  // namespace

@@ -21,6 +21,7 @@
 
 #include "arrays.hpp"
 #include "configuration.hpp"
+#include "constrained.hpp"
 #include "kinematics.hpp"
 #include "outcomes.hpp"
 #include "robot.hpp"
@@ -561,6 +562,7 @@ NB_MODULE(_core, m) {
   bind_robot(m);
   bind_kinematics(m);
   bind_step(m);
+  bind_constrained(m);
 }
 
 }  // namespace

@@ -910,6 +910,83 @@ def _(at):
     yield found.projector, at.T @ of_v @ np.linalg.inv(at.T)
 
 
+# --- constraints
+def weld(at):
+    """The last body, held where it is."""
+    i, _ = last_moved(at)
+    where = at.robot.kinematics([at.bodies[i]]).compute(["positions", "quaternions"], at.q)
+    here = kalmarm.Frame(-1, where["quaternions"][0].tolist(), where["positions"][0].tolist())
+    return i, kalmarm.ConstrainedDynamics(
+        at.robot, [kalmarm.Constraint("weld", "pose", at.bodies[i], here)]
+    )
+
+
+def contact_of_pinocchio(at, i):
+    frame = at.pinocchio.frames[at.frames[i]]
+    contact = pin.RigidConstraintModel(
+        pin.ContactType.CONTACT_6D, at.pinocchio, frame.parentJoint, frame.placement,
+        pin.ReferenceFrame.LOCAL,
+    )  # fmt: skip
+    contacts, data = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
+    contacts.append(contact)
+    data.append(contact.createData())
+    return contacts, data
+
+
+@check("ConstrainedDynamics(robot).forward_dynamics(q, qd, tau)")
+def _(at):
+    """Two bodies that a connect holds to the world, and one joint."""
+    spec = mujoco.MjSpec.from_file(str(file_of(at.name)))
+    for body, anchor in zip(at.bodies[-2:], ([0.1, 0, 0], [0, 0.1, 0.05])):
+        spec.add_equality(
+            type=mujoco.mjtEq.mjEQ_CONNECT, objtype=mujoco.mjtObj.mjOBJ_BODY, name1=body,
+            name2="world", data=[*anchor, *np.zeros(8)], solref=[0.05, 0.7],
+        )  # fmt: skip
+    model = spec.compile()
+    flags = mujoco.mjtDisableBit
+    model.opt.disableflags |= int(
+        flags.mjDSBL_CONTACT | flags.mjDSBL_LIMIT | flags.mjDSBL_ACTUATION
+    ) | int(flags.mjDSBL_SPRING | flags.mjDSBL_DAMPER | flags.mjDSBL_FRICTIONLOSS)
+    model.opt.tolerance = 0
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)
+        robot = kalmarm.from_mujoco(model, takes_constraints=True)
+    assert len(robot.constraints) == 2
+    data = mujoco.MjData(model)
+    data.qpos, data.qvel, data.qfrc_applied = at.q, at.qd, at.tau
+    mujoco.mj_forward(model, data)
+    found = kalmarm.ConstrainedDynamics(robot).forward_dynamics(at.q, at.qd, at.tau)
+    yield found.a, data.qacc
+    yield found.forces, data.efc_force
+
+
+@check("ConstrainedDynamics(robot, constraints)")
+def _(at):
+    i, held = weld(at)
+    contacts, of_contacts = contact_of_pinocchio(at, i)
+    data = at.pinocchio.createData()
+    pin.initConstraintDynamics(at.pinocchio, data, contacts)
+    settings = pin.ProximalSettings(1e-13, 1e-10, 20)
+    a = pin.constraintDynamics(
+        at.pinocchio, data, at.q_pin, at.v_pin, at.tau_pin, contacts, of_contacts, settings
+    )
+    found = held.forward_dynamics(at.q, at.qd, at.tau)
+    yield found.a, at.states.qdd(at.q_pin, at.v_pin, a)
+
+
+@check("impulse(q, qd)")
+def _(at):
+    i, held = weld(at)
+    contacts, of_contacts = contact_of_pinocchio(at, i)
+    data = at.pinocchio.createData()
+    pin.initConstraintDynamics(at.pinocchio, data, contacts)
+    settings = pin.ProximalSettings(1e-13, 1e-10, 20)
+    after = pin.impulseDynamics(
+        at.pinocchio, data, at.q_pin, at.v_pin, contacts, of_contacts, 0.0, settings
+    )
+    yield held.impulse(at.q, at.qd).qd, at.states.qd(at.q_pin, np.array(after))
+
+
 def some_forces(at, count):
     return 10 * np.random.default_rng(3).standard_normal((count, 6))
 
@@ -1316,7 +1393,10 @@ def test_names_are_those_of_the_engines_and_calls_are_made(row):
 
 def test_every_public_call_is_on_the_page():
     text = PAGE.read_text()
-    for one in (kalmarm.Robot, kalmarm.Kinematics, kalmarm.ImplicitStep, kalmarm.PinocchioStates):
+    for one in (
+        kalmarm.Robot, kalmarm.Kinematics, kalmarm.ImplicitStep, kalmarm.PinocchioStates,
+        kalmarm.ConstrainedDynamics,
+    ):  # fmt: skip
         for name in dir(one):
             assert name.startswith("_") or re.search(rf"\b{name}\b", text), name
     for result in kalmarm.load(file_of("iiwa14")).kinematics([])._shapes:

@@ -94,6 +94,9 @@ def test_stubs_are_those_of_the_compiled_module(tmp_path):
 
 def test_every_field_of_an_outcome_and_of_results_is_described():
     assert tuple(kalmarm.Outcome.__annotations__) == kalmarm.outcome_dtype.names
-    for one in (kalmarm.Outcome, kalmarm.Derivatives, kalmarm.OperationalSpace):
+    for one in (
+        kalmarm.Outcome, kalmarm.Derivatives, kalmarm.OperationalSpace, kalmarm.Constraints,
+        kalmarm.ConstrainedAcceleration, kalmarm.ConstrainedSolution, kalmarm.Impulse,
+    ):  # fmt: skip
         for field in one.__annotations__:
             assert f"\n    {field}: " in one.__doc__

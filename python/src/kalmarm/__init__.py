@@ -19,6 +19,15 @@ from ._core import (
     outcome_dtype,
 )
 from .builder import Builder
+from .constrained import (
+    ConstrainedAcceleration,
+    ConstrainedDynamics,
+    ConstrainedSolution,
+    Constraint,
+    Constraints,
+    Impulse,
+    read_constraints,
+)
 from .files import LoadError, from_mujoco, load
 from .kinematics import Kinematics
 from .pinocchio import PinocchioStates, from_pinocchio
@@ -31,12 +40,18 @@ _signatures.install()
 __all__ = [
     "Actuator",
     "Builder",
+    "ConstrainedAcceleration",
+    "ConstrainedDynamics",
+    "ConstrainedSolution",
+    "Constraint",
+    "Constraints",
     "CoupledRow",
     "Derivatives",
     "DynamicsError",
     "Factors",
     "Frame",
     "ImplicitStep",
+    "Impulse",
     "Kinematics",
     "LoadError",
     "Model",
@@ -58,4 +73,5 @@ __all__ = [
     "last_bits",
     "load",
     "outcome_dtype",
+    "read_constraints",
 ]

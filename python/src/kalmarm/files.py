@@ -13,6 +13,7 @@ import numpy as np
 from . import _core
 from ._names import number, numbers, one_of, several
 from ._urdf import pinocchios_order
+from .constrained import Constraint, from_numbers, read_constraints
 from .robot import Actuator, CoupledRow, Description, Robot, Terms
 
 
@@ -32,6 +33,8 @@ def load(
     controls: Mapping[str, float] | None = None,
     imposes_couplings: bool = False,
     takes_steps: bool = False,
+    takes_constraints: bool = False,
+    constraints: str | os.PathLike[str] | None = None,
     dof_order: str = "file",
     **options: Any,
 ) -> Robot:
@@ -60,6 +63,9 @@ def load(
     takes_steps: whoever asks takes an `ImplicitStep` with `Robot.terms`: no warning names what
         these have. Fixed tendons may have armature then, which is in `terms.rows` and not in the
         robot's M; else that is refused.
+    takes_constraints: whoever asks takes `Robot.constraints`: no warning names connect, weld and joint constraints of
+        the file. One says which are open at q0, and how far.
+    constraints: a JSON file of further ones (`read_constraints`), as a URDF's loops need.
     dof_order: "file", depth first with children in the order of the file, as MuJoCo; or
         "pinocchio", with children of a URDF's link in the order of their joints' names. Where these
         differ a note says so.
@@ -80,7 +86,9 @@ def load(
         "controls": _by_name("controls", controls),
         "imposes_couplings": bool(imposes_couplings),
         "takes_steps": bool(takes_steps),
+        "takes_constraints": bool(takes_constraints),
     }
+    further = () if constraints is None else read_constraints(constraints)
     try:
         loaded = files.load(os.fsencode(path), **asked)
         if not loaded["model"].nv:
@@ -96,7 +104,7 @@ def load(
         else:
             note = "DoF are in the order of the file, and not in Pinocchio's: dof_order='pinocchio'"
             loaded["notes"] += (note,)
-    robot = _robot(loaded, options)
+    robot = _robot(loaded, options, further)
     _warn(file, robot)
     return robot
 
@@ -107,6 +115,7 @@ def from_mujoco(
     name: str | None = None,
     ctrl: Any = None,
     takes_steps: bool = False,
+    takes_constraints: bool = False,
     **options: Any,
 ) -> Robot:
     """The robot of a `mujoco.MjModel` as it is now: bodies, joints, inertias, armature (of joints,
@@ -116,7 +125,7 @@ def from_mujoco(
     constraints, actuators, tendons, damping, friction, springs. Contacts and limits are not named.
 
     ctrl: controls (nu,) of the actuators in `Robot.terms`; zero unless given.
-    takes_steps: as of `load`.
+    takes_steps, takes_constraints: as of `load`.
     Options are those of `Robot`.
     """
     files = _compiled()
@@ -132,6 +141,7 @@ def from_mujoco(
         name=name or model.names.split(b"\0", 1)[0].decode() or "robot",
         controls=controls.tolist(),
         takes_steps=takes_steps,
+        takes_constraints=takes_constraints,
     )
     robot = _robot(loaded, options)
     _warn(robot.name, robot)
@@ -185,14 +195,31 @@ def _reordered(loaded: dict[str, Any], order: list[int]) -> dict[str, Any]:
         },
         "actuators": [(one[0], place[one[1]], *one[2:]) for one in loaded["actuators"]],
         "rows": [([one[0][k] for k in order], *one[1:]) for one in loaded["rows"]],
+        "constraints": [
+            (
+                *one[:2],
+                *(_core.Frame(place[at.link], at.rotation, at.translation) for at in one[2:4]),
+                one[4],
+                *([J[k] for k in order] if J else [] for J in one[5:7]),
+                *one[7:],
+            )
+            for one in loaded["constraints"]
+        ],
     }
 
 
-def _robot(loaded: dict[str, Any], options: dict[str, Any]) -> Robot:
+def _robot(
+    loaded: dict[str, Any], options: dict[str, Any], further: tuple[Constraint, ...] = ()
+) -> Robot:
+    constraints = (*map(from_numbers, loaded["constraints"]), *further)
+
     def robot(model: Any, terms: Terms | None, **options: Any) -> Robot:
         numbers = {name: np.array(loaded[name], float) for name in ("q0", "q_range")}
         rest = {name: loaded[name] for name in ("name", "frames", "notes")}
-        return Robot(Description(model=model, terms=terms, **numbers, **rest), **options)
+        description = Description(
+            model=model, terms=terms, constraints=constraints, **numbers, **rest
+        )
+        return Robot(description, **options)
 
     weights = loaded["compensated"]
     terms = Terms(

@@ -18,6 +18,7 @@ from ._names import dofs_of, number, numbers, several, unknown
 
 if TYPE_CHECKING:
     from ._core import Frame, Model, Recommendation
+    from .constrained import Constraint
 
 
 class Status(enum.IntEnum):
@@ -110,6 +111,7 @@ class Description:
     frames: Mapping[str, Frame] = field(default_factory=dict)  # by the names of sites and bodies
     notes: tuple[str, ...] = ()  # what was ignored, each a line
     terms: Terms | None = None  # of implicit steps; None: none
+    constraints: tuple[Constraint, ...] = ()
 
 
 class Robot(_core.Robot):
@@ -242,6 +244,11 @@ class Robot(_core.Robot):
         if self._description.terms is not None:
             return self._description.terms
         return Terms(*(np.zeros(self.nv) for _ in range(4)))
+
+    @property
+    def constraints(self) -> tuple[Constraint, ...]:
+        """Of the robot's file, where `load` took them: for `ConstrainedDynamics`."""
+        return self._description.constraints
 
     @property
     def model(self) -> Model:
