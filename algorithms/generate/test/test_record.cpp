@@ -51,7 +51,7 @@ TYPED_TEST_SUITE(Record, Precisions, PrecisionName);
 
 constexpr int states = 8;
 
-TYPED_TEST(Record, OfEveryTaskIsAtMostTwiceAsFarFromTheTruthAsTheLibrary) {
+TYPED_TEST(Record, OfEveryTaskIsAsNearToTheTruthAsTheLibrary) {
   using T = TypeParam;
   for (const Family& family : all_families()) {
     const Model<double> model = rounded<T>(family.make(1));
