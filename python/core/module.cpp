@@ -549,8 +549,11 @@ NB_MODULE(_core, m) {
   m.def(
       "_add_to_type_of",
       [](nb::handle one, const char* name, nb::handle value) {
+        // The stable interface reaches a type's dictionary through what shows it alone.
         PyTypeObject* const type = Py_TYPE(one.ptr());
-        if (PyDict_SetItemString(type->tp_dict, name, value.ptr()) < 0) throw nb::python_error();
+        const nb::object shown = nb::handle(reinterpret_cast<PyObject*>(type)).attr("__dict__");
+        const nb::object in = nb::module_::import_("gc").attr("get_referents")(shown)[0];
+        if (PyDict_SetItemString(in.ptr(), name, value.ptr()) < 0) throw nb::python_error();
         PyType_Modified(type);
       },
       "one"_a, "name"_a, "value"_a,
