@@ -28,6 +28,7 @@ class Defect(NamedTuple):
     old: str  # the environment that has it: locks/defects/OLD.in
     today: str  # engine
     limit: float
+    mended: bool = True  # in today's version
 
 
 class Asked(NamedTuple):
@@ -40,6 +41,14 @@ DEFECTS = [
     Defect("MuJoCo #3767", "mujoco_3767", "mujoco-4.0.0", "mujoco", 1e-4),
     Defect("MuJoCo Warp #1662", "mujoco_warp_1662", "mujoco_warp-3.13.0", "mujoco_warp", 1e-3),
     Defect("MuJoCo Warp #1334", "mujoco_warp_1334", "mujoco_warp-3.8.0", "mujoco_warp", 1e-3),
+    Defect(
+        "MuJoCo Warp #1415",
+        "mujoco_warp_1415",
+        "mujoco_warp-3.13.0",
+        "mujoco_warp",
+        1e-2,
+        mended=False,
+    ),
 ]
 
 
@@ -75,10 +84,11 @@ def is_found(error: float | None, limit: float) -> bool:
 
 
 def run(limit: float) -> int:
-    """1 where a known defect was not found, today's version has it, or one could not be asked."""
+    """1 where a known defect was not found, a mended one was, or a version could not be asked."""
     rows, wrong = [], 0
     for defect in DEFECTS:
-        for known, environment in ((True, f"defects/{defect.old}"), (False, defect.today)):
+        versions = ((True, f"defects/{defect.old}"), (not defect.mended, defect.today))
+        for known, environment in versions:
             try:
                 python = environments.prepare(environment)
                 asked = ask(python, HERE / f"{defect.check}.py", limit)

@@ -18,6 +18,10 @@ import numpy as np
 import warp as wp
 from mujoco_warp._src import solver
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "defects"))
+
+import mujoco_warp_1415  # noqa: E402
+
 ROBOTS = Path(__file__).resolve().parents[3] / "robots" / "models"
 SOLE = [(x, y, -0.03) for x in (0.12, -0.05) for y in (0.03, -0.03)]
 FEET = {
@@ -29,6 +33,7 @@ STIFFNESS = [10.0**e for e in range(2, 9)]  # along the normal [kg]
 TANGENT = 0.3  # of that
 STATES = 12
 RADIUS, DEPTH = 0.01, 1e-3  # of the spheres that touch, and of their touching [m]
+QUADRATIC = int(mujoco.mjtConstraintState.mjCNSTRSTATE_QUADRATIC)
 PARAMETERS = (
     "body_pos body_quat body_ipos body_iquat body_mass body_inertia dof_armature jnt_axis jnt_pos"
 )
@@ -134,7 +139,7 @@ def measure(robot: str, stiffness: list[float], states: int, seed: int):
     for full, one in zip(M, data, strict=True):
         mujoco.mj_fullM(model, one, full)
     M = exact(M)
-    d.efc.state.fill_(int(mujoco.mjtConstraintState.mjCNSTRSTATE_QUADRATIC))
+    d.efc.state.fill_(QUADRATIC)
     x = wp.zeros((states, model.nv), dtype=float)
     for normal in stiffness:
         D = np.tile([normal, TANGENT * normal, TANGENT * normal], rows // 3).astype(np.float32)
@@ -150,7 +155,24 @@ def measure(robot: str, stiffness: list[float], states: int, seed: int):
         yield {"robot": robot, "d": normal} | {way: errors(ways[way], truth) for way in ways}
 
 
+def issue_1415():
+    """A record of the state that MuJoCo Warp's solver makes NaN, with D of MuJoCo."""
+    model, data = mujoco_warp_1415.standing()
+    m, d = mjw.put_model(model), mjw.put_data(model, data)
+    b = np.random.default_rng(1).normal(size=(1, model.nv)).astype(np.float32)
+    M = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, M)
+    J, D = exact(data.efc_J.reshape(data.nefc, model.nv)), exact(data.efc_D.astype(np.float32))
+    truth = solve_exactly(exact(M) + J.T @ (D[:, None] * J), exact(b[0])).astype(float)
+    d.efc.state.fill_(QUADRATIC)
+    x = wp.zeros(b.shape, dtype=float)
+    filter_in_warp.solve(m, d, d.efc.D, wp.array(b), x)
+    ways = {"filter": errors(x.numpy(), [truth]), "cholesky": errors(cholesky(m, d, b), [truth])}
+    yield {"robot": "#1415", "d": data.efc_D.max()} | ways
+
+
 if __name__ == "__main__":
-    for robot in sys.argv[1:] or FEET:
-        for record in measure(robot, STIFFNESS, STATES, seed=1):
+    for robot in sys.argv[1:] or [*FEET, "#1415"]:
+        of = measure(robot, STIFFNESS, STATES, seed=1) if robot in FEET else issue_1415()
+        for record in of:
             print(json.dumps(record), flush=True)

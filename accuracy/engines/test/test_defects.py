@@ -39,10 +39,20 @@ def test_a_defect_is_found_by_a_large_error_or_by_none_that_is_a_number(error, f
 
 
 @pytest.mark.parametrize(
-    ("errors", "code"), [((0.5, 1e-9), 0), ((1e-9, 1e-9), 1), ((0.5, 0.5), 1), ((0.5, None), 1)]
+    ("mended", "errors", "code"),
+    [
+        (True, (0.5, 1e-9), 0),
+        (True, (1e-9, 1e-9), 1),
+        (True, (0.5, 0.5), 1),
+        (True, (0.5, None), 1),
+        (False, (0.5, float("nan")), 0),
+        (False, (0.5, 1e-9), 1),
+    ],
 )
-def test_the_old_version_must_have_it_and_todays_must_not(errors, code, tmp_path, monkeypatch):
-    defect = Defect("Engine #1", "check", "engine-1.0", "engine", 1e-3)
+def test_the_old_version_must_have_it_and_todays_until_it_is_mended(
+    mended, errors, code, tmp_path, monkeypatch
+):
+    defect = Defect("Engine #1", "check", "engine-1.0", "engine", 1e-3, mended)
     asked = dict(zip(("defects/engine-1.0", "engine"), errors, strict=True))
     monkeypatch.setattr(defects, "DEFECTS", [defect])
     monkeypatch.setattr(defects, "OUT", tmp_path / "out" / "defects.csv")
@@ -58,7 +68,7 @@ def test_the_old_version_must_have_it_and_todays_must_not(errors, code, tmp_path
     )
     assert defects.run(1.0) == code
     with defects.OUT.open() as file:
-        assert [row["known"] for row in csv.DictReader(file)] == ["1", "0"]
+        assert [row["known"] for row in csv.DictReader(file)] == ["1", str(int(not mended))]
 
 
 @pytest.mark.parametrize("defect", defects.DEFECTS, ids=lambda defect: defect.name)
