@@ -103,13 +103,18 @@ TYPED_TEST_SUITE(GeneratedCode, Precisions, PrecisionName);
 TYPED_TEST(GeneratedCode, GivesWhatItsRecordGives) {
   using T = TypeParam;
   using enum GeneratedTask;
-  const std::vector<std::pair<Model<double>, std::vector<GeneratedTask>>> cases = {
+  struct Robot {
+    Model<double> model;
+    std::vector<GeneratedTask> tasks;
+  };
+  const std::vector<Robot> robots = {
       {body_on_the_base<&Builder::add_free>(1), {forward_dynamics, mass}},
       {body_on_the_base<&Builder::add_ball>(1), {forward_dynamics, solve}},
       {slides(1), {inverse_dynamics, inverse_mass}},
       {chain(1, 3), {forward_dynamics, inverse_dynamics, mass}}};
-  for (const auto& [model, tasks] : cases) {
-    const Package<T> package = package_of<T>(model, {"arm", tasks, true});
+  for (const Robot& robot : robots) {
+    const Model<double>& model = robot.model;
+    const Package<T> package = package_of<T>(model, {"arm", robot.tasks, true});
     const Folder folder(package.files({}));
     ASSERT_TRUE(folder.compiles("arm", strict));
     ASSERT_TRUE(folder.compiles("arm_rows", of_rows));
