@@ -940,7 +940,7 @@ def _(at):
     for body, anchor in zip(at.bodies[-2:], ([0.1, 0, 0], [0, 0.1, 0.05])):
         spec.add_equality(
             type=mujoco.mjtEq.mjEQ_CONNECT, objtype=mujoco.mjtObj.mjOBJ_BODY, name1=body,
-            name2="world", data=[*anchor, *np.zeros(8)], solref=[0.05, 0.7],
+            name2="world", data=[*anchor, *np.zeros(mujoco.mjNEQDATA - 3)], solref=[0.05, 0.7],
         )  # fmt: skip
     model = spec.compile()
     flags = mujoco.mjtDisableBit
@@ -965,7 +965,7 @@ def _(at):
     i, held = weld(at)
     contacts, of_contacts = contact_of_pinocchio(at, i)
     data = at.pinocchio.createData()
-    pin.initConstraintDynamics(at.pinocchio, data, contacts)
+    pin.initConstraintDynamics(at.pinocchio, data, contacts, of_contacts)
     settings = pin.ProximalSettings(1e-13, 1e-10, 20)
     a = pin.constraintDynamics(
         at.pinocchio, data, at.q_pin, at.v_pin, at.tau_pin, contacts, of_contacts, settings
@@ -979,7 +979,7 @@ def _(at):
     i, held = weld(at)
     contacts, of_contacts = contact_of_pinocchio(at, i)
     data = at.pinocchio.createData()
-    pin.initConstraintDynamics(at.pinocchio, data, contacts)
+    pin.initConstraintDynamics(at.pinocchio, data, contacts, of_contacts)
     settings = pin.ProximalSettings(1e-13, 1e-10, 20)
     after = pin.impulseDynamics(
         at.pinocchio, data, at.q_pin, at.v_pin, contacts, of_contacts, 0.0, settings

@@ -84,6 +84,35 @@ TYPED_TEST(Standing, SolvesAreThoseOfH) {
       }
 }
 
+// Each row of states has its own contacts, whichever rung answers it: in lanes, one after another, refined.
+TYPED_TEST(Standing, RowsHaveContactsOfTheirOwn) {
+  using T = TypeParam;
+  for (const double tolerance : {default_tolerance<T>, last_bits})
+    for (const double d : all_stiffness) {
+      SCOPED_TRACE(std::to_string(tolerance) + " " + std::to_string(d));
+      const Model<double> model = rounded<T>(floating_base(3));
+      const int nv = model.nv(), nq = model.nq(), count = 11;
+      VectorX<T> q(count * nq), tau(count * nv), w(count * 48), x = poisoned<T>(count * nv);
+      Dynamics<T> robot =
+          standing_robot<T>(model, some_contacts(model, Axes::local, d, 0),
+                            {.tolerance = tolerance, .question = {.want = {Want::solve}}});
+      for (int i = 0; i < count; ++i) {
+        const State<T> s = random_state(model, i).template cast<T>();
+        q.segment(i * nq, nq) = s.q, tau.segment(i * nv, nv) = s.tau;
+        w.segment(i * 48, 48) = some_contacts(model, Axes::local, d, i).forces.template cast<T>();
+      }
+      std::vector<Outcome> outcomes(count);
+      ASSERT_EQ(robot.solve(q, tau, x, outcomes, 1, {w, Axes::local}), 0);
+      for (int i = 0; i < count; ++i) {
+        const State<double> s = random_state(model, i).template cast<T>().template cast<double>();
+        const Truth truth(model, s, {}, some_contacts(model, Axes::local, d, i));
+        EXPECT_LE(euclid(x.segment(i * nv, nv).template cast<double>(), truth.solution()),
+                  std::max(tolerance, 2 * static_cast<double>(unit_roundoff<T>())))
+            << i;
+      }
+    }
+}
+
 // All digits where they are asked for, by residuals in twice the precision or in two doubles.
 TEST(Contacts, RefinedSolvesHaveAllDigits) {
   for (const Family& family : families_and_robots())

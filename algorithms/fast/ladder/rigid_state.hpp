@@ -28,8 +28,12 @@ class RigidState {
  public:
   RigidState(const ModelsInDouble& models, const EngineOptions& options)
       : models_(&models),
-        width_{lowered().nq(), lowered().nv(), lowered().nv(), options.selection.size(),
-               static_cast<std::ptrdiff_t>(6 * options.acted_on.size())} {
+        width_{lowered().nq(),
+               lowered().nv(),
+               lowered().nv(),
+               options.selection.size(),
+               static_cast<std::ptrdiff_t>(6 * options.acted_on.size()),
+               static_cast<std::ptrdiff_t>(6 * options.contacts.size())} {
     if (options.wants(Want::mass)) mass_.emplace(lowered(), options.triangles);
     if (options.wants(Want::inverse_dynamics)) inverse_dynamics_.emplace(lowered());
     if (!options.wants(Want::derivatives)) return;
