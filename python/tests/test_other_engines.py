@@ -911,6 +911,9 @@ def _(at):
 
 
 # --- constraints
+EXACT = pin.ProximalSettings(1e-14, 0, 20)  # accuracy, mu, iterations
+
+
 def weld(at):
     """The last body, held where it is."""
     i, _ = last_moved(at)
@@ -962,16 +965,18 @@ def _(at):
 
 @check("ConstrainedDynamics(robot, constraints)")
 def _(at):
+    """At a velocity that the constraint allows."""
     i, held = weld(at)
+    qd = held.impulse(at.q, at.qd).qd
+    v = np.linalg.solve(at.T, qd)
     contacts, of_contacts = contact_of_pinocchio(at, i)
     data = at.pinocchio.createData()
     pin.initConstraintDynamics(at.pinocchio, data, contacts, of_contacts)
-    settings = pin.ProximalSettings(1e-13, 1e-10, 20)
     a = pin.constraintDynamics(
-        at.pinocchio, data, at.q_pin, at.v_pin, at.tau_pin, contacts, of_contacts, settings
+        at.pinocchio, data, at.q_pin, v, at.tau_pin, contacts, of_contacts, EXACT
     )
-    found = held.forward_dynamics(at.q, at.qd, at.tau)
-    yield found.a, at.states.qdd(at.q_pin, at.v_pin, a)
+    found = held.forward_dynamics(at.q, qd, at.tau)
+    yield found.a, at.states.qdd(at.q_pin, v, a)
 
 
 @check("impulse(q, qd)")
@@ -980,9 +985,8 @@ def _(at):
     contacts, of_contacts = contact_of_pinocchio(at, i)
     data = at.pinocchio.createData()
     pin.initConstraintDynamics(at.pinocchio, data, contacts, of_contacts)
-    settings = pin.ProximalSettings(1e-13, 1e-10, 20)
     after = pin.impulseDynamics(
-        at.pinocchio, data, at.q_pin, at.v_pin, contacts, of_contacts, 0.0, settings
+        at.pinocchio, data, at.q_pin, at.v_pin, contacts, of_contacts, 0.0, EXACT
     )
     yield held.impulse(at.q, at.qd).qd, at.states.qd(at.q_pin, np.array(after))
 

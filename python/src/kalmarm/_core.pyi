@@ -432,3 +432,10 @@ class ImplicitStep:
         """
         (q, qd) after h with the accelerations a: qd + h a, and q moved along it, quaternions turned. out: such a pair of arrays.
         """
+
+class ConstrainedDynamics:
+    def __init__(self, model: Model, constraints: Sequence[tuple[str, int, Frame, Frame, float, Sequence[float], Sequence[float], float, Sequence[float], float, float, bool, Sequence[float], Sequence[float] | None]], tolerance: float | None, proximal: float, iterations: int) -> None: ...
+
+    @property
+    def rows(self) -> int:
+        """m, of all constraints together."""
