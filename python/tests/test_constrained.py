@@ -184,3 +184,4 @@ def test_examples_of_the_page_run(monkeypatch):
     error = standing.evaluate(robot.q0, np.zeros(robot.nv)).error
     assert np.abs(error).max() < 1e-12
     assert 0 < names["weight"] < 9.81 * robot.kinematics([]).mass
+    assert 2 * names["by_H"] < names["by_M"] < names["by_diagonal"] / 5
