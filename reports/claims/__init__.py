@@ -11,7 +11,7 @@ from claims.ratios import constraints, joseph, tiers
 from claims.scans import scans
 from claims.structure import exponential, length, scaled_condition
 
-CLAIMS = [
+REPEATED = [  # by campaigns, with other seeds of `stress` and `integrate`
     length,
     scaled_condition,
     tiers,
@@ -23,5 +23,5 @@ CLAIMS = [
     silence,
     exponential,
     scans,
-    contacts,
 ]
+CLAIMS = [*REPEATED, contacts]

@@ -10,7 +10,7 @@ from scipy.stats import binom
 import fake_claims
 import fake_stress
 import make_report
-from claims import CLAIMS
+from claims import REPEATED
 from read.data import Data, DataError
 from read.readers import load
 from read.replicates import Numbers
@@ -151,7 +151,7 @@ def test_the_numbers_of_checks_and_their_verdicts_agree(tmp_path):
     """Of made-up data, which has every number but a time: the record says what the page says."""
     fake_stress.write(tmp_path)
     data = load(tmp_path)
-    for decide in CLAIMS:
+    for decide in REPEATED:
         for check in decide(data).checks:
             assert check.timed == (check.number.value is None)
             if not check.timed:

@@ -17,7 +17,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 sys.path[1:1] = [str(ROOT / "scripts"), str(ROOT / "reports")]
 from children import end_with_parent  # noqa: E402
-from claims import CLAIMS  # noqa: E402
+from claims import REPEATED  # noqa: E402
 from claims.claim import Claim  # noqa: E402
 from claims.needed import VARIANTS  # noqa: E402
 from page.output import write  # noqa: E402
@@ -95,7 +95,7 @@ def measured(stress: Path, replicate: int, effort: str, folder: Path) -> Data:
 
 
 def decided(data: Data, replicate: int, key: dict) -> Replicates:
-    claims = [_repeated(decide(data), replicate) for decide in CLAIMS]
+    claims = [_repeated(decide(data), replicate) for decide in REPEATED]
     return Replicates(key, {replicate}, claims)
 
 

@@ -12,7 +12,7 @@ import running
 from running import begun, expect_refusal, needs_engine
 
 import fake_claims
-from claims import CLAIMS
+from claims import REPEATED
 from measuring.effort import FULL, QUICK
 
 PROGRAMS = Path(fake.__file__)
@@ -75,7 +75,7 @@ def test_a_claim_holds_in_as_many_replicates_as_it_does(whole):
     """By the worker, C1 in those that three does not divide: 7 of 10."""
     document = running.document(whole / "claims-campaign.json")
     claims = {claim["id"]: claim for claim in document["claims"]}
-    assert document["replicates"] == ["1+10"] and len(claims) == len(CLAIMS)
+    assert document["replicates"] == ["1+10"] and len(claims) == len(REPEATED)
     verdicts = {
         name: tuple(claim[it] for it in ("confirmed", "refuted", "open"))
         for name, claim in claims.items()
