@@ -5,6 +5,7 @@
 #include <span>
 
 #include "accuracy/programs/common/csv.hpp"
+#include "accuracy/truth/move.hpp"
 #include "algorithms/study/contact_variants.hpp"
 #include "algorithms/study/contacts/standing_ladder.hpp"
 #include "algorithms/test/multiprecision.hpp"
@@ -26,6 +27,49 @@ Outcome solve(const Model<T>& model, const VectorX<T>& q, std::span<const Contac
   return outcome;
 }
 
+// H x = b in 100 digits.
+struct Problem {
+  Model<Exact> model;
+  VectorX<Exact> q, b;
+  std::vector<ContactRow<Exact>> contacts;
+
+  template <class T>
+  Problem(const Model<T>& of_model, const VectorX<T>& at, const std::vector<ContactRow<T>>& rows,
+          const VectorX<T>& right)
+      : model(of_model.template cast<Exact>()),
+        q(at.template cast<Exact>()),
+        b(right.template cast<Exact>()) {
+    for (const ContactRow<T>& row : rows) contacts.push_back(row.template cast<Exact>());
+  }
+
+  Outcome solve(VectorX<Exact>& x) const {
+    return contact_errors::solve<Exact, Sequential<ArrayGivens>>(model, q, contacts, b, x);
+  }
+
+  void move(Move<Exact>& by) {
+    model = by.moved(model);
+    by(q);
+    by(b);
+    for (ContactRow<Exact>& row : contacts) by(row.e), by(row.d);
+  }
+};
+
+// kS of x. Differences are of first order to 60 digits.
+double condition(const Problem& problem, const VectorX<Exact>& x) {
+  constexpr int draws = 4, digits = 40;
+  const Exact delta = pow(Exact(10), -digits);
+  Move<Exact> by(delta, 1);
+  Exact sum(0);
+  VectorX<Exact> of_moved(x.size());
+  for (int draw = 0; draw < draws; ++draw) {
+    Problem moved = problem;
+    moved.move(by);
+    if (!moved.solve(of_moved)) return std::numeric_limits<double>::infinity();
+    sum += (of_moved - x).squaredNorm();
+  }
+  return static_cast<double>(Exact(sqrt(sum / (draws * x.squaredNorm())) / delta));
+}
+
 // One mechanism, state, right-hand side and stiffness.
 template <class T>
 class Answers {
@@ -38,12 +82,11 @@ class Answers {
         b_(b),
         begin_(std::move(begin)),
         state_(std::move(state)) {
-    std::vector<ContactRow<Exact>> exact;
-    for (const ContactRow<T>& row : contacts) exact.push_back(row.template cast<Exact>());
+    const Problem exact(model, q, contacts, b);
     VectorX<Exact> x(model.nv());
-    truth_ = kalmarm::contact_errors::solve<Exact, Sequential<ArrayGivens>>(
-        model.template cast<Exact>(), q.template cast<Exact>(), exact, b.template cast<Exact>(), x);
+    truth_ = exact.solve(x);
     x_ = x.template cast<long double>();
+    if (truth_) kS_ = condition(exact, x);
   }
 
   template <class V>
@@ -67,7 +110,7 @@ class Answers {
     if (outcome && truth_)
       text_ +=
           number(static_cast<double>((x.template cast<long double>() - x_).norm() / x_.norm()));
-    text_ += '\n';
+    text_ += truth_ ? ',' + number(kS_) + '\n' : ",\n";
   }
 
   const Model<T>& model_;
@@ -77,6 +120,7 @@ class Answers {
   std::string begin_, state_, text_;
   Outcome truth_;
   VectorX<long double> x_;
+  double kS_ = 0;
 };
 
 template <class T>

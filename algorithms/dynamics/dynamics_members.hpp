@@ -25,6 +25,7 @@ Dynamics<T>::Dynamics(const RobotModel& model, const DynamicsOptions& options,
   rows_ = static_cast<int>(execution_->width().k);
   forces_ = static_cast<int>(execution_->width().f);
   contacts_ = static_cast<int>(execution_->width().c);
+  loads_ = static_cast<int>(execution_->width().l);
 }
 
 template <class T>

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "algorithms/dynamics/is_body.hpp"
 #include "algorithms/dynamics/part_state.hpp"
 #include "algorithms/dynamics/threads.hpp"
 
@@ -23,21 +24,15 @@ class Execution {
  public:
   Execution(Plan plan, int nq, double tolerance, Triangles triangles, const MakeEngine<T>& make)
       : plan_(std::move(plan)),
-        width_{nq,
-               plan_.nv,
-               static_cast<std::ptrdiff_t>(plan_.asked.size()),
-               6 * static_cast<std::ptrdiff_t>(plan_.question.frames.size()),
-               6 * static_cast<std::ptrdiff_t>(plan_.question.acted_on.size()),
-               6 * static_cast<std::ptrdiff_t>(plan_.question.contacts.size())},
+        width_(nq, plan_.nv, std::ssize(plan_.asked), 6 * std::ssize(plan_.question.frames),
+               {plan_.question.acted_on, plan_.question.contacts, plan_.question.loaded}),
         at_rest_(plan_.question.at_rest),
         zero_(plan_.nv, T(0)),
-        factored_(nq, width_.c) {
+        factored_(width_) {
     for (const Want want : plan_.question.want) wanted_ |= bit(want);
     const bool nothing_to_copy = plan_.parts.size() == 1 && width_.n == plan_.nv &&
                                  plan_.parts[0].reduction.model.nv() == plan_.nv &&
-                                 plan_.parts[0].acted_on.size() == plan_.question.acted_on.size() &&
-                                 plan_.parts[0].contacts.size() == plan_.question.contacts.size() &&
-                                 plan_.question.locked.empty();
+                                 first_has_all_frames() && plan_.question.locked.empty();
     // What is copied is copied whole.
     if (!nothing_to_copy) triangles = Triangles::both;
     fills_lower_ = triangles == Triangles::lower;
@@ -62,6 +57,7 @@ class Execution {
     const bool of_torques = call.want == Want::inverse_dynamics;
     if (at_rest_ || (of_torques && !call.qd)) call.qd = zero_.data();
     if (of_torques && !call.tau) call.tau = zero_.data();
+    if (const Outcome of_loads = judge_loads(call); !of_loads) return of_loads;
     if (direct_ & bit(call.want)) return whole_->answer(call);
     if (call.B) return with_columns(call);
     clear(1, call);
@@ -78,7 +74,7 @@ class Execution {
     return failed;
   }
 
-  // At call.q, with contacts where there are some.
+  // At call.q, with contacts and loads where there are some.
   Outcome factor(const Call<T>& call) {
     need({.want = Want::solve});
     factored_.keep(call);
@@ -127,6 +123,9 @@ class Execution {
         clear(states, rows);
         for (PartState<T>& p : parts_) p.answer_rows(worker, states, rows, width_, of_rows);
       }
+      if (outcomes && call.loads)
+        for (int i = 0; i < states; ++i)
+          if (const Outcome one = judge_loads(rows.from(i, width_)); !one) of_rows[i] = one;
       if (outcomes) failed_[worker] += failures(states, of_rows);
     };
     const int largest = direct && threads == 1 ? std::max(count, 1) : at_once;
@@ -147,6 +146,14 @@ class Execution {
   void mirror(T* X) const {
     for (std::ptrdiff_t j = 0; j < width_.n; ++j)
       for (std::ptrdiff_t i = 0; i < j; ++i) X[j * width_.n + i] = X[i * width_.n + j];
+  }
+
+  // Whether the first part has all frames of calls: none is on the base.
+  bool first_has_all_frames() const {
+    const CallFrames& of_part = plan_.parts[0].of_calls;
+    return of_part.acted_on.size() == plan_.question.acted_on.size() &&
+           of_part.contacts.size() == plan_.question.contacts.size() &&
+           of_part.loaded.size() == plan_.question.loaded.size();
   }
 
   // What engines work out they may leave where their factors stood.
@@ -175,8 +182,18 @@ class Execution {
 
   void factor_again() {
     factors_ = Kept::there;
-    const Call<T> call = factored_.call();
-    kept_ = whole_ ? whole_->factor(call) : factor_parts(call);
+    const Call<T>& call = factored_.call();
+    kept_ = judge_loads(call);
+    if (kept_) kept_ = whole_ ? whole_->factor(call) : factor_parts(call);
+  }
+
+  // Of one state: what is made of factors needs bodies that can be, of which all bounds of rounding are.
+  Outcome judge_loads(const Call<T>& call) const {
+    if (!call.loads || call.want == Want::mass || call.want == Want::inverse_dynamics) return {};
+    for (std::size_t i = 0; i < plan_.question.loaded.size(); ++i)
+      if (!is_body(call.loads + numbers_of_load * i))
+        return {.status = Outcome::Status::indefinite, .joint = plan_.question.loaded[i].link};
+    return {};
   }
 
   Outcome factor_parts(const Call<T>& call) {
@@ -195,7 +212,8 @@ class Execution {
     Call<T> of_a = call;
     of_a.B = nullptr;
     const Outcome out = answer(of_a);
-    const Outcome of_D = out ? factor_parts({.want = Want::solve, .q = call.q}) : out;
+    const Outcome of_D =
+        out ? factor_parts({.want = Want::solve, .q = call.q, .loads = call.loads}) : out;
     return of_D ? solve_parts(call.m, call.B, call.X, worse(out, of_D)) : of_D;
   }
 

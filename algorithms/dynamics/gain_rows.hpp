@@ -36,7 +36,9 @@ class GainsOfRows {
         of_damping_(static_cast<T>(h)),
         of_stiffness_(static_cast<T>(h * h_of_springs)),
         tolerance_(options.tolerance.value_or(default_tolerance<T>)),
-        acted_on_(options.question.acted_on),
+        question_{.want = {Want::acceleration},
+                  .acted_on = options.question.acted_on,
+                  .loaded = options.question.loaded},
         rules_(rules_for(tolerance_)) {
     std::erase_if(rules_, [&](Rule rule) {
       // Its kernel has no joint noise of a lane.
@@ -129,11 +131,8 @@ class GainsOfRows {
       changed = true;
     }
     if (!changed) return;
-    Question question;
-    question.want = {Want::acceleration};
-    question.acted_on = acted_on_;
     execution_ =
-        std::make_unique<Execution<T>>(make_plan(model_of(robot_), question, rules_), robot_.nq,
+        std::make_unique<Execution<T>>(make_plan(model_of(robot_), question_, rules_), robot_.nq,
                                        tolerance_, Triangles::both, make_engine<T>);
   }
 
@@ -142,7 +141,7 @@ class GainsOfRows {
   RobotModel robot_;
   T of_damping_, of_stiffness_;
   double tolerance_;
-  std::vector<Frame> acted_on_;
+  Question question_;
   std::set<Rule> rules_;
   std::vector<T> armature_, own_damping_, own_stiffness_, r_;
   std::vector<int> without_, springless_;  // DoF without noise in robot_; without springs

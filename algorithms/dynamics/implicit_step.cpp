@@ -138,7 +138,8 @@ ImplicitStep<T>::ImplicitStep(const RobotModel& model, double h, const JointTerm
                               Scheme scheme, const DynamicsOptions& options)
     : model_(model),
       h_(h),
-      forces_(6 * static_cast<std::ptrdiff_t>(options.question.acted_on.size())),
+      forces_(numbers_of_force * std::ssize(options.question.acted_on)),
+      loads_(numbers_of_load * std::ssize(options.question.loaded)),
       dynamics_(checked<T>(model, h, terms, scheme, options),
                 with_solve(options, !terms.rows.empty())),
       rows_of_terms_(is_as_velocity(model) ? repeated : 1),
@@ -266,6 +267,9 @@ int ImplicitStep<T>::acceleration(RowsView<const T> q, RowsView<const T> v, Rows
   if (forces.on && !forces.on->fits(count, forces_))
     refuse("acceleration: rows of forces are " + forces.on->shape() + ", needed " +
            detail::shape(count, forces_));
+  if (forces.loads && !forces.loads->fits(count, loads_))
+    refuse("acceleration: rows of loads are " + forces.loads->shape() + ", needed " +
+           detail::shape(count, loads_));
   const auto numbers_of = [&](const char* what, const RowsView<const T>& given,
                               const std::vector<T>& own, bool positive) -> Numbers {
     if (!given.data()) return {own.data(), false};
@@ -295,6 +299,7 @@ int ImplicitStep<T>::acceleration(RowsView<const T> q, RowsView<const T> v, Rows
                                  .tau = rows_.data(),
                                  .out = a.data(),
                                  .forces = forces.on ? forces.on->data() : nullptr,
+                                 .loads = forces.loads ? forces.loads->data() : nullptr,
                                  .axes = forces.axes},
                                 gains.damping.data(), gains.stiffness.data(), outcomes.data(),
                                 threads);
@@ -311,6 +316,7 @@ int ImplicitStep<T>::acceleration(RowsView<const T> q, RowsView<const T> v, Rows
     const auto of = outcomes.subspan(first, n);
     ForceRows<T> acting{.axes = forces.axes};
     if (forces.on) acting.on.emplace(forces.on->data() + first * forces_, n, forces_);
+    if (forces.loads) acting.loads.emplace(forces.loads->data() + first * loads_, n, loads_);
     // Those that failed are counted below.
     static_cast<void>(
         dynamics_.forward_dynamics(RowsView<const T>(q.data() + first * nq, n, nq),

@@ -109,7 +109,7 @@ class PartState {
   };
 
   struct Worker {
-    std::vector<T> q, qd, tau, forces, contacts, r, out;
+    std::vector<T> q, qd, tau, forces, contacts, loads, r, out;
     std::vector<T> derivatives[3];
     std::vector<Outcome> outcomes;
     std::unique_ptr<Reading> reading;
@@ -156,7 +156,7 @@ class PartState {
   std::vector<int> dofs_;  // of the whole
   std::vector<Site<T>> sites_;
   Copies q_in_, v_in_;  // state of the whole -> of the part
-  Copies forces_in_, contacts_in_;
+  Copies forces_in_, contacts_in_, loads_in_;
   std::vector<int> free_dofs_;     // of the part: those that are not locked
   Copies asked_;                   // DoF of the part -> of the result
   Copies block_out_, frames_out_;  // row of the engine's selection, or of J -> row of the result
@@ -167,12 +167,8 @@ template <class T>
 PartState<T>::PartState(const Plan& plan, const Part& part, double tolerance, Triangles triangles,
                         const MakeEngine<T>& make)
     : at_rest_(plan.question.at_rest),
-      part_{part.reduction.model.nq(),
-            part.reduction.model.nv(),
-            part.reduction.model.nv(),
-            0,
-            static_cast<std::ptrdiff_t>(6 * part.acted_on.size()),
-            static_cast<std::ptrdiff_t>(6 * part.contacts.size())},
+      part_(part.reduction.model.nq(), part.reduction.model.nv(), part.reduction.model.nv(), 0,
+            part.of_calls),
       model_(part.reduction.model),
       q_(part_.nq),
       dofs_(part.reduction.dofs) {
@@ -196,12 +192,14 @@ PartState<T>::PartState(const Plan& plan, const Part& part, double tolerance, Tr
     for (int i = 0; i < q_entries(joint.coordinate); ++i)
       q_in_.add(reduction.q_whole[joint.q_index + i], joint.q_index + i);
   }
-  const auto copy_six = [](const std::vector<int>& index, Copies& in) {
+  const auto copy = [](const std::vector<int>& index, std::ptrdiff_t numbers, Copies& in) {
+    const int n = static_cast<int>(numbers);
     for (int i = 0; i < static_cast<int>(index.size()); ++i)
-      for (int j = 0; j < 6; ++j) in.add(6 * index[i] + j, 6 * i + j);
+      for (int j = 0; j < n; ++j) in.add(n * index[i] + j, n * i + j);
   };
-  copy_six(part.acted_index, forces_in_);
-  copy_six(part.contact_index, contacts_in_);
+  copy(part.acted_index, numbers_of_force, forces_in_);
+  copy(part.contact_index, numbers_of_force, contacts_in_);
+  copy(part.loaded_index, numbers_of_load, loads_in_);
   const bool holds_locked = static_cast<int>(free_dofs_.size()) < model_.nv();
 
   EngineOptions options;
@@ -211,8 +209,7 @@ PartState<T>::PartState(const Plan& plan, const Part& part, double tolerance, Tr
   options.kernel = part.kernel;
   options.zeros = part.zeros;
   options.want = question.want;
-  options.acted_on = part.acted_on;
-  options.contacts = part.contacts;
+  options.frames = part.of_calls;
   if (plan.partial_answers) {
     if (part.block) options.selection.dofs = part.asked;
     if (part.block) options.want.insert(Want::operational);
@@ -256,6 +253,7 @@ void PartState<T>::reserve(Want want, int workers, int states) {
     for (std::vector<T>* const x : {&w.qd, &w.tau, &w.r}) grow(*x, part_.nv);
     grow(w.forces, part_.f);
     grow(w.contacts, part_.c);
+    grow(w.loads, part_.l);
     // A solve of one state has a vector, whatever is asked.
     grow(w.out, std::max(part_.out(of_engine), part_.nv));
     if (want == Want::derivatives)
@@ -286,12 +284,14 @@ Call<T> PartState<T>::gather(Worker& w, int states, const Call<T>& call,
     }
     if (from.forces) forces_in_(from.forces, w.forces.data() + i * part_.f);
     if (from.contacts) contacts_in_(from.contacts, w.contacts.data() + i * part_.c);
+    if (from.loads) loads_in_(from.loads, w.loads.data() + i * part_.l);
     if (from.r) v_in_(from.r, w.r.data() + i * part_.nv);
   }
   if (call.qd) out.qd = w.qd.data();
   if (call.tau) out.tau = w.tau.data();
   if (call.forces) out.forces = w.forces.data();
   if (call.contacts) out.contacts = w.contacts.data();
+  if (call.loads) out.loads = w.loads.data();
   out.axes = call.axes;
   if (call.r) out.r = w.r.data();
   for (std::size_t i = 0; i < call.derivatives.size(); ++i)

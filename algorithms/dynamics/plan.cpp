@@ -91,6 +91,7 @@ class Planning {
     };
     check_last("forces act", question.acted_on);
     check_last("contacts stand", question.contacts);
+    check_last("loads hang", question.loaded);
     if (question.q.empty() && question.locked.empty()) question.q.assign(whole.nq(), 0);
     if (static_cast<int>(question.q.size()) != whole.nq())
       refuse("q holds " + std::to_string(question.q.size()) + " numbers, " +
@@ -146,6 +147,9 @@ class Planning {
     mark(question.frames, sited_);
     mark(question.acted_on, pushed_);
     mark(question.contacts, pushed_);
+    mark(question.loaded, pushed_);
+    loaded_.assign(reduced_.model.nv(), 0);
+    mark(question.loaded, loaded_);
   }
 
   void drop_trees() {
@@ -170,7 +174,7 @@ class Planning {
     std::vector<int> dofs;
     for (int k = model.nv() - 1; k >= 0; --k) {
       needed[k] |= asked_[k] | sited_[k] | pushed_[k];
-      carries[k] |= !model.joint(k).body.massless();
+      carries[k] |= !model.joint(k).body.massless() || loaded_[k];
       if (model.parent(k) >= 0) {
         carries[model.parent(k)] |= carries[k] | (model.joint(k).r > 0);
         needed[model.parent(k)] |= needed[k];
@@ -249,8 +253,9 @@ class Planning {
       }
     };
     place(plan_.question.frames, part.frame_index, part.frames);
-    place(plan_.question.acted_on, part.acted_index, part.acted_on);
-    place(plan_.question.contacts, part.contact_index, part.contacts);
+    place(plan_.question.acted_on, part.acted_index, part.of_calls.acted_on);
+    place(plan_.question.contacts, part.contact_index, part.of_calls.contacts);
+    place(plan_.question.loaded, part.loaded_index, part.of_calls.loaded);
     part.kernel = kernel_for(part);
     if (!rules_.contains(Rule::zero_terms)) part.zeros = Zeros::kept;
     part.block = rules_.contains(Rule::partial_answers) &&
@@ -260,7 +265,8 @@ class Planning {
   }
 
   Kernel kernel_for(const Part& part) const {
-    if (rules_.contains(Rule::translations) && part.acted_on.empty() && part.contacts.empty() &&
+    if (rules_.contains(Rule::translations) && part.of_calls.acted_on.empty() &&
+        part.of_calls.contacts.empty() && part.of_calls.loaded.empty() &&
         is_translational(part.reduction.model))
       return Kernel::translational;
     if (rules_.contains(Rule::rest) && plan_.question.at_rest &&
@@ -318,7 +324,7 @@ class Planning {
   std::vector<Standing> standing_;  // of the whole's links in reduced_
   std::vector<int> tree_;           // of the links of reduced_
   int trees_ = 0;
-  std::vector<char> asked_, sited_, pushed_, dropped_;
+  std::vector<char> asked_, sited_, pushed_, loaded_, dropped_;
 };
 
 }  // namespace

@@ -6,9 +6,10 @@
 // untouched_trees    trees without a DoF or frame asked   the base carries several, and it is not
 //                                                         log det M that is asked
 // massless_branches  branches without inertia or noise    none of their DoF or frames is asked, no force acts, no contact
+//                                                         or load
 // separate_trees     zero blocks of M and M^-1            the base carries several that are asked
-// translations       angles                               a tree of slides alone, on which no force acts from outside, and no
-//                                                         contact (fast/translational/)
+// translations       angles                               a tree of slides alone, on which no force acts from outside, no
+//                                                         contact and no load (fast/translational/)
 // zero_terms         turns by zero and right angles       axes are parallel or at a right angle
 //                                                         (fast/lowering/zero_terms.hpp)
 // rest               velocity terms                       qd = 0
@@ -37,10 +38,8 @@ struct Part {
   std::vector<int> asked;         // DoF of its model
   std::vector<int> frame_index;   // in the question, of its frames
   std::vector<Frame> frames;      // on its links
-  std::vector<int> acted_index;   // in the question, of those that forces act on
-  std::vector<Frame> acted_on;
-  std::vector<int> contact_index;  // likewise, of contacts
-  std::vector<Frame> contacts;
+  std::vector<int> acted_index, contact_index, loaded_index;  // likewise, of the frames of calls
+  CallFrames of_calls;
 };
 
 // A rule that left something out, and the DoF of the whole that it is about.

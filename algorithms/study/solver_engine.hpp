@@ -165,7 +165,8 @@ template <class T, class Make>
 MakeEngine<T> engines_by(const Make& make) {
   return
       [make](const RobotModel& robot, const EngineOptions& options) -> std::unique_ptr<Engine<T>> {
-        if (!options.acted_on.empty() || !options.contacts.empty())
+        if (!options.frames.acted_on.empty() || !options.frames.contacts.empty() ||
+            !options.frames.loaded.empty())
           throw std::invalid_argument(
               "solvers of the study take no forces from outside and no contacts");
         const Model<T> model = model_of(robot).cast<T>();

@@ -1,4 +1,4 @@
-// Forces from outside, or rows of contacts, among the arguments of a call.
+// Forces from outside, or rows of contacts, and loads among the arguments of a call.
 #pragma once
 
 #include <algorithm>
@@ -28,44 +28,60 @@ struct OfFrames {
 };
 constexpr OfFrames forces_argument{"forces", "forces (of a robot without acted_on)"};
 constexpr OfFrames contacts_argument{"contacts", "contacts (of a robot without contacts)"};
+constexpr OfFrames loads_argument{"loads", "loads (of a robot without loaded)"};
 
-// The arguments of a call, and after them these, of `width` numbers a state, where they are given.
+// The arguments of a call, and after them forces or contacts, and loads, where they are given; widths: their numbers
+// of a state.
 class WithForces {
  public:
   WithForces(const char* call, std::span<const Argument> arguments, nb::handle forces, int width,
-             const std::string& axes, const OfFrames& what = forces_argument)
-      : arguments_(static_cast<int>(arguments.size())),
-        width_(width),
-        given_(!forces.is_none()),
-        axes_(axes_of(call, axes)) {
+             const std::string& axes, nb::handle loads, int loads_width,
+             const OfFrames& what = forces_argument)
+      : count_(static_cast<int>(arguments.size())), axes_(axes_of(call, axes)) {
     std::copy(arguments.begin(), arguments.end(), all_.begin());
-    if (given_) all_[arguments_] = {width > 0 ? what.name : what.of_none, forces, width};
+    on_ = add(forces, width, what);
+    loads_ = add(loads, loads_width, loads_argument);
   }
   WithForces(const char* call, std::initializer_list<Argument> arguments, nb::handle forces,
-             int width, const std::string& axes, const OfFrames& what = forces_argument)
-      : WithForces(call, std::span(arguments.begin(), arguments.size()), forces, width, axes,
-                   what) {}
+             int width, const std::string& axes, nb::handle loads, int loads_width,
+             const OfFrames& what = forces_argument)
+      : WithForces(call, std::span(arguments.begin(), arguments.size()), forces, width, axes, loads,
+                   loads_width, what) {}
 
-  std::span<const Argument> all() const { return {all_.data(), std::size_t(arguments_ + given_)}; }
+  std::span<const Argument> all() const { return {all_.data(), std::size_t(count_)}; }
 
   template <class T>
   StateForces<T> of_state(const Inputs& in, std::ptrdiff_t row = 0) const {
     StateForces<T> out{.axes = axes_};
-    if (given_) out.on.emplace(vector<T>(in, arguments_, row, width_));
+    if (on_.given()) out.on.emplace(vector<T>(in, on_.at, row, on_.width));
+    if (loads_.given()) out.loads.emplace(vector<T>(in, loads_.at, row, loads_.width));
     return out;
   }
   template <class T>
   ForceRows<T> of_rows(const Inputs& in) const {
     ForceRows<T> out{.axes = axes_};
-    if (given_) out.on.emplace(rows_of<T>(in, arguments_, width_));
+    if (on_.given()) out.on.emplace(rows_of<T>(in, on_.at, on_.width));
+    if (loads_.given()) out.loads.emplace(rows_of<T>(in, loads_.at, loads_.width));
     return out;
   }
 
  private:
-  std::array<Argument, 7> all_;  // a step's q, qd, tau and gains before them
-  int arguments_, width_;
-  bool given_;
+  struct Place {
+    int at = -1, width = 0;  // among the arguments
+
+    bool given() const { return at >= 0; }
+  };
+
+  Place add(nb::handle value, int width, const OfFrames& what) {
+    if (value.is_none()) return {};
+    all_[count_] = {width > 0 ? what.name : what.of_none, value, width};
+    return {count_++, width};
+  }
+
+  std::array<Argument, 8> all_;  // a step's q, qd, tau and gains before them
+  int count_;
   Axes axes_;
+  Place on_, loads_;
 };
 
 }  // namespace kalmarm::python

@@ -326,12 +326,15 @@ void bind_answers(nb::module_& m) {
 #define KALMARM_ARRAY "numpy.typing.ArrayLike"
 #define KALMARM_OPTIONS "out: typing.Any = None, *, status: bool = False, threads: int = 1"
 #define KALMARM_RESULT " -> typing.Any"
-#define KALMARM_CALL_OF_Q(name) \
-  nb::sig("def " name "(self, q: " KALMARM_ARRAY ", " KALMARM_OPTIONS ")" KALMARM_RESULT)
-#define KALMARM_CONTACTS KALMARM_OPTIONS ", contacts: typing.Any = None, axes: str = 'aligned'"
+#define KALMARM_CALL_OF_Q(name)                                       \
+  nb::sig("def " name "(self, q: " KALMARM_ARRAY ", " KALMARM_OPTIONS \
+          ", loads: typing.Any = None)" KALMARM_RESULT)
+#define KALMARM_CONTACTS \
+  KALMARM_OPTIONS ", contacts: typing.Any = None, axes: str = 'aligned', loads: typing.Any = None"
 #define KALMARM_CALL_WITH_CONTACTS(name, more) \
   nb::sig("def " name "(self, q: " KALMARM_ARRAY more ", " KALMARM_CONTACTS ")" KALMARM_RESULT)
-#define KALMARM_FORCES KALMARM_OPTIONS ", forces: typing.Any = None, axes: str = 'aligned'"
+#define KALMARM_FORCES \
+  KALMARM_OPTIONS ", forces: typing.Any = None, axes: str = 'aligned', loads: typing.Any = None"
 #define KALMARM_CALL_WITH_FORCES(name, more)                                                     \
   nb::sig("def " name "(self, q: " KALMARM_ARRAY ", qd: " KALMARM_ARRAY more ", " KALMARM_FORCES \
           ")" KALMARM_RESULT)
@@ -364,14 +367,15 @@ void bind_robot(nb::module_& m) {
           [](Robot* self, const RobotModel& model, std::optional<double> tolerance,
              const std::vector<std::string>& wants, std::vector<int> asked,
              std::vector<Frame> frames, std::vector<Frame> acted_on, std::vector<Frame> contacts,
-             std::vector<int> locked, std::vector<double> q, bool at_rest,
-             const std::optional<std::vector<std::string>>& rules) {
+             std::vector<Frame> loaded, std::vector<int> locked, std::vector<double> q,
+             bool at_rest, const std::optional<std::vector<std::string>>& rules) {
             DynamicsOptions options{.tolerance = tolerance};
             for (const std::string& want : wants) options.question.want.insert(want_of(want));
             options.question.dofs = std::move(asked);
             options.question.frames = std::move(frames);
             options.question.acted_on = std::move(acted_on);
             options.question.contacts = std::move(contacts);
+            options.question.loaded = std::move(loaded);
             options.question.locked = std::move(locked);
             options.question.q = std::move(q);
             options.question.at_rest = at_rest;
@@ -382,7 +386,7 @@ void bind_robot(nb::module_& m) {
             new (self) Robot(model, std::move(options));
           },
           "model"_a, "tolerance"_a.none(), "wants"_a, "asked"_a, "frames"_a, "acted_on"_a,
-          "contacts"_a, "locked"_a, "q"_a, "at_rest"_a, "rules"_a = nb::none())
+          "contacts"_a, "loaded"_a, "locked"_a, "q"_a, "at_rest"_a, "rules"_a = nb::none())
       .def_prop_ro(
           "nq", [](const Robot& self) { return self.model().nq; }, "Entries of q.")
       .def_prop_ro(
@@ -397,62 +401,66 @@ void bind_robot(nb::module_& m) {
       .def("plan", &Robot::plan, "What is left out, and by which rule.")
       .def("forward_dynamics", &Robot::forward_dynamics, "q"_a, "qd"_a, "tau"_a,
            "out"_a = nb::none(), options, "status"_a = false, "threads"_a = 1,
-           "forces"_a = nb::none(), "axes"_a = "aligned",
+           "forces"_a = nb::none(), "axes"_a = "aligned", "loads"_a = nb::none(),
            KALMARM_CALL_OF_STATE("forward_dynamics", "tau"),
            R"(a = M(q)^-1 (tau + J' forces - bias(q, qd)), gravity and armature included.
 
 q (..., nq), qd and tau (..., nv) -> a (..., n). Hinges: rad, rad/s, Nm, rad/s^2; slides: m, m/s,
 N, m/s^2. forces (..., 6 f): of every frame of `acted_on` the moment about the origin of `axes` and the
-force [Nm, N], with the axes of `Kinematics`.)")
+force [Nm, N], with the axes of `Kinematics`. loads (..., 10 l), here and below: bodies that hang on the frames of
+`loaded`, of each m, m c (3), Ixx, Iyy, Izz, Ixy, Ixz, Iyz about the frame's origin in its axes [kg, kg m, kg m^2], which
+`kalmarm.load_of` makes of a mass, a centre and moments: they change M, bias and all that is made of them.)")
       .def("inverse_dynamics", &Robot::inverse_dynamics, "q"_a, "qd"_a, "qdd"_a,
            "out"_a = nb::none(), options, "status"_a = false, "threads"_a = 1,
-           "forces"_a = nb::none(), "axes"_a = "aligned",
+           "forces"_a = nb::none(), "axes"_a = "aligned", "loads"_a = nb::none(),
            KALMARM_CALL_OF_STATE("inverse_dynamics", "qdd"),
            R"(tau = M(q) qdd + bias(q, qd) - J' forces, gravity and armature included.
 
 q (..., nq), qd and qdd (..., nv) -> tau (..., n) [Nm or N]. forces: as of `forward_dynamics`.)")
       .def("bias", &Robot::bias, "q"_a, "qd"_a, "out"_a = nb::none(), options, "status"_a = false,
-           "threads"_a = 1, "forces"_a = nb::none(), "axes"_a = "aligned",
+           "threads"_a = 1, "forces"_a = nb::none(), "axes"_a = "aligned", "loads"_a = nb::none(),
            KALMARM_CALL_WITH_FORCES("bias", ""),
            R"(Velocity terms and gravity, less J' forces: the torques of qdd = 0.
 
 q (..., nq), qd (..., nv) -> (..., n) [Nm or N]. forces: as of `forward_dynamics`.)")
       .def("gravity", &Robot::gravity, "q"_a, "out"_a = nb::none(), options, "status"_a = false,
-           "threads"_a = 1, KALMARM_CALL_OF_Q("gravity"),
+           "threads"_a = 1, "loads"_a = nb::none(), KALMARM_CALL_OF_Q("gravity"),
            R"(The torques that hold the robot against gravity.
 
 q (..., nq) -> (..., n) [Nm or N].)")
       .def("mass_matrix", &Robot::mass_matrix, "q"_a, "out"_a = nb::none(), options,
-           "status"_a = false, "threads"_a = 1, KALMARM_CALL_OF_Q("mass_matrix"),
+           "status"_a = false, "threads"_a = 1, "loads"_a = nb::none(),
+           KALMARM_CALL_OF_Q("mass_matrix"),
            R"(M, armature included, both triangles.
 
 q (..., nq) -> (..., n, n) [kg m^2, kg m or kg].)")
       .def("inverse_mass_matrix", &Robot::inverse_mass_matrix, "q"_a, "out"_a = nb::none(), options,
            "status"_a = false, "threads"_a = 1, "contacts"_a = nb::none(), "axes"_a = "aligned",
-           KALMARM_CALL_WITH_CONTACTS("inverse_mass_matrix", ""),
+           "loads"_a = nb::none(), KALMARM_CALL_WITH_CONTACTS("inverse_mass_matrix", ""),
            R"(M^-1, both triangles; M is not formed.
 
 q (..., nq) -> (..., n, n). contacts: as of `solve`, H^-1.)")
       .def("diagonal", &Robot::diagonal, "q"_a, "out"_a = nb::none(), options, "status"_a = false,
-           "threads"_a = 1, "contacts"_a = nb::none(), "axes"_a = "aligned",
+           "threads"_a = 1, "contacts"_a = nb::none(), "axes"_a = "aligned", "loads"_a = nb::none(),
            KALMARM_CALL_WITH_CONTACTS("diagonal", ""),
            "The diagonal of M^-1.\n\nq (..., nq) -> (..., n). contacts: as of `solve`, of H^-1.")
       .def("log_det", &Robot::log_det, "q"_a, "out"_a = nb::none(), options, "status"_a = false,
-           "threads"_a = 1, "contacts"_a = nb::none(), "axes"_a = "aligned",
+           "threads"_a = 1, "contacts"_a = nb::none(), "axes"_a = "aligned", "loads"_a = nb::none(),
            KALMARM_CALL_WITH_CONTACTS("log_det", ""),
            "log det M of the joints that are free.\n\nq (..., nq) -> (...). contacts: as of "
            "`solve`, "
            "log det H.")
       .def("operational", &Robot::operational, "q"_a, "out"_a = nb::none(), options,
            "status"_a = false, "threads"_a = 1, "contacts"_a = nb::none(), "axes"_a = "aligned",
-           KALMARM_CALL_WITH_CONTACTS("operational", ""),
+           "loads"_a = nb::none(), KALMARM_CALL_WITH_CONTACTS("operational", ""),
            R"(J M^-1 J' of the frames that are asked about: what forces there accelerate them by.
 
 q (..., nq) -> (..., 6 f, 6 f) of f frames, six rows each: angular, then linear, in its axes. contacts: as of
 `solve`, J H^-1 J'.)")
       .def("operational_diagonal", &Robot::operational_diagonal, "q"_a, "out"_a = nb::none(),
            options, "status"_a = false, "threads"_a = 1, "contacts"_a = nb::none(),
-           "axes"_a = "aligned", KALMARM_CALL_WITH_CONTACTS("operational_diagonal", ""),
+           "axes"_a = "aligned", "loads"_a = nb::none(),
+           KALMARM_CALL_WITH_CONTACTS("operational_diagonal", ""),
            R"(The diagonal of J M^-1 J', without the rest of it.
 
 q (..., nq) -> (..., 6 f), rows and contacts as of `operational`.)")
@@ -483,7 +491,7 @@ a mean of 1 on the diagonal, `clamp` is the largest condition number that is let
 least and the largest eigenvalue, error is that of the inertia, and joint nv + i where no joint moves row i.)")
       .def("solve", &Robot::solve, "q"_a, "tau"_a, "out"_a = nb::none(), options,
            "status"_a = false, "threads"_a = 1, "contacts"_a = nb::none(), "axes"_a = "aligned",
-           KALMARM_CALL_WITH_CONTACTS("solve", ", tau: " KALMARM_ARRAY),
+           "loads"_a = nb::none(), KALMARM_CALL_WITH_CONTACTS("solve", ", tau: " KALMARM_ARRAY),
            R"(x = M(q)^-1 tau, without bias, or with contacts x = H^-1 tau.
 
 q (..., nq), tau (..., n) -> (..., n). For many tau in one state: factor(q).solve(tau). contacts (..., 6 c): of every
@@ -491,7 +499,7 @@ frame of the robot's `contacts` a row w = sqrt(d) (p x f; f) in `axes`, f the di
 its stiffness [kg], so that H = M + sum of (w'J)'(w'J), what contact simulators factor.)")
       .def("forward_dynamics_derivatives", &Robot::derivatives, "q"_a, "qd"_a, "tau"_a,
            "out"_a = nb::none(), options, "status"_a = false, "threads"_a = 1,
-           "forces"_a = nb::none(), "axes"_a = "aligned",
+           "forces"_a = nb::none(), "axes"_a = "aligned", "loads"_a = nb::none(),
            KALMARM_CALL_OF_STATE("forward_dynamics_derivatives", "tau"),
            R"(Derivatives of forward dynamics, analytically, and a itself.
 
@@ -500,9 +508,10 @@ Column j of dq is for a change of q along DoF j's velocity, so that joints with 
 many columns as DoF. out: what an earlier call of the same shape returned. forces turn with their frames:
 axes "local" is needed.)")
       .def("factor", &Robot::factor, nb::keep_alive<0, 1>(), "q"_a, options,
-           "contacts"_a = nb::none(), "axes"_a = "aligned",
+           "contacts"_a = nb::none(), "axes"_a = "aligned", "loads"_a = nb::none(),
            nb::sig("def factor(self, q: " KALMARM_ARRAY
-                   ", *, contacts: typing.Any = None, axes: str = 'aligned') -> Factors"),
+                   ", *, contacts: typing.Any = None, axes: str = 'aligned', loads: typing.Any = "
+                   "None) -> Factors"),
            "Factors of M in one state q (nq,), for any number of solves, or of H: contacts (6 c,) "
            "as of "
            "`solve`.")

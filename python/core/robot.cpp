@@ -47,7 +47,8 @@ Robot::Robot(RobotModel model, DynamicsOptions options)
       options_(std::move(options)),
       rows_(6 * static_cast<int>(options_.question.frames.size())),
       forces_(6 * static_cast<int>(options_.question.acted_on.size())),
-      contacts_(6 * static_cast<int>(options_.question.contacts.size())) {
+      contacts_(6 * static_cast<int>(options_.question.contacts.size())),
+      loads_(10 * static_cast<int>(options_.question.loaded.size())) {
   if (model_.nv() == 0) throw nb::value_error("the robot has no joint, so no degree of freedom");
   names_with_rows_ = model_.names;
   for (int i = 0; i < rows_; ++i)
@@ -100,12 +101,12 @@ nb::object Robot::rows(const Inputs& inputs, int threads, bool status, const nb:
 
 nb::object Robot::forward_dynamics(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
                                    bool status, int threads, nb::handle forces,
-                                   const std::string& axes) {
+                                   const std::string& axes, nb::handle loads) {
   constexpr const char* call = "forward_dynamics";
   need(call, Want::acceleration);
   const int nq = model_.nq, nv = model_.nv();
   const WithForces given(call, {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}}, forces, forces_,
-                         axes);
+                         axes, loads, loads_);
   Inputs in(call, given.all());
   return rows(
       in, threads, status, in.result(out, {asked_}), asked_,
@@ -173,48 +174,55 @@ nb::object Robot::newton_euler(const char* call, const Given& given, nb::handle 
 
 nb::object Robot::inverse_dynamics(nb::handle q, nb::handle qd, nb::handle qdd, nb::handle out,
                                    bool status, int threads, nb::handle forces,
-                                   const std::string& axes) {
+                                   const std::string& axes, nb::handle loads) {
   constexpr const char* call = "inverse_dynamics";
   const int nv = model_.nv();
   const WithForces given(call, {{"q", q, model_.nq}, {"qd", qd, nv}, {"qdd", qdd, nv}}, forces,
-                         forces_, axes);
+                         forces_, axes, loads, loads_);
   return newton_euler(call, given, out, status, threads, 1, 2);
 }
 
 nb::object Robot::bias(nb::handle q, nb::handle qd, nb::handle out, bool status, int threads,
-                       nb::handle forces, const std::string& axes) {
+                       nb::handle forces, const std::string& axes, nb::handle loads) {
   constexpr const char* call = "bias";
   const WithForces given(call, {{"q", q, model_.nq}, {"qd", qd, model_.nv()}}, forces, forces_,
-                         axes);
+                         axes, loads, loads_);
   return newton_euler(call, given, out, status, threads, 1, -1);
 }
 
-nb::object Robot::gravity(nb::handle q, nb::handle out, bool status, int threads) {
+nb::object Robot::gravity(nb::handle q, nb::handle out, bool status, int threads,
+                          nb::handle loads) {
   constexpr const char* call = "gravity";
-  const WithForces given(call, {{"q", q, model_.nq}}, nb::none(), 0, "local");
+  const WithForces given(call, {{"q", q, model_.nq}}, nb::none(), 0, "local", loads, loads_);
   return newton_euler(call, given, out, status, threads, -1, -1);
 }
 
-nb::object Robot::mass_matrix(nb::handle q, nb::handle out, bool status, int threads) {
+nb::object Robot::mass_matrix(nb::handle q, nb::handle out, bool status, int threads,
+                              nb::handle loads) {
   need("mass_matrix", Want::mass);
-  Inputs in("mass_matrix", {{"q", q, model_.nq}});
+  const WithForces given("mass_matrix", {{"q", q, model_.nq}}, nb::none(), 0, "local", loads,
+                         loads_);
+  Inputs in("mass_matrix", given.all());
   const npy_intp size = npy_intp(asked_) * asked_;
   return rows(
       in, threads, status, in.result(out, {asked_, asked_}), size,
       [&]<class T>(Dynamics<T>& dynamics, T* M) {
-        dynamics.mass(vector<T>(in, 0, 0, model_.nq), {M, asked_, asked_});
+        dynamics.mass(vector<T>(in, 0, 0, model_.nq), {M, asked_, asked_},
+                      given.of_state<T>(in).loads);
         return outcome_of(M, size);
       },
       [&]<class T>(Dynamics<T>& dynamics, RowsView<T> M, std::span<Outcome> outcomes, int used) {
-        return dynamics.mass(rows_of<T>(in, 0, model_.nq), M, outcomes, used);
+        return dynamics.mass(rows_of<T>(in, 0, model_.nq), M, outcomes, used,
+                             given.of_rows<T>(in).loads);
       });
 }
 
 nb::object Robot::inverse_mass_matrix(nb::handle q, nb::handle out, bool status, int threads,
-                                      nb::handle contacts, const std::string& axes) {
+                                      nb::handle contacts, const std::string& axes,
+                                      nb::handle loads) {
   need("inverse_mass_matrix", Want::inverse);
   const WithForces given("inverse_mass_matrix", {{"q", q, model_.nq}}, contacts, contacts_, axes,
-                         contacts_argument);
+                         loads, loads_, contacts_argument);
   Inputs in("inverse_mass_matrix", given.all());
   return rows(
       in, threads, status, in.result(out, {asked_, asked_}), npy_intp(asked_) * asked_,
@@ -229,10 +237,10 @@ nb::object Robot::inverse_mass_matrix(nb::handle q, nb::handle out, bool status,
 }
 
 nb::object Robot::diagonal(nb::handle q, nb::handle out, bool status, int threads,
-                           nb::handle contacts, const std::string& axes) {
+                           nb::handle contacts, const std::string& axes, nb::handle loads) {
   need("diagonal", Want::diagonal);
-  const WithForces given("diagonal", {{"q", q, model_.nq}}, contacts, contacts_, axes,
-                         contacts_argument);
+  const WithForces given("diagonal", {{"q", q, model_.nq}}, contacts, contacts_, axes, loads,
+                         loads_, contacts_argument);
   Inputs in("diagonal", given.all());
   return rows(
       in, threads, status, in.result(out, {asked_}), asked_,
@@ -247,9 +255,9 @@ nb::object Robot::diagonal(nb::handle q, nb::handle out, bool status, int thread
 }
 
 nb::object Robot::log_det(nb::handle q, nb::handle out, bool status, int threads,
-                          nb::handle contacts, const std::string& axes) {
+                          nb::handle contacts, const std::string& axes, nb::handle loads) {
   need("log_det", Want::log_det);
-  const WithForces given("log_det", {{"q", q, model_.nq}}, contacts, contacts_, axes,
+  const WithForces given("log_det", {{"q", q, model_.nq}}, contacts, contacts_, axes, loads, loads_,
                          contacts_argument);
   Inputs in("log_det", given.all());
   return rows(
@@ -264,10 +272,10 @@ nb::object Robot::log_det(nb::handle q, nb::handle out, bool status, int threads
 }
 
 nb::object Robot::operational(nb::handle q, nb::handle out, bool status, int threads,
-                              nb::handle contacts, const std::string& axes) {
+                              nb::handle contacts, const std::string& axes, nb::handle loads) {
   need("operational", Want::operational);
-  const WithForces given("operational", {{"q", q, model_.nq}}, contacts, contacts_, axes,
-                         contacts_argument);
+  const WithForces given("operational", {{"q", q, model_.nq}}, contacts, contacts_, axes, loads,
+                         loads_, contacts_argument);
   Inputs in("operational", given.all());
   return rows(
       in, threads, status, in.result(out, {rows_, rows_}), npy_intp(rows_) * rows_,
@@ -365,10 +373,11 @@ Outcome Robot::of_inertia(Outcome outcome, const Outcome& given) const {
 }
 
 nb::object Robot::operational_diagonal(nb::handle q, nb::handle out, bool status, int threads,
-                                       nb::handle contacts, const std::string& axes) {
+                                       nb::handle contacts, const std::string& axes,
+                                       nb::handle loads) {
   need("operational_diagonal", Want::operational_diagonal);
   const WithForces given("operational_diagonal", {{"q", q, model_.nq}}, contacts, contacts_, axes,
-                         contacts_argument);
+                         loads, loads_, contacts_argument);
   Inputs in("operational_diagonal", given.all());
   return rows(
       in, threads, status, in.result(out, {rows_}), rows_,
@@ -383,10 +392,10 @@ nb::object Robot::operational_diagonal(nb::handle q, nb::handle out, bool status
 }
 
 nb::object Robot::solve(nb::handle q, nb::handle tau, nb::handle out, bool status, int threads,
-                        nb::handle contacts, const std::string& axes) {
+                        nb::handle contacts, const std::string& axes, nb::handle loads) {
   need("solve", Want::solve);
   const WithForces given("solve", {{"q", q, model_.nq}, {"tau", tau, asked_}}, contacts, contacts_,
-                         axes, contacts_argument);
+                         axes, loads, loads_, contacts_argument);
   Inputs in("solve", given.all());
   return rows(
       in, threads, status, in.result(out, {asked_}), asked_,
@@ -404,13 +413,13 @@ nb::object Robot::solve(nb::handle q, nb::handle tau, nb::handle out, bool statu
 }
 
 nb::object Robot::derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
-                              bool status, int threads, nb::handle forces,
-                              const std::string& axes) {
+                              bool status, int threads, nb::handle forces, const std::string& axes,
+                              nb::handle loads) {
   constexpr const char* call = "forward_dynamics_derivatives";
   need(call, Want::derivatives);
   const int nq = model_.nq, nv = model_.nv();
   const WithForces given(call, {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}}, forces, forces_,
-                         axes);
+                         axes, loads, loads_);
   Inputs in(call, given.all());
   DerivativeArrays arrays(in, out, asked_);
   const auto& fields = arrays.fields;
@@ -449,9 +458,10 @@ nb::object Robot::derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::h
   return status ? nb::make_tuple(result, outcome[1]) : result;
 }
 
-std::unique_ptr<Factors> Robot::factor(nb::handle q, nb::handle contacts, const std::string& axes) {
+std::unique_ptr<Factors> Robot::factor(nb::handle q, nb::handle contacts, const std::string& axes,
+                                       nb::handle loads) {
   need("factor", Want::solve);
-  const WithForces given("factor", {{"q", q, model_.nq}}, contacts, contacts_, axes,
+  const WithForces given("factor", {{"q", q, model_.nq}}, contacts, contacts_, axes, loads, loads_,
                          contacts_argument);
   Inputs in("factor", given.all());
   if (!in.is_single()) throw nb::value_error("factor: of one state; solve(q, tau) takes many");

@@ -34,35 +34,39 @@ class Robot {
   int asked() const { return asked_; }
   PlanSummary plan();
 
-  // forces: None, or six numbers of every frame that is acted on, in `axes`; contacts, likewise, rows of them.
+  // forces: None, or six numbers of every frame that is acted on, in `axes`; contacts, likewise, rows of them; loads:
+  // None, or ten numbers of every frame that is loaded.
   nb::object forward_dynamics(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
-                              bool status, int threads, nb::handle forces, const std::string& axes);
+                              bool status, int threads, nb::handle forces, const std::string& axes,
+                              nb::handle loads);
   nb::object inverse_dynamics(nb::handle q, nb::handle qd, nb::handle qdd, nb::handle out,
-                              bool status, int threads, nb::handle forces, const std::string& axes);
+                              bool status, int threads, nb::handle forces, const std::string& axes,
+                              nb::handle loads);
   nb::object bias(nb::handle q, nb::handle qd, nb::handle out, bool status, int threads,
-                  nb::handle forces, const std::string& axes);
-  nb::object gravity(nb::handle q, nb::handle out, bool status, int threads);
-  nb::object mass_matrix(nb::handle q, nb::handle out, bool status, int threads);
+                  nb::handle forces, const std::string& axes, nb::handle loads);
+  nb::object gravity(nb::handle q, nb::handle out, bool status, int threads, nb::handle loads);
+  nb::object mass_matrix(nb::handle q, nb::handle out, bool status, int threads, nb::handle loads);
   nb::object inverse_mass_matrix(nb::handle q, nb::handle out, bool status, int threads,
-                                 nb::handle contacts, const std::string& axes);
+                                 nb::handle contacts, const std::string& axes, nb::handle loads);
   nb::object diagonal(nb::handle q, nb::handle out, bool status, int threads, nb::handle contacts,
-                      const std::string& axes);
+                      const std::string& axes, nb::handle loads);
   nb::object log_det(nb::handle q, nb::handle out, bool status, int threads, nb::handle contacts,
-                     const std::string& axes);
+                     const std::string& axes, nb::handle loads);
   nb::object operational(nb::handle q, nb::handle out, bool status, int threads,
-                         nb::handle contacts, const std::string& axes);
+                         nb::handle contacts, const std::string& axes, nb::handle loads);
   nb::object operational_diagonal(nb::handle q, nb::handle out, bool status, int threads,
-                                  nb::handle contacts, const std::string& axes);
+                                  nb::handle contacts, const std::string& axes, nb::handle loads);
   // (Lambda, J^, N, outcomes or None) of J, k x n by rows.
   nb::object operational_space(nb::handle q, nb::handle J, int k, int alike,
                                const Regularisation& how, bool status, int threads);
   nb::object operational_inertia(nb::handle q, nb::handle out, const Regularisation& how,
                                  bool status, int threads);
   nb::object solve(nb::handle q, nb::handle tau, nb::handle out, bool status, int threads,
-                   nb::handle contacts, const std::string& axes);
+                   nb::handle contacts, const std::string& axes, nb::handle loads);
   nb::object derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out, bool status,
-                         int threads, nb::handle forces, const std::string& axes);
-  std::unique_ptr<Factors> factor(nb::handle q, nb::handle contacts, const std::string& axes);
+                         int threads, nb::handle forces, const std::string& axes, nb::handle loads);
+  std::unique_ptr<Factors> factor(nb::handle q, nb::handle contacts, const std::string& axes,
+                                  nb::handle loads);
   Recommendation recommend(double tolerance, nb::handle q, nb::handle qd, nb::handle tau) const;
 
   // Seconds of `calls` calls of forward_dynamics in C++, of all rows or, `singly`, of one row after
@@ -98,7 +102,7 @@ class Robot {
   DynamicsOptions options_;
   Workers<float> float_workers_{[this] { return Dynamics<float>(model_, options_); }};
   Workers<double> double_workers_{[this] { return Dynamics<double>(model_, options_); }};
-  int asked_ = 0, rows_ = 0, forces_ = 0, contacts_ = 0;
+  int asked_ = 0, rows_ = 0, forces_ = 0, contacts_ = 0, loads_ = 0;
   std::vector<std::string> names_with_rows_;  // of the DoF, then of the rows of J M^-1 J'
 };
 

@@ -44,8 +44,10 @@ Step::Step(const Robot& robot, double h, JointTerms terms, Scheme scheme)
       terms_(std::move(terms)),
       scheme_(scheme),
       options_{.tolerance = robot.options().tolerance},
-      forces_(6 * static_cast<int>(robot.options().question.acted_on.size())) {
+      forces_(6 * static_cast<int>(robot.options().question.acted_on.size())),
+      loads_(10 * static_cast<int>(robot.options().question.loaded.size())) {
   options_.question.acted_on = robot.options().question.acted_on;
+  options_.question.loaded = robot.options().question.loaded;
   if (model_.nv() == 0) throw nb::value_error("the robot has no joint, so no degree of freedom");
   static_cast<void>(workers<double>().take());  // refuses here what is bad
 }
@@ -62,7 +64,7 @@ RobotModel Step::stiff_model() const {
 
 nb::object Step::acceleration(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
                               const Gains& gains, bool status, int threads, nb::handle forces,
-                              const std::string& axes) {
+                              const std::string& axes, nb::handle loads) {
   constexpr const char* call = "acceleration";
   const int nq = model_.nq, nv = model_.nv();
   std::vector<Argument> arguments = {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}};
@@ -76,7 +78,7 @@ nb::object Step::acceleration(nb::handle q, nb::handle qd, nb::handle tau, nb::h
             stiffness = given("stiffness", gains.stiffness),
             reference = given("reference", gains.reference);
   const bool has_gains = arguments.size() > 3;
-  const WithForces acting(call, arguments, forces, forces_, axes);
+  const WithForces acting(call, arguments, forces, forces_, axes, loads, loads_);
   Inputs in(call, acting.all());
   const nb::object result = in.result(out, {nv});
   const int count = in.count();
@@ -110,11 +112,12 @@ nb::object Step::acceleration(nb::handle q, nb::handle qd, nb::handle tau, nb::h
 }
 
 nb::object Step::derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
-                             bool status, nb::handle forces, const std::string& axes) {
+                             bool status, nb::handle forces, const std::string& axes,
+                             nb::handle loads) {
   constexpr const char* call = "derivatives";
   const int nq = model_.nq, nv = model_.nv();
   const WithForces acting(call, {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}}, forces, forces_,
-                          axes);
+                          axes, loads, loads_);
   Inputs in(call, acting.all());
   DerivativeArrays arrays(in, out, nv);
   const int count = in.count();
@@ -167,7 +170,8 @@ nb::tuple Step::advance(nb::handle q, nb::handle qd, nb::handle a, nb::handle ou
 
 #define KALMARM_STATE \
   "(self, q: numpy.typing.ArrayLike, qd: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, "
-#define KALMARM_FORCES ", forces: typing.Any = None, axes: str = 'aligned'"
+#define KALMARM_FORCES \
+  ", forces: typing.Any = None, axes: str = 'aligned', loads: typing.Any = None"
 
 void bind_step(nb::module_& m) {
   const nb::kw_only options;
@@ -194,13 +198,13 @@ void bind_step(nb::module_& m) {
           "acceleration",
           [](Step& self, nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
              nb::handle damping, nb::handle stiffness, nb::handle reference, bool status,
-             int threads, nb::handle forces, const std::string& axes) {
+             int threads, nb::handle forces, const std::string& axes, nb::handle loads) {
             return self.acceleration(q, qd, tau, out, {damping, stiffness, reference}, status,
-                                     threads, forces, axes);
+                                     threads, forces, axes, loads);
           },
           "q"_a, "qd"_a, "tau"_a, "out"_a = nb::none(), options, "damping"_a = nb::none(),
           "stiffness"_a = nb::none(), "reference"_a = nb::none(), "status"_a = false,
-          "threads"_a = 1, "forces"_a = nb::none(), "axes"_a = "aligned",
+          "threads"_a = 1, "forces"_a = nb::none(), "axes"_a = "aligned", "loads"_a = nb::none(),
           nb::sig("def acceleration" KALMARM_STATE
                   "out: typing.Any = None, *, damping: typing.Any = None, stiffness: typing.Any = "
                   "None, reference: typing.Any = None, status: bool = False, threads: int = "
@@ -218,6 +222,7 @@ beside rows of the step.
 forces (..., 6 f): as of Robot.forward_dynamics, where the step begins.)")
       .def("derivatives", &Step::derivatives, "q"_a, "qd"_a, "tau"_a, "out"_a = nb::none(), options,
            "status"_a = false, "forces"_a = nb::none(), "axes"_a = "aligned",
+           "loads"_a = nb::none(),
            nb::sig("def derivatives" KALMARM_STATE
                    "out: typing.Any = None, *, status: bool = False" KALMARM_FORCES
                    ") -> typing.Any"),

@@ -26,12 +26,12 @@ class Step {
     nb::handle damping, stiffness, reference;
   };
 
-  // forces: None, or six numbers of every frame that is acted on, in `axes`.
+  // forces: None, or six numbers of every frame that is acted on, in `axes`; loads: or ten of every one that is loaded.
   nb::object acceleration(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
                           const Gains& gains, bool status, int threads, nb::handle forces,
-                          const std::string& axes);
+                          const std::string& axes, nb::handle loads);
   nb::object derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out, bool status,
-                         nb::handle forces, const std::string& axes);
+                         nb::handle forces, const std::string& axes, nb::handle loads);
 
   // (q, qd) after h with a. out: such a pair, or None.
   nb::tuple advance(nb::handle q, nb::handle qd, nb::handle a, nb::handle out) const;
@@ -57,7 +57,7 @@ class Step {
   JointTerms terms_;
   Scheme scheme_;
   DynamicsOptions options_;
-  int forces_;  // numbers of a state
+  int forces_, loads_;  // numbers of a state
   Pool<float> float_workers_{[this] { return made<float>(); }};
   Pool<double> double_workers_{[this] { return made<double>(); }};
 };

@@ -1049,6 +1049,33 @@ def _(at):
     yield found, at.T @ np.linalg.solve(M + rows.T @ rows, at.tau_pin)
 
 
+@check("loads=payload(mass, center, inertia)")
+def _(at):
+    """By a body that is added to MuJoCo's and Pinocchio's models."""
+    rng = np.random.default_rng(2)
+    i, mass, center = at.acted_on[-1], 1.5, rng.uniform(-0.1, 0.1, 3)
+    moments = mass * np.array([0.02, 0.03, 0.04])
+    robot = at.robot.replace(loaded=[at.bodies[i]])
+    loads = kalmarm.payload(mass, center, moments)
+    spec = mujoco.MjSpec.from_file(str(file_of(at.name)))
+    spec.body(at.bodies[i]).add_body(
+        mass=mass, ipos=center, inertia=moments, explicitinertial=True
+    )
+    model = without_other_forces(spec.compile())
+    data = mujoco.MjData(model)
+    data.qpos[:], data.qvel[:] = at.q, at.qd
+    mujoco.mj_forward(model, data)
+    M = np.empty((at.nv, at.nv))
+    mujoco.mj_fullM(model, data, M)
+    yield robot.mass_matrix(at.q, loads=loads), M
+    yield robot.bias(at.q, at.qd, loads=loads), data.qfrc_bias
+    pinocchio, frame = pin.Model(at.pinocchio), at.pinocchio.frames[at.frames[i]]
+    body = pin.Inertia(mass, center, np.diag(moments))
+    pinocchio.appendBodyToJoint(frame.parentJoint, body, frame.placement)
+    M = pin.crba(pinocchio, pinocchio.createData(), at.q_pin)
+    yield robot.solve(at.q, at.tau, loads=loads), at.T @ np.linalg.solve(M, at.tau_pin)
+
+
 @check("bias(q, qd) - bias(q, qd, forces=f)")
 def _(at):
     i = at.acted_on[-1]

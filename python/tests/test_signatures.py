@@ -36,7 +36,8 @@ def test_every_public_call_has_a_signature_and_a_docstring(name):
 
 def test_signatures_of_compiled_calls_are_their_arguments(iiwa):
     signature = inspect.signature(iiwa.forward_dynamics)
-    assert list(signature.parameters) == ["q", "qd", "tau", "out", "status", "threads", "forces", "axes"]
+    on_frames = ["forces", "axes", "loads"]
+    assert list(signature.parameters) == ["q", "qd", "tau", "out", "status", "threads", *on_frames]
     assert signature.parameters["threads"].default == 1
     assert signature.parameters["status"].kind == inspect.Parameter.KEYWORD_ONLY
     unbound = inspect.signature(kalmarm.Robot.forward_dynamics)
@@ -50,7 +51,7 @@ def test_signatures_of_compiled_calls_are_their_arguments(iiwa):
     )
 
 
-def test_calls_take_forces_alike():
+def test_calls_take_forces_and_loads_alike():
     parameters = {name: inspect.signature(call).parameters for name, call in CALLS.items()}
     parameters["ImplicitStep"] = inspect.signature(kalmarm.ImplicitStep.__call__).parameters
     taking = {name: some for name, some in parameters.items() if "forces" in some}
@@ -58,9 +59,13 @@ def test_calls_take_forces_alike():
     steps = ("ImplicitStep", "ImplicitStep.acceleration", "ImplicitStep.derivatives")
     assert set(taking) == {f"Robot.{name}" for name in robots} | set(steps)
     for some in taking.values():
-        assert list(some)[-2:] == ["forces", "axes"]
-        assert some["forces"].kind == some["axes"].kind == inspect.Parameter.KEYWORD_ONLY
+        assert list(some)[-3:] == ["forces", "axes", "loads"]
+        assert {some[one].kind for one in list(some)[-3:]} == {inspect.Parameter.KEYWORD_ONLY}
         assert (some["forces"].default, some["axes"].default) == (None, "aligned")
+    of_factors = ("solve", "factor", "inverse_mass_matrix", "diagonal", "log_det", "mass_matrix")
+    loaded = {name for name, some in parameters.items() if "loads" in some}
+    assert loaded >= set(taking) | {f"Robot.{name}" for name in (*of_factors, "gravity")}
+    assert all(parameters[name]["loads"].default is None for name in loaded)
 
 
 def test_stubs_say_what_a_call_returns():

@@ -5,7 +5,7 @@ from typing import NamedTuple
 from read.stress import U
 from read.values import count_in, number_in
 
-COLUMNS = "scene,n,rows,stiffness,precision,variant,state,status,warns,error".split(",")
+COLUMNS = "scene,n,rows,stiffness,precision,variant,state,status,warns,error,kS".split(",")
 
 
 class ContactError(NamedTuple):
@@ -20,6 +20,7 @@ class ContactError(NamedTuple):
     status: str
     warns: bool
     error: float | None
+    kS: float | None  # of the problem; None where it has no answer
 
 
 def error(row: dict) -> ContactError:
@@ -41,4 +42,5 @@ def error(row: dict) -> ContactError:
         row["status"],
         row["warns"] == "1",
         number_in(row, "error", 0) if row["error"] else None,
+        number_in(row, "kS", 0) if row["kS"] else None,
     )

@@ -62,6 +62,17 @@ def _median(own: list[ContactError]) -> float | None:
     return median(errors) if errors else None
 
 
+def _conditions(answers: list[ContactError]) -> str:
+    """What moving the parameters moves the answers by."""
+    found = [it.kS for it in answers if it.kS is not None]
+    if not found:
+        return ""
+    return (
+        f" Parameters that are wrong by u move the answers by kS u, kS = {median(found):.1f} in the "
+        f"median and {max(found):.1f} at most."
+    )
+
+
 def _table(found: dict[tuple, list[ContactError]], data: Data) -> Table:
     times = {(it.scene, it.variant, it.precision): it.nanoseconds for it in data.contact_times}
     rows = []
@@ -87,7 +98,7 @@ def _table(found: dict[tuple, list[ContactError]], data: Data) -> Table:
     return Table(
         "All stiffnesses together. Exponent: of the median error in d, where it is above 100 u. "
         "Time: from q to the answer at d = 10⁴ kg, memory taken before. Silent: answers that are "
-        "wrong by more than 1 % without a warning.",
+        "wrong by more than 1 % without a warning." + _conditions(data.contact_errors),
         ["Robot", "Variant", "Precision", "Time", "Exponent", "Refused", "Largest error", "Silent"],
         rows,
         "lllrrrrr",

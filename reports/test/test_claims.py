@@ -25,7 +25,7 @@ def standing(error=lambda variant, d: 5 * U["float32"], variants=ARRAYS) -> list
     """A robot on three contacts; an error of None is a refusal."""
     return [
         ContactError(
-            "g1:35", 3, d, "float32", variant, state, "ok" if at else "singular", False, at
+            "g1:35", 3, d, "float32", variant, state, "ok" if at else "singular", False, at, 3.0
         )
         for variant in variants
         for d in (1e2, 1e6, 1e10)

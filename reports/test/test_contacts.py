@@ -11,11 +11,11 @@ from sections import contacts
 STIFFNESSES = (1e2, 1e4, 1e6, 1e8)
 START = "arm:7,7,3"
 CONTACTS = [
-    *(f"{START},{d:g},float64,Batch<A>,1,ok,0,{1e-14 * d:g}" for d in STIFFNESSES),
-    *(f"{START},{d:g},float64,Batch<A>,2,ok,0,{1e-14 * d:g}" for d in STIFFNESSES),
-    *(f"{START},{d:g},float32,Sequential<B>,1,ok,0,2e-07" for d in STIFFNESSES[:3]),
-    f"{START},1e8,float32,Sequential<B>,1,ok,1,0.5",
-    f"{START},1e8,float32,Sequential<B>,2,singular,0,",
+    *(f"{START},{d:g},float64,Batch<A>,1,ok,0,{1e-14 * d:g},3" for d in STIFFNESSES),
+    *(f"{START},{d:g},float64,Batch<A>,2,ok,0,{1e-14 * d:g},3" for d in STIFFNESSES),
+    *(f"{START},{d:g},float32,Sequential<B>,1,ok,0,2e-07,5" for d in STIFFNESSES[:3]),
+    f"{START},1e8,float32,Sequential<B>,1,ok,1,0.5,5",
+    f"{START},1e8,float32,Sequential<B>,2,singular,0,,",
 ]
 
 
@@ -38,7 +38,8 @@ def test_the_table_has_the_law_and_what_is_silent(read):
     assert batch[1:4] == ["Batch<A>", "float64", "–"]
     assert batch[4].startswith("1.00 ±") and batch[5:] == ["0 %", "1.0e-6", "0"]
     assert filtered[4:] == ["–", "20 %", "5.0e-1", "0"]  # what warns is not silent
-    (table,) = contacts.section(read(CONTACTS[-2].replace(",1,0.5", ",0,0.5"))).tables
+    assert "kS = 3.0 in the median and 5.0 at most" in table.caption
+    (table,) = contacts.section(read(CONTACTS[-2].replace(",1,0.5,", ",0,0.5,"))).tables
     assert table.rows[0][-1] == "1"
 
 

@@ -36,16 +36,16 @@ struct CertifiedModels {
   LoweredModel<Pair<double>> twice;
   RobotModel robot;
   double tolerance;
-  std::vector<Frame> acted_on;
+  CallFrames frames;
 
   CertifiedModels(const LoweredModel<double>& in_double, const RobotModel& of_robot,
                   const EngineOptions& options)
       : lowered(in_double),
         twice(model_of(of_robot).cast<Pair<double>>(), Zeros::left_out,
-              accepted_error(default_tolerance<Pair<double>>), options.acted_on, options.contacts),
+              accepted_error(default_tolerance<Pair<double>>), options.frames),
         robot(of_robot),
         tolerance(options.tolerance),
-        acted_on(options.acted_on) {}
+        frames(options.frames) {}
 };
 
 // A sweep of the conventional form and its refinement, for one state or one in every lane.
@@ -59,7 +59,8 @@ class CertifiedSweep {
         refiner_(models.lowered.nv(), std::hypot(models.robot.gravity[0], models.robot.gravity[1],
                                                  models.robot.gravity[2])),
         bound_(models.lowered),
-        q_(models.lowered.nq()) {}
+        q_(models.lowered.nq()),
+        loads_(models.lowered.widths().l) {}
 
   // a (nv) of the first `states` lanes. Where out[i] is not settled, it is not to be used.
   void acceleration(const CertifiedModels& models, const T* q, const T* qd, const T* tau,
@@ -74,7 +75,7 @@ class CertifiedSweep {
               Verdict* out) {
     residual_.set_motion(models.twice, q, qd, tau, acting);
     std::array<double, Lanes<T>::count> errors{};
-    for (int i = 0; i < states; ++i) errors[i] = error_of_D(models, swept, q, i);
+    for (int i = 0; i < states; ++i) errors[i] = error_of_D(models, swept, q, acting, i);
     const T eps = packed(errors);
     refiner_.refine(
         models.twice, residual_,
@@ -98,10 +99,14 @@ class CertifiedSweep {
 
   // In a lane.
   double error_of_D(const CertifiedModels& models, const CovarianceWorkspace<T>& swept, const T* q,
-                    int lane) {
+                    const Acting<T>& acting, int lane) {
     if (detail::number(swept.margin, lane) > 0) return models.lowered.error_of_D();
-    for (std::size_t i = 0; i < q_.size(); ++i) q_[i] = detail::number(q[i], lane);
-    return bound_.look(models.lowered, q_.data()).bound;
+    const auto take = [lane](const T* from, std::vector<double>& to) {
+      for (std::size_t i = 0; i < to.size(); ++i) to[i] = detail::number(from[i], lane);
+      return to.data();
+    };
+    const Acting<double> loads{.loads = acting.loads ? take(acting.loads, loads_) : nullptr};
+    return bound_.look(models.lowered, take(q, q_), loads).bound;
   }
 
   // The root of (1), beside |a|.
@@ -122,7 +127,7 @@ class CertifiedSweep {
   TwiceResidual<T> residual_;
   Refiner<T> refiner_;
   RoundingBound<double> bound_;
-  std::vector<double> q_;  // of a lane
+  std::vector<double> q_, loads_;  // of a lane
 };
 
 inline Outcome outcome_of(const Verdict& refined) {
@@ -136,12 +141,12 @@ inline Outcome outcome_of(const Verdict& refined) {
 class CertifiedAcceleration {
  public:
   explicit CertifiedAcceleration(const CertifiedModels& models)
-      : sweep_(models), wide_(models.robot, models.acted_on) {}
+      : sweep_(models), wide_(models.robot, models.frames) {}
 
   // call.out = a (nv); swept: of a sweep that has been made, with its a, or null.
   Outcome acceleration(const CertifiedModels& models, const Call<double>& call,
                        const CovarianceWorkspace<double>* swept = nullptr) {
-    const Acting<double> acting = {call.forces, call.axes};
+    const Acting<double> acting = forces_of(call);
     Verdict refined;
     if (swept)
       sweep_.refine(models, call.q, call.qd, call.tau, acting, *swept, 1, call.out, &refined);
@@ -152,10 +157,10 @@ class CertifiedAcceleration {
 
   // The same in two doubles, with joint noise where it is given (WideAcceleration).
   Outcome last_resort(const CertifiedModels& models, const Call<double>& call) {
-    const int nq = models.lowered.nq(), nv = models.lowered.nv();
-    const auto forces = static_cast<std::ptrdiff_t>(6 * models.acted_on.size());
-    if (!all_finite(nq, call.q) || !all_finite(nv, call.qd) || !all_finite(nv, call.tau) ||
-        (call.forces && !all_finite(forces, call.forces)))
+    const Widths width = models.lowered.widths();
+    if (!all_finite(width.nq, call.q) || !all_finite(width.nv, call.qd) ||
+        !all_finite(width.nv, call.tau) || (call.forces && !all_finite(width.f, call.forces)) ||
+        (call.loads && !all_finite(width.l, call.loads)))
       return {.status = Outcome::Status::not_finite};
     Outcome out = wide_.acceleration(call);
     out.rung = Outcome::Rung::two_doubles;

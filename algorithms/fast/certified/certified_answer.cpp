@@ -26,7 +26,7 @@ struct CertifiedAnswer::Parts {
 
   Parts(std::shared_ptr<const CertifiedModels> of_robot, const EngineOptions& options, bool at_rest)
       : models(std::move(of_robot)),
-        at(models->lowered.nq(), static_cast<std::ptrdiff_t>(6 * options.contacts.size())),
+        at(models->lowered.widths()),
         no_velocity(at_rest ? models->lowered.nv() : 0, 0.0) {
     const bool derivatives = options.wants(Want::derivatives),
                refined = models->tolerance < least_tolerance_of_double;

@@ -31,8 +31,8 @@ class CertifiedFactors {
         refiner_(models.lowered.nv(), 0),
         bounded_(models.lowered),
         wide_(models.robot, options),
-        contacts_(static_cast<std::ptrdiff_t>(6 * options.contacts.size())),
-        at_(models.lowered.nq(), contacts_) {
+        width_(models.lowered.widths()),
+        at_(width_) {
     if (options.wants(Want::inverse)) inverse_.emplace(models.lowered);
     if (options.wants(Want::diagonal))
       diagonal_.emplace(models.lowered, InverseDiagonal<double>::Terms::positive);
@@ -89,7 +89,7 @@ class CertifiedFactors {
     if (!finite(call)) return kept_ = {.status = Outcome::Status::not_finite};
     by_wide_ = !set_factors(call);
     if (by_wide_) return kept_ = by_two_doubles(wide_.factor(call));
-    residual_.set_mass(models_.twice, call.q, {call.contacts, call.axes});
+    residual_.set_mass(models_.twice, call.q, contacts_of(call));
     return kept_ = refined(Outcome{}.error);
   }
 
@@ -126,15 +126,16 @@ class CertifiedFactors {
 
  private:
   bool finite(const Call<double>& call) const {
-    return all_finite(models_.lowered.nq(), call.q) &&
-           (!call.contacts || all_finite(contacts_, call.contacts));
+    return all_finite(width_.nq, call.q) &&
+           (!call.contacts || all_finite(width_.c, call.contacts)) &&
+           (!call.loads || all_finite(width_.l, call.loads));
   }
 
   // Whether the factors at a finite position are right to a digit or two.
   bool set_factors(const Call<double>& call) {
-    const Acting<double> contacts = {call.contacts, call.axes};
+    const Acting<double> contacts = contacts_of(call);
     covariance_factor(models_.lowered, call.q, factors_, contacts);
-    error_of_D_ = bound_.look(models_.lowered, call.q).bound;
+    error_of_D_ = bound_.look(models_.lowered, call.q, contacts).bound;
     if (call.contacts) error_of_D_ += error_of_contacts(models_.lowered, factors_);
     return error_of_D_ < largest_error_of_D;
   }
@@ -181,7 +182,7 @@ class CertifiedFactors {
   std::optional<InverseColumns<double>> inverse_;
   std::optional<InverseDiagonal<double>> diagonal_;
   SelectedColumns<double> selected_;
-  std::ptrdiff_t contacts_;  // numbers of them
+  Widths width_;
   KeptPosition<double> at_;  // of the factors that are kept
   Outcome kept_;             // of them
   bool by_wide_ = false;     // they are

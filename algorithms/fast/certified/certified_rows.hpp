@@ -14,14 +14,14 @@ class CertifiedRows {
  public:
   explicit CertifiedRows(const CertifiedModels& models)
       : models_(models),
-        width_{models.lowered.nq(), models.lowered.nv(), models.lowered.nv(), 0,
-               static_cast<std::ptrdiff_t>(6 * models.acted_on.size())},
+        width_(models.lowered.widths()),
         sweep_(models),
         lanes_(models.lowered),
         q_(lanes * width_.nq),
         qd_(lanes * width_.nv, 0.0),
         tau_(qd_),
         forces_(lanes * width_.f),
+        loads_(lanes * width_.l),
         a_(qd_) {
     chosen_.reserve(lanes);
   }
@@ -42,17 +42,19 @@ class CertifiedRows {
     if (call.qd) gather(call.qd, width_.nv, qd_);
     gather(call.tau, width_.nv, tau_);
     if (call.forces) gather(call.forces, width_.f, forces_);
+    if (call.loads) gather(call.loads, width_.l, loads_);
     const Call<double> gathered{.want = call.want,
                                 .q = q_.data(),
                                 .qd = qd_.data(),
                                 .tau = tau_.data(),
                                 .out = a_.data(),
                                 .forces = call.forces ? forces_.data() : nullptr,
+                                .loads = call.loads ? loads_.data() : nullptr,
                                 .axes = call.axes};
     lanes_.load(models_.lowered, gathered, states, lanes);
     Verdict refined[lanes];
     sweep_.acceleration(models_, lanes_.q.data(), lanes_.qd.data(), lanes_.tau.data(),
-                        lanes_.acting(gathered), states, lanes_.out.data(), refined);
+                        lanes_.acting, states, lanes_.out.data(), refined);
     lanes_.store(states, a_.data());
     for (int i = 0; i < states; ++i) {
       const Call<double> state = gathered.from(i, width_);
@@ -71,7 +73,7 @@ class CertifiedRows {
   Widths width_;
   CertifiedSweep<StateLanes<double>> sweep_;
   Block lanes_;
-  std::vector<double> q_, qd_, tau_, forces_, a_;  // of as many rows as there are lanes
+  std::vector<double> q_, qd_, tau_, forces_, loads_, a_;  // of as many rows as there are lanes
   std::vector<int> chosen_;
 };
 

@@ -33,7 +33,8 @@ class TwiceResidual {
         qd_(model.nv()),
         x_(model.nv()),
         torque_(model.nv()),
-        forces_(6 * std::max(model.acted_on().size(), model.contacts().size())),
+        forces_(std::max(model.widths().f, model.widths().c)),
+        loads_(model.widths().l),
         tau_(model.nv()) {
     contacts_.reserve(model.contacts().size());
   }
@@ -49,14 +50,17 @@ class TwiceResidual {
   void of(const Model& model, const T* high, const T* low, T* r);
 
  private:
-  Acting<Wide> widened(const Acting<T>& acting, std::size_t frames) {
-    if (acting.forces) std::copy_n(acting.forces, 6 * frames, forces_.begin());
-    return {acting.forces ? forces_.data() : nullptr, acting.axes};
+  // forces: numbers of them.
+  Acting<Wide> widened(const Acting<T>& acting, std::ptrdiff_t forces) {
+    if (acting.forces) std::copy_n(acting.forces, forces, forces_.begin());
+    if (acting.loads) std::copy_n(acting.loads, loads_.size(), loads_.begin());
+    return {acting.forces ? forces_.data() : nullptr, acting.axes,
+            acting.loads ? loads_.data() : nullptr};
   }
 
   bool moving_ = false;  // (1), else (2)
   InverseDynamicsWorkspace<Wide> workspace_;
-  std::vector<Wide> q_, qd_, x_, torque_, forces_;
+  std::vector<Wide> q_, qd_, x_, torque_, forces_, loads_;
   Acting<Wide> acting_;
   std::vector<std::pair<int, Sixfold<Wide>>> contacts_;
   std::vector<T> tau_;
@@ -69,7 +73,7 @@ void TwiceResidual<T>::set_motion(const Model& model, const T* q, const T* qd, c
   moving_ = true;
   set_torque(tau);
   std::copy_n(qd, qd_.size(), qd_.begin());
-  acting_ = widened(acting, model.acted_on().size());
+  acting_ = widened(acting, model.widths().f);
 }
 
 template <class T>
@@ -78,10 +82,10 @@ void TwiceResidual<T>::set_mass(const Model& model, const T* q, const Acting<T>&
   std::copy_n(q, q_.size(), q_.begin());
   detail::set_placements(model, q_.data(), workspace_);
   contacts_.clear();
-  detail::for_each_contact(model, workspace_, widened(contacts, model.contacts().size()),
-                           [this](int link, const Sixfold<Wide>& w) {
-                             contacts_.push_back({link, w});
-                           });
+  acting_ = widened(contacts, model.widths().c);
+  detail::for_each_contact(model, workspace_, acting_, [this](int link, const Sixfold<Wide>& w) {
+    contacts_.push_back({link, w});
+  });
 }
 
 template <class T>
@@ -92,7 +96,7 @@ void TwiceResidual<T>::of(const Model& model, const T* high, const T* low, T* r)
     detail::set_link_forces<true>(model, qd_.data(), x_.data(), workspace_);
     detail::sum_forces<true>(model, x_.data(), workspace_, torque_.data(), acting_);
   } else {
-    detail::mass_times(model, x_.data(), contacts_, workspace_, torque_.data());
+    detail::mass_times(model, x_.data(), contacts_, acting_, workspace_, torque_.data());
   }
   for (int k = 0; k < nv; ++k) {
     const Wide rest = Wide(tau_[k]) - torque_[k];
@@ -102,8 +106,7 @@ void TwiceResidual<T>::of(const Model& model, const T* high, const T* low, T* r)
 
 extern template class LoweredModel<Pair<double>>;
 extern template LoweredModel<Pair<double>>::LoweredModel(const kalmarm::Model<Pair<double>>&, Zeros,
-                                                         double, const std::vector<Frame>&,
-                                                         const std::vector<Frame>&);
+                                                         double, const CallFrames&);
 extern template class TwiceResidual<double>;
 extern template class TwiceResidual<Pack<double, padding<double>>>;
 

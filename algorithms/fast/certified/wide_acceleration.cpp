@@ -18,9 +18,9 @@ namespace kalmarm {
 struct WideAcceleration::Sweeps {
   using T = DoubleDouble;
 
-  Sweeps(const RobotModel& robot, const std::vector<Frame>& acted_on)
+  Sweeps(const RobotModel& robot, const CallFrames& frames)
       : model(kalmarm::model_of(robot).cast<T>(), Zeros::left_out,
-              accepted_error(default_tolerance<T>), acted_on),
+              accepted_error(default_tolerance<T>), frames),
         sweep(model),
         inverse_dynamics(model),
         solve(model),
@@ -31,7 +31,8 @@ struct WideAcceleration::Sweeps {
         a(qd),
         r(qd),
         d(qd),
-        forces(6 * acted_on.size()),
+        forces(model.widths().f),
+        loads(model.widths().l),
         gravity(std::hypot(robot.gravity[0], robot.gravity[1], robot.gravity[2])) {
     for (int k = 0; k < model.nv(); ++k) own_noise.push_back(model.body(k).r);
   }
@@ -57,14 +58,14 @@ struct WideAcceleration::Sweeps {
   InverseDynamicsWorkspace<T> inverse_dynamics;
   BoundedSolve<T> solve;
   WideTest test;
-  std::vector<T> q, qd, tau, a, r, d, forces;
+  std::vector<T> q, qd, tau, a, r, d, forces, loads;
   std::vector<T> own_noise;
   bool noisy = false;  // the model has that of a call
   double gravity;
 };
 
-WideAcceleration::WideAcceleration(const RobotModel& robot, const std::vector<Frame>& acted_on)
-    : sweeps_(std::make_unique<Sweeps>(robot, acted_on)) {}
+WideAcceleration::WideAcceleration(const RobotModel& robot, const CallFrames& frames)
+    : sweeps_(std::make_unique<Sweeps>(robot, frames)) {}
 
 WideAcceleration::WideAcceleration(WideAcceleration&&) noexcept = default;
 WideAcceleration::~WideAcceleration() = default;
@@ -77,8 +78,10 @@ Outcome WideAcceleration::acceleration(const Call<double>& call) {
   std::copy_n(call.qd, nv, w.qd.begin());
   std::copy_n(call.tau, nv, w.tau.begin());
   if (call.forces) std::copy_n(call.forces, w.forces.size(), w.forces.begin());
-  const Acting<DoubleDouble> acting = {call.forces ? w.forces.data() : nullptr, call.axes};
-  if (const Outcome out = w.test.of_D(w.model, w.q.data()); !out) return out;
+  if (call.loads) std::copy_n(call.loads, w.loads.size(), w.loads.begin());
+  const Acting<DoubleDouble> acting = {call.forces ? w.forces.data() : nullptr, call.axes,
+                                       call.loads ? w.loads.data() : nullptr};
+  if (const Outcome out = w.test.of_D(w.model, w.q.data(), acting); !out) return out;
   covariance_acceleration(w.model, w.q.data(), w.qd.data(), w.tau.data(), w.sweep, w.a.data(),
                           acting);
   fast_inverse_dynamics(w.model, w.q.data(), w.qd.data(), w.a.data(), w.inverse_dynamics,

@@ -24,7 +24,7 @@ namespace kalmarm {
 
 class WideAcceleration {
  public:
-  explicit WideAcceleration(const RobotModel& robot, const std::vector<Frame>& acted_on = {});
+  explicit WideAcceleration(const RobotModel& robot, const CallFrames& frames = {});
   WideAcceleration(WideAcceleration&&) noexcept;
   ~WideAcceleration();
 

@@ -26,13 +26,14 @@ struct WideFactors::Sweeps {
 
   Sweeps(const RobotModel& robot, const EngineOptions& options)
       : model(kalmarm::model_of(robot).cast<T>(), Zeros::left_out,
-              accepted_error(default_tolerance<T>), {}, options.contacts),
+              accepted_error(default_tolerance<T>), options.frames),
         factors(model),
         mass(model),
         bounded(model),
         test(model),
         q(model.nq()),
-        rows(6 * options.contacts.size()),
+        rows(model.widths().c),
+        loads(model.widths().l),
         b(model.nv()),
         x(b),
         r(b),
@@ -59,8 +60,9 @@ struct WideFactors::Sweeps {
   Outcome factor(const Call<double>& at) {
     std::copy_n(at.q, q.size(), q.begin());
     if (at.contacts) std::copy_n(at.contacts, rows.size(), rows.begin());
-    const Acting<T> given = {at.contacts ? rows.data() : nullptr, at.axes};
-    const Outcome out = test.of_D(model, q.data());
+    if (at.loads) std::copy_n(at.loads, loads.size(), loads.begin());
+    given = {at.contacts ? rows.data() : nullptr, at.axes, at.loads ? loads.data() : nullptr};
+    const Outcome out = test.of_D(model, q.data(), given);
     if (!out) return out;
     covariance_factor(model, q.data(), factors, given);
     if (given.forces) test.add(error_of_contacts(model, factors));
@@ -76,7 +78,7 @@ struct WideFactors::Sweeps {
   void solve() {
     const T eps(test.error_of_D());
     bounded.solve(model, factors, eps, b.data(), x.data());
-    detail::mass_times(model, x.data(), contacts, mass, r.data());
+    detail::mass_times(model, x.data(), contacts, given, mass, r.data());
     for (std::size_t k = 0; k < b.size(); ++k) r[k] = b[k] - r[k];
     bound = static_cast<double>(bounded.solve(model, factors, eps, r.data(), d.data()));
     for (std::size_t k = 0; k < b.size(); ++k) x[k] += d[k];
@@ -162,7 +164,8 @@ struct WideFactors::Sweeps {
   BoundedSolve<T> bounded;
   double bound = 0;  // of what the last solution leaves
   WideTest test;
-  std::vector<T> q, rows, b, x, r, d;
+  std::vector<T> q, rows, loads, b, x, r, d;
+  Acting<T> given;                                   // of the last factors
   std::vector<std::pair<int, Sixfold<T>>> contacts;  // on their links
   std::vector<double> signs;
   std::vector<int> dofs;

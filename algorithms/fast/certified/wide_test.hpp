@@ -22,10 +22,10 @@ class WideTest {
 
   explicit WideTest(const LoweredModel<T>& model) : bound_(model) {}
 
-  // Of the position q. singular: no digit of some D is left, of which the first is named, tips to
+  // Of the position q with these loads. singular: no digit of some D is left, of which the first is named, tips to
   // base.
-  Outcome of_D(const LoweredModel<T>& model, const T* q) {
-    loss_ = bound_.look(model, q, 1);
+  Outcome of_D(const LoweredModel<T>& model, const T* q, const Acting<T>& loads) {
+    loss_ = bound_.look(model, q, loads, 1);
     if (loss_.bound < 1) return {};
     Outcome out = named({});
     if (!std::isfinite(out.D) || !std::isfinite(out.scale))

@@ -18,6 +18,7 @@ template <class T, class S>
 struct RestingForces : BiasedForces<T, S> {
   using typename BiasedForces<T, S>::Load;
 
+  void begin_all() const { this->template begin_given<true>(); }
   KALMARM_INLINE void begin(int, Load& z) const { z.x = z.y = z.z = z.u = z.v = z.w = T(S(0)); }
   void add_body(int, Load&) const {}
   T squared_rate(int) const { return T(S(0)); }

@@ -19,12 +19,10 @@
 #pragma once
 
 #include <cstddef>
-#include <vector>
 
 #include "algorithms/fast/covariance/force_noise.hpp"
 #include "algorithms/fast/covariance/resisting_rows.hpp"
 #include "algorithms/fast/kinematics/acting.hpp"
-#include "algorithms/spatial/lanes.hpp"
 
 namespace kalmarm {
 
@@ -62,24 +60,5 @@ void for_each_contact(const LoweredModel<S>& model, const Workspace& ws, const A
 }
 
 }  // namespace detail
-
-// Rows of contacts of one state in every lane.
-template <class P>
-class ContactsInLanes {
-  using S = typename Lanes<P>::Scalar;
-
- public:
-  explicit ContactsInLanes(const LoweredModel<S>& model) : rows_(6 * model.contacts().size()) {}
-
-  // Of `states` states, of `left` that can be read.
-  Acting<P> load(const Acting<S>& of_states, int states, int left) {
-    if (!of_states.forces) return {};
-    to_lanes(of_states.forces, static_cast<int>(rows_.size()), states, left, rows_);
-    return {rows_.data(), of_states.axes};
-  }
-
- private:
-  std::vector<P> rows_;
-};
 
 }  // namespace kalmarm

@@ -7,7 +7,8 @@
 //   c(k) = (R'w x H' q';  R'W(parent) p + d W e_z)        at a hinge; W as it is before and after
 //   c(k) = (0;            R'W(parent) p + d W e_z + 2 w x e_z q')         at a slide
 //   b(k) = (w x I w;  W h)                                h = m c: bias of the link alone
-// tips to base, with P of articulated.hpp; z- begins at minus what acts from outside (kinematics/acting.hpp):
+// tips to base, with P of articulated.hpp; z- begins at minus what acts from outside (kinematics/acting.hpp), P and z-
+// with loads (kinematics/loads.hpp) as with any other body:
 //   e = tau - H z-,  e+ = e / D                                            (4.2), (4.6)
 //   z+ = z- + g e + P+ c,  H z+ = (H g) tau + (r / D) H z- + H P+ c        (4.5)
 //   z-(parent) += phi z+                                                   (4.4)
@@ -28,9 +29,9 @@
 #include <vector>
 
 #include "algorithms/fast/claims/constants.hpp"
+#include "algorithms/fast/covariance/added_loads.hpp"
 #include "algorithms/fast/covariance/filter.hpp"
 #include "algorithms/fast/covariance/force_noise.hpp"
-#include "algorithms/fast/kinematics/acting.hpp"
 #include "algorithms/spatial/inlining.hpp"
 
 namespace kalmarm {
@@ -56,6 +57,8 @@ struct CovarianceWorkspace : Placements<T> {
   std::vector<Branch> branches;
   std::optional<ForceNoise<T>> forces;  // where the model's rounding depends on the state
   std::vector<Sixfold<T>> z;            // z-, of one state or where there are forces; else none
+  std::vector<Load<T>> loads;           // on their links
+  bool loaded = false;                  // the last call had them
   // Of the last call:
   T margin;    // of D (rounding_test.hpp)
   T noise;     // N of force_noise.hpp
@@ -70,6 +73,7 @@ struct CovarianceWorkspace : Placements<T> {
       : Placements<T>(model), links(model.nv()), branches(model.branch_count()) {
     if (model.rounding_depends_on_state()) forces.emplace(model);
     if (Lanes<T>::count == 1 || forces) z.resize(model.nv());
+    loads.resize(model.loaded().size());
   }
 };
 
@@ -233,15 +237,7 @@ struct BiasedForces {
   CovarianceWorkspace<T>& ws;
   Acting<T> acting = {};
 
-  void begin_all() const {
-    begin_sums(model, ws, acting, [&](int k, const OnLink<T>& on) {
-      const RoundingWeights<S>& w = model.body(k).weights;
-      if (ws.forces)
-        ws.forces->charge_acting(k, on.moments, on.forces);
-      else
-        ws.noise += w.moment * on.moments + w.force * on.forces;
-    });
-  }
+  void begin_all() const { begin_given<false>(); }
   static constexpr bool has_done(int) { return false; }
   T squared_rate(int k) const {
     const auto& at = ws.links[k];
@@ -280,6 +276,35 @@ struct BiasedForces {
     z = moved;
   }
   KALMARM_INLINE void cycle(Load& z) const { z = kalmarm::cycle(z); }
+
+ protected:
+  // What acts from outside, and loads; at rest these have no bias.
+  template <bool at_rest>
+  void begin_given() const {
+    begin_sums(model, ws, acting,
+               [&](int k, const OnLink<T>& on) { charge(k, on.moments, on.forces); });
+    ws.loaded = acting.loads != nullptr;
+    add_loads(model, acting, ws, [&](std::size_t i, int k, const kalmarm::Load<T>& load) {
+      ws.loads[i] = load;
+      ws.energy += T(model.squared_gravity()) * load.body.m;
+      if constexpr (!at_rest) {
+        const auto& at = ws.links[k];
+        bias<true>(load.body, at.wx, at.wy, at.wz, ws.branches[model.link(k).branch].z, ws.noise);
+        const T ww = squared_rate(k), wwww = ww * ww;
+        charge(k, load.moment * load.moment * wwww, load.force * load.moment * wwww);
+      }
+    });
+  }
+
+ private:
+  // Rounding of a force on link k, from its squares by (13) of force_noise.hpp.
+  void charge(int k, const T& moments, const T& forces) const {
+    const RoundingWeights<S>& w = model.body(k).weights;
+    if (ws.forces)
+      ws.forces->charge_acting(k, moments, forces);
+    else
+      ws.noise += w.moment * moments + w.force * forces;
+  }
 };
 
 // The same with joint noise of every lane.
@@ -406,6 +431,22 @@ KALMARM_NOINLINE void smooth_links(const LoweredModel<S>& model, const LinkRun& 
   from = l;
 }
 
+// What loads add to the largest that M(k,k) can be, for R of (12) of force_noise.hpp.
+template <class T, class S>
+void add_rounding_of_loads(const LoweredModel<S>& model, const T* a, CovarianceWorkspace<T>& ws) {
+  for (std::size_t i = 0; i < ws.loads.size(); ++i) {
+    const LoweredFrame<S>& frame = model.loaded()[i];
+    const LoweredBody<T>& body = ws.loads[i].body;
+    const T polar = body.Ixx + body.Iyy + body.Izz;
+    for (std::size_t j = 0; j < frame.way.size(); ++j) {
+      const int k = frame.way[j];
+      if (!(frame.reach[j] < std::numeric_limits<S>::infinity())) continue;
+      const T away = T(frame.reach[j] * frame.reach[j]) * body.m;
+      ws.rounding += (model.link(k).slides ? body.m : T(polar + away + away)) * (a[k] * a[k]);
+    }
+  }
+}
+
 // l and a of every link, |a|^2, |a|_s^2, R, and what motions add to E.
 template <bool at_rest = false, class T, class S>
 void smooth(const LoweredModel<S>& model, CovarianceWorkspace<T>& ws, T* a) {
@@ -417,6 +458,7 @@ void smooth(const LoweredModel<S>& model, CovarianceWorkspace<T>& ws, T* a) {
     else
       smooth_links<at_rest>(model, run, ws, l, a);
   }
+  if (ws.loaded) add_rounding_of_loads(model, a, ws);
   if (!ws.forces) return;
   ws.trace = ws.forces->trace(model, ws);
   ws.size = T(S(0));

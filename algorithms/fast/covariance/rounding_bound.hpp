@@ -29,6 +29,7 @@
 //     (test_double_double.cpp), and 1 takes the place of |offset|
 //   d^2 P^(j,j)          of forces along the other two axes j, beside a translation by d along z,
 //     which the others may take back; and beside one by d0 where d is a slide's sum d0 + q  (6)
+//   the traces (4) of kinematics/loads.hpp of what a call adds to the link's body
 // The translations by p after the last rotation are along three axes: none takes back what another
 // has added, and N after them, or N before them, moved by phi, hold what they sum. Six rows, each
 // within a few roundings of sizes below N, make c = 40 or so in (3) a bound that is proven.
@@ -47,6 +48,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "algorithms/fast/covariance/added_loads.hpp"
 #include "algorithms/fast/covariance/filter.hpp"
 #include "algorithms/spatial/inlining.hpp"
 
@@ -65,9 +67,9 @@ class RoundingBound {
   explicit RoundingBound(const LoweredModel<S>& model)
       : placed_(model), sums_(model.branch_count()) {}
 
-  // At q (nq), tips to base as far as the first joint whose bound is `last` or more.
+  // At q (nq) with these loads, tips to base as far as the first joint whose bound is `last` or more.
   KALMARM_NOINLINE KALMARM_SWEEP RoundingLoss
-  look(const LoweredModel<S>& model, const S* q,
+  look(const LoweredModel<S>& model, const S* q, const Acting<S>& loads = {},
        double last = std::numeric_limits<double>::infinity());
 
  private:
@@ -264,9 +266,17 @@ void RoundingBound<S>::to_parent(const LoweredModel<S>& model, int k, const S* q
 }
 
 template <class S>
-RoundingLoss RoundingBound<S>::look(const LoweredModel<S>& model, const S* q, double last) {
+RoundingLoss RoundingBound<S>::look(const LoweredModel<S>& model, const S* q,
+                                    const Acting<S>& loads, double last) {
   detail::set_placements(model, q, placed_);
   for (Articulated<Both>& sum : sums_) set_zero(sum);
+  detail::for_each_load(model, loads, [&](std::size_t, int link, const Load<S>& load) {
+    Articulated<Both>& sum = sums_[model.link(link).branch];
+    add_body(sum, in_P(load.body));
+    const Both moment = in_S(load.moment), force = in_S(load.force);
+    for (Both* x : {&sum.Axx, &sum.Ayy, &sum.Azz}) *x += moment;
+    for (Both* x : {&sum.Cxx, &sum.Cyy, &sum.Czz}) *x += force;
+  });
   RoundingLoss loss;
   Articulated<Both> X;
   bool carried = false;

@@ -48,9 +48,9 @@ KALMARM_INLINE void cross_joint(int k, const S& noise, const T& tau, const T& qd
   at.e = e * inverse_D;
 }
 
-// P-, Q-, z- and what the sweeps need of every joint. forces: as Acting has them, in the frames' own axes; null: none.
+// P-, Q-, z- and what the sweeps need of every joint. acting: forces in the frames' own axes.
 template <class T, class S>
-void filter(const LoweredModel<S>& model, const T* tau, const T* qd, const T* forces,
+void filter(const LoweredModel<S>& model, const T* tau, const T* qd, const Acting<T>& acting,
             DerivativeTerms<T>& ws) {
   using Terms = DerivativeTerms<T>;
   using Kind = typename LoweredLink<S>::Kind;
@@ -61,9 +61,9 @@ void filter(const LoweredModel<S>& model, const T* tau, const T* qd, const T* fo
     set_zero(branch.P);
     branch.z = branch.Qx = branch.Qy = branch.Qz = none;
   }
-  for (std::size_t i = 0; forces && i < model.acted_on().size(); ++i) {
+  for (std::size_t i = 0; acting.forces && i < model.acted_on().size(); ++i) {
     const LoweredFrame<S>& frame = model.acted_on()[i];
-    const OnLink<T> own = from_own_axes(frame, forces + 6 * i);
+    const OnLink<T> own = from_own_axes(frame, acting.forces + numbers_of_force * i);
     const Triad<T> R = {table.triple(Terms::x_axis, frame.link),
                         table.triple(Terms::y_axis, frame.link),
                         table.triple(Terms::z_axis, frame.link)};
@@ -82,7 +82,7 @@ void filter(const LoweredModel<S>& model, const T* tau, const T* qd, const T* fo
       z = Qx = Qy = Qz = none;
     }
     if (!link.massless) {
-      const T m = T(body.m);
+      const T m = ws.constant.at(Terms::mass, k);
       const Triple<T> h = table.triple(Terms::h, k), p = table.triple(Terms::twice_p, k);
       const Triple<T> Bx = table.triple(Terms::twice_B, k),
                       By = table.triple(Terms::twice_B + 3, k),
@@ -237,11 +237,12 @@ void set_starts(int block, DerivativeTerms<T>& ws) {
 // All of the above, and qdd (nv).
 template <class T, class S>
 void derivative_terms(const LoweredModel<S>& model, const T* q, const T* qd, const T* tau,
-                      const T* forces, DerivativeTerms<T>& ws, T* qdd) {
+                      const Acting<T>& acting, DerivativeTerms<T>& ws, T* qdd) {
+  ws.set_loads(model, acting);
   detail::set_angles(model, q, ws);
   detail::set_motion(model, q, qd, ws);
   for (int block = 0; block < ws.table.blocks(); ++block) detail::set_bodies(block, ws);
-  detail::filter(model, tau, qd, forces, ws);
+  detail::filter(model, tau, qd, acting, ws);
   detail::accelerate(model, qd, ws, qdd);
   for (int block = 0; block < ws.table.blocks(); ++block) detail::set_starts(block, ws);
 }

@@ -109,16 +109,44 @@ struct DerivativeTerms {
     for (int k = 0; k < model.nv(); ++k) {
       const LoweredLink<S>& link = model.link(k);
       const LoweredBody<S>& body = model.body(k);
-      const S I[] = {body.Ixx, body.Ixy, body.Iyy, body.Ixz, body.Iyz, body.Izz};
-      constant.at(mass, k) = T(body.m);
-      constant.set(body_h, k, {T(body.h[0]), T(body.h[1]), T(body.h[2])});
-      for (int i = 0; i < 6; ++i) constant.at(body_I + i, k) = T(I[i]);
+      set_body(k, body);
       ball = link.coordinate == Coordinate::quaternion ||
              (ball && link.coordinate == Coordinate::follower);
       constant.at(turns, k) = link.slides ? T(0) : T(1);
       constant.at(single, k) = ball ? T(0) : T(1);
       travels[k] = link.slides && (link.parent < 0 || travels[link.parent]);
     }
+  }
+
+  // The bodies of links that are loaded, as a call has them.
+  template <class S>
+  void set_loads(const LoweredModel<S>& model, const Acting<T>& acting) {
+    for (const LoweredFrame<S>& frame : model.loaded())
+      set_body(frame.link, model.body(frame.link));
+    detail::for_each_load(model, acting, [this](std::size_t, int k, const Load<T>& load) {
+      LoweredBody<T> sum = load.body;
+      sum.m += constant.at(mass, k);
+      const Triple<T> own_h = constant.triple(body_h, k);
+      sum.h[0] += own_h.x;
+      sum.h[1] += own_h.y;
+      sum.h[2] += own_h.z;
+      sum.Ixx += constant.at(body_I, k);
+      sum.Ixy += constant.at(body_I + 1, k);
+      sum.Iyy += constant.at(body_I + 2, k);
+      sum.Ixz += constant.at(body_I + 3, k);
+      sum.Iyz += constant.at(body_I + 4, k);
+      sum.Izz += constant.at(body_I + 5, k);
+      set_body(k, sum);
+    });
+  }
+
+ private:
+  template <class S>
+  void set_body(int k, const LoweredBody<S>& body) {
+    const T I[] = {T(body.Ixx), T(body.Ixy), T(body.Iyy), T(body.Ixz), T(body.Iyz), T(body.Izz)};
+    constant.at(mass, k) = T(body.m);
+    constant.set(body_h, k, {T(body.h[0]), T(body.h[1]), T(body.h[2])});
+    for (int i = 0; i < 6; ++i) constant.at(body_I + i, k) = I[i];
   }
 };
 

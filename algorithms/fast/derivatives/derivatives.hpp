@@ -34,14 +34,14 @@ struct DerivativeWorkspace {
       : terms(model), columns(model), chain(model) {}
 };
 
-// da_dq, da_dqd and da_dtau (nv x nv, by columns) and a (nv) from q (nq), qd and tau (nv) and forces (Acting) in
-// the axes of their frames, with which they turn; null: none;
+// da_dq, da_dqd and da_dtau (nv x nv, by columns) and a (nv) from q (nq), qd and tau (nv), loads, and forces in the
+// axes of their frames, with which they turn;
 // ws.terms.check says whether they are finite. No D is tested: rounding_bound.hpp does that.
 template <class T, class S>
 void fast_derivatives(const LoweredModel<S>& model, const T* q, const T* qd, const T* tau,
                       DerivativeWorkspace<T>& ws, T* da_dq, T* da_dqd, T* da_dtau, T* a,
-                      const T* forces = nullptr) {
-  derivative_terms(model, q, qd, tau, forces, ws.terms, a);
+                      const Acting<T>& acting = {}) {
+  derivative_terms(model, q, qd, tau, acting, ws.terms, a);
   constexpr int lanes = lanes_of<T>, mirrored_at_once = 8;
   const int blocks = ws.terms.table.blocks();
   const bool tiles = !ws.chain.blocks.empty();

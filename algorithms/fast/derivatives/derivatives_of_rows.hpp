@@ -10,7 +10,7 @@
 #include "algorithms/fast/claims/tuning.hpp"
 #include "algorithms/fast/derivatives/derivatives.hpp"
 #include "algorithms/fast/factors/factors.hpp"
-#include "algorithms/spatial/lanes.hpp"
+#include "algorithms/fast/kinematics/acting_in_lanes.hpp"
 
 namespace kalmarm {
 
@@ -23,11 +23,11 @@ class DerivativesOfRows {
       : q_(model.nq()),
         qd_(model.nv()),
         tau_(model.nv()),
-        forces_(6 * model.acted_on().size()),
         a_(model.nv()),
         dq_(std::size_t(model.nv()) * model.nv()),
         dqd_(dq_),
         dtau_(dq_),
+        given_(model.widths().f, model.widths().l),
         workspace_(model) {
     if (model.may_lose_D()) factors_.emplace(model);
   }
@@ -39,28 +39,30 @@ class DerivativesOfRows {
   // state), da/dq, da/dq' and da/dtau (nv x nv a state, by columns), of which those that are null are
   // left out. About 1300 nv + 100 nv^2 flops a lane. Of a state with doubtful[i], which is not finite or
   // may have lost a D, one state is to be asked.
-  // forces: of rows too, as fast_derivatives takes them.
-  void fill(const LoweredModel<S>& model, const S* q, const S* qd, const S* tau, const S* forces,
-            int states, int left, S* da_dq, S* da_dqd, S* da_dtau, S* a, char* doubtful);
+  // acting: of rows too, as fast_derivatives takes it.
+  void fill(const LoweredModel<S>& model, const S* q, const S* qd, const S* tau,
+            const Acting<S>& acting, int states, int left, S* da_dq, S* da_dqd, S* da_dtau, S* a,
+            char* doubtful);
 
  private:
-  std::vector<P> q_, qd_, tau_, forces_, a_, dq_, dqd_, dtau_;
+  std::vector<P> q_, qd_, tau_, a_, dq_, dqd_, dtau_;
+  ActingInLanes<P> given_;
   DerivativeWorkspace<P> workspace_;
   std::optional<FastFactors<P>> factors_;  // whose margin says whether a D may be lost
 };
 
 template <class P>
 void DerivativesOfRows<P>::fill(const LoweredModel<S>& model, const S* q, const S* qd, const S* tau,
-                                const S* forces, int states, int left, S* da_dq, S* da_dqd,
+                                const Acting<S>& acting, int states, int left, S* da_dq, S* da_dqd,
                                 S* da_dtau, S* a, char* doubtful) {
   const int nv = model.nv();
   to_lanes(q, model.nq(), states, left, q_);
   to_lanes(qd, nv, states, left, qd_);
   to_lanes(tau, nv, states, left, tau_);
-  if (forces) to_lanes(forces, static_cast<int>(forces_.size()), states, left, forces_);
+  const Acting<P> given = given_.load(acting, states, left);
   fast_derivatives(model, q_.data(), qd_.data(), tau_.data(), workspace_, dq_.data(), dqd_.data(),
-                   dtau_.data(), a_.data(), forces ? forces_.data() : nullptr);
-  if (factors_) covariance_factor(model, q_.data(), *factors_);
+                   dtau_.data(), a_.data(), given);
+  if (factors_) covariance_factor(model, q_.data(), *factors_, Acting<P>{.loads = given.loads});
   for (int i = 0; i < states; ++i)
     doubtful[i] =
         !(workspace_.terms.check[i] == S(0)) || (factors_ && !(factors_->margin[i] > S(0)));

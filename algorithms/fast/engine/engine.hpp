@@ -37,31 +37,29 @@ inline bool all_finite(std::ptrdiff_t count, const double* x) {
   return check == 0;
 }
 
-// A copy of what factors depend on: q, and contacts where there are some.
+// A copy of what factors depend on: q, and contacts and loads where there are some.
 template <class T>
 class KeptPosition {
  public:
-  // numbers: of all contacts.
-  KeptPosition(std::ptrdiff_t nq, std::ptrdiff_t numbers) : q_(nq), contacts_(numbers) {}
+  explicit KeptPosition(const Widths& width) : q_(width.nq), contacts_(width.c), loads_(width.l) {}
 
   void keep(const Call<T>& call) {
-    std::copy_n(call.q, q_.size(), q_.data());
-    resists_ = call.contacts != nullptr;
-    if (resists_) std::copy_n(call.contacts, contacts_.size(), contacts_.data());
-    axes_ = call.axes;
+    const auto copy = [](const T* from, std::vector<T>& to) -> const T* {
+      if (from) std::copy_n(from, to.size(), to.data());
+      return from ? to.data() : nullptr;
+    };
+    kept_ = {.want = Want::solve,
+             .q = copy(call.q, q_),
+             .contacts = copy(call.contacts, contacts_),
+             .loads = copy(call.loads, loads_),
+             .axes = call.axes};
   }
 
-  Call<T> call() const {
-    return {.want = Want::solve,
-            .q = q_.data(),
-            .contacts = resists_ ? contacts_.data() : nullptr,
-            .axes = axes_};
-  }
+  const Call<T>& call() const { return kept_; }
 
  private:
-  std::vector<T> q_, contacts_;
-  bool resists_ = false;
-  Axes axes_ = Axes::local;
+  std::vector<T> q_, contacts_, loads_;
+  Call<T> kept_{.want = Want::solve};
 };
 
 // Of lanes of S that answer.
@@ -108,8 +106,7 @@ struct EngineOptions {
   Zeros zeros = Zeros::left_out;
   std::set<Want> want;                    // what memory is taken for
   Selection selection;                    // of Want::operational and its diagonal
-  std::vector<Frame> acted_on;            // by forces from outside
-  std::vector<Frame> contacts;            // a row each
+  CallFrames frames;                      // of calls
   Triangles triangles = Triangles::both;  // of M and M^-1 of one state, that have to be filled
 
   bool wants(Want what) const { return want.contains(what); }

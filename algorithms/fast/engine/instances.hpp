@@ -25,10 +25,9 @@ namespace kalmarm {
 template <class S>
 using StateLanes = Pack<S, padding<S>>;
 
-#define KALMARM_LOWERING_INSTANCES(KIND, S)    \
-  KIND template class LoweredModel<S>;         \
-  KIND template LoweredModel<S>::LoweredModel( \
-      const Model<S>&, Zeros, double, const std::vector<Frame>&, const std::vector<Frame>&);
+#define KALMARM_LOWERING_INSTANCES(KIND, S) \
+  KIND template class LoweredModel<S>;      \
+  KIND template LoweredModel<S>::LoweredModel(const Model<S>&, Zeros, double, const CallFrames&);
 
 // Of numbers T: one state, or one in every lane.
 #define KALMARM_FORWARD_INSTANCES(KIND, S, T)                                                      \
@@ -63,7 +62,7 @@ using StateLanes = Pack<S, padding<S>>;
   KIND template struct DerivativeWorkspace<S>;                                              \
   KIND template DerivativeWorkspace<S>::DerivativeWorkspace(const LoweredModel<S>&);        \
   KIND template void fast_derivatives(const LoweredModel<S>&, const S*, const S*, const S*, \
-                                      DerivativeWorkspace<S>&, S*, S*, S*, S*, const S*);
+                                      DerivativeWorkspace<S>&, S*, S*, S*, S*, const Acting<S>&);
 
 // Of one state in every lane of P: accelerations with joint noise of every lane; M, M^-1, parts of it
 // and solves; derivatives.

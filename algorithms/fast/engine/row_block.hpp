@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "algorithms/fast/engine/instances.hpp"
+#include "algorithms/fast/kinematics/acting_in_lanes.hpp"
 #include "algorithms/spatial/lanes.hpp"
 #include "kalmarm/call.hpp"
 
@@ -14,31 +15,30 @@ struct RowBlock {
   using P = StateLanes<S>;
   static constexpr int lanes = Lanes<P>::count;
 
-  std::vector<P> q, qd, tau, forces, out;
+  std::vector<P> q, qd, tau, out;
+  Acting<P> acting;  // of the call that is loaded
 
   explicit RowBlock(const LoweredModel<S>& model)
       : q(model.nq()),
         qd(model.nv()),
         tau(model.nv()),
-        forces(6 * model.acted_on().size()),
-        out(model.nv()) {}
+        out(model.nv()),
+        given_(model.widths().f, model.widths().l) {}
 
   // The first states of call's rows, of `left` that can be read.
   void load(const LoweredModel<S>& model, const Call<S>& call, int states, int left) {
     to_lanes(call.q, model.nq(), states, left, q);
     to_lanes(call.qd, model.nv(), states, left, qd);
     to_lanes(call.tau, model.nv(), states, left, tau);
-    if (call.forces) to_lanes(call.forces, static_cast<int>(forces.size()), states, left, forces);
-  }
-
-  // What acts from outside, of a call that is loaded.
-  Acting<P> acting(const Call<S>& call) const {
-    return {call.forces ? forces.data() : nullptr, call.axes};
+    acting = given_.load(forces_of(call), states, left);
   }
 
   void store(int states, S* rows) const {
     from_lanes(out, static_cast<int>(out.size()), states, rows);
   }
+
+ private:
+  ActingInLanes<P> given_;
 };
 
 // f() of every `at_once` rows, or less, whose `choice` is set, and which `chosen` then has.

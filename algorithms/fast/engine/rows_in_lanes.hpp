@@ -28,12 +28,7 @@ class RowsInLanes {
         acceptance_(acceptance),
         selection_(std::move(selection)),
         solves_(solves),
-        width_{lowered.nq(),
-               lowered.nv(),
-               lowered.nv(),
-               selection_.size(),
-               static_cast<std::ptrdiff_t>(6 * lowered.acted_on().size()),
-               static_cast<std::ptrdiff_t>(6 * lowered.contacts().size())} {}
+        width_(lowered.widths(selection_.size())) {}
 
   // Memory of so many workers for rows of `want`; matrices that are larger than pay off get none.
   void reserve(Want want, int count) {
@@ -112,8 +107,6 @@ class RowsInLanes {
     char* left_over;
   };
 
-  static Acting<S> contacts_of(const Call<S>& call) { return {call.contacts, call.axes}; }
-
   struct Accelerations : RowBlock<S> {
     typename F::template Workspace<P> swept;
     std::optional<RowSolver<P>> columns;
@@ -130,11 +123,11 @@ class RowsInLanes {
   };
   struct FactorsOfRows {
     std::vector<P> q;
-    ContactsInLanes<P> contacts;
+    ActingInLanes<P> contacts;
     FastFactors<P> factors;
 
     explicit FactorsOfRows(const LoweredModel<S>& model)
-        : q(model.nq()), contacts(model), factors(model) {}
+        : q(model.nq()), contacts(model.widths().c, model.widths().l), factors(model) {}
 
     void factor(const LoweredModel<S>& model, const Rows& rows) {
       to_lanes(rows.call.q, model.nq(), rows.states, rows.left, q);
@@ -173,7 +166,7 @@ class RowsInLanes {
   void acceleration(Accelerations& w, const Rows& rows) {
     const Call<S>& call = rows.call;
     w.load(lowered_, call, rows.states, rows.left);
-    const Judged<P> by = acceptance_.judge(call.r ? with_noise(w, rows) : swept(w, rows));
+    const Judged<P> by = acceptance_.judge(call.r ? with_noise(w, rows) : swept(w));
     w.store(rows.states, call.out);
     for (int i = 0; i < rows.states; ++i) {
       rows.outcomes[i].error = by.error[i];
@@ -182,9 +175,9 @@ class RowsInLanes {
     if (call.B) columns(w, rows);
   }
 
-  AccelerationSums<P> swept(Accelerations& w, const Rows& rows) const {
+  AccelerationSums<P> swept(Accelerations& w) const {
     F::acceleration(lowered_, w.q.data(), w.qd.data(), w.tau.data(), w.swept, w.out.data(),
-                    w.acting(rows.call));
+                    w.acting);
     return F::sums(w.swept);
   }
 
@@ -192,7 +185,7 @@ class RowsInLanes {
     w.r.resize(lowered_.nv());
     to_lanes(rows.call.r, lowered_.nv(), rows.states, rows.left, w.r);
     covariance_acceleration(lowered_, w.q.data(), w.qd.data(), w.tau.data(), w.r.data(), w.swept,
-                            w.out.data(), w.acting(rows.call));
+                            w.out.data(), w.acting);
     AccelerationSums<P> sums = F::sums(w.swept);
     sums.trace = w.swept.trace;
     return sums;
@@ -214,18 +207,19 @@ class RowsInLanes {
   void inverse_dynamics(Torques& w, const Rows& rows) const {
     w.load(lowered_, rows.call, rows.states, rows.left);
     fast_inverse_dynamics(lowered_, w.q.data(), w.qd.data(), w.tau.data(), w.workspace,
-                          w.out.data(), w.acting(rows.call));
+                          w.out.data(), w.acting);
     w.store(rows.states, rows.call.out);
   }
 
   void mass(MassOfRows<P>& w, const Rows& rows) const {
-    const P check = w.fill(lowered_, rows.call.q, rows.states, rows.left, rows.call.out);
+    const P check = w.fill(lowered_, rows.call.q, contacts_of(rows.call), rows.states, rows.left,
+                           rows.call.out);
     accept(rows, [&](int i) { return check[i] == S(0); });
   }
 
   void derivatives(DerivativesOfRows<P>& w, const Rows& rows) const {
     const Call<S>& call = rows.call;
-    w.fill(lowered_, call.q, call.qd, call.tau, call.forces, rows.states, rows.left,
+    w.fill(lowered_, call.q, call.qd, call.tau, forces_of(call), rows.states, rows.left,
            call.derivatives[0], call.derivatives[1], call.derivatives[2], call.out, rows.left_over);
   }
 

@@ -1,4 +1,4 @@
-// g and D of every link from q alone, or with contacts: the filter without velocities and forces. Its factors are
+// g and D of every link from q alone, or with contacts and loads: the filter without velocities and forces. Its factors are
 // used by columns.hpp and lambda.hpp; limbs of a tree run in SIMD lanes (limbs.hpp). About 195
 // flops an aligned hinge (lowered_model.hpp), and its sine and cosine.
 #pragma once
@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "algorithms/fast/covariance/added_loads.hpp"
 #include "algorithms/fast/covariance/contacts.hpp"
 #include "algorithms/fast/factors/limbs.hpp"
 #include "algorithms/spatial/inlining.hpp"
@@ -48,6 +49,13 @@ struct FastFactors : Placements<T> {
 
 namespace detail {
 
+// Loads, and the limbs that are lanes.
+template <class T, class S>
+void begin_factors(const LoweredModel<S>& model, const Acting<T>& given, FastFactors<T>& factors) {
+  add_loads(model, given, factors, [](std::size_t, int, const Load<T>&) {});
+  factors.limbs.factor(model, factors);
+}
+
 // The filter's policy where nothing is propagated along with P.
 template <class T, class S>
 struct NoForces {
@@ -55,8 +63,9 @@ struct NoForces {
 
   const LoweredModel<S>& model;
   FastFactors<T>& factors;
+  const Acting<T>& contacts;
 
-  void begin_all() const { factors.limbs.factor(model, factors); }
+  void begin_all() const { begin_factors(model, contacts, factors); }
   bool has_done(int k) const { return factors.limbs.have(k); }
   void begin(int, Load) const {}
   void add_body(int, Load) const {}
@@ -91,7 +100,7 @@ struct Resistance {
       factors.rows[model.link(link).branch].push_back(w);
       factors.noise += absorbed(model.body(link).weights, w);
     });
-    factors.limbs.factor(model, factors);
+    begin_factors(model, contacts, factors);
   }
   bool has_done(int k) const { return factors.limbs.have(k); }
   void begin(int, Load& z) const { z.clear(); }
@@ -129,7 +138,7 @@ void covariance_factor(const LoweredModel<S>& model, const T* q, FastFactors<T>&
                        const Acting<T>& contacts = {}) {
   detail::set_placements(model, q, factors);
   if (!contacts.forces)
-    return detail::filter<T>(model, factors, detail::NoForces<T, S>{model, factors});
+    return detail::filter<T>(model, factors, detail::NoForces<T, S>{model, factors, contacts});
   detail::filter<T>(model, factors, detail::Resistance<T, S>{model, factors, contacts});
   using std::min;
   factors.margin = min(factors.margin, T(T(S(1)) - T(model.share_of_noise()) * factors.noise));

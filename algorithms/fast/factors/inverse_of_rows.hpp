@@ -4,8 +4,8 @@
 //   M^-1 = (I - L*) D^-1 (I - L)                      (3.3): lanes are states (columns.hpp)
 #pragma once
 
-#include "algorithms/fast/covariance/contacts.hpp"
 #include "algorithms/fast/factors/columns.hpp"
+#include "algorithms/fast/kinematics/acting_in_lanes.hpp"
 #include "algorithms/fast/kinematics/matrix_of_rows.hpp"
 #include "algorithms/spatial/flush_subnormals.hpp"
 
@@ -17,7 +17,7 @@ class InverseOfRows : MatrixOfRows<P> {
 
  public:
   explicit InverseOfRows(const LoweredModel<S>& model)
-      : MatrixOfRows<P>(model), contacts_(model), factors_(model) {}
+      : MatrixOfRows<P>(model), contacts_(model.widths().c, model.widths().l), factors_(model) {}
 
   // X (nv x nv a state) = M^-1, or H^-1, at so many rows of q, at most as many as there are lanes, of `left`
   // that can be read; both triangles, symmetric to the last bit. About 195 nv + 43 nv^2 flops a lane.
@@ -31,7 +31,7 @@ class InverseOfRows : MatrixOfRows<P> {
   const P& energy() const { return energy_; }
 
  private:
-  ContactsInLanes<P> contacts_;
+  ActingInLanes<P> contacts_;
   FastFactors<P> factors_;
   P energy_;
 };

@@ -1,6 +1,6 @@
 // The filter of the fast path (filter.hpp) on the limbs of a tree, one limb per SIMD lane.
 //
-// A limb is a run of hinges without contacts from a link that branches, or from the base, to a tip. All lanes reach
+// A limb is a run of hinges without contacts and loads from a link that branches, or from the base, to a tip. All lanes reach
 // their limb's root joint in the same step. Lanes of shorter limbs start with dummy bodies (unit
 // inertia about the axis, else zero), which pass on exactly nothing:
 //   P = H'H,  D = 1,  g = H',  P+ = 0 to the last bit
@@ -89,7 +89,8 @@ class LimbsInLanes {
     for (int tip = 0; tip < model.nv(); ++tip) {
       if (children[tip] > 0) continue;
       const auto is_hinge = [&](int k) {
-        return model.link(k).coordinate == Coordinate::angle && !model.link(k).resists;
+        const LoweredLink<S>& link = model.link(k);
+        return link.coordinate == Coordinate::angle && !link.resists && !link.loaded;
       };
       int first = tip;
       if (!is_hinge(first)) continue;

@@ -19,16 +19,27 @@
 #include "algorithms/fast/kinematics/triple.hpp"
 #include "algorithms/fast/lowering/lowered_model.hpp"
 #include "algorithms/spatial/inlining.hpp"
+#include "kalmarm/call.hpp"
 
 namespace kalmarm {
 
-// Of all frames of LoweredModel::acted_on, or of its contacts, six numbers each: (moment; force) in these axes. Null:
-// none acts.
+// What a call gives of frames. Of all of LoweredModel::acted_on, or of its contacts, six numbers each: (moment; force)
+// in these axes; of those that are loaded ten (loads.hpp). Null: none.
 template <class T>
 struct Acting {
   const T* forces = nullptr;
   Axes axes = Axes::local;
+  const T* loads = nullptr;
 };
+
+template <class T>
+Acting<T> forces_of(const Call<T>& call) {
+  return {call.forces, call.axes, call.loads};
+}
+template <class T>
+Acting<T> contacts_of(const Call<T>& call) {
+  return {call.contacts, call.axes, call.loads};
+}
 
 namespace detail {
 

@@ -30,8 +30,7 @@ struct ModelsInDouble {
         options(of_engine),
         refined(options.tolerance < least_tolerance_of_double),
         model(model_of(robot)),
-        lowered(model, options.zeros, accepted_error(tolerance_of_sweeps()), options.acted_on,
-                options.contacts),
+        lowered(model, options.zeros, accepted_error(tolerance_of_sweeps()), options.frames),
         acceptance(robot, lowered, tolerance_of_sweeps()) {}
   ModelsInDouble(const ModelsInDouble&) = delete;
 

@@ -27,18 +27,12 @@ class NarrowEngine final : public Engine<float> {
   template <class MakeWide>
   NarrowEngine(const RobotModel& robot, const EngineOptions& options, const MakeWide& make_wide)
       : model_(model_of(robot).template cast<float>()),
-        lowered_(model_, options.zeros, accepted_error(options.tolerance), options.acted_on,
-                 options.contacts),
+        lowered_(model_, options.zeros, accepted_error(options.tolerance), options.frames),
         acceptance_(robot, lowered_, options.tolerance),
         lanes_(lowered_, acceptance_, options.selection, options.wants(Want::solve)),
         in_lanes_(options.tolerance >= least_tolerance_of_float &&
                   options.kernel != Kernel::translational),
-        width_{lowered_.nq(),
-               lowered_.nv(),
-               lowered_.nv(),
-               options.selection.size(),
-               static_cast<std::ptrdiff_t>(6 * options.acted_on.size()),
-               static_cast<std::ptrdiff_t>(6 * options.contacts.size())},
+        width_(lowered_.widths(options.selection.size())),
         lower_(options.triangles == Triangles::lower),
         wide_(make_wide(robot, in_double(options))),
         columns_(width_.nv * most_columns),
@@ -105,7 +99,7 @@ class NarrowEngine final : public Engine<float> {
 
     void reserve(Want want, int rows, const Widths& width) {
       const std::ptrdiff_t of_derivatives = want == Want::derivatives ? 3 * width.n * width.n : 0;
-      grow(in, rows * (width.nq + 3 * width.nv + width.f + width.c));
+      grow(in, rows * (width.nq + 3 * width.nv + width.f + width.c + width.l));
       grow(out, rows * (width.out(want) + of_derivatives));
     }
 
@@ -124,6 +118,7 @@ class NarrowEngine final : public Engine<float> {
       wide.tau = widen(call.tau, width.tau(call.want));
       wide.forces = widen(call.forces, width.f);
       wide.contacts = widen(call.contacts, width.c);
+      wide.loads = widen(call.loads, width.l);
       wide.axes = call.axes;
       wide.r = widen(call.r, width.nv);
       wide.out = out.data();

@@ -27,13 +27,7 @@ inline Outcome of_derivatives(Outcome judged, const RoundingLoss& loss) {
 class RigidState {
  public:
   RigidState(const ModelsInDouble& models, const EngineOptions& options)
-      : models_(&models),
-        width_{lowered().nq(),
-               lowered().nv(),
-               lowered().nv(),
-               options.selection.size(),
-               static_cast<std::ptrdiff_t>(6 * options.acted_on.size()),
-               static_cast<std::ptrdiff_t>(6 * options.contacts.size())} {
+      : models_(&models), width_(lowered().widths(options.selection.size())) {
     if (options.wants(Want::mass)) mass_.emplace(lowered(), options.triangles);
     if (options.wants(Want::inverse_dynamics)) inverse_dynamics_.emplace(lowered());
     if (!options.wants(Want::derivatives)) return;
@@ -43,12 +37,12 @@ class RigidState {
 
   Outcome inverse_dynamics(const Call<double>& call) {
     fast_inverse_dynamics(lowered(), call.q, call.qd, call.tau, *inverse_dynamics_, call.out,
-                          Acting<double>{call.forces, call.axes});
+                          forces_of(call));
     return {};
   }
 
   Outcome mass(const Call<double>& call) {
-    mass_->fill(lowered(), call.q, call.out);
+    mass_->fill(lowered(), call.q, contacts_of(call), call.out);
     return {};
   }
 
@@ -58,16 +52,17 @@ class RigidState {
     for (std::size_t i = 0; i < X.size(); ++i)
       if (!X[i]) X[i] = unwanted(i);
     fast_derivatives(lowered(), call.q, call.qd, call.tau, *derivatives_, X[0], X[1], X[2],
-                     call.out, call.forces);
+                     call.out, forces_of(call));
     return derivatives_->terms.check == 0;
   }
 
-  // How wrong a D that derivatives at q stand on can be, where that may count: their sweep has no test of
+  // How wrong a D that derivatives stand on can be, where that may count: their sweep has no test of
   // its own, so that the margin of another is asked first.
-  RoundingLoss loss_of_derivatives(const double* q) {
+  RoundingLoss loss_of_derivatives(const Call<double>& call) {
     if (!loss_) return {};
-    covariance_factor(lowered(), q, loss_->factors);
-    return loss_->factors.margin > 0 ? RoundingLoss{} : loss_->bound.look(lowered(), q);
+    const Acting<double> loads{.loads = call.loads};
+    covariance_factor(lowered(), call.q, loss_->factors, loads);
+    return loss_->factors.margin > 0 ? RoundingLoss{} : loss_->bound.look(lowered(), call.q, loads);
   }
 
  protected:

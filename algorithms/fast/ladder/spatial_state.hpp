@@ -46,8 +46,7 @@ class SpatialState : public RigidState {
   // With joint noise: what lanes have left over, and no sweep here can answer.
   Outcome acceleration(const Call<double>& call) {
     if (models().refined || call.r) return certified_->answer(call);
-    F::acceleration(lowered(), call.q, call.qd, call.tau, *sweep_, call.out,
-                    Acting<double>{call.forces, call.axes});
+    F::acceleration(lowered(), call.q, call.qd, call.tau, *sweep_, call.out, forces_of(call));
     const auto by = acceptance().judge(F::sums(*sweep_));
     if (acceptance().accepts(sweep_->margin, by, 0)) return {.error = by.error};
     return certified_->answer(call, &*sweep_);
@@ -94,7 +93,7 @@ class SpatialState : public RigidState {
   // wrong by 1 per cent, they warn.
   Outcome differentiate(const Call<double>& call) {
     const bool finite = derivatives(call);
-    const RoundingLoss loss = loss_of_derivatives(call.q);
+    const RoundingLoss loss = loss_of_derivatives(call);
     if (!models().refined && finite && loss.bound < lowered().error_of_D()) return {};
     const Outcome out = models().refined ? certified_->answer(call) : certified_->factor(call);
     if (out && !finite) return {.status = Outcome::Status::not_finite};
@@ -147,7 +146,7 @@ class SpatialState : public RigidState {
   }
 
   void set_factors(const Call<double>& call) {
-    covariance_factor(lowered(), call.q, *factors_, {call.contacts, call.axes});
+    covariance_factor(lowered(), call.q, *factors_, contacts_of(call));
   }
   // Whether the factors, and what was made of them, can be used. check: zero where all of it is finite.
   bool accepts_factors(double check) const { return check == 0 && factors_->margin > 0; }

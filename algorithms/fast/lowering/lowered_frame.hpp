@@ -14,6 +14,8 @@ struct LoweredFrame {
   Matrix3<S> A;          // its axes, column by column
   Vector3<S> s;          // its origin
   std::vector<int> way;  // links from the base to it
+  std::vector<S>
+      reach;  // how far its link's origin can be from that of each of them; beyond a slide infinite
 };
 
 }  // namespace kalmarm

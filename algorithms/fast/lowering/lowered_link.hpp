@@ -92,6 +92,7 @@ struct LoweredLink {
        turned = false;
   bool aligned = false;  // at a hinge: theta = 0, p = (a, b, 0)
   bool resists = false;  // contacts stand on it
+  bool loaded = false;   // a call may add to its body
   int branch = -1;       // index of its sum over children other than k + 1 in a workspace; else -1
   int q_index = 0;       // of the joint's first coordinate
   Coordinate coordinate = Coordinate::angle;

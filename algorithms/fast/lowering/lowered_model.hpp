@@ -15,14 +15,15 @@
 // Ball and free joints keep their frames: a matrix that depends on q, then two followers, DoF whose
 // phi is a cyclic permutation of the axes (model.hpp). Where their DoF have no joint noise and no
 // body between them, the sweeps treat the joint in one block step (three_axes.hpp).
-// A link on which forces act from outside, or contacts, has a sum over its children even where it has none: the sum
-// begins at these.
+// A link on which forces act from outside, contacts or loads, has a sum over its children even where it has none: the
+// sum begins at these.
 //
 // All constants are computed in a wider precision and rounded once.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <type_traits>
 #include <vector>
 
@@ -35,19 +36,19 @@
 #include "algorithms/model/model.hpp"
 #include "algorithms/model/plain.hpp"
 #include "algorithms/spatial/sincos.hpp"
+#include "kalmarm/call.hpp"
 
 namespace kalmarm {
 
 template <class S>
 class LoweredModel {
  public:
-  // error_of_D: that is accepted of a D (covariance/rounding_test.hpp); acted_on, contacts: frames on which forces
-  // act from outside, and where contacts resist, each on the last DoF of a joint.
+  // error_of_D: that is accepted of a D (covariance/rounding_test.hpp); frames: of calls, each on the last DoF of a
+  // joint.
   template <class Given>
   explicit LoweredModel(const Model<Given>& model, Zeros zeros = Zeros::left_out,
                         double error_of_D = accepted_error(default_tolerance<S>),
-                        const std::vector<Frame>& acted_on = {},
-                        const std::vector<Frame>& contacts = {});
+                        const CallFrames& frames = {});
 
   int nv() const { return static_cast<int>(links_.size()); }
   int nq() const { return nq_; }
@@ -91,6 +92,7 @@ class LoweredModel {
   const S& largest_variance() const { return largest_variance_; }
   // |gravity|^2 times the mass of all that moves [N^2 / kg].
   const S& energy_of_gravity() const { return energy_of_gravity_; }
+  const S& squared_gravity() const { return squared_gravity_; }  // |gravity|^2
   // (2) of terms_of_columns.hpp.
   const S& terms_of_columns() const { return terms_of_columns_; }
   const CentralBody<S>& central(int k) const { return central_[k]; }
@@ -100,7 +102,12 @@ class LoweredModel {
 
   const std::vector<LoweredFrame<S>>& acted_on() const { return acted_on_; }
   const std::vector<LoweredFrame<S>>& contacts() const { return contacts_; }
+  const std::vector<LoweredFrame<S>>& loaded() const { return loaded_; }
   std::vector<LoweredFrame<S>> lowered(const std::vector<Frame>& frames) const;
+  // Of a call, with so many rows of J.
+  Widths widths(std::ptrdiff_t rows_of_J = 0) const {
+    return {nq_, nv(), nv(), rows_of_J, frames_};
+  }
 
   // phi from a frame on link k to the link: from the link frame of Model to the one used here.
   Transform<Wider<S>> phi_on_link(int k, const Transform<Wider<S>>& phi) const {
@@ -142,8 +149,7 @@ class LoweredModel {
   }
 
   template <class W>
-  void lower(const Model<W>& model, const std::vector<Frame>& acted_on,
-             const std::vector<Frame>& contacts);
+  void lower(const Model<W>& model);
 
   void add_sum(LoweredLink<S>& link) {
     if (link.branch < 0) link.branch = branch_count_++;
@@ -184,50 +190,58 @@ class LoweredModel {
   std::vector<LoweredLink<S>> links_;
   std::vector<LoweredBody<S>> bodies_;
   std::vector<S> weights_, least_inertias_, largest_inertias_;
-  S terms_of_columns_ = S(0), largest_variance_ = S(0), energy_of_gravity_ = S(0);
+  S terms_of_columns_ = S(0), largest_variance_ = S(0), squared_gravity_ = S(0),
+    energy_of_gravity_ = S(0);
   std::vector<CentralBody<S>> central_;  // and for inverse dynamics
   std::vector<UncommonPlacement<S>> uncommon_;
   std::vector<Move> moves_;
   std::vector<LinkRun> runs_;
-  std::vector<LoweredFrame<S>> acted_on_, contacts_;
+  CallFrames frames_;
+  std::vector<LoweredFrame<S>> acted_on_, contacts_, loaded_;
 };
 
 template <class S>
 template <class Given>
 LoweredModel<S>::LoweredModel(const Model<Given>& model, Zeros zeros, double error_of_D,
-                              const std::vector<Frame>& acted_on,
-                              const std::vector<Frame>& contacts)
+                              const CallFrames& frames)
     : zeros_(zeros),
       error_of_D_(error_of_D),
       nq_(model.nq()),
       links_(model.nv()),
       bodies_(model.nv()),
       central_(model.nv()),
-      moves_(model.nv()) {
+      moves_(model.nv()),
+      frames_(frames) {
   // A float's tilt of 1e-16 is no rounding yet, which in double it could be.
   using Next = Wider<Given>;
-  lower(model.template cast<std::conditional_t<std::is_same_v<Given, float>, Wider<Next>, Next>>(),
-        acted_on, contacts);
+  lower(model.template cast<std::conditional_t<std::is_same_v<Given, float>, Wider<Next>, Next>>());
 }
 
 template <class S>
 std::vector<LoweredFrame<S>> LoweredModel<S>::lowered(const std::vector<Frame>& frames) const {
+  using std::abs;
   std::vector<LoweredFrame<S>> out;
   for (const Frame& frame : frames) {
     const auto site = site_of(frame).template cast<Wider<S>>().phi();
     const auto phi = frame.link < 0 ? site : phi_on_link(frame.link, site);
-    out.push_back({frame.link, phi.R.template cast<S>(), phi.p.template cast<S>(), {}});
-    std::vector<int>& way = out.back().way;
-    for (int k = frame.link; k >= 0; k = links_[k].parent) way.push_back(k);
-    std::reverse(way.begin(), way.end());
+    out.push_back({frame.link, phi.R.template cast<S>(), phi.p.template cast<S>(), {}, {}});
+    LoweredFrame<S>& lowered = out.back();
+    S reach = S(0);
+    for (int k = frame.link; k >= 0; k = links_[k].parent) {
+      const LoweredLink<S>& link = links_[k];
+      lowered.way.push_back(k);
+      lowered.reach.push_back(reach);
+      reach += link.slides ? std::numeric_limits<S>::infinity() : S(link.p.norm() + abs(link.d));
+    }
+    std::reverse(lowered.way.begin(), lowered.way.end());
+    std::reverse(lowered.reach.begin(), lowered.reach.end());
   }
   return out;
 }
 
 template <class S>
 template <class W>
-void LoweredModel<S>::lower(const Model<W>& model, const std::vector<Frame>& acted_on,
-                            const std::vector<Frame>& contacts) {
+void LoweredModel<S>::lower(const Model<W>& model) {
   std::vector<detail::LinkFrame<W>> frames(model.nv());
   for (int k = 0; k < model.nv(); ++k) {
     const Joint<W>& joint = model.joint(k);
@@ -244,23 +258,30 @@ void LoweredModel<S>::lower(const Model<W>& model, const std::vector<Frame>& act
     }
   }
   for (int k = 0; k < model.nv(); ++k) set_link(model, frames[k], k);
-  for (const Frame& frame : acted_on) add_sum(links_[frame.link]);
-  for (const Frame& frame : contacts) {
+  for (const Frame& frame : frames_.acted_on) add_sum(links_[frame.link]);
+  for (const Frame& frame : frames_.contacts) {
     add_sum(links_[frame.link]);
     links_[frame.link].resists = true;
   }
-  acted_on_ = lowered(acted_on);
-  contacts_ = lowered(contacts);
+  for (const Frame& frame : frames_.loaded) {
+    add_sum(links_[frame.link]);
+    links_[frame.link].loaded = true;
+    links_[frame.link].massless = false;
+  }
+  acted_on_ = lowered(frames_.acted_on);
+  contacts_ = lowered(frames_.contacts);
+  loaded_ = lowered(frames_.loaded);
   set_runs();
   const auto unit = static_cast<double>(rounding_unit());
   const auto covariances = detail::free_covariances(links_, bodies_);
   const auto largest = detail::WeightsOfLinks<S>::set(links_, runs_, covariances, unit, bodies_);
   for (const LoweredBody<S>& body : bodies_) energy_of_gravity_ += body.m;
-  energy_of_gravity_ *= S(model.gravity().squaredNorm());
+  squared_gravity_ = S(model.gravity().squaredNorm());
+  energy_of_gravity_ *= squared_gravity_;
   least_inertias_ = detail::least_inertias(links_, bodies_, runs_, uncommon_, covariances);
   largest_variance_ = S(detail::largest_variance(links_, bodies_, runs_, least_inertias_));
   terms_of_columns_ =
-      contacts.empty()
+      contacts_.empty() && loaded_.empty()
           ? S(detail::terms_of_columns(links_, bodies_, least_inertias_, largest, unit))
           : S(no_body);  // P may be any
   for (int k = 0; k < nv(); ++k) {

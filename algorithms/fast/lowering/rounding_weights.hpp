@@ -53,10 +53,11 @@ BiasTerms bias_terms(const LoweredBody<S>& body) {
 }
 
 // The largest that P's moments and forces of a link can be, wherever the joints stand. Where slides let
-// its bodies go any distance, moment has no meaning.
+// its bodies go any distance, moment has no meaning. Of the robot's own bodies.
 struct Largest {
   double moment = 0, force = 0;
   bool unbounded = false;
+  bool loaded = false;  // by what a call may add to them
 };
 
 template <class S>
@@ -82,13 +83,16 @@ class WeightsOfLinks {
     for (int k = n - 1; k >= 0; --k) {
       RoundingWeights<S>& w = bodies[k].weights;
       all.add_body(bodies[k], largest[k]);
-      const bool bounded = !largest[k].unbounded && !links[k].slides && w.moment < S(no_body);
+      largest[k].loaded |= links[k].loaded;
+      const bool bounded =
+          !largest[k].unbounded && !largest[k].loaded && !links[k].slides && w.moment < S(no_body);
       const double most = bounded ? all.most(w, largest[k]) : no_body;
       w.tested = pending[k] || (!between[k] && !(most < 0.5));
       const int parent = links[k].parent;
       if (parent < 0) continue;
       if (w.tested) pending[parent] = 1;
       if (largest[k].unbounded || links[k].slides) largest[parent].unbounded = true;
+      largest[parent].loaded |= largest[k].loaded;
       all.add_child(links[k], largest[k], largest[parent]);
     }
     return largest;

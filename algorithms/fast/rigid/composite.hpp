@@ -1,7 +1,7 @@
 // Composite inertias of the fast path: the links outboard of a joint as one rigid body, ten numbers
 // about the link's origin, P = [I h~; -h~ m 1] in the notation of articulated.hpp.
 //
-//   R(k) = M(k) + sum over children c of phi(k,c) R(c) phi'(k,c)           (3.5)
+//   R(k) = M(k) + loads + sum over children c of phi(k,c) R(c) phi'(k,c)   (3.5)
 //   F(k) = R(k) H'(k)                   force at link k that its acceleration costs
 //   T(p): h <- h + m p,  I <- I - p~h~ - h~'p~ with the old h and the new one, one axis at a time
 // About 75 flops an aligned hinge (lowered_model.hpp), and its sine and cosine.
@@ -9,7 +9,7 @@
 
 #include <vector>
 
-#include "algorithms/fast/kinematics/placements.hpp"
+#include "algorithms/fast/kinematics/loads.hpp"
 #include "algorithms/spatial/inlining.hpp"
 
 namespace kalmarm {
@@ -139,21 +139,29 @@ KALMARM_NOINLINE void to_parent(const MatrixPlacement<T>& phi, Rigid<T>& R) {
   shift_z(phi.p[2], R);
 }
 
+template <class T, class S>
+KALMARM_INLINE Rigid<T> rigid(const LoweredBody<S>& body) {
+  return {T(body.m),   T(body.h[0]), T(body.h[1]), T(body.h[2]), T(body.Ixx),
+          T(body.Ixy), T(body.Ixz),  T(body.Iyy),  T(body.Iyz),  T(body.Izz)};
+}
+
 // F of every link.
 template <class T, class S>
-KALMARM_SWEEP void set_composite_forces(const LoweredModel<S>& model, CompositeForces<T>& ws) {
+KALMARM_SWEEP void set_composite_forces(const LoweredModel<S>& model, const Acting<T>& loads,
+                                        CompositeForces<T>& ws) {
   using Kind = typename LoweredLink<S>::Kind;
   const T zero = T(S(0));
   for (auto& branch : ws.branches)
     branch.R = {zero, zero, zero, zero, zero, zero, zero, zero, zero, zero};
+  for_each_load(model, loads, [&](std::size_t, int link, const Load<T>& load) {
+    add(ws.branches[model.link(link).branch].R, rigid<T>(load.body));
+  });
   Rigid<T> R;
   bool carried = false;  // R comes from link k + 1
   for (int k = model.nv() - 1; k >= 0; --k) {
     const LoweredLink<S>& link = model.link(k);
-    const LoweredBody<S>& body = model.body(k);
     auto& at = ws.links[k];
-    const Rigid<T> own = {T(body.m),   T(body.h[0]), T(body.h[1]), T(body.h[2]), T(body.Ixx),
-                          T(body.Ixy), T(body.Ixz),  T(body.Iyy),  T(body.Iyz),  T(body.Izz)};
+    const Rigid<T> own = rigid<T>(model.body(k));
     if (!carried)
       R = own;
     else if (!link.massless)
@@ -185,9 +193,10 @@ KALMARM_SWEEP void set_composite_forces(const LoweredModel<S>& model, CompositeF
 
 // F at q (nq).
 template <class T, class S>
-void composite_forces(const LoweredModel<S>& model, const T* q, CompositeForces<T>& ws) {
+void composite_forces(const LoweredModel<S>& model, const T* q, CompositeForces<T>& ws,
+                      const Acting<T>& loads = {}) {
   detail::set_placements(model, q, ws);
-  detail::set_composite_forces(model, ws);
+  detail::set_composite_forces(model, loads, ws);
 }
 
 }  // namespace kalmarm

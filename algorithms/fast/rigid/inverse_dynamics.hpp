@@ -10,7 +10,8 @@
 //   f = m (a + Gamma c),  n = integral of r x Gamma r dm                                     (3)
 //   n_x = (Gamma J)zy - (Gamma J)yz  and so on          J = integral of r r' dm, r from c
 // Tips to base:
-//   z(k) = (n + c x f; f) - what acts from outside + sum over children j of phi(k,j) z(j)    (1.1)
+//   z(k) = (n + c x f; f) + loads - what acts from outside + sum over children j of phi(k,j) z(j)    (1.1)
+// with (3) of kinematics/loads.hpp of loads.
 //   tau(k) = H(k) z(k) + r(k) q''(k)                                                         (1.4)
 // a of the base is -gravity. M q'' alone is the same with w = 0 and gravity left out, `turning`
 // false: Gamma is alpha~, whose diagonal is not computed with. The force on a body is its mass times one acceleration, as in
@@ -21,7 +22,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "algorithms/fast/kinematics/acting.hpp"
+#include "algorithms/fast/kinematics/loads.hpp"
 #include "algorithms/spatial/inlining.hpp"
 #include "algorithms/spatial/lanes.hpp"
 
@@ -340,20 +341,33 @@ KALMARM_SWEEP void add_forces(const LoweredModel<S>& model, const T* qdd,
   }
 }
 
-// The same, with what acts from outside.
+// What loads need is added to the sums, once the links' motions are known.
+template <class T, class S>
+void add_forces_of_loads(const LoweredModel<S>& model, const Acting<T>& acting,
+                         InverseDynamicsWorkspace<T>& ws) {
+  for_each_load(model, acting, [&](std::size_t, int link, const Load<T>& load) {
+    auto& sum = ws.branches[model.link(link).branch];
+    add_force_of_load(load.body, Triple<T>{sum.wx, sum.wy, sum.wz}, sum.a, sum.z);
+  });
+}
+
+// The same, with what acts from outside and loads.
 template <bool turning, class T, class S>
 void sum_forces(const LoweredModel<S>& model, const T* qdd, InverseDynamicsWorkspace<T>& ws, T* tau,
                 const Acting<T>& acting = {}) {
   begin_sums(model, ws, acting, [](int, const OnLink<T>&) {});
+  add_forces_of_loads(model, acting, ws);
   add_forces<turning>(model, qdd, ws, tau);
 }
 
-// tau = M x, or H x by (3) of covariance/contacts.hpp, at the placements in ws; rows: (link, w) of contacts.
+// tau = M x with loads, or H x by (3) of covariance/contacts.hpp, at the placements in ws; rows: (link, w) of
+// contacts.
 template <class T, class S, class Rows>
-void mass_times(const LoweredModel<S>& model, const T* x, const Rows& rows,
+void mass_times(const LoweredModel<S>& model, const T* x, const Rows& rows, const Acting<T>& loads,
                 InverseDynamicsWorkspace<T>& ws, T* tau) {
   set_link_forces<false>(model, x, x, ws);
   for (auto& branch : ws.branches) set_zero(branch.z);
+  add_forces_of_loads(model, loads, ws);
   for (const auto& [link, w] : rows) {
     auto& branch = ws.branches[model.link(link).branch];
     const Sixfold<T>& l = branch.a;

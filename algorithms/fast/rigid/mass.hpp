@@ -106,9 +106,9 @@ class FastMass {
         branches_(model.branch_count()),
         x_(schedule_.steps().size() + 1, Lane(S(0))) {}
 
-  // M (nv x nv) at q (nq), symmetric to the last bit. About 80 nv + 16 nv^2 flops, of branched
+  // M (nv x nv) at q (nq) with these loads, symmetric to the last bit. About 80 nv + 16 nv^2 flops, of branched
   // robots less (32 for a link and each that it hangs on), of long chains 1500 nv + 8 nv^2.
-  void fill(const LoweredModel<S>& model, const S* q, S* M);
+  void fill(const LoweredModel<S>& model, const S* q, const Acting<S>& loads, S* M);
 
  private:
   // With AVX2 alone, one register takes chain:31 12 % longer than two (float64).
@@ -126,8 +126,8 @@ class FastMass {
 };
 
 template <class S>
-void FastMass<S>::fill(const LoweredModel<S>& model, const S* q, S* M) {
-  composite_forces(model, q, composite_);
+void FastMass<S>::fill(const LoweredModel<S>& model, const S* q, const Acting<S>& loads, S* M) {
+  composite_forces(model, q, composite_, loads);
   if (by_blocks_) {
     blocks_.fill(detail::MassOfChain<S>{model, composite_}, model.nv(), M);
     return;

@@ -14,7 +14,8 @@
 //
 // To a, torques and derivatives forces from outside may be given, six numbers of every frame of
 // Question::acted_on; to what is made of factors alone, contacts, six of every frame of Question::contacts, which
-// make H = M + J'DJ of M. Accelerations also take joint noise r and columns B.
+// make H = M + J'DJ of M; to all of them loads, ten of every frame of Question::loaded. Accelerations also take joint
+// noise r and columns B.
 //
 // Matrices are column-major. n: DoF that are asked about, of an engine all; k: rows of J, of an engine
 // those of its selection. qd and tau have nv numbers a row, tau of `solve` n.
@@ -22,15 +23,35 @@
 
 #include <array>
 #include <cstddef>
+#include <iterator>
+#include <vector>
 
 #include "kalmarm/question.hpp"
 
 namespace kalmarm {
 
+// The frames of which a call may have numbers for every state, as Question has them.
+struct CallFrames {
+  std::vector<Frame> acted_on, contacts, loaded;
+};
+
+// Of a force, or a row of a contact, and of a load.
+inline constexpr std::ptrdiff_t numbers_of_force = 6, numbers_of_load = 10;
+
 // Numbers a row.
 struct Widths {
   std::ptrdiff_t nq, nv, n, k;
-  std::ptrdiff_t f = 0, c = 0;  // six a frame that is acted on, and a contact
+  std::ptrdiff_t f, c, l;  // of all frames that are acted on, of contacts, of loads
+
+  Widths(std::ptrdiff_t of_q, std::ptrdiff_t dofs, std::ptrdiff_t asked, std::ptrdiff_t rows_of_J,
+         const CallFrames& frames)
+      : nq(of_q),
+        nv(dofs),
+        n(asked),
+        k(rows_of_J),
+        f(numbers_of_force * std::ssize(frames.acted_on)),
+        c(numbers_of_force * std::ssize(frames.contacts)),
+        l(numbers_of_load * std::ssize(frames.loaded)) {}
 
   std::ptrdiff_t tau(Want want) const { return want == Want::solve ? n : nv; }
 
@@ -62,6 +83,7 @@ struct Call {
   std::array<T*, 3> derivatives = {};  // da/dq, da/dqd, da/dtau
   const T* forces = nullptr;
   const T* contacts = nullptr;
+  const T* loads = nullptr;
   Axes axes = Axes::local;  // of forces, and of contacts
   const T* r = nullptr;     // joint noise in the place of the robot's
   int m = 0;                // columns of B, the same of every row, and of X
@@ -81,6 +103,7 @@ struct Call {
     for (T*& X : rest.derivatives) skip(X, width.n * width.n);
     skip(rest.forces, width.f);
     skip(rest.contacts, width.c);
+    skip(rest.loads, width.l);
     skip(rest.r, width.nv);
     skip(rest.X, width.n * m);
     return rest;

@@ -61,12 +61,17 @@ struct DerivativeRows {
   std::optional<RowsView<T>> dq = {}, dqd = {}, dtau = {};
 };
 
-// Six numbers of each frame that a question names, (moment; force) in these axes about their origin [N m; N]. Left
-// out: none.
+// What a state has on frames that a question names. `on`: six numbers of each, (moment; force) in these axes about
+// their origin [N m; N]; `loads`: bodies that hang on the frames of Question::loaded, in their order, and change M, the
+// bias and all that is made of them: of each ten numbers about the frame's origin and in its axes, as
+// Kinematics::regressor has them,
+//   (m, h_x, h_y, h_z, I_xx, I_yy, I_zz, I_xy, I_xz, I_yz),   h = m c                      [kg, kg m, kg m^2]
+// of a body that can be: else what is made of factors is refused as indefinite. Left out: none.
 template <class View>
 struct OnFrames {
   std::optional<View> on = {};
   Axes axes = Axes::aligned;
+  std::optional<View> loads = {};
 };
 
 // Forces from outside on the frames of Question::acted_on, in their order: with J of the same axes (kinematics.hpp)
@@ -86,6 +91,12 @@ template <class T>
 using StateContacts = StateForces<T>;
 template <class T>
 using ContactRows = ForceRows<T>;
+
+// Of calls that take loads alone.
+template <class T>
+using StateLoads = std::optional<VectorView<const T>>;
+template <class T>
+using LoadRows = std::optional<RowsView<const T>>;
 
 struct Plan;
 struct EngineOptions;
@@ -130,6 +141,7 @@ class KALMARM_EXPORT Dynamics {
                    .tau = tau.data(),
                    .out = a.data(),
                    .forces = checked_forces("forward_dynamics", forces),
+                   .loads = checked_loads("forward_dynamics", forces.loads),
                    .axes = forces.axes});
   }
 
@@ -148,6 +160,7 @@ class KALMARM_EXPORT Dynamics {
                         .tau = tau.data(),
                         .out = a.data(),
                         .forces = checked_forces("forward_dynamics", forces, count),
+                        .loads = checked_loads("forward_dynamics", forces.loads, count),
                         .axes = forces.axes},
                        outcomes.data(), threads);
   }
@@ -166,6 +179,7 @@ class KALMARM_EXPORT Dynamics {
                    .tau = tau.data(),
                    .out = a.data(),
                    .forces = checked_forces("forward_dynamics", forces),
+                   .loads = checked_loads("forward_dynamics", forces.loads),
                    .axes = forces.axes,
                    .m = m,
                    .B = B.data(),
@@ -188,6 +202,7 @@ class KALMARM_EXPORT Dynamics {
                         .tau = tau.data(),
                         .out = a.data(),
                         .forces = checked_forces("forward_dynamics", forces, count),
+                        .loads = checked_loads("forward_dynamics", forces.loads, count),
                         .axes = forces.axes,
                         .m = m,
                         .B = B.data(),
@@ -214,6 +229,7 @@ class KALMARM_EXPORT Dynamics {
                        .tau = qdd.data(),
                        .out = tau.data(),
                        .forces = checked_forces("inverse_dynamics", forces, count),
+                       .loads = checked_loads("inverse_dynamics", forces.loads, count),
                        .axes = forces.axes},
                       nullptr, threads);
   }
@@ -226,28 +242,35 @@ class KALMARM_EXPORT Dynamics {
   }
 
   // tau (asked): the torques that hold the robot against gravity. 171 n.
-  void gravity(VectorView<const T> q, VectorView<T> tau) {
+  void gravity(VectorView<const T> q, VectorView<T> tau, const StateLoads<T>& loads = {}) {
     check("gravity", "q", q.size(), nq_);
     check("gravity", "tau", tau.size(), asked_);
-    torques(q.data(), nullptr, nullptr, tau.data(), "gravity", {});
+    torques(q.data(), nullptr, nullptr, tau.data(), "gravity", {.loads = loads});
   }
 
   // M (asked x asked), symmetric to the last bit. 80 n + 16 n^2.
-  void mass(VectorView<const T> q, MatrixView<T> M) {
+  void mass(VectorView<const T> q, MatrixView<T> M, const StateLoads<T>& loads = {}) {
     check("mass", "q", q.size(), nq_);
     check("mass", "M", M, asked_);
-    (void)answer({.want = Want::mass, .q = q.data(), .out = M.data()});
+    (void)answer({.want = Want::mass,
+                  .q = q.data(),
+                  .out = M.data(),
+                  .loads = checked_loads("mass", loads)});
   }
 
   // Rows of states, M (asked x asked) of each in a row of `M`, both triangles, one outcome each, on
   // `threads` cores. Returns how many are not finite.
   [[nodiscard]] int mass(RowsView<const T> q, RowsView<T> M, std::span<Outcome> outcomes,
-                         int threads = 1) {
+                         int threads = 1, const LoadRows<T>& loads = {}) {
     const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
     check("mass", "q", count, q, nq_);
     check("mass", "M", count, M, std::ptrdiff_t(asked_) * asked_);
-    return answer_rows(count, {.want = Want::mass, .q = q.data(), .out = M.data()}, outcomes.data(),
-                       threads);
+    return answer_rows(count,
+                       {.want = Want::mass,
+                        .q = q.data(),
+                        .out = M.data(),
+                        .loads = checked_loads("mass", loads, count)},
+                       outcomes.data(), threads);
   }
 
   // M^-1 (asked x asked), symmetric to the last bit. 195 n + 44 n^2. Here and below, with contacts, that of
@@ -318,7 +341,8 @@ class KALMARM_EXPORT Dynamics {
                    .tau = tau.data(),
                    .out = a.data(),
                    .derivatives = {out.dq.data(), out.dqd.data(), out.dtau.data()},
-                   .forces = checked_forces("derivatives", forces)});
+                   .forces = checked_forces("derivatives", forces),
+                   .loads = checked_loads("derivatives", forces.loads)});
   }
 
   // Rows of states, one outcome each, on `threads` cores; a (asked) of each in a row. Returns how many
@@ -341,7 +365,8 @@ class KALMARM_EXPORT Dynamics {
                         .tau = tau.data(),
                         .out = a.data(),
                         .derivatives = {data(out.dq), data(out.dqd), data(out.dtau)},
-                        .forces = checked_forces("derivatives", forces, count)},
+                        .forces = checked_forces("derivatives", forces, count),
+                        .loads = checked_loads("derivatives", forces.loads, count)},
                        outcomes.data(), threads);
   }
 
@@ -457,21 +482,25 @@ class KALMARM_EXPORT Dynamics {
   void check_derivatives(const Derivatives<T>& out) const;
   static void check_turning(bool act, Axes axes);
   // Where they stand, `size` a state; null where there are none.
-  static const T* checked(const char* call, const char* what, const StateForces<T>& given, int size,
+  static const T* checked(const char* call, const char* what, const StateLoads<T>& given, int size,
                           std::ptrdiff_t) {
-    if (!given.on) return nullptr;
-    check(call, what, given.on->size(), size);
-    return given.on->data();
+    if (!given) return nullptr;
+    check(call, what, given->size(), size);
+    return given->data();
   }
-  static const T* checked(const char* call, const char* what, const ForceRows<T>& given, int size,
+  static const T* checked(const char* call, const char* what, const LoadRows<T>& given, int size,
                           std::ptrdiff_t count) {
-    if (!given.on) return nullptr;
-    check(call, what, count, *given.on, size);
-    return given.on->data();
+    if (!given) return nullptr;
+    check(call, what, count, *given, size);
+    return given->data();
   }
   template <class Given>
   const T* checked_forces(const char* call, const Given& forces, std::ptrdiff_t count = 1) const {
-    return checked(call, "forces", forces, forces_, count);
+    return checked(call, "forces", forces.on, forces_, count);
+  }
+  template <class Given>
+  const T* checked_loads(const char* call, const Given& loads, std::ptrdiff_t count = 1) const {
+    return checked(call, "loads", loads, loads_, count);
   }
   void check_derivatives(std::ptrdiff_t count, const DerivativeRows<T>& out) const;
 
@@ -486,12 +515,14 @@ class KALMARM_EXPORT Dynamics {
                   .tau = qdd,
                   .out = tau,
                   .forces = checked_forces(call, forces),
+                  .loads = checked_loads(call, forces.loads),
                   .axes = forces.axes});
   }
   template <class Given>
   Call<T> resisted(const char* call, Call<T> given, const Given& contacts,
                    std::ptrdiff_t count = 1) const {
-    given.contacts = checked(call, "contacts", contacts, contacts_, count);
+    given.contacts = checked(call, "contacts", contacts.on, contacts_, count);
+    given.loads = checked_loads(call, contacts.loads, count);
     given.axes = contacts.axes;
     return given;
   }
@@ -507,7 +538,7 @@ class KALMARM_EXPORT Dynamics {
   Outcome factor(const Call<T>& call);
   Outcome solve(int columns, const T* taus, T* X);
 
-  int nq_ = 0, nv_ = 0, asked_ = 0, rows_ = 0, forces_ = 0, contacts_ = 0;
+  int nq_ = 0, nv_ = 0, asked_ = 0, rows_ = 0, forces_ = 0, contacts_ = 0, loads_ = 0;
   double tolerance_ = default_tolerance<T>;
   std::unique_ptr<Execution<T>> execution_;
 };

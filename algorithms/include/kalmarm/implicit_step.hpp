@@ -188,9 +188,9 @@ class KALMARM_EXPORT ImplicitStep {
 
   RobotModel model_;
   double h_;
-  std::ptrdiff_t forces_;  // numbers of a row
-  Dynamics<T> dynamics_;   // what it is made of is checked before the rest
-  int rows_of_terms_;      // `repeated`, or 1 where q is not as v
+  std::ptrdiff_t forces_, loads_;  // numbers of a row
+  Dynamics<T> dynamics_;           // what it is made of is checked before the rest
+  int rows_of_terms_;              // `repeated`, or 1 where q is not as v
   std::vector<T> damping_, stiffness_, reference_;
   std::vector<Springs> springs_, all_springs_;  // that the step has; where there may be some
   T h_of_springs_;                              // 0 where they are at the start

@@ -40,6 +40,8 @@ struct Question {
   // Where contacts resist (dynamics.hpp), a row each, on the last DoF of a joint; of three directions at a point a
   // frame is named three times. On the base they do nothing.
   std::vector<Frame> contacts = {};
+  // Where a state may add bodies (dynamics.hpp), each on the last DoF of a joint. On the base they do nothing.
+  std::vector<Frame> loaded = {};
   std::vector<int> locked = {};  // DoF, in rising order; of a joint all or none
   std::vector<double> q = {};    // nq: the entries of joints that are locked are used
   bool at_rest = false;          // qd is 0, and is not looked at

@@ -30,6 +30,7 @@ from .constrained import (
 )
 from .files import LoadError, from_mujoco, load
 from .kinematics import Kinematics
+from .loads import payload
 from .pinocchio import PinocchioStates, from_pinocchio
 from .results import Derivatives, OperationalSpace, Outcome
 from .robot import Actuator, CoupledRow, Robot, Rung, State, Status, Terms
@@ -73,5 +74,6 @@ __all__ = [
     "last_bits",
     "load",
     "outcome_dtype",
+    "payload",
     "read_constraints",
 ]

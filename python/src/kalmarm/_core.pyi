@@ -185,7 +185,7 @@ class Factors:
     def __reduce__(self) -> object: ...
 
 class Robot:
-    def __init__(self, model: Model, tolerance: float | None, wants: Sequence[str], asked: Sequence[int], frames: Sequence[Frame], acted_on: Sequence[Frame], contacts: Sequence[Frame], locked: Sequence[int], q: Sequence[float], at_rest: bool, rules: Sequence[str] | None = None) -> None: ...
+    def __init__(self, model: Model, tolerance: float | None, wants: Sequence[str], asked: Sequence[int], frames: Sequence[Frame], acted_on: Sequence[Frame], contacts: Sequence[Frame], loaded: Sequence[Frame], locked: Sequence[int], q: Sequence[float], at_rest: bool, rules: Sequence[str] | None = None) -> None: ...
 
     @property
     def nq(self) -> int:
@@ -211,89 +211,91 @@ class Robot:
         """What is left out, and by which rule."""
 
     @overload
-    def forward_dynamics(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1, forces: ArrayLike | None = None, axes: str = "aligned") -> NDArray[Any]:
+    def forward_dynamics(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1, forces: ArrayLike | None = None, axes: str = "aligned", loads: ArrayLike | None = None) -> NDArray[Any]:
         """
         a = M(q)^-1 (tau + J' forces - bias(q, qd)), gravity and armature included.
 
         q (..., nq), qd and tau (..., nv) -> a (..., n). Hinges: rad, rad/s, Nm, rad/s^2; slides: m, m/s,
         N, m/s^2. forces (..., 6 f): of every frame of `acted_on` the moment about the origin of `axes` and the
-        force [Nm, N], with the axes of `Kinematics`.
+        force [Nm, N], with the axes of `Kinematics`. loads (..., 10 l), here and below: bodies that hang on the frames of
+        `loaded`, of each m, m c (3), Ixx, Iyy, Izz, Ixy, Ixz, Iyz about the frame's origin in its axes [kg, kg m, kg m^2], which
+        `kalmarm.load_of` makes of a mass, a centre and moments: they change M, bias and all that is made of them.
         """
     @overload
-    def forward_dynamics(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1, forces: ArrayLike | None = None, axes: str = "aligned") -> tuple[NDArray[Any], NDArray[Any]]: ...
+    def forward_dynamics(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1, forces: ArrayLike | None = None, axes: str = "aligned", loads: ArrayLike | None = None) -> tuple[NDArray[Any], NDArray[Any]]: ...
 
     @overload
-    def inverse_dynamics(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1, forces: ArrayLike | None = None, axes: str = "aligned") -> NDArray[Any]:
+    def inverse_dynamics(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1, forces: ArrayLike | None = None, axes: str = "aligned", loads: ArrayLike | None = None) -> NDArray[Any]:
         """
         tau = M(q) qdd + bias(q, qd) - J' forces, gravity and armature included.
 
         q (..., nq), qd and qdd (..., nv) -> tau (..., n) [Nm or N]. forces: as of `forward_dynamics`.
         """
     @overload
-    def inverse_dynamics(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1, forces: ArrayLike | None = None, axes: str = "aligned") -> tuple[NDArray[Any], NDArray[Any]]: ...
+    def inverse_dynamics(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1, forces: ArrayLike | None = None, axes: str = "aligned", loads: ArrayLike | None = None) -> tuple[NDArray[Any], NDArray[Any]]: ...
 
     @overload
-    def bias(self, q: ArrayLike, qd: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1, forces: ArrayLike | None = None, axes: str = "aligned") -> NDArray[Any]:
+    def bias(self, q: ArrayLike, qd: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1, forces: ArrayLike | None = None, axes: str = "aligned", loads: ArrayLike | None = None) -> NDArray[Any]:
         """
         Velocity terms and gravity, less J' forces: the torques of qdd = 0.
 
         q (..., nq), qd (..., nv) -> (..., n) [Nm or N]. forces: as of `forward_dynamics`.
         """
     @overload
-    def bias(self, q: ArrayLike, qd: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1, forces: ArrayLike | None = None, axes: str = "aligned") -> tuple[NDArray[Any], NDArray[Any]]: ...
+    def bias(self, q: ArrayLike, qd: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1, forces: ArrayLike | None = None, axes: str = "aligned", loads: ArrayLike | None = None) -> tuple[NDArray[Any], NDArray[Any]]: ...
 
     @overload
-    def gravity(self, q: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1) -> NDArray[Any]:
+    def gravity(self, q: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1, loads: ArrayLike | None = None) -> NDArray[Any]:
         """
         The torques that hold the robot against gravity.
 
         q (..., nq) -> (..., n) [Nm or N].
         """
     @overload
-    def gravity(self, q: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1) -> tuple[NDArray[Any], NDArray[Any]]: ...
+    def gravity(self, q: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1, loads: ArrayLike | None = None) -> tuple[NDArray[Any], NDArray[Any]]: ...
 
     @overload
-    def mass_matrix(self, q: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1) -> NDArray[Any]:
+    def mass_matrix(self, q: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1, loads: ArrayLike | None = None) -> NDArray[Any]:
         """
         M, armature included, both triangles.
 
         q (..., nq) -> (..., n, n) [kg m^2, kg m or kg].
         """
     @overload
-    def mass_matrix(self, q: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1) -> tuple[NDArray[Any], NDArray[Any]]: ...
+    def mass_matrix(self, q: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1, loads: ArrayLike | None = None) -> tuple[NDArray[Any], NDArray[Any]]: ...
 
     @overload
-    def inverse_mass_matrix(self, q: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1, contacts: ArrayLike | None = None, axes: str = "aligned") -> NDArray[Any]:
+    def inverse_mass_matrix(self, q: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1, contacts: ArrayLike | None = None, axes: str = "aligned", loads: ArrayLike | None = None) -> NDArray[Any]:
         """
         M^-1, both triangles; M is not formed.
 
         q (..., nq) -> (..., n, n). contacts: as of `solve`, H^-1.
         """
     @overload
-    def inverse_mass_matrix(self, q: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1, contacts: ArrayLike | None = None, axes: str = "aligned") -> tuple[NDArray[Any], NDArray[Any]]: ...
+    def inverse_mass_matrix(self, q: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1, contacts: ArrayLike | None = None, axes: str = "aligned", loads: ArrayLike | None = None) -> tuple[NDArray[Any], NDArray[Any]]: ...
 
     @overload
-    def diagonal(self, q: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1, contacts: ArrayLike | None = None, axes: str = "aligned") -> NDArray[Any]:
+    def diagonal(self, q: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1, contacts: ArrayLike | None = None, axes: str = "aligned", loads: ArrayLike | None = None) -> NDArray[Any]:
         """
         The diagonal of M^-1.
 
         q (..., nq) -> (..., n). contacts: as of `solve`, of H^-1.
         """
     @overload
-    def diagonal(self, q: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1, contacts: ArrayLike | None = None, axes: str = "aligned") -> tuple[NDArray[Any], NDArray[Any]]: ...
+    def diagonal(self, q: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1, contacts: ArrayLike | None = None, axes: str = "aligned", loads: ArrayLike | None = None) -> tuple[NDArray[Any], NDArray[Any]]: ...
 
     @overload
-    def log_det(self, q: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1, contacts: ArrayLike | None = None, axes: str = "aligned") -> NDArray[Any]:
+    def log_det(self, q: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1, contacts: ArrayLike | None = None, axes: str = "aligned", loads: ArrayLike | None = None) -> NDArray[Any]:
         """
         log det M of the joints that are free.
 
         q (..., nq) -> (...). contacts: as of `solve`, log det H.
         """
     @overload
-    def log_det(self, q: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1, contacts: ArrayLike | None = None, axes: str = "aligned") -> tuple[NDArray[Any], NDArray[Any]]: ...
+    def log_det(self, q: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1, contacts: ArrayLike | None = None, axes: str = "aligned", loads: ArrayLike | None = None) -> tuple[NDArray[Any], NDArray[Any]]: ...
 
     @overload
-    def operational(self, q: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1, contacts: ArrayLike | None = None, axes: str = "aligned") -> NDArray[Any]:
+    def operational(self, q: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1, contacts: ArrayLike | None = None, axes: str = "aligned", loads: ArrayLike | None = None) -> NDArray[Any]:
         """
         J M^-1 J' of the frames that are asked about: what forces there accelerate them by.
 
@@ -301,17 +303,17 @@ class Robot:
         `solve`, J H^-1 J'.
         """
     @overload
-    def operational(self, q: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1, contacts: ArrayLike | None = None, axes: str = "aligned") -> tuple[NDArray[Any], NDArray[Any]]: ...
+    def operational(self, q: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1, contacts: ArrayLike | None = None, axes: str = "aligned", loads: ArrayLike | None = None) -> tuple[NDArray[Any], NDArray[Any]]: ...
 
     @overload
-    def operational_diagonal(self, q: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1, contacts: ArrayLike | None = None, axes: str = "aligned") -> NDArray[Any]:
+    def operational_diagonal(self, q: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1, contacts: ArrayLike | None = None, axes: str = "aligned", loads: ArrayLike | None = None) -> NDArray[Any]:
         """
         The diagonal of J M^-1 J', without the rest of it.
 
         q (..., nq) -> (..., 6 f), rows and contacts as of `operational`.
         """
     @overload
-    def operational_diagonal(self, q: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1, contacts: ArrayLike | None = None, axes: str = "aligned") -> tuple[NDArray[Any], NDArray[Any]]: ...
+    def operational_diagonal(self, q: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1, contacts: ArrayLike | None = None, axes: str = "aligned", loads: ArrayLike | None = None) -> tuple[NDArray[Any], NDArray[Any]]: ...
 
     @overload
     def operational_inertia(self, q: ArrayLike, out: Any = None, *, damping: float = 0.0, clamp: float = ..., status: Literal[False] = False, threads: int = 1) -> NDArray[Any]:
@@ -327,7 +329,7 @@ class Robot:
     def operational_inertia(self, q: ArrayLike, out: Any = None, *, damping: float = 0.0, clamp: float = ..., status: Literal[True], threads: int = 1) -> tuple[NDArray[Any], NDArray[Any]]: ...
 
     @overload
-    def solve(self, q: ArrayLike, tau: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1, contacts: ArrayLike | None = None, axes: str = "aligned") -> NDArray[Any]:
+    def solve(self, q: ArrayLike, tau: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1, contacts: ArrayLike | None = None, axes: str = "aligned", loads: ArrayLike | None = None) -> NDArray[Any]:
         """
         x = M(q)^-1 tau, without bias, or with contacts x = H^-1 tau.
 
@@ -336,10 +338,10 @@ class Robot:
         its stiffness [kg], so that H = M + sum of (w'J)'(w'J), what contact simulators factor.
         """
     @overload
-    def solve(self, q: ArrayLike, tau: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1, contacts: ArrayLike | None = None, axes: str = "aligned") -> tuple[NDArray[Any], NDArray[Any]]: ...
+    def solve(self, q: ArrayLike, tau: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1, contacts: ArrayLike | None = None, axes: str = "aligned", loads: ArrayLike | None = None) -> tuple[NDArray[Any], NDArray[Any]]: ...
 
     @overload
-    def forward_dynamics_derivatives(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, out: Derivatives | None = None, *, status: Literal[False] = False, threads: int = 1, forces: ArrayLike | None = None, axes: str = "aligned") -> Derivatives:
+    def forward_dynamics_derivatives(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, out: Derivatives | None = None, *, status: Literal[False] = False, threads: int = 1, forces: ArrayLike | None = None, axes: str = "aligned", loads: ArrayLike | None = None) -> Derivatives:
         """
         Derivatives of forward dynamics, analytically, and a itself.
 
@@ -349,9 +351,9 @@ class Robot:
         axes "local" is needed.
         """
     @overload
-    def forward_dynamics_derivatives(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, out: Derivatives | None = None, *, status: Literal[True], threads: int = 1, forces: ArrayLike | None = None, axes: str = "aligned") -> tuple[Derivatives, NDArray[Any]]: ...
+    def forward_dynamics_derivatives(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, out: Derivatives | None = None, *, status: Literal[True], threads: int = 1, forces: ArrayLike | None = None, axes: str = "aligned", loads: ArrayLike | None = None) -> tuple[Derivatives, NDArray[Any]]: ...
 
-    def factor(self, q: numpy.typing.ArrayLike, *, contacts: Any = None, axes: str = 'aligned') -> Factors:
+    def factor(self, q: numpy.typing.ArrayLike, *, contacts: Any = None, axes: str = 'aligned', loads: Any = None) -> Factors:
         """
         Factors of M in one state q (nq,), for any number of solves, or of H: contacts (6 c,) as of `solve`.
         """
@@ -404,7 +406,7 @@ class ImplicitStep:
     @property
     def scheme(self) -> str: ...
 
-    def acceleration(self, q: numpy.typing.ArrayLike, qd: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, out: Any = None, *, damping: Any = None, stiffness: Any = None, reference: Any = None, status: bool = False, threads: int = 1, forces: Any = None, axes: str = 'aligned') -> Any:
+    def acceleration(self, q: numpy.typing.ArrayLike, qd: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, out: Any = None, *, damping: Any = None, stiffness: Any = None, reference: Any = None, status: bool = False, threads: int = 1, forces: Any = None, axes: str = 'aligned', loads: Any = None) -> Any:
         """
         a = (qd+ - qd) / h of the step.
 
@@ -419,7 +421,7 @@ class ImplicitStep:
         forces (..., 6 f): as of Robot.forward_dynamics, where the step begins.
         """
 
-    def derivatives(self, q: numpy.typing.ArrayLike, qd: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, out: Any = None, *, status: bool = False, forces: Any = None, axes: str = 'aligned') -> Any:
+    def derivatives(self, q: numpy.typing.ArrayLike, qd: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, out: Any = None, *, status: bool = False, forces: Any = None, axes: str = 'aligned', loads: Any = None) -> Any:
         """
         Derivatives of the step's acceleration by q, qd and tau, analytically, and a itself.
 

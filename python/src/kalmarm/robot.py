@@ -154,6 +154,7 @@ class Robot(_core.Robot):
         frames: Iterable[str | Frame] = (),
         acted_on: Iterable[str | Frame] = (),
         contacts: Iterable[str | Frame] = (),
+        loaded: Iterable[str | Frame] = (),
         locked: Iterable[str | int] = (),
         q: Any = None,
         at_rest: bool = False,
@@ -171,6 +172,7 @@ class Robot(_core.Robot):
         acted_on: frames on which forces act from outside, in the order of a call's `forces`.
         contacts: frames where contacts resist, a row of a call's `contacts` each: of three directions at a point a
             frame is named three times. Forward dynamics takes none: a = solve(q, tau - bias(q, qd), contacts=...).
+        loaded: frames on which bodies may hang, in the order of a call's `loads` (`payload`).
         locked: joints that stand still, at the positions that q (nq,) has for them, or q0.
         at_rest: qd is zero, and is not looked at.
         rules: by which work may be left out, of docs/questions.md; all unless told.
@@ -182,6 +184,7 @@ class Robot(_core.Robot):
             "frames": several("frames", frames),
             "acted_on": several("acted_on", acted_on),
             "contacts": several("contacts", contacts),
+            "loaded": several("loaded", loaded),
             "locked": several("locked", locked),
             "q": None if q is None else tuple(numbers("q", q).ravel().tolist()),
             "at_rest": bool(at_rest),
@@ -197,6 +200,7 @@ class Robot(_core.Robot):
             [_frame(description, frame) for frame in options["frames"]],
             [_frame(description, frame) for frame in options["acted_on"]],
             [_frame(description, frame) for frame in options["contacts"]],
+            [_frame(description, frame) for frame in options["loaded"]],
             locked_dofs,
             options["q"] or (description.q0 if locked_dofs else ()),
             options["at_rest"],

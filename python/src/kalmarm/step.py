@@ -113,6 +113,7 @@ class ImplicitStep(_core.ImplicitStep):
         threads: int = 1,
         forces: ArrayLike | None = None,
         axes: str = "aligned",
+        loads: ArrayLike | None = None,
     ) -> Any:
         """The state after h. Of many states, those that failed are NaN; of one, DynamicsError.
 
@@ -120,7 +121,7 @@ class ImplicitStep(_core.ImplicitStep):
 
         ctrl: (..., nu), of every state its own, in place of the step's.
         damping, stiffness, reference: (..., nv), of every state its own, as `acceleration` has it.
-        forces: (..., 6 f), as `acceleration` has it.
+        forces: (..., 6 f), and loads: (..., 10 l), as `acceleration` has them.
         out: what an earlier call of the same shape returned, apart from the inputs.
         """
         if out is not None and (not isinstance(out, tuple) or len(out) != 3):
@@ -137,6 +138,7 @@ class ImplicitStep(_core.ImplicitStep):
             status=status,
             threads=threads,
             forces=forces,
+            loads=loads,
             axes=axes,
         )
         a, outcomes = found if status else (found, None)
@@ -158,6 +160,7 @@ class ImplicitStep(_core.ImplicitStep):
         threads: int = 1,
         forces: ArrayLike | None = None,
         axes: str = "aligned",
+        loads: ArrayLike | None = None,
     ) -> Any:
         """a = (qd+ - qd) / h of the step.
 
@@ -174,13 +177,15 @@ class ImplicitStep(_core.ImplicitStep):
             origin of `axes` and the force [N m, N], as they are where the step begins, with the
             axes of `Kinematics`. ValueError where they are of another size or the robot has no
             `acted_on`.
+        loads: (..., 10 l), bodies on the l frames of the robot's `loaded`, as those of
+            `Robot.forward_dynamics`.
         """
         given = {"damping": damping, "stiffness": stiffness, "reference": reference}
         gains = {name: self._gain(name, x) for name, x in given.items() if x is not None}
         tau, held = self._driven(
             q, qd, tau, ctrl, threads, self._springless if gains else self._motors
         )
-        arguments = {"q": q, "qd": qd, "tau": tau, "forces": forces}
+        arguments = {"q": q, "qd": qd, "tau": tau, "forces": forces, "loads": loads}
         options: dict[str, Any] = {"status": status, "threads": threads, "axes": axes}
         if held and not gains and self._rows:
             arrays = {
@@ -200,6 +205,7 @@ class ImplicitStep(_core.ImplicitStep):
         status: bool = False,
         forces: ArrayLike | None = None,
         axes: str = "aligned",
+        loads: ArrayLike | None = None,
     ) -> Any:
         """Derivatives of the step's acceleration by q, qd and tau, analytically, and a itself.
 
@@ -209,7 +215,7 @@ class ImplicitStep(_core.ImplicitStep):
         damping is at a force limit.
 
         forces: (..., 6 f), as `acceleration` has it, that turn with their frames: ValueError in
-            other axes than "local".
+            other axes than "local". loads: (..., 10 l), likewise.
         """
         tau, held = self._driven(q, qd, tau, ctrl, 1, self._motors)
         if held:
@@ -217,7 +223,7 @@ class ImplicitStep(_core.ImplicitStep):
                 "derivatives: an actuator with stiffness or damping is at its force limit, or at a "
                 "control that changes them"
             )
-        found = super().derivatives(q, qd, tau, out, status=status, forces=forces, axes=axes)
+        found = super().derivatives(q, qd, tau, out, status=status, forces=forces, axes=axes, loads=loads)
         weights = self._robot.terms.compensated
         if weights is not None:
             d = found[0] if status else found
