@@ -178,6 +178,25 @@ Stress long_tool(const Scene& scene, int tip) {
           }};
 }
 
+Stress contact(const Scene& scene, const std::vector<int>& tips) {
+  const std::string links = tips.size() == 1 ? link_name(scene, tips[0]) : "all tips";
+  return {"contact",
+          "Points of contact on " + links,
+          "kg",
+          "on " + links + " with contacts of up to {} kg",
+          decades(0, 12, 2),
+          false,
+          [model = scene.model, tips](double value) {
+            return changed(model, [&](Joints& joints) {
+              for (const int tip : tips) {
+                RigidBody<double>& body = joints[tip].body;
+                const Vector3<double> end = 2 * tool(body, 1).com;
+                body = welded(body, {value, end});
+              }
+            });
+          }};
+}
+
 Stress gain(const Scene& scene) {
   return {"gain",
           "Position gains in steps of 2 ms",
@@ -223,6 +242,7 @@ std::vector<Stress> stresses_of(const Scene& scene) {
   if (longest.size() > 1) out.push_back(light_wrist(scene, limbs, longest));
   out.push_back(long_tool(scene, longest.front()));
   if (longest.size() > 1) out.push_back(light(scene, "light_base", "first link", {longest.back()}));
+  out.push_back(contact(scene, tips));
   out.push_back(gain(scene));
   out.push_back(step(scene));
   return out;

@@ -7,6 +7,10 @@
 //                one less than it has, and what they carry
 //   long_tool    a thin rod on the tip of the longest limb, value times as long as the tip's link,
 //                of 1 % of its mass, from the joint through the link's centre of mass
+//   contact      the end of a rod as long as each tip's link resists motions of all directions with value
+//                [kg]: a point of that mass there, so that the robot's M^-1 is H^-1, H = M + J'DJ
+//                (docs/contacts.md), in which a batch method and the filter have value squared; its accelerations
+//                are those of a robot that carries these points. The library's contacts keep more (`contacts`)
 //   light_base   mass and inertia of the longest limb's first link times value
 //   gain         implicit steps of 2 ms with position controllers of value [N m/rad or N/m] on every
 //                hinge and slide: M^ of kalmarm/implicit_step.hpp, damping 2 sqrt(value)

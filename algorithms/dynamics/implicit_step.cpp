@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
+#include <set>
 #include <stdexcept>
 #include <string>
 
@@ -81,9 +83,13 @@ void check_rows(const RobotModel& model, double h, const std::vector<CoupledRow>
   }
 }
 
-// What rows want beside what the question does.
+// What rows, and contacts, want beside what the question does.
 DynamicsOptions with_solve(DynamicsOptions options, bool rows) {
-  if (rows && !options.question.want.empty()) options.question.want.insert(Want::solve);
+  std::set<Want>& want = options.question.want;
+  const bool stands = !options.question.contacts.empty();
+  if (want.empty()) return options;
+  if (rows || stands) want.insert(Want::solve);
+  if (stands) want.insert(Want::inverse_dynamics);
   return options;
 }
 
@@ -140,6 +146,7 @@ ImplicitStep<T>::ImplicitStep(const RobotModel& model, double h, const JointTerm
       h_(h),
       forces_(numbers_of_force * std::ssize(options.question.acted_on)),
       loads_(numbers_of_load * std::ssize(options.question.loaded)),
+      contacts_(numbers_of_force * std::ssize(options.question.contacts)),
       dynamics_(checked<T>(model, h, terms, scheme, options),
                 with_solve(options, !terms.rows.empty())),
       rows_of_terms_(is_as_velocity(model) ? repeated : 1),
@@ -223,9 +230,11 @@ void ImplicitStep<T>::set_torque(std::ptrdiff_t rows, const T* q, const T* v, co
 template <class T>
 Outcome ImplicitStep<T>::acceleration(VectorView<const T> q, VectorView<const T> v,
                                       VectorView<const T> tau, VectorView<T> a,
-                                      const StateForces<T>& forces) {
+                                      const StateForces<T>& forces,
+                                      const StateContacts<T>& contacts) {
   require("acceleration", q.size(), v.size(), tau.size());
   set_torque(1, q.data(), v.data(), tau.data(), tau_.data());
+  if (contacts.on) return standing(q, v, a, forces, contacts);
   if (!solves_rows()) return dynamics_.forward_dynamics(q, v, VectorView<const T>(tau_), a, forces);
   is_kept_ = false;
   const Outcome outcome = dynamics_.forward_dynamics(q, v, VectorView<const T>(tau_), a,
@@ -246,18 +255,89 @@ Outcome ImplicitStep<T>::coupled(Outcome of_a0, const T* q, const T* v, const T*
   return of_a0;
 }
 
+// By solves of rows, which leave factors that are kept alone: of the torques, and of the columns of B.
+template <class T>
+Outcome ImplicitStep<T>::standing(VectorView<const T> q, VectorView<const T> v, VectorView<T> a,
+                                  const StateForces<T>& forces, const StateContacts<T>& contacts) {
+  const std::ptrdiff_t nv = model_.nv(), m = solves_rows() ? coupled_->solved() : 0, rows = 1 + m;
+  is_kept_ = false;
+  known_.resize(rows * nv);
+  dynamics_.bias(q, v, VectorView<T>(known_.data(), nv), forces);
+  for (std::ptrdiff_t k = 0; k < nv; ++k) known_[k] = tau_[k] - known_[k];
+  if (m > 0) std::copy_n(coupled_->B().data(), m * nv, known_.data() + nv);
+  const auto repeated_in = [&](std::vector<T>& to, const T* from, std::ptrdiff_t size) {
+    to.resize(rows * size);
+    for (std::ptrdiff_t i = 0; i < rows; ++i) std::copy_n(from, size, to.data() + i * size);
+    return RowsView<const T>(to.data(), rows, size);
+  };
+  ContactRows<T> of_rows{.axes = contacts.axes};
+  of_rows.on = repeated_in(again_[1], contacts.on->data(), contacts.on->size());
+  if (forces.loads)
+    of_rows.loads = repeated_in(again_[2], forces.loads->data(), forces.loads->size());
+  std::vector<T>& x = again_[3];
+  x.resize(rows * nv);
+  outcomes_.resize(rows);
+  static_cast<void>(dynamics_.solve(repeated_in(again_[0], q.data(), q.size()),
+                                    RowsView<const T>(known_.data(), rows, nv),
+                                    RowsView<T>(x.data(), rows, nv), outcomes_, 1, of_rows));
+  for (const Outcome& of_column : outcomes_)
+    if (!of_column) return of_column;
+  if (a.size() != nv) refuse("acceleration: a of " + std::to_string(a.size()));
+  std::copy_n(x.data(), nv, a.data());
+  return m > 0 ? coupled(outcomes_[0], q.data(), v.data(), x.data() + nv, a.data()) : outcomes_[0];
+}
+
+template <class T>
+int ImplicitStep<T>::standing(RowsView<const T> q, RowsView<const T> v, RowsView<T> a,
+                              std::span<Outcome> outcomes, int threads, const ForceRows<T>& forces,
+                              const ContactRows<T>& contacts) {
+  const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
+  const std::ptrdiff_t nv = model_.nv(), nq = model_.nq;
+  if (!contacts.on->fits(count, contacts_))
+    refuse("acceleration: rows of contacts are " + contacts.on->shape() + ", needed " +
+           detail::shape(count, contacts_));
+  if (!a.fits(count, nv))
+    refuse("acceleration: rows of the result are " + a.shape() + ", needed " +
+           detail::shape(count, nv));
+  if (!solves_rows()) {
+    known_.resize(count * nv);
+    zeros_.resize(std::max<std::size_t>(zeros_.size(), count * nv), T(0));
+    dynamics_.inverse_dynamics(q, v, RowsView<const T>(zeros_.data(), count, nv),
+                               RowsView<T>(known_.data(), count, nv), threads, forces);
+    for (std::ptrdiff_t i = 0; i < count * nv; ++i) known_[i] = rows_[i] - known_[i];
+    return dynamics_.solve(q, RowsView<const T>(known_.data(), count, nv), a, outcomes, threads,
+                           {contacts.on, contacts.axes, forces.loads});
+  }
+  int failed = 0;
+  for (std::ptrdiff_t i = 0; i < count; ++i) {
+    std::copy_n(rows_.data() + i * nv, nv, tau_.data());
+    const auto row = [i](const auto& given,
+                         std::ptrdiff_t size) -> std::optional<VectorView<const T>> {
+      if (!given) return {};
+      return VectorView<const T>(given->data() + i * size, size);
+    };
+    outcomes[i] =
+        standing(VectorView<const T>(q.data() + i * nq, nq),
+                 VectorView<const T>(v.data() + i * nv, nv), VectorView<T>(a.data() + i * nv, nv),
+                 {row(forces.on, forces_), forces.axes, row(forces.loads, loads_)},
+                 {row(contacts.on, contacts_), contacts.axes});
+    failed += !outcomes[i];
+  }
+  return failed;
+}
+
 template <class T>
 int ImplicitStep<T>::acceleration(RowsView<const T> q, RowsView<const T> v, RowsView<const T> tau,
                                   RowsView<T> a, std::span<Outcome> outcomes, int threads,
-                                  const ForceRows<T>& forces) {
-  return acceleration(q, v, tau, GainRows<T>{}, a, outcomes, threads, forces);
+                                  const ForceRows<T>& forces, const ContactRows<T>& contacts) {
+  return acceleration(q, v, tau, GainRows<T>{}, a, outcomes, threads, forces, contacts);
 }
 
 template <class T>
 int ImplicitStep<T>::acceleration(RowsView<const T> q, RowsView<const T> v, RowsView<const T> tau,
                                   const GainRows<T>& gains, RowsView<T> a,
                                   std::span<Outcome> outcomes, int threads,
-                                  const ForceRows<T>& forces) {
+                                  const ForceRows<T>& forces, const ContactRows<T>& contacts) {
   const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
   const std::ptrdiff_t nv = model_.nv(), nq = model_.nq;
   if (!q.fits(count, nq) || !v.fits(count, nv) || !tau.fits(count, nv))
@@ -286,6 +366,11 @@ int ImplicitStep<T>::acceleration(RowsView<const T> q, RowsView<const T> v, Rows
   if (static_cast<std::ptrdiff_t>(rows_.size()) < count * nv) rows_.resize(count * nv);
   set_torque(count, q.data(), v.data(), tau.data(), b, k, q0, k.of_rows ? all_springs_ : springs_,
              rows_.data());
+  if (contacts.on) {
+    if (b.of_rows || k.of_rows)
+      refuse("acceleration: damping or stiffness of rows beside contacts");
+    return standing(q, v, a, outcomes, threads, forces, contacts);
+  }
   if (b.of_rows || k.of_rows) {
     if (coupled_)
       refuse("acceleration: damping or stiffness of rows beside terms that couple joints");
@@ -337,9 +422,11 @@ int ImplicitStep<T>::acceleration(RowsView<const T> q, RowsView<const T> v, Rows
 
 template <class T>
 Outcome ImplicitStep<T>::step(VectorView<T> q, VectorView<T> v, VectorView<const T> tau,
-                              VectorView<T> a, const StateForces<T>& forces) {
-  const Outcome outcome = acceleration(VectorView<const T>(q.data(), q.size()),
-                                       VectorView<const T>(v.data(), v.size()), tau, a, forces);
+                              VectorView<T> a, const StateForces<T>& forces,
+                              const StateContacts<T>& contacts) {
+  const Outcome outcome =
+      acceleration(VectorView<const T>(q.data(), q.size()), VectorView<const T>(v.data(), v.size()),
+                   tau, a, forces, contacts);
   if (outcome) advance(model_, h_, VectorView<const T>(a.data(), a.size()), q, v);
   return outcome;
 }

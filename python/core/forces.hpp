@@ -78,7 +78,7 @@ class WithForces {
     return {count_++, width};
   }
 
-  std::array<Argument, 8> all_;  // a step's q, qd, tau and gains before them
+  std::array<Argument, 9> all_;  // a step's q, qd, tau, gains and contacts before them
   int count_;
   Axes axes_;
   Place on_, loads_;

@@ -45,9 +45,11 @@ Step::Step(const Robot& robot, double h, JointTerms terms, Scheme scheme)
       scheme_(scheme),
       options_{.tolerance = robot.options().tolerance},
       forces_(6 * static_cast<int>(robot.options().question.acted_on.size())),
-      loads_(10 * static_cast<int>(robot.options().question.loaded.size())) {
+      loads_(10 * static_cast<int>(robot.options().question.loaded.size())),
+      contacts_(6 * static_cast<int>(robot.options().question.contacts.size())) {
   options_.question.acted_on = robot.options().question.acted_on;
   options_.question.loaded = robot.options().question.loaded;
+  options_.question.contacts = robot.options().question.contacts;
   if (model_.nv() == 0) throw nb::value_error("the robot has no joint, so no degree of freedom");
   static_cast<void>(workers<double>().take());  // refuses here what is bad
 }
@@ -64,7 +66,7 @@ RobotModel Step::stiff_model() const {
 
 nb::object Step::acceleration(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
                               const Gains& gains, bool status, int threads, nb::handle forces,
-                              const std::string& axes, nb::handle loads) {
+                              const std::string& axes, nb::handle loads, nb::handle contacts) {
   constexpr const char* call = "acceleration";
   const int nq = model_.nq, nv = model_.nv();
   std::vector<Argument> arguments = {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}};
@@ -78,7 +80,9 @@ nb::object Step::acceleration(nb::handle q, nb::handle qd, nb::handle tau, nb::h
             stiffness = given("stiffness", gains.stiffness),
             reference = given("reference", gains.reference);
   const bool has_gains = arguments.size() > 3;
-  const WithForces acting(call, arguments, forces, forces_, axes, loads, loads_);
+  const WithForces standing(call, arguments, contacts, contacts_, axes, nb::none(), 0,
+                            contacts_argument);
+  const WithForces acting(call, standing.all(), forces, forces_, axes, loads, loads_);
   Inputs in(call, acting.all());
   const nb::object result = in.result(out, {nv});
   const int count = in.count();
@@ -88,9 +92,9 @@ nb::object Step::acceleration(nb::handle q, nb::handle qd, nb::handle tau, nb::h
     std::vector<Outcome>& outcomes = worker->outcomes;
     outcomes.resize(std::max(count, 1));
     if (in.is_single() && !has_gains) {
-      outcomes[0] =
-          worker->dynamics.acceleration(vector<T>(in, 0, 0, nq), vector<T>(in, 1, 0, nv),
-                                        vector<T>(in, 2, 0, nv), {a, nv}, acting.of_state<T>(in));
+      outcomes[0] = worker->dynamics.acceleration(vector<T>(in, 0, 0, nq), vector<T>(in, 1, 0, nv),
+                                                  vector<T>(in, 2, 0, nv), {a, nv},
+                                                  acting.of_state<T>(in), standing.of_state<T>(in));
     } else {
       const int used = cores(in.call(), threads, count);
       outcomes.resize(count);
@@ -100,9 +104,9 @@ nb::object Step::acceleration(nb::handle q, nb::handle qd, nb::handle tau, nb::h
       };
       const GainRows<T> of_rows = {rows(damping, nv), rows(stiffness, nv), rows(reference, nv)};
       const WithoutLock released;
-      static_cast<void>(worker->dynamics.acceleration(rows(0, nq), rows(1, nv), rows(2, nv),
-                                                      of_rows, RowsView<T>(a, count, nv), outcomes,
-                                                      used, acting.of_rows<T>(in)));
+      static_cast<void>(worker->dynamics.acceleration(
+          rows(0, nq), rows(1, nv), rows(2, nv), of_rows, RowsView<T>(a, count, nv), outcomes, used,
+          acting.of_rows<T>(in), standing.of_rows<T>(in)));
     }
     for (int i = 0; i < count; ++i)
       if (!outcomes[i])
@@ -198,17 +202,19 @@ void bind_step(nb::module_& m) {
           "acceleration",
           [](Step& self, nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
              nb::handle damping, nb::handle stiffness, nb::handle reference, bool status,
-             int threads, nb::handle forces, const std::string& axes, nb::handle loads) {
+             int threads, nb::handle forces, const std::string& axes, nb::handle loads,
+             nb::handle contacts) {
             return self.acceleration(q, qd, tau, out, {damping, stiffness, reference}, status,
-                                     threads, forces, axes, loads);
+                                     threads, forces, axes, loads, contacts);
           },
           "q"_a, "qd"_a, "tau"_a, "out"_a = nb::none(), options, "damping"_a = nb::none(),
           "stiffness"_a = nb::none(), "reference"_a = nb::none(), "status"_a = false,
           "threads"_a = 1, "forces"_a = nb::none(), "axes"_a = "aligned", "loads"_a = nb::none(),
+          "contacts"_a = nb::none(),
           nb::sig("def acceleration" KALMARM_STATE
                   "out: typing.Any = None, *, damping: typing.Any = None, stiffness: typing.Any = "
                   "None, reference: typing.Any = None, status: bool = False, threads: int = "
-                  "1" KALMARM_FORCES ") -> typing.Any"),
+                  "1" KALMARM_FORCES ", contacts: typing.Any = None) -> typing.Any"),
           R"(a = (qd+ - qd) / h of the step.
 
 q (..., nq), qd and tau (..., nv) -> a (..., nv).
@@ -219,7 +225,8 @@ state then is a robot that is made anew. ValueError with the row and the DoF whe
 negative or not finite, where a ball or free joint has a spring, and where dampers or springs stand
 beside rows of the step.
 
-forces (..., 6 f): as of Robot.forward_dynamics, where the step begins.)")
+forces (..., 6 f): as of Robot.forward_dynamics, where the step begins. contacts (..., 6 c): rows of
+(M + h B + h^2 K + J'DJ) a = tau - bias, as of Robot.solve.)")
       .def("derivatives", &Step::derivatives, "q"_a, "qd"_a, "tau"_a, "out"_a = nb::none(), options,
            "status"_a = false, "forces"_a = nb::none(), "axes"_a = "aligned",
            "loads"_a = nb::none(),

@@ -26,10 +26,11 @@ class Step {
     nb::handle damping, stiffness, reference;
   };
 
-  // forces: None, or six numbers of every frame that is acted on, in `axes`; loads: or ten of every one that is loaded.
+  // forces: None, or six numbers of every frame that is acted on, in `axes`; loads: or ten of every one that is loaded;
+  // contacts: or rows of contacts, in `axes` too.
   nb::object acceleration(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
                           const Gains& gains, bool status, int threads, nb::handle forces,
-                          const std::string& axes, nb::handle loads);
+                          const std::string& axes, nb::handle loads, nb::handle contacts);
   nb::object derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out, bool status,
                          nb::handle forces, const std::string& axes, nb::handle loads);
 
@@ -57,7 +58,7 @@ class Step {
   JointTerms terms_;
   Scheme scheme_;
   DynamicsOptions options_;
-  int forces_, loads_;  // numbers of a state
+  int forces_, loads_, contacts_;  // numbers of a state
   Pool<float> float_workers_{[this] { return made<float>(); }};
   Pool<double> double_workers_{[this] { return made<double>(); }};
 };

@@ -75,6 +75,28 @@ def test_a_of_a_robot_that_stands(g1):
     assert slip[0] > 50 * slip[1] > 2500 * slip[2]
 
 
+def test_a_step_on_springs_at_bodies(g1):
+    """(M + h B + J'DJ) a = tau - B qd - bias + J' f, of one state and of rows."""
+    h, damping = 0.005, 0.4
+    robot = g1.replace(contacts=FEET, acted_on=["left_ankle_roll_link", "right_ankle_roll_link"])
+    q, qd, tau = robot.random_state(7, COUNT)
+    w, H = stand(robot, q, "aligned", 1e4)
+    f = np.random.default_rng(2).standard_normal((COUNT, 12))
+    step = kalmarm.ImplicitStep(robot, h, damping=damping, stiffness=0.0)
+    b = np.full(robot.nv, damping)
+    b[:6] = 0
+    torque = tau - b * qd - robot.bias(q, qd, forces=f)
+    exact = np.linalg.solve(H + h * np.diag(b), torque[..., None])[..., 0]
+    found = step.acceleration(q, qd, tau, forces=f, contacts=w)
+    assert relative(found, exact) < 1e-7
+    one = step.acceleration(q[0], qd[0], tau[0], forces=f[0], contacts=w[0])
+    assert relative(one, exact[0]) < 1e-7
+    moved = step(q, qd, tau, forces=f, contacts=w)
+    assert relative(moved.qd, qd + h * exact) < 1e-7
+    with pytest.raises(ValueError, match="beside contacts"):
+        step.acceleration(q, qd, tau, damping=1.0, contacts=w)
+
+
 def test_what_does_not_fit_is_refused(g1):
     robot = g1.replace(contacts=FEET)
     q, _, tau = robot.random_state(6, 2)

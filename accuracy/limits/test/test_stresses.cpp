@@ -35,16 +35,16 @@ MatrixX<double> mass(const Model<double>& model) {
 
 TEST(Stresses, AreThoseThatTheRobotHasPartsFor) {
   using Names = std::vector<std::string>;
-  EXPECT_EQ(names("two_link"),
-            Names({"poses", "payload", "light_wrist", "long_tool", "light_base", "gain", "step"}));
+  EXPECT_EQ(names("two_link"), Names({"poses", "payload", "light_wrist", "long_tool", "light_base",
+                                      "contact", "gain", "step"}));
   // Fingers end on one link; armature.
   EXPECT_EQ(names("panda"), Names({"poses", "payload", "armature", "light_wrist", "long_tool",
-                                   "light_base", "gain", "step"}));
+                                   "light_base", "contact", "gain", "step"}));
   EXPECT_EQ(stress(stresses_of(load_scene("panda")), "payload").title, "Payload on link7");
   // Left and right are alike.
-  EXPECT_EQ(names("g1"),
-            Names({"poses", "payload:left_ankle_roll_link", "payload:left_wrist_yaw_link",
-                   "armature", "light_wrist", "long_tool", "light_base", "gain", "step"}));
+  EXPECT_EQ(names("g1"), Names({"poses", "payload:left_ankle_roll_link",
+                                "payload:left_wrist_yaw_link", "armature", "light_wrist",
+                                "long_tool", "light_base", "contact", "gain", "step"}));
   EXPECT_EQ(names("straight:1"), Names({"poses"}));  // to scale one body is to change the unit
 }
 
@@ -114,6 +114,27 @@ TEST(Stresses, ToolOfARodOfItsLengthIsOneHundredthOfTheRod) {
   // Ten times the length: moment about the end 0.02 * 10^2 / 3
   const Model<double> longer = stress(stresses_of(scene), "long_tool").model(10);
   EXPECT_NEAR(mass(longer)(1, 1), 2 / 3.0 + 0.02 * 100 / 3, 1e-12);
+}
+
+// M grows by J'J d of the rod's end, which resists along three directions alike: along two in its plane.
+TEST(Stresses, AContactIsATermOfTheProcessNoise) {
+  Joint<double> rod;
+  rod.body = {2, {0.5, 0, 0}, {1, 0, 0, 0}, {0, 2 / 12.0, 2 / 12.0}};
+  const Scene scene = generated_scene("rod", assemble({rod,
+                                                       [&rod] {
+                                                         Joint<double> second = rod;
+                                                         second.parent = 0;
+                                                         second.q_index = 1;
+                                                         second.translation = {1, 0, 0};
+                                                         return second;
+                                                       }()},
+                                                      {0, 0, -9.81}));
+  const double d = 1e3;  // at 2 m from the first axis and 1 m from the second
+  const MatrixX<double> more =
+      mass(stress(stresses_of(scene), "contact").model(d)) - mass(scene.model);
+  EXPECT_NEAR(more(0, 0), 4 * d, 1e-9);
+  EXPECT_NEAR(more(0, 1), 2 * d, 1e-9);
+  EXPECT_NEAR(more(1, 1), d, 1e-9);
 }
 
 TEST(Stresses, ValuesAreWrittenShort) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "algorithms/dynamics/test/door_support.hpp"
+#include "kalmarm/implicit_step.hpp"
 
 namespace kalmarm::test {
 namespace {
@@ -297,6 +298,67 @@ TEST(Contacts, WhatDoesNotFitIsRefused) {
   VectorX<double> wrong = contacts.forces;
   wrong[3] = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(robot.factor(s.q, {wrong, Axes::local}).status, Outcome::Status::not_finite);
+}
+
+// A step on contacts: (M + h b + J'DJ) a = tau - b v - bias, with a tendon beside, one state and rows; factors that are
+// kept are those of before.
+TEST(Contacts, StepsStandOnThem) {
+  const double h = 0.01, b = 0.5;
+  for (const Family& family : robots())
+    for (const bool coupled : {false, true})
+      for (const double d : all_stiffness) {
+        SCOPED_TRACE(std::string(family.name) + (coupled ? " coupled " : " ") + std::to_string(d));
+        Model<double> model = family.make(3);
+        const int nv = model.nv(), nq = model.nq();
+        const State<double> s = random_state(model, 5);
+        const Push contacts = some_contacts(model, Axes::aligned, d, 8);
+        JointTerms terms{.damping = std::vector<double>(nv, b)};
+        std::vector<double> J(nv, 0);
+        for (int k = 0; k < nv; ++k)
+          if (is_single(model, k)) J[k] = 0.1 * (k + 1);
+        const CoupledRow tendon{.jacobian = J, .armature = 0.3, .damping = 2};
+        if (coupled) terms.rows = {tendon};
+        DynamicsOptions options;
+        options.question.contacts = contacts.frames;
+        ImplicitStep<double> step(plain(model), h, terms, Scheme::springs_at_end, options);
+        VectorX<double> a = poisoned<double>(nv), before = a, after = a;
+        ASSERT_TRUE(step.factor(s.q));
+        ASSERT_TRUE(step.solve(s.tau, before));
+        const Outcome outcome =
+            step.acceleration(s.q, s.qd, s.tau, a, {}, {contacts.forces, contacts.axes});
+        ASSERT_TRUE(outcome);
+        ASSERT_TRUE(step.solve(s.tau, after));
+        EXPECT_EQ(before, after);
+
+        const VectorX<double> bias = dense_mechanics(model, s).bias;
+        const Eigen::Map<const VectorX<double>> along(J.data(), nv);
+        for (int k = 0; k < nv; ++k) model.set_noise(k, model.joint(k).r + h * b);
+        MatrixX<double> H = Truth(model, s, {}, contacts).M();
+        VectorX<double> torque = s.tau - b * s.qd - bias;
+        if (coupled) {
+          H += (tendon.armature + h * tendon.damping) * along * along.transpose();
+          torque -= tendon.damping * along.dot(s.qd) * along;
+        }
+        // By as much as rounding of H to double, d of it, may move its smallest modes.
+        const double most = 1e-9 + 1e-15 * d;
+        EXPECT_LE((H * a - torque).norm(), most * (H.norm() * a.norm() + torque.norm()));
+        if (!coupled) {
+          const VectorX<double> exact = H.llt().solve(torque);
+          EXPECT_LE(euclid(a, exact), 1e-9 + 1e-12 * d);
+        }
+        const int count = 3;
+        VectorX<double> q = s.q.replicate(count, 1), v = s.qd.replicate(count, 1),
+                        tau = s.tau.replicate(count, 1), w = contacts.forces.replicate(count, 1),
+                        rows = poisoned<double>(count * nv);
+        ASSERT_EQ(q.size(), count * nq);
+        std::vector<Outcome> outcomes(count);
+        ASSERT_EQ(step.acceleration(q, v, tau, rows, outcomes, 1, {}, {w, contacts.axes}), 0);
+        for (int i = 0; i < count; ++i) EXPECT_LE(euclid(rows.segment(i * nv, nv), a), 1e-9);
+        EXPECT_THROW(
+            static_cast<void>(step.acceleration(q, v, tau, {.damping = v.cwiseAbs().eval()}, rows,
+                                                outcomes, 1, {}, {w, contacts.axes})),
+            std::invalid_argument);
+      }
 }
 
 }  // namespace

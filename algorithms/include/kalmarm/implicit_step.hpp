@@ -30,6 +30,12 @@
 // Against MuJoCo without contacts, limits and constraints: (2) is its `discrete` integrator,
 // Scheme::springs_at_start its `Euler` and `implicitfast` (robots/scene/test/test_implicit_step.cpp).
 //
+// Springs and dampers at bodies, as contacts are, resist along a line of a frame of Question::contacts: with d = h b +
+// h^2 k and rows w = sqrt(d) e (dynamics.hpp), and what is known of their forces, -e (b e'l + k (x - x0 + h e'l)) of
+// the frame's motion l, among `forces`,
+//   (M^ + J' D J) a = tau^ - bias                                                         (9)
+// which factors of M^ and these rows answer.
+//
 // A position controller with gains kp and kv is a spring and a damper, its target their reference. Of
 // rows of states each may have its own gains and targets (GainRows): r(k) of (2) is then one of the
 // row, for about the price of a step.
@@ -115,28 +121,32 @@ class KALMARM_EXPORT ImplicitStep {
   // rounding, u k |q - q0|, moves a by M^^-1 times as much. Singular where imposed rows contradict each
   // other or what the robot can do, and where rows repeat each other so stiffly that T cannot tell
   // them from imposed ones. The time of forward dynamics, and of m rows with W 127 n m flops more.
-  // forces: from outside, which act as they do where the step begins (dynamics.hpp).
+  // forces: from outside, which act as they do where the step begins, and loads (dynamics.hpp). contacts: a by (9), in the
+  // time of 171 n and solves, right for tau^ - bias as T holds it.
   Outcome acceleration(VectorView<const T> q, VectorView<const T> v, VectorView<const T> tau,
-                       VectorView<T> a, const StateForces<T>& forces = {});
+                       VectorView<T> a, const StateForces<T>& forces = {},
+                       const StateContacts<T>& contacts = {});
 
   // Rows of states, as Dynamics::forward_dynamics. A call with more rows than any before takes memory.
   [[nodiscard]] int acceleration(RowsView<const T> q, RowsView<const T> v, RowsView<const T> tau,
                                  RowsView<T> a, std::span<Outcome> outcomes, int threads = 1,
-                                 const ForceRows<T>& forces = {});
+                                 const ForceRows<T>& forces = {},
+                                 const ContactRows<T>& contacts = {});
 
   // Rows of states with gains of their own. References cost nothing; dampers and springs 1.2 times the
   // time of a step; below a tolerance of 1e-12 every row is a robot that is made anew. Throws
   // std::invalid_argument with row and DoF where b or k is negative, where a number is not finite, where
   // a ball or free joint has a spring, and where dampers or springs of rows stand beside terms that couple
-  // joints.
+  // joints, or contacts.
   [[nodiscard]] int acceleration(RowsView<const T> q, RowsView<const T> v, RowsView<const T> tau,
                                  const GainRows<T>& gains, RowsView<T> a,
                                  std::span<Outcome> outcomes, int threads = 1,
-                                 const ForceRows<T>& forces = {});
+                                 const ForceRows<T>& forces = {},
+                                 const ContactRows<T>& contacts = {});
 
   // q and v are moved by h, in place, with a (nv) of the step. Not where the outcome is not ok.
   Outcome step(VectorView<T> q, VectorView<T> v, VectorView<const T> tau, VectorView<T> a,
-               const StateForces<T>& forces = {});
+               const StateForces<T>& forces = {}, const StateContacts<T>& contacts = {});
 
   // (4), each nv x nv, and a. Outcome as Dynamics::derivatives.
   Outcome derivatives(VectorView<const T> q, VectorView<const T> v, VectorView<const T> tau,
@@ -174,6 +184,11 @@ class KALMARM_EXPORT ImplicitStep {
   };
 
   Outcome coupled(Outcome of_a0, const T* q, const T* v, const T* Y, T* a) const;
+  // (9), of one state that joints are coupled in, and of rows.
+  Outcome standing(VectorView<const T> q, VectorView<const T> v, VectorView<T> a,
+                   const StateForces<T>& forces, const StateContacts<T>& contacts);
+  int standing(RowsView<const T> q, RowsView<const T> v, RowsView<T> a, std::span<Outcome> outcomes,
+               int threads, const ForceRows<T>& forces, const ContactRows<T>& contacts);
   Outcome factor_coupled(const T* q);
   Outcome keep_coupled();
   bool solves_rows() const;
@@ -188,13 +203,16 @@ class KALMARM_EXPORT ImplicitStep {
 
   RobotModel model_;
   double h_;
-  std::ptrdiff_t forces_, loads_;  // numbers of a row
-  Dynamics<T> dynamics_;           // what it is made of is checked before the rest
-  int rows_of_terms_;              // `repeated`, or 1 where q is not as v
+  std::ptrdiff_t forces_, loads_, contacts_;  // numbers of a row
+  Dynamics<T> dynamics_;                      // what it is made of is checked before the rest
+  int rows_of_terms_;                         // `repeated`, or 1 where q is not as v
   std::vector<T> damping_, stiffness_, reference_;
   std::vector<Springs> springs_, all_springs_;  // that the step has; where there may be some
   T h_of_springs_;                              // 0 where they are at the start
   std::vector<T> tau_, rows_, X_;
+  // Of (9): tau^ - bias, no accelerations; q, contacts, loads and x of columns, and their outcomes.
+  std::vector<T> known_, zeros_, again_[4];
+  std::vector<Outcome> outcomes_;
   std::unique_ptr<CoupledRows<T>> coupled_;  // none where nothing is coupled
   std::vector<T> Y_;                         // of rows of states
   std::unique_ptr<GainsOfRows<T>> gains_;    // of rows of states

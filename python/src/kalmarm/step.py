@@ -114,6 +114,7 @@ class ImplicitStep(_core.ImplicitStep):
         forces: ArrayLike | None = None,
         axes: str = "aligned",
         loads: ArrayLike | None = None,
+        contacts: ArrayLike | None = None,
     ) -> Any:
         """The state after h. Of many states, those that failed are NaN; of one, DynamicsError.
 
@@ -121,7 +122,8 @@ class ImplicitStep(_core.ImplicitStep):
 
         ctrl: (..., nu), of every state its own, in place of the step's.
         damping, stiffness, reference: (..., nv), of every state its own, as `acceleration` has it.
-        forces: (..., 6 f), and loads: (..., 10 l), as `acceleration` has them.
+        forces: (..., 6 f), loads: (..., 10 l), and contacts: (..., 6 c), as `acceleration` has
+            them.
         out: what an earlier call of the same shape returned, apart from the inputs.
         """
         if out is not None and (not isinstance(out, tuple) or len(out) != 3):
@@ -139,6 +141,7 @@ class ImplicitStep(_core.ImplicitStep):
             threads=threads,
             forces=forces,
             loads=loads,
+            contacts=contacts,
             axes=axes,
         )
         a, outcomes = found if status else (found, None)
@@ -161,6 +164,7 @@ class ImplicitStep(_core.ImplicitStep):
         forces: ArrayLike | None = None,
         axes: str = "aligned",
         loads: ArrayLike | None = None,
+        contacts: ArrayLike | None = None,
     ) -> Any:
         """a = (qd+ - qd) / h of the step.
 
@@ -179,6 +183,10 @@ class ImplicitStep(_core.ImplicitStep):
             `acted_on`.
         loads: (..., 10 l), bodies on the l frames of the robot's `loaded`, as those of
             `Robot.forward_dynamics`.
+        contacts: (..., 6 c), a row w = sqrt(d) (p x f; f) of each of the c frames of the robot's
+            `contacts`, as of `Robot.solve`: springs k and dampers b at bodies, d = h b + h^2 k,
+            whose known forces are among `forces`. (M + h B + h^2 K + J'DJ) a = tau - bias.
+            ValueError beside dampers or springs of every state.
         """
         given = {"damping": damping, "stiffness": stiffness, "reference": reference}
         gains = {name: self._gain(name, x) for name, x in given.items() if x is not None}
@@ -186,6 +194,7 @@ class ImplicitStep(_core.ImplicitStep):
             q, qd, tau, ctrl, threads, self._springless if gains else self._motors
         )
         arguments = {"q": q, "qd": qd, "tau": tau, "forces": forces, "loads": loads}
+        arguments["contacts"] = contacts
         options: dict[str, Any] = {"status": status, "threads": threads, "axes": axes}
         if held and not gains and self._rows:
             arrays = {
