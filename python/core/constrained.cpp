@@ -58,7 +58,7 @@ Constrained::Constrained(RobotModel model, std::vector<Constraint> constraints,
       options_(options),
       names_(model_.names) {
   for (const Constraint& constraint : constraints_) names_.push_back(constraint.name);
-  m_ = workers<double>().take()->dynamics.rows();  // refuses what is bad
+  m_ = workers_.of<double>().take()->dynamics.rows();  // refuses what is bad
 }
 
 template <class One, class All>
@@ -68,7 +68,7 @@ nb::object Constrained::answer(const Inputs& given, bool status, int threads, co
   const int nv = model_.nv(), count = in.count();
   const nb::object x = in.result(nb::none(), {nv}), forces = in.result(nb::none(), {m_}, "forces");
   return in.with_scalar([&]<class T>(T) {
-    const auto worker = workers<T>().take();
+    const auto worker = workers_.of<T>().take();
     std::vector<Outcome>& outcomes = worker->outcomes;
     outcomes.resize(std::max(count, 1));
     T *const to_x = data_of<T>(x), *const to_forces = data_of<T>(forces);
@@ -140,7 +140,7 @@ nb::tuple Constrained::evaluate(nb::handle q, nb::handle qd) {
   const nb::object e = in.result(nb::none(), {m}), J = in.result(nb::none(), {m, nv}, "jacobian"),
                    rate = moves ? in.result(nb::none(), {m}, "rate") : nb::none();
   in.with_scalar([&]<class T>(T) {
-    const auto worker = workers<T>().take();
+    const auto worker = workers_.of<T>().take();
     for (std::ptrdiff_t i = 0; i < in.count(); ++i) {
       ConstraintState<T> out{.error = {data_of<T>(e) + i * m, m, 1},
                              .jacobian = {data_of<T>(J) + i * m * nv, nv, m}};

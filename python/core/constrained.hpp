@@ -4,7 +4,6 @@
 
 #include <kalmarm/constrained_dynamics.hpp>
 #include <string>
-#include <type_traits>
 #include <vector>
 
 #include "arrays.hpp"
@@ -28,16 +27,6 @@ class Constrained {
   nb::tuple evaluate(nb::handle q, nb::handle qd);
 
  private:
-  template <class T>
-  using Pool = Workers<T, ConstrainedDynamics<T>>;
-
-  template <class T>
-  Pool<T>& workers() {
-    if constexpr (std::is_same_v<T, float>)
-      return float_workers_;
-    else
-      return double_workers_;
-  }
   // one(dynamics, x, forces) of one state, all(dynamics, x, forces, outcomes, threads) of rows.
   template <class One, class All>
   nb::object answer(const Inputs& in, bool status, int threads, const One& one, const All& all);
@@ -47,10 +36,8 @@ class Constrained {
   ConstrainedOptions options_;
   int m_ = 0;
   std::vector<std::string> names_;  // of the DoF, then of the constraints
-  Pool<float> float_workers_{
-      [this] { return ConstrainedDynamics<float>(model_, constraints_, options_); }};
-  Pool<double> double_workers_{
-      [this] { return ConstrainedDynamics<double>(model_, constraints_, options_); }};
+  WorkersOfBoth<ConstrainedDynamics> workers_{
+      [this]<class T>() { return ConstrainedDynamics<T>(model_, constraints_, options_); }};
 };
 
 void bind_constrained(nb::module_& module);

@@ -47,10 +47,10 @@ std::vector<Result<T>> results_of(int F, int nv, int bodies) {
 KinematicsOfRobot::KinematicsOfRobot(RobotModel model, std::vector<Frame> frames,
                                      std::vector<int> bodies)
     : model_(std::move(model)), frames_(std::move(frames)), bodies_(std::move(bodies)) {
-  workers<double>().take();  // refuses what is wrong
+  workers_.of<double>().take();  // refuses what is wrong
 }
 
-double KinematicsOfRobot::mass() { return workers<double>().take()->dynamics.mass(); }
+double KinematicsOfRobot::mass() { return workers_.of<double>().take()->dynamics.mass(); }
 
 nb::list KinematicsOfRobot::compute(const std::vector<int>& results, nb::handle q, nb::handle qd,
                                     nb::handle qdd, const std::string& axes, int threads) {
@@ -76,7 +76,7 @@ nb::list KinematicsOfRobot::compute(const std::vector<int>& results, nb::handle 
       return RowsView<const T>(in.data<T>(i), count, width);
     };
     const int used = cores(in.call(), threads, count);
-    const auto worker = workers<T>().take();
+    const auto worker = workers_.of<T>().take();
     const WithoutLock released(count > 1 || nv >= large);
     Kinematics<T>& robot = worker->dynamics;
     if (given.size() == 1)

@@ -3,7 +3,6 @@
 
 #include <kalmarm/kinematics.hpp>
 #include <string>
-#include <type_traits>
 #include <vector>
 
 #include "arrays.hpp"
@@ -25,21 +24,11 @@ class KinematicsOfRobot {
                    const std::string& axes, int threads);
 
  private:
-  template <class T>
-  Workers<T, Kinematics<T>>& workers() {
-    if constexpr (std::is_same_v<T, float>)
-      return float_workers_;
-    else
-      return double_workers_;
-  }
-
   RobotModel model_;
   std::vector<Frame> frames_;
   std::vector<int> bodies_;
-  Workers<float, Kinematics<float>> float_workers_{
-      [this] { return Kinematics<float>(model_, frames_, bodies_); }};
-  Workers<double, Kinematics<double>> double_workers_{
-      [this] { return Kinematics<double>(model_, frames_, bodies_); }};
+  WorkersOfBoth<Kinematics> workers_{
+      [this]<class T>() { return Kinematics<T>(model_, frames_, bodies_); }};
 };
 
 }  // namespace kalmarm::python

@@ -54,10 +54,10 @@ Robot::Robot(RobotModel model, DynamicsOptions options)
   for (int i = 0; i < rows_; ++i)
     names_with_rows_.push_back((i % 6 < 3 ? "turning of frame " : "moving of frame ") +
                                std::to_string(i / 6));
-  asked_ = workers<double>().take()->dynamics.asked();
+  asked_ = workers_.of<double>().take()->dynamics.asked();
 }
 
-PlanSummary Robot::plan() { return summary_of(workers<double>().take()->dynamics.plan()); }
+PlanSummary Robot::plan() { return summary_of(workers_.of<double>().take()->dynamics.plan()); }
 
 void Robot::need(const char* call, Want want) const {
   if (options_.question.wants(want)) return;
@@ -76,7 +76,7 @@ nb::object Robot::rows(const Inputs& inputs, int threads, bool status, const nb:
   return inputs.with_scalar([&]<class T>(T) {
     constexpr T nan = std::numeric_limits<T>::quiet_NaN();
     T* const to = data_of<T>(result);
-    const auto worker = workers<T>().take();
+    const auto worker = workers_.of<T>().take();
     if (inputs.is_single()) {
       Outcome outcome;
       {
@@ -131,7 +131,7 @@ nb::object Robot::newton_euler(const char* call, const Given& given, nb::handle 
   const nb::object result = in.result(out, {asked_});
   return in.with_scalar([&]<class T>(T) {
     T* const tau = data_of<T>(result);
-    const auto worker = workers<T>().take();
+    const auto worker = workers_.of<T>().take();
     std::vector<T>& zeros = worker->zeros;
     if (const std::size_t needed = std::size_t(count) * nv; qdd < 0 && zeros.size() < needed)
       zeros.resize(needed, T(0));
@@ -466,7 +466,7 @@ std::unique_ptr<Factors> Robot::factor(nb::handle q, nb::handle contacts, const 
   Inputs in("factor", given.all());
   if (!in.is_single()) throw nb::value_error("factor: of one state; solve(q, tau) takes many");
   return in.with_scalar([&]<class T>(T) {
-    auto worker = workers<T>().take();
+    auto worker = workers_.of<T>().take();
     Outcome outcome;
     {
       const WithoutLock released(model_.nv() >= large);
@@ -526,7 +526,7 @@ double Robot::time_forward_dynamics(nb::handle q, nb::handle qd, nb::handle tau,
   const nb::object result = in.result(out, {asked_});
   const int count = in.count();
   return in.with_scalar([&]<class T>(T) {
-    const auto worker = workers<T>().take();
+    const auto worker = workers_.of<T>().take();
     worker->outcomes.resize(count);
     const WithoutLock released;
     const auto start = std::chrono::steady_clock::now();

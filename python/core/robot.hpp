@@ -77,13 +77,6 @@ class Robot {
  private:
   friend class Factors;
 
-  template <class T>
-  Workers<T>& workers() {
-    if constexpr (std::is_same_v<T, float>)
-      return float_workers_;
-    else
-      return double_workers_;
-  }
   void need(const char* call, Want want) const;
   // one(dynamics, result) -> Outcome of one state, or of many all(dynamics, result, outcomes, threads)
   // -> how many failed; each has `width` numbers. names: of what outcomes call joints, unless the DoF.
@@ -100,8 +93,7 @@ class Robot {
 
   RobotModel model_;
   DynamicsOptions options_;
-  Workers<float> float_workers_{[this] { return Dynamics<float>(model_, options_); }};
-  Workers<double> double_workers_{[this] { return Dynamics<double>(model_, options_); }};
+  WorkersOfBoth<Dynamics> workers_{[this]<class T>() { return Dynamics<T>(model_, options_); }};
   int asked_ = 0, rows_ = 0, forces_ = 0, contacts_ = 0, loads_ = 0;
   std::vector<std::string> names_with_rows_;  // of the DoF, then of the rows of J M^-1 J'
 };

@@ -51,7 +51,7 @@ Step::Step(const Robot& robot, double h, JointTerms terms, Scheme scheme)
   options_.question.loaded = robot.options().question.loaded;
   options_.question.contacts = robot.options().question.contacts;
   if (model_.nv() == 0) throw nb::value_error("the robot has no joint, so no degree of freedom");
-  static_cast<void>(workers<double>().take());  // refuses here what is bad
+  static_cast<void>(workers_.of<double>().take());  // refuses here what is bad
 }
 
 RobotModel Step::stiff_model() const {
@@ -88,7 +88,7 @@ nb::object Step::acceleration(nb::handle q, nb::handle qd, nb::handle tau, nb::h
   const int count = in.count();
   return in.with_scalar([&]<class T>(T) {
     T* const a = data_of<T>(result);
-    const auto worker = workers<T>().take();
+    const auto worker = workers_.of<T>().take();
     std::vector<Outcome>& outcomes = worker->outcomes;
     outcomes.resize(std::max(count, 1));
     if (in.is_single() && !has_gains) {
@@ -128,7 +128,7 @@ nb::object Step::derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::ha
   return in.with_scalar([&]<class T>(T) {
     T *const dq = data_of<T>(arrays.fields[0]), *const dqd = data_of<T>(arrays.fields[1]),
              *const dtau = data_of<T>(arrays.fields[2]), *const a = data_of<T>(arrays.fields[3]);
-    const auto worker = workers<T>().take();
+    const auto worker = workers_.of<T>().take();
     std::vector<Outcome>& outcomes = worker->outcomes;
     outcomes.resize(count);
     {

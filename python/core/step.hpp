@@ -38,29 +38,14 @@ class Step {
   nb::tuple advance(nb::handle q, nb::handle qd, nb::handle a, nb::handle out) const;
 
  private:
-  template <class T>
-  using Pool = Workers<T, ImplicitStep<T>>;
-
-  template <class T>
-  Pool<T>& workers() {
-    if constexpr (std::is_same_v<T, float>)
-      return float_workers_;
-    else
-      return double_workers_;
-  }
-  template <class T>
-  ImplicitStep<T> made() const {
-    return {model_, h_, terms_, scheme_, options_};
-  }
-
   RobotModel model_;
   double h_;
   JointTerms terms_;
   Scheme scheme_;
   DynamicsOptions options_;
   int forces_, loads_, contacts_;  // numbers of a state
-  Pool<float> float_workers_{[this] { return made<float>(); }};
-  Pool<double> double_workers_{[this] { return made<double>(); }};
+  WorkersOfBoth<ImplicitStep> workers_{
+      [this]<class T>() { return ImplicitStep<T>(model_, h_, terms_, scheme_, options_); }};
 };
 
 void bind_step(nb::module_& module);

@@ -1,12 +1,13 @@
 // Memory for calls. An object of Dynamics serves one thread at a time, so a robot keeps as many as
 // were ever called at once: a call takes a free one, or makes one. All are made alike and answer
-// alike. A step keeps objects of ImplicitStep in the same way.
+// alike. A step keeps objects of ImplicitStep in the same way, and so do kinematics and constraints theirs.
 #pragma once
 
 #include <functional>
 #include <kalmarm/dynamics.hpp>
 #include <memory>
 #include <mutex>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -64,6 +65,28 @@ class Workers {
   std::function<D()> make_;
   std::mutex mutex_;
   std::vector<std::unique_ptr<Object>> free_;
+};
+
+// Of both precisions: objects D<T> that make.operator()<T>() makes.
+template <template <class> class D>
+class WorkersOfBoth {
+ public:
+  template <class Make>
+  explicit WorkersOfBoth(const Make& make)
+      : of_float_([make] { return make.template operator()<float>(); }),
+        of_double_([make] { return make.template operator()<double>(); }) {}
+
+  template <class T>
+  Workers<T, D<T>>& of() {
+    if constexpr (std::is_same_v<T, float>)
+      return of_float_;
+    else
+      return of_double_;
+  }
+
+ private:
+  Workers<float, D<float>> of_float_;
+  Workers<double, D<double>> of_double_;
 };
 
 }  // namespace kalmarm::python
