@@ -284,7 +284,8 @@ struct ConstrainedDynamics<T>::Memory {
         options(how),
         rows(model, constraints),
         dynamics(model, {.tolerance = how.tolerance,
-                         .question = {.want = {Want::acceleration, Want::inverse}}}),
+                         .question = {.want = {Want::acceleration, Want::inverse},
+                                      .acted_on = how.acted_on}}),
         kinematics(model, rows.frames()),
         nq(model.nq),
         nv(model.nv()),
@@ -445,7 +446,8 @@ template <class T>
 Outcome ConstrainedDynamics<T>::of_state(const Asked& asked, const VectorView<const T>& q,
                                          const VectorView<const T>* qd,
                                          const VectorView<const T>& given, const VectorView<T>& x,
-                                         const VectorView<T>& forces) {
+                                         const VectorView<T>& forces,
+                                         const StateForces<T>& outside) {
   Memory& all = memory();
   need("q", q.size(), nq_);
   if (qd) need("qd", qd->size(), nv_);
@@ -454,7 +456,8 @@ Outcome ConstrainedDynamics<T>::of_state(const Asked& asked, const VectorView<co
   need("forces", forces.size(), m_);
   const T* const velocity = qd ? qd->data() : nullptr;
   Found<T>& found = all.found;
-  if (qd) found.of_x0[0] = all.dynamics.forward_dynamics(q, *qd, given, {found.x0.data(), nv_});
+  if (qd)
+    found.of_x0[0] = all.dynamics.forward_dynamics(q, *qd, given, {found.x0.data(), nv_}, outside);
   found.of_W[0] = all.dynamics.inverse_mass(q, {found.W.data(), nv_, nv_});
   all.find_frames(q.data(), velocity);
   return all.finish(asked.what, all.workers[0], 0, q.data(), velocity, given.data(), x.data(),
@@ -465,7 +468,8 @@ template <class T>
 int ConstrainedDynamics<T>::of_rows(const Asked& asked, const RowsView<const T>& q,
                                     const RowsView<const T>* qd, const RowsView<const T>& given,
                                     const RowsView<T>& x, const RowsView<T>& forces,
-                                    std::span<Outcome> outcomes, int threads) {
+                                    std::span<Outcome> outcomes, int threads,
+                                    const ForceRows<T>& outside) {
   Memory& all = memory();
   const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
   need("q", q, count, nq_);
@@ -473,6 +477,8 @@ int ConstrainedDynamics<T>::of_rows(const Asked& asked, const RowsView<const T>&
   need(asked.name, given, count, nv_);
   need("the result", x, count, nv_);
   need("forces", forces, count, m_);
+  const int acting = 6 * static_cast<int>(all.options.acted_on.size());
+  if (outside.on) need("outside", *outside.on, count, acting);
   threads = std::max(threads, 1);
   all.reserve(std::min<std::ptrdiff_t>(count, std::ptrdiff_t(rows_at_once) * threads), threads);
   Found<T>& found = all.found;
@@ -487,9 +493,12 @@ int ConstrainedDynamics<T>::of_rows(const Asked& asked, const RowsView<const T>&
       return std::span<Outcome>(list.data(), some);
     };
     const RowsView<const T> at = rows_of(q, nq_);
+    ForceRows<T> act{.axes = outside.axes};
+    if (outside.on) act.on.emplace(rows_of(*outside.on, acting));
     if (qd)
       (void)all.dynamics.forward_dynamics(at, rows_of(*qd, nv_), rows_of(given, nv_),
-                                          {found.x0.data(), some, nv_}, of(found.of_x0), threads);
+                                          {found.x0.data(), some, nv_}, of(found.of_x0), threads,
+                                          act);
     (void)all.dynamics.inverse_mass(at, {found.W.data(), some, nv_ * nv_}, of(found.of_W), threads);
     all.find_frames_of_rows(some, at.data(), qd ? qd->data() + first * nv_ : nullptr, threads);
     const auto one = [&](int worker, int i) {

@@ -12,9 +12,9 @@
 #include <tuple>
 #include <utility>
 
+#include "forces.hpp"
 #include "lock.hpp"
 #include "outcomes.hpp"
-#include "robot.hpp"
 
 namespace kalmarm::python {
 namespace {
@@ -51,11 +51,15 @@ Constraint constraint_of(const Given& given) {
 
 }  // namespace
 
-Constrained::Constrained(RobotModel model, std::vector<Constraint> constraints,
-                         ConstrainedOptions options)
-    : model_(std::move(model)),
+Constrained::Constrained(const Robot& robot, std::vector<Constraint> constraints, double proximal,
+                         int iterations)
+    : model_(robot.model()),
       constraints_(std::move(constraints)),
-      options_(options),
+      options_{.tolerance = robot.options().tolerance,
+               .proximal = proximal,
+               .iterations = iterations,
+               .acted_on = robot.options().question.acted_on},
+      outside_(6 * static_cast<int>(options_.acted_on.size())),
       names_(model_.names) {
   for (const Constraint& constraint : constraints_) names_.push_back(constraint.name);
   m_ = workers_.of<double>().take()->dynamics.rows();  // refuses what is bad
@@ -86,19 +90,23 @@ nb::object Constrained::answer(const Inputs& given, bool status, int threads, co
 }
 
 nb::object Constrained::forward_dynamics(nb::handle q, nb::handle qd, nb::handle tau, bool status,
-                                         int threads) {
+                                         int threads, nb::handle outside, const std::string& axes) {
+  constexpr const char* call = "forward_dynamics";
   const int nq = model_.nq, nv = model_.nv();
-  const Inputs in("forward_dynamics", {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}});
+  const WithForces acting(call, {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}}, outside, outside_,
+                          axes);
+  const Inputs in(call, acting.all());
   return answer(
       in, status, threads,
       [&]<class T>(ConstrainedDynamics<T>& robot, VectorView<T> a, VectorView<T> forces) {
         return robot.forward_dynamics(vector<T>(in, 0, 0, nq), vector<T>(in, 1, 0, nv),
-                                      vector<T>(in, 2, 0, nv), a, forces);
+                                      vector<T>(in, 2, 0, nv), a, forces, acting.of_state<T>(in));
       },
       [&]<class T>(ConstrainedDynamics<T>& robot, RowsView<T> a, RowsView<T> forces,
                    std::span<Outcome> outcomes, int used) {
         return robot.forward_dynamics(rows_of<T>(in, 0, nq), rows_of<T>(in, 1, nv),
-                                      rows_of<T>(in, 2, nv), a, forces, outcomes, used);
+                                      rows_of<T>(in, 2, nv), a, forces, outcomes, used,
+                                      acting.of_rows<T>(in));
       });
 }
 
@@ -161,20 +169,19 @@ void bind_constrained(nb::module_& module) {
   nb::class_<Constrained>(module, "ConstrainedDynamics")
       .def(
           "__init__",
-          [](Constrained* self, const RobotModel& model, const std::vector<Given>& constraints,
-             std::optional<double> tolerance, double proximal, int iterations) {
+          [](Constrained* self, const Robot& robot, const std::vector<Given>& constraints,
+             double proximal, int iterations) {
             std::vector<Constraint> all;
             for (const Given& given : constraints) all.push_back(constraint_of(given));
-            new (self) Constrained(
-                model, std::move(all),
-                {.tolerance = tolerance, .proximal = proximal, .iterations = iterations});
+            new (self) Constrained(robot, std::move(all), proximal, iterations);
           },
-          "model"_a, "constraints"_a, "tolerance"_a.none(), "proximal"_a, "iterations"_a)
+          "robot"_a, "constraints"_a, "proximal"_a, "iterations"_a)
       .def_prop_ro("rows", &Constrained::rows, "m, of all constraints together.")
       .def("_forward_dynamics", &Constrained::forward_dynamics, "q"_a, "qd"_a, "tau"_a, "status"_a,
-           "threads"_a,
+           "threads"_a, "forces"_a.none(), "axes"_a,
            nb::sig("def _forward_dynamics(self, q: " KALMARM_ARRAY ", qd: " KALMARM_ARRAY
-                   ", tau: " KALMARM_ARRAY ", status: bool, threads: int) -> typing.Any"))
+                   ", tau: " KALMARM_ARRAY ", status: bool, threads: int, forces: typing.Any"
+                   ", axes: str) -> typing.Any"))
       .def("_impulse", &Constrained::impulse, "q"_a, "qd"_a, "status"_a, "threads"_a,
            nb::sig("def _impulse(self, q: " KALMARM_ARRAY ", qd: " KALMARM_ARRAY
                    ", status: bool, threads: int) -> typing.Any"))

@@ -7,19 +7,23 @@
 #include <vector>
 
 #include "arrays.hpp"
+#include "robot.hpp"
 #include "workers.hpp"
 
 namespace kalmarm::python {
 
 class Constrained {
  public:
-  Constrained(RobotModel model, std::vector<Constraint> constraints, ConstrainedOptions options);
+  // Of the robot's question the tolerance and the frames that are acted on.
+  Constrained(const Robot& robot, std::vector<Constraint> constraints, double proximal,
+              int iterations);
 
   int rows() const { return m_; }
 
-  // (a, forces), (qd, impulses) and (x, forces); with status and their outcomes.
-  nb::object forward_dynamics(nb::handle q, nb::handle qd, nb::handle tau, bool status,
-                              int threads);
+  // (a, forces), (qd, impulses) and (x, forces); with status and their outcomes. outside: None, or six numbers of every
+  // frame that is acted on, in `axes`.
+  nb::object forward_dynamics(nb::handle q, nb::handle qd, nb::handle tau, bool status, int threads,
+                              nb::handle outside, const std::string& axes);
   nb::object impulse(nb::handle q, nb::handle qd, bool status, int threads);
   nb::object solve(nb::handle q, nb::handle b, bool status, int threads);
 
@@ -34,7 +38,7 @@ class Constrained {
   RobotModel model_;
   std::vector<Constraint> constraints_;
   ConstrainedOptions options_;
-  int m_ = 0;
+  int m_ = 0, outside_;             // rows; numbers of forces from outside of a state
   std::vector<std::string> names_;  // of the DoF, then of the constraints
   WorkersOfBoth<ConstrainedDynamics> workers_{
       [this]<class T>() { return ConstrainedDynamics<T>(model_, constraints_, options_); }};

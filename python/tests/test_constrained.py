@@ -67,6 +67,48 @@ def test_one_state_and_rows_and_threads_and_dtypes_agree(cassie):
     assert closed.impulse(*narrow[:2]).qd.dtype == np.float32
 
 
+@pytest.mark.parametrize("axes", ["aligned", "world", "local"])
+def test_forces_from_outside_accelerate_closed_cassie_as_mujocos_do(axes):
+    mujoco = pytest.importorskip("mujoco")
+    path = ROBOTS / "cassie" / "cassie.xml"
+    pushed = ["cassie-pelvis", "left-foot"]
+    robot = load("cassie", takes_constraints=True, acted_on=pushed)
+    closed = ConstrainedDynamics(robot)
+    model = mujoco.MjModel.from_xml_path(str(path))
+    off = mujoco.mjtDisableBit
+    model.opt.disableflags |= (
+        off.mjDSBL_CONTACT | off.mjDSBL_LIMIT | off.mjDSBL_FRICTIONLOSS | off.mjDSBL_SPRING
+        | off.mjDSBL_DAMPER | off.mjDSBL_ACTUATION | off.mjDSBL_WARMSTART
+    )  # fmt: skip
+    model.opt.solver, model.opt.tolerance, model.opt.iterations = mujoco.mjtSolver.mjSOL_NEWTON, 0, 50
+    data = mujoco.MjData(model)
+    q, qd, tau = states(robot, closed, 3)
+    forces = 30 * np.random.default_rng(5).standard_normal((3, 2, 6))
+    answer = closed.forward_dynamics(q, qd, tau, forces=forces.reshape(3, 12), axes=axes)
+    for i in range(3):
+        data.qpos, data.qvel, data.qfrc_applied = q[i], qd[i], tau[i]
+        mujoco.mj_kinematics(model, data)
+        data.xfrc_applied[:] = 0
+        for name, (*moment, x, y, z) in zip(pushed, forces[i]):
+            body = model.body(name).id
+            R, p = data.xmat[body].reshape(3, 3), data.xpos[body]
+            if axes == "local":
+                moment, (x, y, z) = R @ moment, R @ (x, y, z)
+            origin = np.zeros(3) if axes == "world" else p
+            about_com = moment + np.cross(origin - data.xipos[body], (x, y, z))
+            data.xfrc_applied[body] = (x, y, z, *about_com)
+        mujoco.mj_forward(model, data)
+        assert np.linalg.norm(answer.a[i] - data.qacc) < 1e-9 * np.linalg.norm(data.qacc)
+    one = closed.forward_dynamics(q[1], qd[1], tau[1], forces=forces[1].ravel(), axes=axes)
+    assert np.linalg.norm(one.a - answer.a[1]) < 1e-9 * np.linalg.norm(one.a)
+
+
+def test_forces_need_frames_that_are_acted_on(cassie):
+    q, qd, tau = states(cassie, ConstrainedDynamics(cassie), 1)
+    with pytest.raises(ValueError, match="acted_on"):
+        ConstrainedDynamics(cassie).forward_dynamics(q, qd, tau, forces=np.zeros(6))
+
+
 def test_soft_rows_add_their_inertia(cassie):
     soft = [
         Constraint(one.name, one.kind, one.first, one.second, compliance=(0, 0.01))

@@ -54,7 +54,7 @@ Vector errors(const Model<Mp>& model, const std::vector<Constraint>& constraints
 }  // namespace
 
 ConstrainedTruth constrained_truth(const Model<double>& model, const State<double>& given,
-                                   const std::vector<Constraint>& constraints) {
+                                   const std::vector<Constraint>& constraints, const Push& push) {
   const Model<Mp> wide = model.cast<Mp>();
   const State<Mp> state = given.cast<Mp>();
   const int nv = model.nv();
@@ -83,7 +83,7 @@ ConstrainedTruth constrained_truth(const Model<double>& model, const State<doubl
       target[row] -= c.damping * rate[row] + c.stiffness * e[row];
       R[row] = c.compliance[c.kind == Constraint::Kind::pose && i < 3 ? 0 : 1];
     }
-  const Exact exact(wide, state);
+  const Exact exact(wide, state, push);
   const MatrixX<Mp> X = exact.ldlt.solve(J.transpose());
   MatrixX<Mp> A = J * X;
   A.diagonal() += R;

@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "algorithms/fast/test/truth.hpp"
 #include "algorithms/test/models.hpp"
 #include "kalmarm/constrained_dynamics.hpp"
 
@@ -14,8 +15,9 @@ struct ConstrainedTruth {
   VectorX<double> e, rate, a, forces;
 };
 
-// Of constraints without an impedance, whose rows are independent.
+// Of constraints without an impedance, whose rows are independent; push: from outside.
 ConstrainedTruth constrained_truth(const Model<double>& model, const State<double>& state,
-                                   const std::vector<Constraint>& constraints);
+                                   const std::vector<Constraint>& constraints,
+                                   const Push& push = {});
 
 }  // namespace kalmarm::test

@@ -108,6 +108,51 @@ TYPED_TEST(Constrained, AccelerationsAndForcesAreThoseOfTheDefinition) {
       }
 }
 
+// On a link, in every axes, and on the base, where they do nothing; of rows each its own.
+TYPED_TEST(Constrained, ForcesFromOutsideMoveItAsTheirTorquesDo) {
+  using T = TypeParam;
+  const double u = static_cast<double>(unit_roundoff<T>());
+  const Model<double> model = rounded<T>(creature(2));
+  const std::vector<Constraint> constraints = some_of_each(model);
+  const int nv = model.nv(), tip = end_of_joint(model, deepest(model)), count = 70;
+  Push push{{{tip, {1, 0.2, -0.3, 0.1}, {0.1, 0, 0.2}}, {-1, {1, 0, 0, 0}, {1, 0, 0}}},
+            rounded<float>(VectorX<double>(20 * Random(3).vector(12)))};
+  ConstrainedDynamics<T> robot(plain(model), constraints, {.acted_on = push.frames});
+  const State<double> state = rounded<T>(random_state(model, 2));
+  const State<T> s = state.template cast<T>();
+  const int m = robot.rows();
+  for (const Axes axes : {Axes::local, Axes::world, Axes::aligned}) {
+    push.axes = axes;
+    const ConstrainedTruth truth = constrained_truth(model, state, constraints, push);
+    const VectorX<T> f = push.forces.cast<T>();
+    VectorX<T> a = poisoned<T>(nv), forces = poisoned<T>(m);
+    const Outcome outcome = robot.forward_dynamics(s.q, s.qd, s.tau, a, forces, {f, axes});
+    ASSERT_TRUE(outcome) << robot.name_of(outcome);
+    EXPECT_LE(energy_error(truth, a), std::max(2 * outcome.error, 4 * u));
+    EXPECT_LE(energy_error(truth, a), 1e5 * u);
+    EXPECT_LE((forces.template cast<double>() - truth.forces).norm(),
+              1e6 * u * truth.forces.norm());
+
+    VectorX<T> q = s.q.replicate(count, 1), qd = s.qd.replicate(count, 1),
+               tau = s.tau.replicate(count, 1), acting = VectorX<T>::Zero(12 * count),
+               many = poisoned<T>(count * nv), of_many = poisoned<T>(count * m);
+    acting.segment(12 * 66, 12) = f;  // beyond the rows that are answered together
+    std::vector<Outcome> outcomes(count);
+    ASSERT_EQ(robot.forward_dynamics(q, qd, tau, many, of_many, outcomes, 1, {acting, axes}), 0);
+    const auto close = [&](int row, const VectorX<T>& to) {
+      const double missed = static_cast<double>((many.segment(row * nv, nv) - to).norm());
+      EXPECT_LE(missed, 20 * (outcomes[row].error + 1e-13) * static_cast<double>(to.norm())) << row;
+    };
+    close(66, a);
+    ASSERT_TRUE(robot.forward_dynamics(s.q, s.qd, s.tau, a, forces));  // none
+    close(65, a);
+    close(67, a);
+  }
+  VectorX<T> a(nv), forces(m), few(6);
+  EXPECT_THROW((void)robot.forward_dynamics(s.q, s.qd, s.tau, a, forces, {few, Axes::local}),
+               std::invalid_argument);
+}
+
 // J' lambda is what the torques lack, and so lambda' e' the power of the constraints.
 TEST(Constrained, ForcesDoTheWorkOfTheTorquesThatTheyStandFor) {
   const Model<double> model = creature(7);

@@ -5,9 +5,10 @@
 //   kalmarm::Outcome outcome = robot.forward_dynamics(q, qd, tau, a, forces);
 //
 // With J of all m rows, e' = J qd, the accelerations a and the forces lambda of the rows are those of
-//   M a + bias = tau + J' lambda                                                              (1)
+//   M a + bias = tau + J' lambda + f                                                          (1)
 //   J a + R lambda = a_ref,  a_ref = -dJ/dt qd - b e' - d k e                                 (2)
-// (e, b, k, d, R: constraint.hpp), which minimise |a - a0|^2_M + |J a - a_ref|^2_(R^-1) over a, a0 = M^-1 (tau - bias). R = 0 is
+// (e, b, k, d, R: constraint.hpp; f: J' forces of what acts from outside, as in Dynamics), which minimise |a - a0|^2_M +
+// |J a - a_ref|^2_(R^-1) over a, a0 = M^-1 (tau + f - bias). R = 0 is
 // an exact constraint. By W = M^-1, X = W J' and a Cholesky factor,
 //   (A + mu S) delta = a_ref - J a - R lambda,  A = J X + R                                   (3)
 //   lambda += delta,  a += X delta,  from lambda = 0 and a = a0                               (4)
@@ -54,8 +55,9 @@ namespace kalmarm {
 
 struct ConstrainedOptions {
   std::optional<double> tolerance = {};  // of Dynamics
-  double proximal = 0;  // mu of (3); 1e-8 is a good one where rows repeat each other
-  int iterations = 20;  // of (4), at most
+  double proximal = 0;               // mu of (3); 1e-8 is a good one where rows repeat each other
+  int iterations = 20;               // of (4), at most
+  std::vector<Frame> acted_on = {};  // on which forces act from outside
 };
 
 // Of one state, each may be left out.
@@ -90,10 +92,11 @@ class KALMARM_EXPORT ConstrainedDynamics {
     evaluate(q, &qd, out);
   }
 
-  // a (nv) and lambda (m).
+  // a (nv) and lambda (m). outside: on the frames that are acted on (dynamics.hpp).
   Outcome forward_dynamics(VectorView<const T> q, VectorView<const T> qd, VectorView<const T> tau,
-                           VectorView<T> a, VectorView<T> forces) {
-    return of_state({.what = What::accelerations, .name = "tau"}, q, &qd, tau, a, forces);
+                           VectorView<T> a, VectorView<T> forces,
+                           const StateForces<T>& outside = {}) {
+    return of_state({.what = What::accelerations, .name = "tau"}, q, &qd, tau, a, forces, outside);
   }
   // qd+ (nv) of (5) and the impulses (m) [N s].
   Outcome impulse(VectorView<const T> q, VectorView<const T> qd, VectorView<T> after,
@@ -109,9 +112,10 @@ class KALMARM_EXPORT ConstrainedDynamics {
   // The same of rows of states, one outcome each, on `threads` cores. Return how many failed, whose rows are NaN.
   [[nodiscard]] int forward_dynamics(RowsView<const T> q, RowsView<const T> qd,
                                      RowsView<const T> tau, RowsView<T> a, RowsView<T> forces,
-                                     std::span<Outcome> outcomes, int threads = 1) {
+                                     std::span<Outcome> outcomes, int threads = 1,
+                                     const ForceRows<T>& outside = {}) {
     return of_rows({.what = What::accelerations, .name = "tau"}, q, &qd, tau, a, forces, outcomes,
-                   threads);
+                   threads, outside);
   }
   [[nodiscard]] int impulse(RowsView<const T> q, RowsView<const T> qd, RowsView<T> after,
                             RowsView<T> impulses, std::span<Outcome> outcomes, int threads = 1) {
@@ -136,10 +140,10 @@ class KALMARM_EXPORT ConstrainedDynamics {
                 const ConstraintState<T>& out);
   Outcome of_state(const Asked& asked, const VectorView<const T>& q, const VectorView<const T>* qd,
                    const VectorView<const T>& given, const VectorView<T>& x,
-                   const VectorView<T>& forces);
+                   const VectorView<T>& forces, const StateForces<T>& outside = {});
   int of_rows(const Asked& asked, const RowsView<const T>& q, const RowsView<const T>* qd,
               const RowsView<const T>& given, const RowsView<T>& x, const RowsView<T>& forces,
-              std::span<Outcome> outcomes, int threads);
+              std::span<Outcome> outcomes, int threads, const ForceRows<T>& outside = {});
   Memory& memory() const;  // throws std::logic_error where it was moved away
 
   int nq_, nv_, m_;

@@ -436,7 +436,7 @@ class ImplicitStep:
         """
 
 class ConstrainedDynamics:
-    def __init__(self, model: Model, constraints: Sequence[tuple[str, int, Frame, Frame, float, Sequence[float], Sequence[float], float, Sequence[float], float, float, bool, Sequence[float], Sequence[float] | None]], tolerance: float | None, proximal: float, iterations: int) -> None: ...
+    def __init__(self, robot: Robot, constraints: Sequence[tuple[str, int, Frame, Frame, float, Sequence[float], Sequence[float], float, Sequence[float], float, float, bool, Sequence[float], Sequence[float] | None]], proximal: float, iterations: int) -> None: ...
 
     @property
     def rows(self) -> int:

@@ -113,7 +113,8 @@ class ConstrainedDynamics(_core.ConstrainedDynamics):
         feet = [kalmarm.Constraint("left", "pose", "left_foot", "world"), ...]
         closed = kalmarm.ConstrainedDynamics(robot, [*robot.constraints, *feet], proximal=1e-8)
 
-    M a + bias = tau + J' forces and J a + R forces = -dJ/dt qd - b e' - k e, of the constraints' e, e' = J qd.
+    M a + bias = tau + J' forces and J a + R forces = -dJ/dt qd - b e' - k e, of the constraints' e, e' = J qd; what acts from
+    outside (`forces=`, of a robot with acted_on=["hand"]) is added to tau as its torques.
 
     constraints: those of the robot's file unless given; at least one.
     proximal: mu > 0 lets rows repeat each other, as those of a planar loop do, by the proximal method: a is unique still,
@@ -122,7 +123,8 @@ class ConstrainedDynamics(_core.ConstrainedDynamics):
 
     Calls take arrays, dtypes, leading dimensions, `status` and `threads` as `Robot`'s. Outcomes: `joint` is nv + i where
     constraint i is at fault: it repeats or contradicts others, or nothing moves it. `error` estimates the relative error of a in the
-    norm of the largest a(j) / sqrt(M^-1(j,j)). The robot's question is not asked, but for its tolerance.
+    norm of the largest a(j) / sqrt(M^-1(j,j)). Of the robot's question the tolerance and the frames that are
+    acted on count.
     """
 
     def __init__(
@@ -135,9 +137,8 @@ class ConstrainedDynamics(_core.ConstrainedDynamics):
     ) -> None:
         chosen = tuple(robot.constraints if constraints is None else constraints)
         super().__init__(
-            robot.model,
+            robot,
             [_plain(robot, one) for one in chosen],
-            robot.tolerance,
             number("proximal", proximal),
             iterations,
         )
@@ -153,12 +154,21 @@ class ConstrainedDynamics(_core.ConstrainedDynamics):
         return Constraints(*self._evaluate(q, qd))
 
     def forward_dynamics(
-        self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, *, status: bool = False, threads: int = 1
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        tau: ArrayLike,
+        *,
+        status: bool = False,
+        threads: int = 1,
+        forces: Any = None,
+        axes: str = "aligned",
     ) -> Any:
-        """q (..., nq), qd and tau (..., nv) -> `ConstrainedAcceleration`."""
-        return _named(
-            ConstrainedAcceleration, status, self._forward_dynamics(q, qd, tau, status, threads)
-        )
+        """q (..., nq), qd and tau (..., nv) -> `ConstrainedAcceleration`.
+
+        forces (..., 6 f): from outside on the frames of the robot's `acted_on`, as of `Robot.forward_dynamics`."""
+        answer = self._forward_dynamics(q, qd, tau, status, threads, forces, axes)
+        return _named(ConstrainedAcceleration, status, answer)
 
     def impulse(
         self, q: ArrayLike, qd: ArrayLike, *, status: bool = False, threads: int = 1
