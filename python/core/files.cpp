@@ -30,6 +30,8 @@ nb::object text(const std::string& bytes) {
       PyUnicode_DecodeFSDefaultAndSize(bytes.data(), static_cast<Py_ssize_t>(bytes.size())));
 }
 
+std::string bytes_of(const nb::bytes& given) { return {given.c_str(), given.size()}; }
+
 // f(), without Python's global lock: a file may be large. What it throws is a ValueError of one line.
 template <class F>
 LoadedRobot without_lock(const F& f) {
@@ -101,7 +103,7 @@ NB_MODULE(_files, m) {
          const std::map<std::string, double>& armature, const std::string& inertia,
          const std::optional<std::string>& urdf_inertia, const std::vector<nb::bytes>& package_path,
          const std::map<std::string, double>& controls, bool imposes_couplings, bool takes_steps,
-         bool takes_constraints) {
+         bool takes_constraints, const nb::bytes& constraints) {
         LoadOptions options = {
             .floating = floating,
             .inertia = inertia == "given" ? InertiaPolicy::given : InertiaPolicy::balanced,
@@ -111,31 +113,32 @@ NB_MODULE(_files, m) {
             .imposes_couplings = imposes_couplings,
             .takes_steps = takes_steps,
             .limits_forces = takes_steps,
-            .takes_constraints = takes_constraints};
+            .takes_constraints = takes_constraints,
+            .constraints = bytes_of(constraints)};
         if (urdf_inertia)
           options.urdf_inertia =
               *urdf_inertia == "geometry" ? UrdfInertia::geometry : UrdfInertia::none;
         for (const nb::bytes& folder : package_path)
-          options.package_path.emplace_back(folder.c_str(), folder.size());
-        const std::string file(path.c_str(), path.size());
+          options.package_path.push_back(bytes_of(folder));
+        const std::string file = bytes_of(path);
         return described(without_lock([&] { return load_robot(file, options); }));
       },
       "path"_a, nb::kw_only(), "floating"_a.none(), "key"_a, "armature"_a, "inertia"_a,
       "urdf_inertia"_a.none(), "package_path"_a, "controls"_a, "imposes_couplings"_a,
-      "takes_steps"_a, "takes_constraints"_a);
+      "takes_steps"_a, "takes_constraints"_a, "constraints"_a);
   m.def(
       "from_model",
       [](std::uintptr_t address, const std::string& name, const std::vector<double>& controls,
-         bool takes_steps, bool takes_constraints) {
+         bool takes_steps, bool takes_constraints, const nb::bytes& constraints) {
         const auto* const model = reinterpret_cast<const mjModel*>(address);
-        return described(without_lock([&] {
-          return robot_of(model, name, controls,
-                          {.takes_steps = takes_steps,
-                           .limits_forces = takes_steps,
-                           .takes_constraints = takes_constraints});
-        }));
+        const LoadOptions options = {.takes_steps = takes_steps,
+                                     .limits_forces = takes_steps,
+                                     .takes_constraints = takes_constraints,
+                                     .constraints = bytes_of(constraints)};
+        return described(without_lock([&] { return robot_of(model, name, controls, options); }));
       },
-      "address"_a, nb::kw_only(), "name"_a, "controls"_a, "takes_steps"_a, "takes_constraints"_a);
+      "address"_a, nb::kw_only(), "name"_a, "controls"_a, "takes_steps"_a, "takes_constraints"_a,
+      "constraints"_a);
 }
 
 }  // namespace

@@ -173,18 +173,28 @@ def test_loops_of_a_json_file_are_those_of_frames_and_joints(tmp_path):
 @pytest.mark.parametrize(
     "text, why",
     [
-        ("{", "Expecting"),
-        ("{}", "constraints"),
+        ("{", "line 1: a name in quotes is needed"),
         ('{"constraints": [{"first": "a"}]}', "constraint 0 has no name"),
-        ('{"constraints": [{"name": "a", "frist": "a"}]}', "'frist' is unknown; nearest: first"),
+        ('{"constraints": [{"name": "a", "frist": "a"}]}', "constraint 'a': field 'frist' is unknown"),
+        ('{"constraints": [{"name": "a", "first": "rode"}]}', "frame 'rode' is unknown"),
     ],
 )
 def test_bad_files_of_constraints_are_refused_in_one_line(tmp_path, text, why):
     file = tmp_path / "loops.json"
     file.write_text(text)
     with pytest.raises(ValueError, match=why) as caught:
-        kalmarm.read_constraints(file)
-    assert str(caught.value).startswith(str(file)) and "\n" not in str(caught.value)
+        kalmarm.load(LOOPS / "four_bar.xml", constraints=file)
+    assert f"{file}: " in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_loops_of_a_json_file_are_those_of_models_of_mujoco_too(tmp_path):
+    mujoco = pytest.importorskip("mujoco")
+    file = tmp_path / "loops.json"
+    file.write_text('{"constraints": [{"name": "pin", "first": "coupler", "second": "rocker"}]}')
+    model = mujoco.MjModel.from_xml_path(str(LOOPS / "four_bar.xml"))
+    with pytest.warns(UserWarning, match="open at home .*'pin' by"):
+        robot = kalmarm.from_mujoco(model, constraints=file)
+    assert [one.name for one in robot.constraints] == ["pin"]
 
 
 @pytest.mark.parametrize(

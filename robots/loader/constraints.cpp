@@ -12,6 +12,9 @@
 namespace kalmarm {
 namespace {
 
+Vector3<double> vector(const mjtNum* x) { return {x[0], x[1], x[2]}; }
+Eigen::Quaternion<double> quaternion(const mjtNum* x) { return {x[0], x[1], x[2], x[3]}; }
+
 std::string name_of(const mjModel* m, int i) {
   if (const char* given = mj_id2name(m, mjOBJ_EQUALITY, i); given && *given) return given;
   std::string out;
@@ -128,12 +131,56 @@ class Equalities {
     }
   }
 
-  static Vector3<double> vector(const mjtNum* x) { return {x[0], x[1], x[2]}; }
-  static Eigen::Quaternion<double> quaternion(const mjtNum* x) { return {x[0], x[1], x[2], x[3]}; }
-
   const mjModel* m_;
   const std::vector<LinkFrame>& bodies_;
 };
+
+// Links in the world where the file starts. By MuJoCo, since Kinematics is compiled for other instructions than Python's module of the
+// loader, in which Eigen's types are aligned otherwise.
+class Home {
+ public:
+  explicit Home(const MujocoModel& model) : links_(model.get()->nv) {
+    const mjModel* const m = model.get();
+    const std::unique_ptr<mjData, void (*)(mjData*)> data(mj_makeData(m), mj_deleteData);
+    std::copy(model.home().q.begin(), model.home().q.end(), data->qpos);
+    mj_kinematics(m, data.get());
+    const std::vector<LinkFrame> bodies = model.body_frames();
+    for (int i = 0; i < m->nbody; ++i) {
+      const auto& [link, R, p] = bodies[i];
+      if (link < 0) continue;
+      const Eigen::Quaternion<double> turn = quaternion(data->xquat + 4 * i) * R.conjugate();
+      links_[link] = {link, turn, vector(data->xpos + 3 * i) - turn * p};
+    }
+  }
+
+  // |e| of a point or a pose.
+  double distance(const Constraint& one) const {
+    const LinkFrame first = in_world(one.first), second = in_world(one.second);
+    const double turned =
+        one.kind == Constraint::Kind::pose ? (second.R.conjugate() * first.R).vec().norm() : 0;
+    return std::hypot(2 * one.turning * turned, (first.p - second.p).norm());
+  }
+
+ private:
+  LinkFrame in_world(const Frame& frame) const {
+    const LinkFrame link = frame.link < 0 ? LinkFrame{} : links_[frame.link];
+    return link.then(Vector3<double>(frame.translation.data()),
+                     quaternion_of(frame.rotation).normalized());
+  }
+
+  std::vector<LinkFrame> links_;
+};
+
+double coupling_error(const LoadedRobot& robot, const Constraint& one) {
+  double length = 0, other = -one.reference, P = 0;
+  for (int k = 0; k < robot.model.nv(); ++k) {
+    const double q = robot.home[robot.model.links[k].q_index];
+    length += one.jacobian[k] * q;
+    if (!one.other.empty()) other += one.other[k] * q;
+  }
+  for (int i = 4; i >= 0; --i) P = P * other + one.polynomial[i];
+  return std::abs(length - P);
+}
 
 }  // namespace
 
@@ -142,24 +189,17 @@ void weigh_constraints(mjModel* model) {
   mj_setConst(model, data.get());
 }
 
-std::string MujocoModel::open_constraints() const {
+std::string open_at_home(const MujocoModel& model, const LoadedRobot& robot) {
   constexpr double closed = 1e-6;  // [m or rad]: positions of files have about as many digits
-  const mjModel* m = get();
-  if (m->neq == 0) return "";
-  const std::unique_ptr<mjData, void (*)(mjData*)> data(mj_makeData(m), mj_deleteData);
-  std::copy(home_.q.begin(), home_.q.end(), data->qpos);
-  mj_kinematics(m, data.get());
-  mj_comPos(m, data.get());
-  mj_makeConstraint(m, data.get());
-  std::vector<double> distance(m->neq, 0);
-  for (int i = 0; i < data->nefc; ++i)
-    if (data->efc_type[i] == mjCNSTR_EQUALITY)
-      distance[data->efc_id[i]] = std::hypot(distance[data->efc_id[i]], data->efc_pos[i]);
+  if (robot.constraints.empty()) return "";
+  const Home home(model);
   std::string out;
-  for (int i = 0; i < m->neq; ++i)
-    if (distance[i] > closed)
-      out +=
-          (out.empty() ? "'" : ", '") + name_of(m, i) + "' by " + short_text("%.2g", distance[i]);
+  for (const Constraint& one : robot.constraints) {
+    const double open =
+        one.kind == Constraint::Kind::coupling ? coupling_error(robot, one) : home.distance(one);
+    if (open > closed)
+      out += (out.empty() ? "'" : ", '") + one.name + "' by " + short_text("%.2g", open);
+  }
   return out;
 }
 

@@ -6,15 +6,22 @@
 
 #include <mujoco/mujoco.h>
 
+#include <string>
+
 #include "kalmarm/load.hpp"
 
 namespace kalmarm {
+
+class MujocoModel;
 
 // Of an equality's type, whether who asks takes it as a constraint.
 inline bool is_taken(int equality, const LoadOptions& options) {
   return options.takes_constraints && (equality == mjEQ_CONNECT || equality == mjEQ_WELD ||
                                        (equality == mjEQ_JOINT && !options.imposes_couplings));
 }
+
+// Which constraints of the robot are open where its file starts, by name with their distance |e|; "" where all are closed.
+std::string open_at_home(const MujocoModel& model, const LoadedRobot& robot);
 
 // Inverse weights anew, where the compiler had other inertias.
 void weigh_constraints(mjModel* model);

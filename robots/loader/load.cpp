@@ -9,6 +9,8 @@
 
 #include "algorithms/model/plain.hpp"
 #include "robots/loader/actuators.hpp"
+#include "robots/loader/constraints.hpp"
+#include "robots/loader/files/constraint_file.hpp"
 #include "robots/loader/input_error.hpp"
 #include "robots/loader/mujoco_model.hpp"
 #include "robots/loader/mujoco_shim.hpp"
@@ -44,7 +46,7 @@ std::vector<NamedFrame> named_frames(const MujocoModel& model) {
   return out;
 }
 
-LoadedRobot loaded(const MujocoModel& model, const std::string& name, bool takes_constraints) {
+LoadedRobot loaded(const MujocoModel& model, const std::string& name, const LoadOptions& options) {
   Driven driven = model.driven();
   std::optional<RobotModel> compensated;
   if (const auto weights = model.compensated()) compensated = plain(*weights);
@@ -58,12 +60,15 @@ LoadedRobot loaded(const MujocoModel& model, const std::string& name, bool takes
       .torque = std::move(driven.torque),
       .actuators = model.actuators(),
       .force_range = force_ranges(model.get()),
-      .constraints = takes_constraints ? model.constraints() : std::vector<Constraint>(),
+      .constraints = options.takes_constraints ? model.constraints() : std::vector<Constraint>(),
       .compensated = std::move(compensated),
       .frames = named_frames(model),
       .notes = model.notes()};
-  const std::string open = takes_constraints ? model.open_constraints() : "";
-  if (!open.empty()) out.notes.push_back("open at home [m, of turns rad]: " + open);
+  if (!options.constraints.empty())
+    for (Constraint& one : read_constraints(options.constraints, out.model, out.frames))
+      out.constraints.push_back(std::move(one));
+  if (const std::string open = open_at_home(model, out); !open.empty())
+    out.notes.push_back("open at home [m, of turns rad]: " + open);
   return out;
 }
 
@@ -72,7 +77,7 @@ LoadedRobot loaded(const MujocoModel& model, const std::string& name, bool takes
 LoadedRobot load_robot(const std::string& path, const LoadOptions& options) {
   const Handlers handlers;
   return loaded(*MujocoModel::load(path, options, Frames::kept),
-                std::filesystem::path(path).stem().string(), options.takes_constraints);
+                std::filesystem::path(path).stem().string(), options);
 }
 
 LoadedRobot robot_of(const mjModel* model, const std::string& name,
@@ -81,7 +86,7 @@ LoadedRobot robot_of(const mjModel* model, const std::string& name,
   const Eigen::Map<const VectorX<double>> ctrl(controls.data(),
                                                static_cast<Eigen::Index>(controls.size()));
   try {
-    return loaded(*MujocoModel::copy_of(model, ctrl, options), name, options.takes_constraints);
+    return loaded(*MujocoModel::copy_of(model, ctrl, options), name, options);
   } catch (const InputError& e) {
     throw InputError(name + ": " + e.what());
   }

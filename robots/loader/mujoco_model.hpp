@@ -104,8 +104,6 @@ class MujocoModel {
   std::vector<LinkFrame> body_frames() const;                    // of MuJoCo's bodies, in its order
   std::vector<NamedLinkFrame> frames() const;   // those with a name: sites, then bodies
   std::vector<Constraint> constraints() const;  // constraints.hpp
-  std::string open_constraints()
-      const;  // at home, by name with their distance; "" where all are closed
 
  private:
   std::unique_ptr<mjModel, void (*)(mjModel*)> model_;

@@ -3,11 +3,13 @@ set(loader_sources
   actuators.cpp
   constraints.cpp
   files/armature.cpp
+  files/constraint_file.cpp
   files/drawn_parts.cpp
   files/file_kind.cpp
   files/floating.cpp
   files/given_inertia.cpp
   files/ignored.cpp
+  files/json.cpp
   files/keyframe.cpp
   files/model_files.cpp
   files/packages.cpp

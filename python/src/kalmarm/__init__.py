@@ -26,7 +26,6 @@ from .constrained import (
     Constraint,
     Constraints,
     Impulse,
-    read_constraints,
 )
 from .files import LoadError, from_mujoco, load
 from .kinematics import Kinematics
@@ -75,5 +74,4 @@ __all__ = [
     "load",
     "outcome_dtype",
     "payload",
-    "read_constraints",
 ]

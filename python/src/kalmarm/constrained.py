@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
-import os
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -192,29 +190,6 @@ class ConstrainedDynamics(_core.ConstrainedDynamics):
         robot, constraints, proximal, iterations = self._made_of
         made = partial(type(self), proximal=proximal, iterations=iterations)
         return made, (robot, constraints)
-
-
-def read_constraints(path: str | os.PathLike[str]) -> tuple[Constraint, ...]:
-    """Those of a JSON file, {"constraints": [{"name": "pin", "first": "rod", "second": "rocker"}, ...]}, with the
-    fields of `Constraint`: what a URDF cannot say. ValueError of one line with the file and the constraint."""
-    file = os.fsdecode(path)
-    known = [one.name for one in fields(Constraint)]
-    try:
-        with open(path, encoding="utf-8") as text:
-            listed = json.load(text)["constraints"]
-        out = []
-        for i, one in enumerate(listed):
-            what = f"constraint {one.get('name', i)!r}"
-            for field in one:
-                if field not in known:
-                    raise unknown(f"{what}: field", field, known)
-            if "name" not in one:
-                raise ValueError(f"{what} has no name")
-            out.append(Constraint(**one))
-    except (ValueError, TypeError, KeyError, AttributeError) as error:
-        reason = str(error) if isinstance(error, ValueError) else f"no list 'constraints': {error!r}"
-        raise ValueError(f"{file}: {' '.join(reason.split())}") from None
-    return tuple(out)
 
 
 def from_numbers(given: tuple[Any, ...]) -> Constraint:

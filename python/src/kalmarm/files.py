@@ -13,7 +13,7 @@ import numpy as np
 from . import _core
 from ._names import number, numbers, one_of, several
 from ._urdf import pinocchios_order
-from .constrained import Constraint, from_numbers, read_constraints
+from .constrained import from_numbers
 from .robot import Actuator, CoupledRow, Description, Robot, Terms
 
 
@@ -65,7 +65,7 @@ def load(
         robot's M; else that is refused.
     takes_constraints: whoever asks takes `Robot.constraints`: no warning names connect, weld and joint constraints of
         the file. One says which are open at q0, and how far.
-    constraints: a JSON file of further ones (`read_constraints`), as a URDF's loops need.
+    constraints: a JSON file of further ones, as a URDF's loops need: docs/data-formats.md says what it holds.
     dof_order: "file", depth first with children in the order of the file, as MuJoCo; or
         "pinocchio", with children of a URDF's link in the order of their joints' names. Where these
         differ a note says so.
@@ -87,8 +87,8 @@ def load(
         "imposes_couplings": bool(imposes_couplings),
         "takes_steps": bool(takes_steps),
         "takes_constraints": bool(takes_constraints),
+        "constraints": os.fsencode(constraints or ""),
     }
-    further = () if constraints is None else read_constraints(constraints)
     try:
         loaded = files.load(os.fsencode(path), **asked)
         if not loaded["model"].nv:
@@ -104,7 +104,7 @@ def load(
         else:
             note = "DoF are in the order of the file, and not in Pinocchio's: dof_order='pinocchio'"
             loaded["notes"] += (note,)
-    robot = _robot(loaded, options, further)
+    robot = _robot(loaded, options)
     _warn(file, robot)
     return robot
 
@@ -116,6 +116,7 @@ def from_mujoco(
     ctrl: Any = None,
     takes_steps: bool = False,
     takes_constraints: bool = False,
+    constraints: str | os.PathLike[str] | None = None,
     **options: Any,
 ) -> Robot:
     """The robot of a `mujoco.MjModel` as it is now: bodies, joints, inertias, armature (of joints,
@@ -125,7 +126,7 @@ def from_mujoco(
     constraints, actuators, tendons, damping, friction, springs. Contacts and limits are not named.
 
     ctrl: controls (nu,) of the actuators in `Robot.terms`; zero unless given.
-    takes_steps, takes_constraints: as of `load`.
+    takes_steps, takes_constraints, constraints: as of `load`.
     Options are those of `Robot`.
     """
     files = _compiled()
@@ -142,6 +143,7 @@ def from_mujoco(
         controls=controls.tolist(),
         takes_steps=takes_steps,
         takes_constraints=takes_constraints,
+        constraints=os.fsencode(constraints or ""),
     )
     robot = _robot(loaded, options)
     _warn(robot.name, robot)
@@ -208,10 +210,8 @@ def _reordered(loaded: dict[str, Any], order: list[int]) -> dict[str, Any]:
     }
 
 
-def _robot(
-    loaded: dict[str, Any], options: dict[str, Any], further: tuple[Constraint, ...] = ()
-) -> Robot:
-    constraints = (*map(from_numbers, loaded["constraints"]), *further)
+def _robot(loaded: dict[str, Any], options: dict[str, Any]) -> Robot:
+    constraints = tuple(map(from_numbers, loaded["constraints"]))
 
     def robot(model: Any, terms: Terms | None, **options: Any) -> Robot:
         numbers = {name: np.array(loaded[name], float) for name in ("q0", "q_range")}

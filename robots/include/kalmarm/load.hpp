@@ -77,6 +77,10 @@ struct LoadOptions {
   // are among them unless imposes_couplings takes those.
   bool takes_constraints = false;
 
+  // A JSON file of LoadedRobot::constraints after those of the robot's file, as a URDF's loops need: docs/contacts.md says what it
+  // holds. It is taken whatever takes_constraints is.
+  std::string constraints = {};
+
   bool operator==(const LoadOptions&) const = default;
 };
 
@@ -123,8 +127,8 @@ struct LoadedRobot {
       force_range;  // (nv), of what actuators exert together [N m or N]
 
   // For ConstrainedDynamics: connect, weld and joint of MJCF that are active, <mimic> of URDF, as soft as solref and solimp
-  // make them; empty without the option that takes them. Those without a name are called by what they hold, "rod-foot". A note says
-  // which are open at home, and how far.
+  // make them, where an option takes them, and those of the file LoadOptions::constraints. Those without a name are called by what
+  // they hold, "rod-foot". A note says which are open at home, and how far.
   std::vector<Constraint> constraints;
 
   // Where the file compensates gravity (gravcomp): the robot of these weights alone. Its inverse
