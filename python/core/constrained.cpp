@@ -94,7 +94,7 @@ nb::object Constrained::forward_dynamics(nb::handle q, nb::handle qd, nb::handle
   constexpr const char* call = "forward_dynamics";
   const int nq = model_.nq, nv = model_.nv();
   const WithForces acting(call, {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}}, outside, outside_,
-                          axes);
+                          axes, nb::none(), 0);
   const Inputs in(call, acting.all());
   return answer(
       in, status, threads,

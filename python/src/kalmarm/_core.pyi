@@ -406,7 +406,7 @@ class ImplicitStep:
     @property
     def scheme(self) -> str: ...
 
-    def acceleration(self, q: numpy.typing.ArrayLike, qd: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, out: Any = None, *, damping: Any = None, stiffness: Any = None, reference: Any = None, status: bool = False, threads: int = 1, forces: Any = None, axes: str = 'aligned', loads: Any = None) -> Any:
+    def acceleration(self, q: numpy.typing.ArrayLike, qd: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, out: Any = None, *, damping: Any = None, stiffness: Any = None, reference: Any = None, status: bool = False, threads: int = 1, forces: Any = None, axes: str = 'aligned', loads: Any = None, contacts: Any = None) -> Any:
         """
         a = (qd+ - qd) / h of the step.
 
@@ -418,7 +418,8 @@ class ImplicitStep:
         negative or not finite, where a ball or free joint has a spring, and where dampers or springs stand
         beside rows of the step.
 
-        forces (..., 6 f): as of Robot.forward_dynamics, where the step begins.
+        forces (..., 6 f): as of Robot.forward_dynamics, where the step begins. contacts (..., 6 c): rows of
+        (M + h B + h^2 K + J'DJ) a = tau - bias, as of Robot.solve.
         """
 
     def derivatives(self, q: numpy.typing.ArrayLike, qd: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, out: Any = None, *, status: bool = False, forces: Any = None, axes: str = 'aligned', loads: Any = None) -> Any:
