@@ -27,47 +27,49 @@ Outcome solve(const Model<T>& model, const VectorX<T>& q, std::span<const Contac
   return outcome;
 }
 
-// H x = b in 100 digits.
+// H x = b in precision R.
+template <class R>
 struct Problem {
-  Model<Exact> model;
-  VectorX<Exact> q, b;
-  std::vector<ContactRow<Exact>> contacts;
+  Model<R> model;
+  VectorX<R> q, b;
+  std::vector<ContactRow<R>> contacts;
 
   template <class T>
   Problem(const Model<T>& of_model, const VectorX<T>& at, const std::vector<ContactRow<T>>& rows,
           const VectorX<T>& right)
-      : model(of_model.template cast<Exact>()),
-        q(at.template cast<Exact>()),
-        b(right.template cast<Exact>()) {
-    for (const ContactRow<T>& row : rows) contacts.push_back(row.template cast<Exact>());
+      : model(of_model.template cast<R>()), q(at.template cast<R>()), b(right.template cast<R>()) {
+    for (const ContactRow<T>& row : rows) contacts.push_back(row.template cast<R>());
   }
 
-  Outcome solve(VectorX<Exact>& x) const {
-    return contact_errors::solve<Exact, Sequential<ArrayGivens>>(model, q, contacts, b, x);
+  Outcome solve(VectorX<R>& x) const {
+    x.resize(model.nv());
+    return contact_errors::solve<R, Sequential<ArrayGivens>>(model, q, contacts, b, x);
   }
 
-  void move(Move<Exact>& by) {
+  void move(Move<R>& by) {
     model = by.moved(model);
     by(q);
     by(b);
-    for (ContactRow<Exact>& row : contacts) by(row.e), by(row.d);
+    for (ContactRow<R>& row : contacts) by(row.e), by(row.d);
   }
 };
 
-// kS of x. Differences are of first order to 60 digits.
-double condition(const Problem& problem, const VectorX<Exact>& x) {
-  constexpr int draws = 4, digits = 40;
-  const Exact delta = pow(Exact(10), -digits);
-  Move<Exact> by(delta, 1);
-  Exact sum(0);
-  VectorX<Exact> of_moved(x.size());
+// kS, to the two digits that long double leaves of differences.
+double condition(const Problem<long double>& problem) {
+  constexpr int draws = 4;
+  constexpr long double delta = 1e-9L;
+  constexpr double infinite = std::numeric_limits<double>::infinity();
+  Move<long double> by(delta, 1);
+  long double sum = 0;
+  VectorX<long double> x, of_moved;
+  if (!problem.solve(x)) return infinite;
   for (int draw = 0; draw < draws; ++draw) {
-    Problem moved = problem;
+    Problem<long double> moved = problem;
     moved.move(by);
-    if (!moved.solve(of_moved)) return std::numeric_limits<double>::infinity();
+    if (!moved.solve(of_moved)) return infinite;
     sum += (of_moved - x).squaredNorm();
   }
-  return static_cast<double>(Exact(sqrt(sum / (draws * x.squaredNorm())) / delta));
+  return static_cast<double>(std::sqrt(sum / (draws * x.squaredNorm())) / delta);
 }
 
 // One mechanism, state, right-hand side and stiffness.
@@ -82,11 +84,10 @@ class Answers {
         b_(b),
         begin_(std::move(begin)),
         state_(std::move(state)) {
-    const Problem exact(model, q, contacts, b);
-    VectorX<Exact> x(model.nv());
-    truth_ = exact.solve(x);
+    VectorX<Exact> x;
+    truth_ = Problem<Exact>(model, q, contacts, b).solve(x);
     x_ = x.template cast<long double>();
-    if (truth_) kS_ = condition(exact, x);
+    if (truth_) kS_ = condition({model, q, contacts, b});
   }
 
   template <class V>

@@ -44,7 +44,7 @@ struct Widths {
   std::ptrdiff_t f, c, l;  // of all frames that are acted on, of contacts, of loads
 
   Widths(std::ptrdiff_t of_q, std::ptrdiff_t dofs, std::ptrdiff_t asked, std::ptrdiff_t rows_of_J,
-         const CallFrames& frames)
+         const CallFrames& frames = {})
       : nq(of_q),
         nv(dofs),
         n(asked),
