@@ -1,14 +1,11 @@
 """g1 on eight points and go2 on four, as MuJoCo Warp has them: H x = b, H = M + J'DJ, in float32
-by the filter and by MuJoCo Warp's own assembly and Cholesky of H, against the truth.
-
-Truth: M and J by MuJoCo in float64 for parameters, positions and contacts as float32 holds them;
-H and x from these in 50 digits. Prints lines of JSON: robot, d, and of each way |dx| / |x| of all
-states, null where there is no answer. Run in the environment of mujoco_warp.
+by the filter and by MuJoCo Warp's own assembly and Cholesky of H, against the truth (feet.py).
+Prints lines of JSON: robot, d, and of each way |dx| / |x| of all states, null where there is no
+answer. Run in the environment of mujoco_warp.
 """
 
 import json
 import sys
-from decimal import Decimal, getcontext
 from pathlib import Path
 
 import filter_in_warp
@@ -16,90 +13,28 @@ import mujoco
 import mujoco_warp as mjw
 import numpy as np
 import warp as wp
+from feet import (
+    FEET,
+    STATES,
+    STIFFNESS,
+    draw,
+    errors,
+    exact,
+    jacobians,
+    mass_matrices,
+    solutions,
+    solve_exactly,
+    standing,
+    weights,
+)
 from mujoco_warp._src import solver
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "defects"))
 
 import mujoco_warp_1415  # noqa: E402
 
-ROBOTS = Path(__file__).resolve().parents[3] / "robots" / "models"
-SOLE = [(x, y, -0.03) for x in (0.12, -0.05) for y in (0.03, -0.03)]
-FEET = {
-    "g1": {f"{side}_ankle_roll_link": SOLE for side in ("left", "right")},
-    "go2": {f"{leg}_calf": [(0.0, 0.0, -0.213)] for leg in ("FL", "FR", "RL", "RR")},
-}
-CROUCH = {"go2": 4 * [0.0, 0.9, -1.8]}  # about which positions are drawn; zeros where not here
-STIFFNESS = [10.0**e for e in range(2, 9)]  # along the normal [kg]
-TANGENT = 0.3  # of that
-STATES = 12
-RADIUS, DEPTH = 0.01, 1e-3  # of the spheres that touch, and of their touching [m]
 QUADRATIC = int(mujoco.mjtConstraintState.mjCNSTRSTATE_QUADRATIC)
-PARAMETERS = (
-    "body_pos body_quat body_ipos body_iquat body_mass body_inertia dof_armature jnt_axis jnt_pos"
-)
-getcontext().prec = 50
 wp.config.quiet = True
-exact = np.vectorize(Decimal, otypes=[object])
-
-
-def standing(robot: str) -> mujoco.MjModel:
-    """A plane that can be moved under every foot, which touches that foot alone."""
-    spec = mujoco.MjSpec.from_file(str(ROBOTS / robot / f"{robot}.xml"))
-    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_LIMIT
-    for i, (foot, points) in enumerate(FEET[robot].items()):
-        for point in points:
-            touching = {"contype": 1 << i, "conaffinity": 0, "mass": 0}
-            spec.body(foot).add_geom(pos=point, size=[RADIUS, 0, 0], **touching)
-        plane = spec.worldbody.add_body(mocap=True)
-        kind = mujoco.mjtGeom.mjGEOM_PLANE
-        plane.add_geom(type=kind, size=[1, 1, 1], contype=0, conaffinity=1 << i)
-    model = spec.compile()
-    for name in PARAMETERS.split():
-        value = getattr(model, name)
-        value[:] = value.astype(np.float32)
-    return model
-
-
-def draw(model: mujoco.MjModel, robot: str, draws: np.random.Generator) -> mujoco.MjData:
-    """A random position, the planes at its feet; what float32 holds of it."""
-    data = mujoco.MjData(model)
-    data.qpos[:3] = draws.uniform(-1, 1, 3)
-    data.qpos[3:7] = draws.normal(size=4)
-    data.qpos[3:7] /= np.linalg.norm(data.qpos[3:7])
-    data.qpos[7:] = CROUCH.get(robot, 0) + draws.uniform(-0.4, 0.4, model.nq - 7)
-    data.qpos[:] = data.qpos.astype(np.float32)
-    mujoco.mj_kinematics(model, data)
-    for i, (foot, points) in enumerate(FEET[robot].items()):
-        body = data.body(foot)
-        below = np.array(points[0]) - [0, 0, RADIUS - DEPTH]
-        data.mocap_pos[i] = body.xpos + body.xmat.reshape(3, 3) @ below
-        data.mocap_quat[i] = body.xquat
-    mujoco.mj_fwdPosition(model, data)
-    return data
-
-
-def solve_exactly(H: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Of numbers that are Decimal."""
-    A, n = np.column_stack([H, b]), len(b)
-    for k in range(n):
-        A[k + 1 :] -= np.outer(A[k + 1 :, k] / A[k, k], A[k])
-    x = np.zeros(n, dtype=object)
-    for k in reversed(range(n)):
-        x[k] = (A[k, n] - A[k, k + 1 : n] @ x[k + 1 :]) / A[k, k]
-    return x
-
-
-def jacobians(model: mujoco.MjModel, data: list[mujoco.MjData], d, rows: int) -> np.ndarray:
-    """Rows of all states' contacts as MuJoCo Warp numbers them."""
-    J, point = np.zeros((len(data), rows, model.nv)), np.zeros((3, model.nv))
-    fields = ("worldid", "geom", "efc_address", "pos", "frame")
-    contacts = [getattr(d.contact, field).numpy()[: d.nacon.numpy()[0]] for field in fields]
-    for world, geoms, address, pos, frame in zip(*contacts, strict=True):
-        body = max(model.geom_bodyid[geoms], key=model.body_treeid.item)
-        mujoco.mj_jac(model, data[world], point, None, pos.astype(float), body)
-        J[world, address[:3]] = frame.astype(float) @ point
-    return J
 
 
 def cholesky(m, d, b: np.ndarray) -> np.ndarray:
@@ -112,12 +47,6 @@ def cholesky(m, d, b: np.ndarray) -> np.ndarray:
     d.qfrc_constraint.zero_()
     solver._update_gradient(m, d, context)
     return -context.search.numpy()
-
-
-def errors(answers: np.ndarray, truth: list[np.ndarray]) -> list[float | None]:
-    sizes = [float(np.linalg.norm(x)) for x in truth]
-    away = [float(np.linalg.norm(x)) for x in answers - np.array(truth)]
-    return [a / x if np.isfinite(a) else None for a, x in zip(away, sizes, strict=True)]
 
 
 def measure(robot: str, stiffness: list[float], states: int, seed: int):
@@ -134,22 +63,19 @@ def measure(robot: str, stiffness: list[float], states: int, seed: int):
     mjw.fwd_position(m, d)
     assert (d.nefc.numpy() == rows).all(), "a foot does not touch its plane"
 
-    J = exact(jacobians(model, data, d, rows))
-    M = np.zeros((states, model.nv, model.nv))
-    for full, one in zip(M, data, strict=True):
-        mujoco.mj_fullM(model, one, full)
-    M = exact(M)
+    fields = ("worldid", "geom", "efc_address", "pos", "frame")
+    contacts = [getattr(d.contact, field).numpy()[: d.nacon.numpy()[0]] for field in fields]
+    contacts[2] = contacts[2][:, 0]
+    J = exact(jacobians(model, data, zip(*contacts, strict=True), rows))
+    M = exact(mass_matrices(model, data))
     d.efc.state.fill_(QUADRATIC)
     x = wp.zeros((states, model.nv), dtype=float)
     for normal in stiffness:
-        D = np.tile([normal, TANGENT * normal, TANGENT * normal], rows // 3).astype(np.float32)
+        D = weights(normal, rows)
         weight = np.zeros(d.efc.D.shape, dtype=np.float32)
         weight[:, :rows] = D
         d.efc.D = wp.array(weight)
-        truth = [
-            solve_exactly(M[w] + J[w].T @ (exact(D)[:, None] * J[w]), exact(b[w])).astype(float)
-            for w in range(states)
-        ]
+        truth = solutions(M, J, D, b)
         filter_in_warp.solve(m, d, d.efc.D, wp.array(b), x)
         ways = {"filter": x.numpy(), "cholesky": cholesky(m, d, b)}
         yield {"robot": robot, "d": normal} | {way: errors(ways[way], truth) for way in ways}

@@ -1,5 +1,5 @@
-"""The filter in float32 on a GPU (here Warp's own processor), beside MuJoCo Warp's Cholesky. Both
-scripts run in the environment of mujoco_warp, and compile for minutes: with
+"""The filter in float32 on a GPU (here Warp's own processor), beside MuJoCo Warp's and MJX's Cholesky. The
+scripts run in the environments of mujoco_warp and mjx, and compile for minutes: with
 KALMARM_ENGINES=all alone.
 """
 
@@ -17,12 +17,12 @@ ROBOTS = ("g1", "go2")
 COMPILING = 3600  # s; a quiet machine takes two minutes
 
 
-def said_by(script: Path) -> list:
+def said_by(script: Path, engine: str = "mujoco_warp") -> list:
     """Its lines of JSON; Warp prints others between them."""
     if os.environ.get("KALMARM_ENGINES") != "all":
         pytest.skip("compiles for minutes: KALMARM_ENGINES=all")
-    if not (python := environments.python_of("mujoco_warp")):
-        pytest.skip("mujoco_warp is not installed: scripts/engines mujoco_warp")
+    if not (python := environments.python_of(engine)):
+        pytest.skip(f"{engine} is not installed: scripts/engines {engine}")
     cache = {"WARP_CACHE_PATH": str(environments.FOLDER / "warp-cache")}
     done = subprocess.run(
         [python, script],
@@ -45,6 +45,12 @@ def standing() -> dict:
 
 
 @pytest.fixture(scope="module")
+def standing_in_mjx() -> dict:
+    records = said_by(HERE.parent / "contacts" / "standing_mjx.py", "mjx")
+    return {(of["robot"], of["d"]): of["cholesky"] for of in records}
+
+
+@pytest.fixture(scope="module")
 def every_joint() -> dict:
     (record,) = said_by(HERE / "contacts" / "every_joint.py")
     return record
@@ -63,6 +69,13 @@ def test_stiffness_costs_the_filter_no_digits(standing, robot, d):
 def test_cholesky_in_float32_loses_what_the_filter_keeps(standing, robot):
     assert np.median(standing[robot, 1e5]["cholesky"]) > 1e-3
     assert standing[robot, 1e8]["cholesky"] == [None] * len(standing[robot, 1e8]["filter"])
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_mjx_in_float32_loses_digits_with_stiffness_and_at_last_all(standing_in_mjx, robot):
+    assert max(standing_in_mjx[robot, 1e2]) < 1e-4  # the same H as the truth's
+    assert np.median(standing_in_mjx[robot, 1e5]) > 1e-3
+    assert standing_in_mjx[robot, 1e8] == [None] * len(standing_in_mjx[robot, 1e8])
 
 
 def test_the_state_of_issue_1415_has_an_answer_in_float32(standing):
