@@ -81,12 +81,12 @@ file(GLOB wheel ${PROJECT_SOURCE_DIR}/build/venv-peers/lib/python3*/site-package
 find_path(PINOCCHIO_INCLUDE pinocchio/config.hpp PATHS ${wheel} NO_DEFAULT_PATH)
 if(PINOCCHIO_INCLUDE)
   # What Pinocchio's own targets define: its variant of all joints is longer than Boost expects.
-  set(definitions BOOST_MPL_LIMIT_LIST_SIZE=30 BOOST_MPL_LIMIT_VECTOR_SIZE=30 BOOST_MPL_CFG_NO_PREPROCESSED_HEADERS
-    BOOST_FUSION_INVOKE_MAX_ARITY=12)
+  set(KALMARM_PINOCCHIO_DEFINITIONS BOOST_MPL_LIMIT_LIST_SIZE=30 BOOST_MPL_LIMIT_VECTOR_SIZE=30
+    BOOST_MPL_CFG_NO_PREPROCESSED_HEADERS BOOST_FUSION_INVOKE_MAX_ARITY=12)
   kalmarm_peer_module(peer_pinocchio ${CMAKE_CURRENT_SOURCE_DIR}/peers/pinocchio.cpp)
   target_include_directories(peer_pinocchio SYSTEM PRIVATE ${PINOCCHIO_INCLUDE})
   target_link_libraries(peer_pinocchio PRIVATE Boost::headers)
-  target_compile_definitions(peer_pinocchio PRIVATE ${definitions})
+  target_compile_definitions(peer_pinocchio PRIVATE ${KALMARM_PINOCCHIO_DEFINITIONS})
   target_compile_options(peer_pinocchio PRIVATE -w)  # gcc takes its packets for reads beyond the end
 
   if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
@@ -104,7 +104,7 @@ if(PINOCCHIO_INCLUDE)
       SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/peers/fast.cpp ${PROJECT_SOURCE_DIR}/algorithms/study/flops/flops.cpp ${own}
       INCLUDES ${eigen} DEFINITIONS ${KALMARM_EIGEN_DEFINITIONS} KALMARM_ENGINES=kalmarm_engines_native)
     kalmarm_peer_by_other_compiler(peer_pinocchio_${other} "" SOURCES ${CMAKE_CURRENT_SOURCE_DIR}/peers/pinocchio.cpp
-      INCLUDES ${eigen} ${PINOCCHIO_INCLUDE} DEFINITIONS ${definitions})
+      INCLUDES ${eigen} ${PINOCCHIO_INCLUDE} DEFINITIONS ${KALMARM_PINOCCHIO_DEFINITIONS})
   endif()
 endif()
 
@@ -118,7 +118,8 @@ if(PINOCCHIO_INCLUDE AND CPPADCG_INCLUDE)
   target_include_directories(peer_generated SYSTEM PRIVATE ${PINOCCHIO_INCLUDE} ${CPPADCG_INCLUDE})
   target_link_libraries(peer_generated PRIVATE Boost::headers ${CMAKE_DL_LIBS})
   # Pinocchio asks each joint whether it is one of a kind that generator.cpp leaves out: it is not.
-  target_compile_definitions(peer_generated PRIVATE ${definitions} BOOST_VARIANT_USE_RELAXED_GET_BY_DEFAULT)
+  target_compile_definitions(peer_generated PRIVATE ${KALMARM_PINOCCHIO_DEFINITIONS}
+    BOOST_VARIANT_USE_RELAXED_GET_BY_DEFAULT)
   target_compile_options(peer_generated PRIVATE -O1 -w)
   kalmarm_c_compilers(peer_generated)
 endif()
