@@ -8,6 +8,7 @@
 #include <set>
 #include <vector>
 
+#include "algorithms/fast/test/mechanisms_that_lose.hpp"
 #include "algorithms/fast/test/planar_support.hpp"
 #include "algorithms/study/derivatives/acceleration_jacobian.hpp"
 #include "algorithms/study/derivatives/factor_gradient.hpp"
@@ -17,6 +18,7 @@
 #include "algorithms/study/riccati/conventional.hpp"
 #include "algorithms/study/solver.hpp"
 #include "algorithms/test/allocations.hpp"
+#include "kalmarm/check.hpp"
 #include "kalmarm/configuration.hpp"
 #include "kalmarm/constrained_dynamics.hpp"
 
@@ -67,6 +69,32 @@ TYPED_TEST(Allocation, SolversAllocateOnlyBeforeTheirSecondCall) {
 template <class F>
 void expect_none(const char* what, const F& call) {
   EXPECT_EQ(allocations_of(call), 0) << what;
+}
+
+// Every rung: answers to the last bits, wrong ones, and of a mechanism that double cannot factor.
+TEST(AnswerChecks, AllocateNothingOnceMade) {
+  constexpr int count = 19;
+  for (const Model<double>& model : {floating_base(61), chain(61, 12), wild(3)}) {
+    const int nv = model.nv();
+    std::vector<double> q, qd, tau, a(count * nv, 1.0), M(std::size_t(nv) * nv, 1.0);
+    for (int i = 0; i < count; ++i) {
+      const State<double> state = random_state(model, i);
+      q.insert(q.end(), state.q.begin(), state.q.end());
+      qd.insert(qd.end(), state.qd.begin(), state.qd.end());
+      tau.insert(tau.end(), state.tau.begin(), state.tau.end());
+    }
+    std::vector<Outcome> outcomes(count);
+    std::vector<AnswerError> errors(count);
+    Dynamics<double> robot(plain(model));
+    (void)robot.forward_dynamics(q, qd, tau, a, outcomes);
+    AnswerCheck check(plain(model));
+    const State<double> one = random_state(model, 0);
+    expect_none("accelerations", [&] { check.forward_dynamics(q, qd, tau, a, errors); });
+    expect_none("torques", [&] { check.inverse_dynamics(q, qd, tau, a, errors); });
+    expect_none("solves", [&] { check.solve(q, tau, a, errors); });
+    expect_none("mass", [&] { (void)check.mass(one.q, M); });
+    expect_none("inverse", [&] { (void)check.inverse_mass(one.q, M); });
+  }
 }
 
 // Every call that the question wants, from the first on, and with leave for what the header says.

@@ -24,6 +24,7 @@
 #include "algorithms/fast/certified/refine.hpp"
 #include "algorithms/fast/certified/wide_acceleration.hpp"
 #include "algorithms/fast/claims/arithmetic.hpp"
+#include "algorithms/fast/engine/engine.hpp"
 #include "algorithms/fast/engine/forms.hpp"
 #include "algorithms/fast/engine/instances.hpp"
 #include "algorithms/model/plain.hpp"
@@ -64,7 +65,7 @@ class CertifiedSweep {
 
   // a (nv) of the first `states` lanes. Where out[i] is not settled, it is not to be used.
   void acceleration(const CertifiedModels& models, const T* q, const T* qd, const T* tau,
-                    const Acting<T>& acting, int states, T* a, Verdict* out) {
+                    const Acting<T>& acting, int states, T* a, RefinedAnswer* out) {
     covariance_acceleration(models.lowered, q, qd, tau, sweep_, a, acting);
     refine(models, q, qd, tau, acting, sweep_, states, a, out);
   }
@@ -72,7 +73,7 @@ class CertifiedSweep {
   // The same of a that a sweep has left.
   void refine(const CertifiedModels& models, const T* q, const T* qd, const T* tau,
               const Acting<T>& acting, const CovarianceWorkspace<T>& swept, int states, T* a,
-              Verdict* out) {
+              RefinedAnswer* out) {
     residual_.set_motion(models.twice, q, qd, tau, acting);
     std::array<double, Lanes<T>::count> errors{};
     for (int i = 0; i < states; ++i) errors[i] = error_of_D(models, swept, q, acting, i);
@@ -130,7 +131,7 @@ class CertifiedSweep {
   std::vector<double> q_, loads_;  // of a lane
 };
 
-inline Outcome outcome_of(const Verdict& refined) {
+inline Outcome outcome_of(const RefinedAnswer& refined) {
   Outcome out;
   out.rung = Outcome::Rung::refined;
   out.error = refined.error;
@@ -147,7 +148,7 @@ class CertifiedAcceleration {
   Outcome acceleration(const CertifiedModels& models, const Call<double>& call,
                        const CovarianceWorkspace<double>* swept = nullptr) {
     const Acting<double> acting = forces_of(call);
-    Verdict refined;
+    RefinedAnswer refined;
     if (swept)
       sweep_.refine(models, call.q, call.qd, call.tau, acting, *swept, 1, call.out, &refined);
     else

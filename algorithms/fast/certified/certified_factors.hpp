@@ -109,7 +109,7 @@ class CertifiedFactors {
       by_kept(taus + start, X + start);
       if (!all_finite(nv, taus + start)) continue;
       residual_.set_torque(taus + start);
-      Verdict refined;
+      RefinedAnswer refined;
       refiner_.refine(models_.twice, residual_, by_kept, 1, X + start, &refined);
       out.steps = std::max(out.steps, refined.steps);
       if (refined.settled && refined.error <= accepted_error_refined(models_.tolerance)) {

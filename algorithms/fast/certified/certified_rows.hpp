@@ -52,7 +52,7 @@ class CertifiedRows {
                                 .loads = call.loads ? loads_.data() : nullptr,
                                 .axes = call.axes};
     lanes_.load(models_.lowered, gathered, states, lanes);
-    Verdict refined[lanes];
+    RefinedAnswer refined[lanes];
     sweep_.acceleration(models_, lanes_.q.data(), lanes_.qd.data(), lanes_.tau.data(),
                         lanes_.acting, states, lanes_.out.data(), refined);
     lanes_.store(states, a_.data());

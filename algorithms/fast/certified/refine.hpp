@@ -28,7 +28,7 @@ namespace kalmarm {
 inline double root_of_ratio(double a, double b) { return a == 0 ? 0 : std::sqrt(a / b); }
 
 // Of one state.
-struct Verdict {
+struct RefinedAnswer {
   bool settled = false;                                     // (3), and (2) is a number
   double error = std::numeric_limits<double>::quiet_NaN();  // (2)
   int steps = 0;
@@ -47,7 +47,7 @@ class Refiner {
   // bound of its squared error. Of the lanes, the first `states` count.
   template <class Solve>
   void refine(const Model& model, TwiceResidual<T>& residual, const Solve& solve, int states, T* x,
-              Verdict* out);
+              RefinedAnswer* out);
 
  private:
   // Norms are sums of squares. Out of this range they may have lost what is compared.
@@ -79,13 +79,13 @@ class Refiner {
 template <class T>
 template <class Solve>
 void Refiner<T>::refine(const Model& model, TwiceResidual<T>& residual, const Solve& solve,
-                        int states, T* x, Verdict* out) {
+                        int states, T* x, RefinedAnswer* out) {
   const int nv = model.nv();
   T first(0.0);
   double left[lanes];
   bool open[lanes];
   std::fill_n(open, states, true);
-  std::fill_n(out, states, Verdict{});
+  std::fill_n(out, states, RefinedAnswer{});
   std::fill_n(low_.begin(), nv, T(0.0));
   for (int step = 0, count = states; count > 0 && step < most; ++step) {
     residual.of(model, x, step == 0 ? nullptr : low_.data(), r_.data());

@@ -18,4 +18,8 @@ inline constexpr int most_rows_in_lanes = 96;
 // lanes (float64) and 31 (float32), state by state 74 and 48, most of it writing to memory.
 inline constexpr int most_derivatives_in_lanes = 96;
 
+// Of the sweeps of a check: the margin of D of ordinary robots passes it, so that no bound is asked for, and errors
+// above 1e-9 or so are told by double alone.
+inline constexpr double tolerance_of_checks = 1e-10;
+
 }  // namespace kalmarm

@@ -78,6 +78,11 @@ std::unique_ptr<KinematicsEngine<double>> make_kinematics(const RobotModel& robo
   return chosen().engines->kinematics_double(robot, frames, bodies);
 }
 
+std::unique_ptr<CheckEngine> make_check(const RobotModel& robot,
+                                        const AnswerCheckOptions& options) {
+  return chosen().engines->check(robot, options);
+}
+
 const char* instruction_set() { return chosen().name; }
 
 const char* to_string(Kernel kernel) {

@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "algorithms/fast/check/check_engine.hpp"
 #include "algorithms/fast/engine/engine.hpp"
 #include "algorithms/fast/frames/kinematics_engine.hpp"
 
@@ -20,6 +21,9 @@ std::unique_ptr<KinematicsEngine<T>> make_engine_of_kinematics(const RobotModel&
                                                                const std::vector<Frame>& frames,
                                                                const std::vector<int>& bodies);
 
+std::unique_ptr<CheckEngine> make_check_engine(const RobotModel& robot,
+                                               const AnswerCheckOptions& options);
+
 struct Engines {
   std::unique_ptr<Engine<float>> (*make_float)(const RobotModel&, const EngineOptions&);
   std::unique_ptr<Engine<double>> (*make_double)(const RobotModel&, const EngineOptions&);
@@ -29,6 +33,7 @@ struct Engines {
   std::unique_ptr<KinematicsEngine<double>> (*kinematics_double)(const RobotModel&,
                                                                  const std::vector<Frame>&,
                                                                  const std::vector<int>&);
+  std::unique_ptr<CheckEngine> (*check)(const RobotModel&, const AnswerCheckOptions&);
 };
 
 }  // namespace kalmarm
