@@ -10,6 +10,8 @@
 // what was rounded, and proven (truth.hpp). `rounding` tells how far the same states' true answers are
 // apart with parameters as they were given: the error of an engine that rounds nothing else.
 // An engine that knows no armature is asked about the mechanism without; `without_armature` has its truth.
+// `acceleration_rest` and `inverse_dynamics_rest` are what is left of these numbers when they are rounded to double: the sum
+// of both has 32 digits.
 // Derivatives of a = X (tau - bias), of a mechanism of hinges and slides alone, are those of inverse
 // dynamics t(q, qd, qdd) at the true a,
 //   da/dq = -X dt/dq,   da/dqd = -X dt/dqd                                                 (1)
@@ -67,6 +69,10 @@ json numbers(const Vector& x) {
   json out = json::array();
   for (Eigen::Index i = 0; i < x.size(); ++i) out.push_back(static_cast<double>(x[i]));
   return out;
+}
+
+json rest(const VectorX<Real>& x) {
+  return numbers(VectorX<Real>(x - x.cast<double>().cast<Real>()));
 }
 
 json rows(const MatrixX<Real>& X) {
@@ -141,7 +147,9 @@ json to_json(const Answers& exact) {
   json out = {{"mass", rows(exact.M)},
               {"inverse", rows(exact.X)},
               {"acceleration", numbers(exact.a)},
-              {"inverse_dynamics", numbers(exact.tau)}};
+              {"acceleration_rest", rest(exact.a)},
+              {"inverse_dynamics", numbers(exact.tau)},
+              {"inverse_dynamics_rest", rest(exact.tau)}};
   if (exact.da.size() > 0) out["derivatives"] = rows(exact.da);
   return out;
 }

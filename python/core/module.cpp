@@ -20,6 +20,7 @@
 #include <utility>
 
 #include "arrays.hpp"
+#include "check.hpp"
 #include "configuration.hpp"
 #include "constrained.hpp"
 #include "kinematics.hpp"
@@ -540,6 +541,16 @@ void bind_kinematics(nb::module_& m) {
            "An array a result, whose last dimension has all numbers of a state.");
 }
 
+void bind_check(nb::module_& m) {
+  nb::class_<CheckOfRobot>(m, "AnswerCheck")
+      .def(nb::init<RobotModel, double, double>(), "model"_a, "tolerance"_a, "resolution"_a)
+      .def("_answer", &CheckOfRobot::answer, "what"_a, "q"_a, "qd"_a.none(), "tau"_a.none(), "x"_a,
+           "threads"_a,
+           nb::sig("def _answer(self, what: str, q: typing.Any, qd: typing.Any, tau: typing.Any, "
+                   "x: typing.Any, threads: int) -> tuple[numpy.ndarray, numpy.ndarray]"),
+           "error, euclid, uncertainty and the number of the verdict; outcomes.");
+}
+
 int import_numpy() {
   import_array1(-1);
   return 0;
@@ -573,6 +584,7 @@ NB_MODULE(_core, m) {
   bind_answers(m);
   bind_robot(m);
   bind_kinematics(m);
+  bind_check(m);
   bind_step(m);
   bind_constrained(m);
 }

@@ -9,7 +9,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 BLOCK = re.compile(r"^## (.+?)$.*?^```python\n(.*?)^```", re.DOTALL | re.MULTILINE)
-COUNTS = {"python": 7, "controllers": 4}
+COUNTS = {"python": 7, "controllers": 4, "check": 1}
 BLOCKS = {page: BLOCK.findall((ROOT / "docs" / f"{page}.md").read_text()) for page in COUNTS}
 EXAMPLES = [(page, title, code) for page, blocks in BLOCKS.items() for title, code in blocks]
 SESSION = re.compile(r"^```python\n(.*?)^```\n\n```text\n(.*?)^```", re.DOTALL | re.MULTILINE)

@@ -19,6 +19,7 @@ from ._core import (
     outcome_dtype,
 )
 from .builder import Builder
+from .checking import AnswerCheck, Checked, Verdict, check
 from .constrained import (
     ConstrainedAcceleration,
     ConstrainedDynamics,
@@ -39,7 +40,9 @@ _signatures.install()
 
 __all__ = [
     "Actuator",
+    "AnswerCheck",
     "Builder",
+    "Checked",
     "ConstrainedAcceleration",
     "ConstrainedDynamics",
     "ConstrainedSolution",
@@ -66,7 +69,9 @@ __all__ = [
     "Status",
     "Stepped",
     "Terms",
+    "Verdict",
     "__version__",
+    "check",
     "from_mujoco",
     "from_pinocchio",
     "instruction_set",
