@@ -67,9 +67,9 @@ void add_scenes(const std::vector<Scene>& scenes, std::uint64_t seed) {
     rows->narrow.assign(rows->a.begin(), rows->a.end());
     for (double& x : rows->narrow) x = static_cast<float>(x);
     add(name_of<double>("acceleration_batch", "Ladder<default>", c), answer);
-    add_check("of float32", c, rows, &Rows::narrow, {.tolerance = 1e-2});
-    add_check("of float64 to 1e-8", c, rows, &Rows::a, {.resolution = 1e-8});
-    add_check("of float64", c, rows, &Rows::a, {});
+    add_check("float32_answers", c, rows, &Rows::narrow, {.tolerance = 1e-2});
+    add_check("float64_answers@1e-8", c, rows, &Rows::a, {.resolution = 1e-8});
+    add_check("float64_answers", c, rows, &Rows::a, {});
   }
 }
 
