@@ -7,7 +7,8 @@
 // In pairs r = tau - ID(q, q', a), |d|_M by (2) there, on the factors of the same sweep:
 //   u^2 = (c u)^2 N(d) + ((c u)^2 + eps^2) E(d) + (c u2)^2 F + (c u)^4 F^2 / s^2,  F = N + E + G     (2)
 // u2 the roundoff of pairs, of which the last term is that of second order where their high parts lose digits
-// ((3) of refine.hpp), s = max(|a*|_M, 0.01 sqrt(G)). Of M^-1 tau (2) with N and E of the solve, G = 0.
+// ((3) of refine.hpp), s = max(|a*|_M, 0.01 sqrt(G)). Of M^-1 tau (2) with N and E of the solve, G = 0. Column j of
+// X = M^-1 is such a solution with |X*_j|_M^2 = X*_jj; an entry of d is uncertain by u sqrt(X*_ii).
 //
 // Of torques and of M the residual in pairs is the error: by the same rule it is right to (e / s)^2 s, e what double
 // makes another of it, measured.
@@ -59,6 +60,7 @@ class LaneCheck {
         energies_(lowered_),
         residual_(models.twice()),
         in_double_(lowered_),
+        inverse_diagonal_(lowered_, InverseDiagonal<P>::Terms::positive),
         bound_(lowered_),
         wide_(models.robot),
         q_(lowered_.nq()),
@@ -70,6 +72,7 @@ class LaneCheck {
         d_(qd_),
         diagonal_(qd_),
         unit_(lowered_.nv(), 0.0),
+        sizes_(unit_),
         resolution_(std::max(models.options.resolution, least_resolution)) {
     const auto& g = models.robot.gravity;
     const double least = least_beside_gravity * least_beside_gravity;
@@ -288,68 +291,66 @@ class LaneCheck {
     }
   }
 
-  // The worst of some columns: by what each alone would be said to be.
-  static void keep_worse(const AnswerError& one, AnswerError& worst) {
-    worst.error = std::max(worst.error, one.error);
-    worst.euclid = std::max(worst.euclid, one.euclid);
-    worst.uncertainty = std::max(worst.uncertainty, one.uncertainty);
-    if (worst.verdict != Verdict::wrong && one.verdict != Verdict::right)
-      worst.verdict = one.verdict;
+  // Of the worst entry of a matrix, relative to the roots of its diagonal's.
+  static Measured no_entries() {
+    Measured out{};
+    out.size = out.size_squares = out.trace = 1;
+    return out;
+  }
+
+  // d(k)^2 / diagonal(k) is at most `entry` in a column.
+  static void add_column(const Measured& column, double entry, Measured& whole) {
+    const auto grow = [](double x, double& to) {
+      if (!(x <= to)) to = x;  // NaN stays
+    };
+    grow(entry / column.size, whole.energy);
+    grow(column.uncertainty / column.size, whole.uncertainty);
+    grow(column.uncertainty_of_size / column.size, whole.uncertainty_of_size);
+    whole.squares = whole.energy;
   }
 
   void inverses(Block& block) {
     const int nv = lowered_.nv();
-    const double tolerance = models_.options.tolerance;
     const std::array<double, lanes> eps = factor(block);
-    std::array<Measured, lanes> all;
-    std::array<bool, lanes> known;
-    known.fill(true);
-    for (int i = 0; i < block.states; ++i)
-      if (block.open[i]) block.errors[i] = nothing_wrong(Outcome::Rung::refined);
+    inverse_diagonal_.fill(lowered_, factors_, diagonal_.data());
+    std::array<Measured, lanes> columns, all;
+    all.fill(no_entries());
     for (int j = 0; j < nv; ++j) {
       set_unit(j, tau_);
       load_column(block, j);
-      column(block, eps, all);
-      for (int i = 0; i < block.states; ++i) {
-        if (!block.open[i]) continue;
-        known[i] = known[i] && all[i].is_known(resolution_);
-        keep_worse(all[i].error(tolerance), block.errors[i]);
-      }
+      column(block, eps, columns);
+      P worst(0.0);
+      for (int k = 0; k < nv; ++k) worst = max(worst, d_[k] * d_[k] / diagonal_[k]);
+      for (int i = 0; i < block.states; ++i)
+        if (block.open[i]) add_column(columns[i], worst[i] + 0 * columns[i].squares, all[i]);
     }
+    say_known(block, all, Outcome::Rung::refined);
     for (int i = 0; i < block.states; ++i)
-      if (block.open[i] && !known[i]) inverse_in_two_doubles(block, i);
-    finish(block);
+      if (block.open[i]) inverse_in_two_doubles(block, i);
   }
 
   void inverse_in_two_doubles(Block& block, int i) {
     const std::ptrdiff_t nv = lowered_.nv();
     const CheckCall one = block.call.from(i, lowered_.nq(), nv);
     const Outcome outcome = wide_.factor(one.q);
-    if (!outcome) {
-      block.errors[i] = no_answer(outcome);
-      block.open[i] = false;
-      return;
-    }
-    AnswerError& out = block.errors[i] = nothing_wrong(Outcome::Rung::two_doubles);
-    bool known = true;
-    for (std::ptrdiff_t j = 0; j < nv; ++j) {
-      Measured measured;
+    Measured column, whole = no_entries();
+    const auto measure = [&](std::ptrdiff_t j) {
       unit_[j] = 1;
-      wide_.column(unit_.data(), one.x + j * nv, measured);
+      wide_.column(unit_.data(), one.x + j * nv, column);
       unit_[j] = 0;
-      known = known && measured.energy_is_known(resolution_);
-      keep_worse(measured.error(models_.options.tolerance), out);
+    };
+    for (std::ptrdiff_t j = 0; outcome && j < nv; ++j) {
+      measure(j);
+      sizes_[j] = column.size;
     }
-    if (!known) out.outcome = wide_.unknown();
-  }
-
-  static AnswerError nothing_wrong(Outcome::Rung rung) {
-    return {Verdict::right, 0, 0, 0, {.rung = rung}};
-  }
-
-  static void finish(Block& block) {
-    for (int i = 0; i < block.states; ++i)
-      if (block.open[i]) block.errors[i].outcome.error = block.errors[i].error;
+    for (std::ptrdiff_t j = 0; outcome && j < nv; ++j) {
+      measure(j);
+      double worst = 0;
+      for (std::ptrdiff_t k = 0; k < nv; ++k)
+        worst = std::max(worst, square(wide_.error_of(static_cast<int>(k))) / sizes_[k]);
+      add_column(column, worst + 0 * column.squares, whole);
+    }
+    say_last(block, i, outcome, whole);
   }
 
   static void set_unit(int j, std::vector<P>& e) {
@@ -441,10 +442,11 @@ class LaneCheck {
   EnergySweeps<P> energies_;
   TwiceResidual<P> residual_;
   InverseDynamicsWorkspace<P> in_double_;
+  InverseDiagonal<P> inverse_diagonal_;
   RoundingBound<double> bound_;
   WideCheck wide_;
   std::vector<P> q_, qd_, tau_, x_, exact_, r_, d_, diagonal_;
-  std::vector<double> unit_;
+  std::vector<double> unit_, sizes_;
   double resolution_, least_ = 0, least_squares_ = 0;
 };
 

@@ -119,6 +119,8 @@ void WideCheck::column(const double* tau, const double* x, Measured& out) {
   out.uncertainty_of_size = rounded + eps * eps * static_cast<double>(exact.energy);
 }
 
+double WideCheck::error_of(int k) const { return static_cast<double>(sweeps_->d[k]); }
+
 // r is right to u^2 of what double rounds there, which is not known here: it counts as all of tau.
 void WideCheck::torques(const CheckCall& call, Measured& out) {
   Sweeps& w = *sweeps_;

@@ -21,6 +21,7 @@ class WideCheck {
   Outcome acceleration(const CheckCall& call, Measured& out);
   Outcome factor(const double* q);  // of the columns that follow
   void column(const double* tau, const double* x, Measured& out);
+  double error_of(int k) const;  // of x(k) of the last column
   void torques(const CheckCall& call, Measured& out);
 
   // An outcome that says which D is the least certain, of an error that is not known.

@@ -8,13 +8,15 @@
 //   r = tau - ID(q, qd, a)                    what a leaves of the torques, in twice the precision     (1)
 //   |a - a*|_M^2 = r' M^-1 r = sum of nu(k)^2 / D(k),   nu = (I - L) r                                (2)
 // with D and L of the filter, M^-1 = (I - L*) D^-1 (I - L): exact, for any a. The energy norm |x|_M^2 = x' M x is
-// that of the robot's kinetic energy. Of x = M^-1 tau it is (1) at rest without gravity, r = tau - M x; of M^-1
-// columns x of it, tau = e_j; of tau = ID(q, qd, qdd) the residual itself is the error, and so are M_j - M e_j of M.
+// that of the robot's kinetic energy. Of other answers:
+//   x = M^-1 tau          (1) at rest without gravity, r = tau - M x
+//   X = M^-1              the same of each column, tau = e_j: X - X* = -M^-1 r
+//   tau = ID(q, qd, qdd)  r itself is the error
+//   M                     M e_j of every column likewise
 //
 //   answer     `error`                                                   `euclid`
 //   a, M^-1 tau  |x - x*|_M / |x*|_M                                       |x - x*| / |x*|
-//   M^-1         of the worst column j, which bounds that of its entries:
-//                |X - X*|_ij <= error sqrt(X*_ii X*_jj)                    of the worst column
+//   M^-1         of the worst entry, |X - X*|_ij / sqrt(X*_ii X*_jj)         the same
 //   tau          |tau - tau*| / |tau*|                                     the same
 //   M            of the worst entry, |M - M*|_ij / sqrt(M*_ii M*_jj)       the same
 //

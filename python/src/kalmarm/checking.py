@@ -26,9 +26,8 @@ class Checked(NamedTuple):
     """Of every answer, in the leading dimensions of the states; of one state numbers.
 
     verdict: a `Verdict`.
-    error: relative, in the energy norm |x|_M^2 = x' M x: |a - a*|_M / |a*|_M of accelerations and solves, of M^-1
-        the same of its worst column, which bounds |X - X*|_ij / sqrt(X*_ii X*_jj). Of torques in Euclid's norm, of M
-        of the worst entry, |M - M*|_ij / sqrt(M*_ii M*_jj).
+    error: relative, in the energy norm |x|_M^2 = x' M x: |a - a*|_M / |a*|_M of accelerations and solves. Of torques in
+        Euclid's norm, of M and M^-1 of the worst entry, |X - X*|_ij / sqrt(X*_ii X*_jj).
     euclid: in Euclid's norm, of joint accelerations as they are.
     uncertainty: by which `error` may be off.
     outcome: records of `outcome_dtype`: which precision told the error, and why there is none.
