@@ -132,6 +132,9 @@ def test_checks_agree_with_the_truth(mechanism):
     a = robot.forward_dynamics(mechanism.q, mechanism.qd, mechanism.tau)
     checked = kalmarm.check(robot, mechanism.q, mechanism.qd, mechanism.tau, a)
     np.testing.assert_allclose(checked.euclid, testing.errors(a, mechanism.a), rtol=0.1)
+    tau = robot.inverse_dynamics(mechanism.q, mechanism.qd, mechanism.qdd)
+    checked = kalmarm.check(robot, mechanism.q, mechanism.qd, tau, qdd=mechanism.qdd)
+    np.testing.assert_allclose(checked.error, testing.errors(tau, mechanism.torques), rtol=0.1)
 
 
 def test_wrong_engines_are_told_where():
