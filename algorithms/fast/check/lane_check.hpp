@@ -188,11 +188,6 @@ class LaneCheck {
     return std::min(at(sums.trace, i), lowered_.largest_variance());
   }
 
-  // u of (2), but for eps that of the sizes.
-  double in_pairs(double forces, double size) const {
-    return square(cu2) * forces + square(square(cu) * forces) / std::max(size, least_);
-  }
-
   void accelerations(Block& block) {
     const int nv = lowered_.nv();
     covariance_acceleration(lowered_, q_.data(), qd_.data(), tau_.data(), sweep_, exact_.data());
@@ -244,8 +239,8 @@ class LaneCheck {
     out.energy = sums.size[i];
     out.squares = sums.squares[i];
     out.uncertainty = square(cu) * sums.noise[i] / lowered_.rounding_unit() +
-                      (square(cu) + square(eps)) * sums.energy[i] + in_pairs(forces, out.size);
-    out.trace = std::max(out.trace, 0.0);
+                      (square(cu) + square(eps)) * sums.energy[i] + square(cu2) * forces +
+                      square(square(cu) * forces) / std::max(out.size, out.least);
   }
 
   // x = M^-1 tau of the lanes' tau_ and x_, by factors_ and a residual that has their position.
