@@ -82,11 +82,17 @@ std::optional<Carrier> carrier_of(const Scene& scene, int k) {
   return Carrier{static_cast<int>(found - bodies.begin()), *found};
 }
 
+// None where the folder is not there: programs of a Python wheel ship without robots.
+fs::directory_iterator entries(const fs::path& folder) {
+  std::error_code error;
+  return fs::directory_iterator(folder, error);
+}
+
 }  // namespace
 
 std::vector<std::string> shipped_robots() {
   std::vector<std::string> names;
-  for (const fs::directory_entry& entry : fs::directory_iterator(robots_folder)) {
+  for (const fs::directory_entry& entry : entries(robots_folder)) {
     const std::string name = entry.path().filename().string();
     if (fs::exists(entry.path() / (name + ".xml"))) names.push_back(name);
   }
@@ -96,7 +102,7 @@ std::vector<std::string> shipped_robots() {
 
 std::vector<std::string> shipped_scenes() {
   std::vector<std::string> names;
-  for (const fs::directory_entry& entry : fs::directory_iterator(robots_folder / "scenes"))
+  for (const fs::directory_entry& entry : entries(robots_folder / "scenes"))
     if (entry.path().extension() == ".xml") names.push_back(entry.path().stem().string());
   std::sort(names.begin(), names.end());
   return names;
@@ -132,8 +138,11 @@ Scene load_scene(const std::string& what, const LoadOptions& read) {
   if (is_there(what)) return from_file(what, fs::path(what).stem().string(), read);
   std::vector<std::string> known;
   for (const Family& family : families()) known.push_back(family.name + ":N");
-  throw InputError("scene '" + what + "' is neither a file, a shipped robot (" + joined(robots) +
-                   ") or scene (" + joined(scenes) + ") nor a family (" + joined(known) + ")");
+  const std::string ships = robots.empty() ? ""
+                                           : ", a shipped robot (" + joined(robots) +
+                                                 ") or scene (" + joined(scenes) + ")";
+  throw InputError("scene '" + what + "' is neither a file" + ships + " nor a family (" +
+                   joined(known) + ")");
 }
 
 VectorX<double> home_position(const Scene& scene) {
