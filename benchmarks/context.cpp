@@ -1,7 +1,6 @@
 #include "benchmarks/context.hpp"
 
 #include <benchmark/benchmark.h>
-#include <cblas.h>
 
 #include <Eigen/Core>
 #include <fstream>
@@ -9,6 +8,10 @@
 
 #include "revision.hpp"
 #include "robots/scene/mujoco_solver.hpp"
+
+// Null where it is not linked.
+extern "C" char* openblas_get_config() __attribute__((weak));
+extern "C" int openblas_get_num_threads() __attribute__((weak));
 
 namespace kalmarm {
 namespace {
@@ -38,8 +41,10 @@ void add_context(const char* timed_call) {
                                 std::to_string(EIGEN_MAJOR_VERSION) + "." +
                                 std::to_string(EIGEN_MINOR_VERSION) + ", " +
                                 Eigen::SimdInstructionSetsInUse());
-  AddCustomContext("openblas", openblas_get_config());
-  AddCustomContext("openblas_threads", std::to_string(openblas_get_num_threads()));
+  if (openblas_get_config && openblas_get_num_threads) {
+    AddCustomContext("openblas", openblas_get_config());
+    AddCustomContext("openblas_threads", std::to_string(openblas_get_num_threads()));
+  }
   AddCustomContext("mujoco", mujoco_version());
   AddCustomContext("timed_call", timed_call);
 }

@@ -12,7 +12,9 @@
 #include "algorithms/study/inverse_mass/closed_form.hpp"
 #include "algorithms/study/inverse_mass/eigen_cholesky.hpp"
 #include "algorithms/study/inverse_mass/factored_bias.hpp"
+#ifndef KALMARM_WITHOUT_OPENBLAS
 #include "algorithms/study/inverse_mass/openblas.hpp"
+#endif
 #include "algorithms/study/inverse_mass/refinement/mixed_precision.hpp"
 #include "algorithms/study/inverse_mass/refinement/refined.hpp"
 #include "algorithms/study/inverse_mass/refinement/wide_refined.hpp"
@@ -40,9 +42,11 @@ struct VariantList {
 };
 
 // What an engineer may want to choose: timed everywhere.
-using Contenders = VariantList<Batch<EigenLLT>,                     //
-                               Batch<EigenLDLT>,                    //
-                               Batch<OpenBLAS>,                     //
+using Contenders = VariantList<Batch<EigenLLT>,   //
+                               Batch<EigenLDLT>,  //
+#ifndef KALMARM_WITHOUT_OPENBLAS
+                               Batch<OpenBLAS>,  //
+#endif
                                Batch<SparseLTDL>,                   //
                                Sequential<Conventional>,            //
                                ClosedForm<Conventional>,            //

@@ -19,6 +19,13 @@ endfunction()
 # reach inside, all of the archive can be linked to.
 function(kalmarm_sealed_library target)
   cmake_parse_arguments(ARG "" "" "SOURCES;OBJECTS" ${ARGN})
+  get_target_property(type ${target} TYPE)
+  if(type STREQUAL SHARED_LIBRARY)
+    set(map ${PROJECT_SOURCE_DIR}/scripts/cmake/exported.map)
+    # its own templates, also where a program has the same ones of other flags
+    target_link_options(${target} PRIVATE -Wl,--version-script=${map} -Wl,--no-undefined -Wl,-Bsymbolic-functions)
+    set_target_properties(${target} PROPERTIES LINK_DEPENDS ${map})
+  endif()
   if(KALMARM_TESTED OR KALMARM_SANITIZE)
     target_sources(${target} PRIVATE ${ARG_SOURCES} ${ARG_OBJECTS})
     return()
@@ -32,12 +39,7 @@ function(kalmarm_sealed_library target)
   endforeach()
   set(objects $<TARGET_OBJECTS:${library}> ${ARG_OBJECTS})
   set_target_properties(${target} PROPERTIES LINKER_LANGUAGE CXX)
-  get_target_property(type ${target} TYPE)
-  if(type STREQUAL SHARED_LIBRARY)
-    set(map ${PROJECT_SOURCE_DIR}/scripts/cmake/exported.map)
-    target_link_options(${target} PRIVATE -Wl,--version-script=${map} -Wl,--no-undefined)
-    set_target_properties(${target} PROPERTIES LINK_DEPENDS ${map})
-  else()
+  if(NOT type STREQUAL SHARED_LIBRARY)
     # of ours, not those of std that are made with our types
     kalmarm_one_object(objects ${target} OBJECTS ${objects}
                        OBJCOPY --localize-hidden --keep-global-symbol=_ZN7kalmarm* --keep-global-symbol=_ZNK7kalmarm*
