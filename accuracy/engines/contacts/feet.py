@@ -1,5 +1,5 @@
-"""g1 on eight points and go2 on four: models, random states and the truth of H x = b, H = M + J'DJ, for
-engines in float32.
+"""g1 on eight points and go2 on four: models, random states and the truth of H x = b,
+H = M + J'DJ, for engines in float32.
 
 Truth: M and J by MuJoCo in float64 for parameters, positions and contacts as float32 holds them;
 H and x from these in 50 digits.
@@ -78,7 +78,10 @@ def solve_exactly(H: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def jacobians(model: mujoco.MjModel, data: list[mujoco.MjData], contacts, rows: int) -> np.ndarray:
-    """Rows of all states' contacts as the engine numbers them: of each its state, geoms, first row, position and frame."""
+    """Rows of all states' contacts as the engine numbers them.
+
+    contacts: of each its state, geoms, first row, position and frame.
+    """
     J, point = np.zeros((len(data), rows, model.nv)), np.zeros((3, model.nv))
     for world, geoms, address, pos, frame in contacts:
         body = max(model.geom_bodyid[geoms], key=model.body_treeid.item)

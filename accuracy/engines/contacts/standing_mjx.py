@@ -1,6 +1,7 @@
-"""g1 on eight points and go2 on four, as MJX has them: H x = b, H = M + J'DJ, by MJX's own assembly and
-Cholesky of H in float32, which is JAX's default, against the truth (feet.py). Prints lines of JSON:
-robot, d, and |dx| / |x| of all states, null where there is no answer. Run in the environment of mjx.
+"""g1 on eight points and go2 on four, as MJX has them: H x = b, H = M + J'DJ, by MJX's own
+assembly and Cholesky of H in float32, which is JAX's default, against the truth (feet.py).
+Prints lines of JSON: robot, d, and |dx| / |x| of all states, null where there is no answer. Run
+in the environment of mjx.
 """
 
 import json
@@ -33,8 +34,8 @@ def placed(m, start, qpos, mocap_pos, mocap_quat):
 
 
 def cholesky(m, d, D, b):
-    """H^-1 b is the preconditioned gradient of MJX's Newton step at the gradient b, where all rows act and
-    no cone slides."""
+    """H^-1 b is the preconditioned gradient of MJX's Newton step at the gradient b, where all rows
+    act and no cone slides."""
     cones = jax.numpy.zeros((len(D) // 3, 6, 6))
     d = d.replace(qfrc_smooth=0 * b).tree_replace({"_impl.efc_D": D})
     at = solver.Context.create(m, d, grad=False).replace(
@@ -57,8 +58,9 @@ def measure(robot: str, stiffness: list[float], states: int, seed: int):
     ]
     touching = [d._impl.contact for d in of_states]
     assert all((of.dist < 0).all() and len(of.dist) == rows // 3 for of in touching)
+    fields = ("geom", "efc_address", "pos", "frame")
     contacts = [
-        (world, *(np.asarray(getattr(of, field))[i] for field in ("geom", "efc_address", "pos", "frame")))
+        (world, *(np.asarray(getattr(of, field))[i] for field in fields))
         for world, of in enumerate(touching)
         for i in range(rows // 3)
     ]

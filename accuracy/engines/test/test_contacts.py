@@ -1,5 +1,5 @@
-"""The filter in float32 on a GPU (here Warp's own processor), beside MuJoCo Warp's and MJX's Cholesky. The
-scripts run in the environments of mujoco_warp and mjx, and compile for minutes: with
+"""The filter in float32 on a GPU (here Warp's own processor), beside MuJoCo Warp's and MJX's
+Cholesky. The scripts run in the environments of mujoco_warp and mjx, and compile for minutes: with
 KALMARM_ENGINES=all alone.
 """
 
