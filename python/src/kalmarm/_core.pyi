@@ -396,6 +396,9 @@ class Kinematics:
     def mass(self) -> float:
         """Of all bodies [kg]."""
 
+class AnswerCheck:
+    def __init__(self, model: Model, tolerance: float, resolution: float) -> None: ...
+
 class ImplicitStep:
     def __init__(self, robot: Robot, h: float, damping: Sequence[float], stiffness: Sequence[float], reference: Sequence[float], rows: Sequence[tuple[Sequence[float], float, float, float, float, bool]], scheme: str) -> None: ...
 
