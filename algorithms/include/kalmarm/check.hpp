@@ -63,7 +63,7 @@ struct [[nodiscard]] AnswerError {
 struct AnswerCheckOptions {
   double tolerance = default_tolerance<double>;  // of verdicts, above 0
   // Errors below it need not be told apart: `error` + `uncertainty` is then at most that. At 1e-8 a check of rows
-  // costs 1.3 to 1.5 times what accelerations in float64 do; at 0, of answers near roundoff, 4 to 5 times.
+  // costs 1.3 to 1.7 times what accelerations in float64 do; at 0, of answers near roundoff, 4 to 5 times.
   double resolution = 0;
 };
 

@@ -45,7 +45,7 @@ class AnswerCheck(_core.AnswerCheck):
 
     tolerance: of verdicts. Right: both errors are at most that, where an acceleration below 0.01 of gravity counts as
         that; wrong: one of them is more.
-    resolution: errors below it need not be told apart: many states then take 1.3 to 1.5 times as long as their
+    resolution: errors below it need not be told apart: many states then take 1.3 to 1.7 times as long as their
         accelerations in float64. 0: all are told, of answers near roundoff in 4 to 5 times.
     """
 
