@@ -1,8 +1,8 @@
-// bench_forces: what forces from outside on two bodies add to the time of forward dynamics, of one state and of
-// 1024 in one call.
+// bench_forces: what forces from outside on two bodies, or loads there, add to the time of forward dynamics, of one
+// state and of 1024 in one call.
 //
-// Names are task/axes/scene/precision; tasks are acceleration and acceleration_batch, axes `none`, where no force
-// acts, and those that the forces are given in. They act on the last two links that end in no other, or on the
+// Names are task/given/scene/precision; tasks are acceleration and acceleration_batch, given is `none`, the axes that
+// forces are given in, or `loads`. They act on the last two links that end in no other, or on the
 // last and the middle one. Everything is verified before it is timed (case.hpp).
 #include <benchmark/benchmark.h>
 
@@ -22,11 +22,12 @@ namespace kalmarm {
 namespace {
 
 constexpr const char* timed_call =
-    "From q, qd, tau and the forces to the acceleration. Memory is taken before. One state: each "
+    "From q, qd, tau and what is given to the acceleration. Memory is taken before. One state: "
+    "each "
     "call takes the "
     "next of a pool.";
 
-constexpr int forces_of_state = 12;
+constexpr int forces_of_state = 12, loads_of_state = 20;
 
 std::vector<Frame> two_frames(const RobotModel& robot) {
   std::vector<char> is_tip(robot.nv(), 1);
@@ -50,38 +51,70 @@ std::vector<T> forces_of_rows(int rows) {
   return out;
 }
 
-// a of state i with the forces: the case's own, and M^-1 J' f.
-VectorX<double> accelerated(const Case& c, const std::vector<Frame>& frames, std::optional<Axes> in,
+// 1 kg with radii of 0.1 m, 0.1 m from the frame.
+template <class T>
+std::vector<T> loads_of_rows(int rows) {
+  std::vector<T> out;
+  for (int i = 0; i < 2 * rows; ++i)
+    for (const double x : {1.0, 0.0, 0.0, 0.1, 0.03, 0.03, 0.02, 0.0, 0.0, 0.0})
+      out.push_back(static_cast<T>(x));
+  return out;
+}
+
+// What a call is given beside the state; neither: nothing.
+struct Given {
+  std::optional<Axes> in = {};  // forces in these axes
+  bool loads = false;
+};
+
+// a of state i: the case's own, with the forces and M^-1 J' f, with loads to the last bits.
+VectorX<double> accelerated(const Case& c, const std::vector<Frame>& frames, const Given& given,
                             int i) {
-  if (!in) return c.a[i];
+  if (given.loads) {
+    Dynamics<double> robot(
+        plain(c.scene.model),
+        {.tolerance = last_bits, .question = {.want = {Want::acceleration}, .loaded = frames}});
+    const std::vector<double> loads = loads_of_rows<double>(1);
+    VectorX<double> a(c.scene.model.nv());
+    const State& state = c.states[i];
+    if (!robot.forward_dynamics(state.q, state.qd, state.tau, a,
+                                {.loads = VectorView<const double>(loads)}))
+      a.setConstant(std::numeric_limits<double>::quiet_NaN());
+    return a;
+  }
+  if (!given.in) return c.a[i];
   const int nv = c.scene.model.nv();
   MatrixX<double> Jt(nv, forces_of_state);
   Kinematics<double> kinematics(plain(c.scene.model), frames);
-  kinematics.compute(c.states[i].q, {.axes = *in, .jacobians = Jt});
+  kinematics.compute(c.states[i].q, {.axes = *given.in, .jacobians = Jt});
   const std::vector<double> f = forces_of_rows<double>(batch_size);
   const Eigen::Map<const VectorX<double>> own(&f[i * forces_of_state], forces_of_state);
   return c.a[i] + c.X[i] * (Jt * own);
 }
 
 template <class T>
-void add(std::shared_ptr<const Case> c, const std::string& name, std::optional<Axes> in) {
+void add(std::shared_ptr<const Case> c, const std::string& name, const Given& given) {
   const RobotModel model = plain(c->scene.model);
   const std::vector<Frame> frames = two_frames(model);
   DynamicsOptions options{.question = {.want = {Want::acceleration}}};
-  if (in) options.question.acted_on = frames;
+  if (given.in) options.question.acted_on = frames;
+  if (given.loads) options.question.loaded = frames;
   const auto robot = std::make_shared<Dynamics<T>>(model, options);
   const auto pool = std::make_shared<const Pool<T>>(c->states);
   const auto f = std::make_shared<const std::vector<T>>(forces_of_rows<T>(batch_size));
+  const auto loads = std::make_shared<const std::vector<T>>(loads_of_rows<T>(batch_size));
   const int nv = model.nv();
 
   const auto judge = [=](int i, const T* a) {
     const VectorX<T> x = Eigen::Map<const VectorX<T>>(a, nv);
-    return c->template compare<T>(accelerated(*c, frames, in, i), x, c->condition[i]);
+    return c->template compare<T>(accelerated(*c, frames, given, i), x, c->condition[i]);
   };
   const auto a = std::make_shared<VectorX<T>>(nv);
   const auto one = [=](int i) {
     StateForces<T> forces;
-    if (in) forces = {VectorView<const T>(f->data() + i * forces_of_state, forces_of_state), *in};
+    if (given.in)
+      forces = {VectorView<const T>(f->data() + i * forces_of_state, forces_of_state), *given.in};
+    if (given.loads) forces.loads = VectorView<const T>(loads->data(), loads_of_state);
     return robot->forward_dynamics(pool->q[i], pool->qd[i], pool->tau[i], *a, forces);
   };
   add_benchmark(
@@ -98,7 +131,10 @@ void add(std::shared_ptr<const Case> c, const std::string& name, std::optional<A
         std::vector<T> rows(std::size_t(batch_size) * nv, std::numeric_limits<T>::quiet_NaN());
         std::vector<Outcome> outcomes(batch_size);
         ForceRows<T> forces;
-        if (in) forces = {RowsView<const T>(f->data(), batch_size, forces_of_state), *in};
+        if (given.in)
+          forces = {RowsView<const T>(f->data(), batch_size, forces_of_state), *given.in};
+        if (given.loads)
+          forces.loads = RowsView<const T>(loads->data(), batch_size, loads_of_state);
         const auto call = [&] {
           return robot->forward_dynamics(pool->q_rows, pool->qd_rows, pool->tau_rows, rows,
                                          outcomes, 1, forces);
@@ -118,10 +154,11 @@ void add(std::shared_ptr<const Case> c, const std::string& name, std::optional<A
 
 template <class T>
 void add_all(std::shared_ptr<const Case> c) {
-  add<T>(c, "none", std::nullopt);
-  add<T>(c, "local", Axes::local);
-  add<T>(c, "aligned", Axes::aligned);
-  add<T>(c, "world", Axes::world);
+  add<T>(c, "none", {});
+  add<T>(c, "local", {Axes::local});
+  add<T>(c, "aligned", {Axes::aligned});
+  add<T>(c, "world", {Axes::world});
+  add<T>(c, "loads", {.loads = true});
 }
 
 void add_scenes(const std::vector<Scene>& scenes, std::uint64_t seed) {
@@ -137,6 +174,7 @@ void add_scenes(const std::vector<Scene>& scenes, std::uint64_t seed) {
 
 int main(int argc, char** argv) {
   using namespace kalmarm;
-  return Driver{"bench_forces", "Time of forward dynamics with forces from outside.", timed_call}
+  return Driver{"bench_forces",
+                "Time of forward dynamics with forces from outside, and with loads.", timed_call}
       .run(argc, argv, add_scenes);
 }

@@ -37,9 +37,7 @@ class Parser {
     const auto line = 1 + std::count(text_.begin(), text_.begin() + at_, '\n');
     throw InputError("line " + std::to_string(line) + ": " + what);
   }
-  std::string here() const {
-    return at_ < text_.size() ? quoted(text_.substr(at_, 1)) : "the end";
-  }
+  std::string here() const { return at_ < text_.size() ? quoted(text_.substr(at_, 1)) : "the end"; }
   char next() const { return at_ < text_.size() ? text_[at_] : '\0'; }
   void space() { at_ = std::min(text_.find_first_not_of(" \t\r\n", at_), text_.size()); }
   bool take(std::string_view word) {
