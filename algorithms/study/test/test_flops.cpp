@@ -190,6 +190,33 @@ TEST(InverseMassFlops, HingeOfAChainCostsNoMoreThanIsSaid) {
   }
 }
 
+// (2) with (4), (3), and what a load at the tip of eight hinges adds to forward dynamics.
+TEST(LoadFlops, AreWhatIsSaid) {
+  constexpr int n = 8;
+  const Model<double> drawn = chain(1, n);
+  const LoweredModel<double> model(drawn, Zeros::left_out,
+                                   accepted_error(default_tolerance<double>),
+                                   {{}, {}, {{n - 1, {1, 0.2, 0.3, 0}, {0.1, 0, 0.2}}}});
+  std::vector<Count> pi(numbers_of_load, Count(1));
+  Load<Count> load;
+  const double placed = counted([&] { load = detail::load_on_link(model.loaded()[0], pi.data()); });
+  EXPECT_EQ(placed, 178);
+  const Triple<Count> w = {Count(1), Count(2), Count(3)};
+  const Sixfold<Count> a = {Count(1), Count(2), Count(3), Count(4), Count(5), Count(6)};
+  Sixfold<Count> z = a;
+  EXPECT_EQ(counted([&] { detail::add_force_of_load(load.body, w, a, z); }), 96);
+
+  Counted at(drawn);
+  CovarianceWorkspace<Count> ws(model);
+  const auto flops = [&](const Acting<Count>& acting) {
+    return counted([&] {
+      covariance_acceleration(model, at.q.data(), at.qd.data(), at.tau.data(), ws, at.out.data(),
+                              acting);
+    });
+  };
+  expect_between(placed + 60, flops({.loads = pi.data()}) - flops({}), 320, "flops_a_load");
+}
+
 // Joint by joint, and then for every pair of joints of a chain.
 TEST(DerivativeFlops, GrowAsTheirEquationsSay) {
   const auto flops = [](int n) {
