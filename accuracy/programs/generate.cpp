@@ -106,9 +106,15 @@ class Answers {
         out.truth = listed(M_);
         break;
       case GeneratedTask::inverse_mass:
+      case GeneratedTask::judged_inverse_mass:
         out.truth = listed(exact_.X);
         break;
+      case GeneratedTask::diagonal:
+      case GeneratedTask::judged_diagonal:
+        out.truth = listed(VectorX<Real>(exact_.X.diagonal()));
+        break;
       case GeneratedTask::solve:
+      case GeneratedTask::judged_solve:
         out.inputs.push_back(listed(tau_));
         out.truth = listed(VectorX<Real>(exact_.X * tau_.template cast<Real>()));
         break;
@@ -199,9 +205,7 @@ int main(int argc, char** argv) {
   CLI::App app("C code for one robot, with a program that compares it with the truth.", "generate");
   Options options;
   add_scene(app, options.scene, options.read)->required();
-  app.add_option("--task", options.tasks,
-                 "any of forward_dynamics, judged_forward_dynamics, inverse_dynamics, mass, "
-                 "inverse_mass, solve")
+  app.add_option("--task", options.tasks, "any of " + CLI::detail::join(names_of_tasks(), ", "))
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(CLI::IsMember(names_of_tasks()))

@@ -3,7 +3,7 @@
 #include "algorithms/generate/task.hpp"
 
 #include "algorithms/fast/engine/acceptance.hpp"
-#include "algorithms/fast/factors/columns.hpp"
+#include "algorithms/fast/factors/solve.hpp"
 #include "algorithms/fast/rigid/inverse_dynamics.hpp"
 #include "algorithms/fast/rigid/mass.hpp"
 #include "algorithms/generate/recorded.hpp"
@@ -37,10 +37,22 @@ class Recorder {
         mass();
         break;
       case GeneratedTask::inverse_mass:
-        inverse_mass();
+        inverse_mass(false);
+        break;
+      case GeneratedTask::judged_inverse_mass:
+        inverse_mass(true);
+        break;
+      case GeneratedTask::diagonal:
+        diagonal(false);
+        break;
+      case GeneratedTask::judged_diagonal:
+        diagonal(true);
         break;
       case GeneratedTask::solve:
-        solve();
+        solve(false);
+        break;
+      case GeneratedTask::judged_solve:
+        solve(true);
         break;
     }
     return std::move(out_);
@@ -66,11 +78,7 @@ class Recorder {
     Numbers a(nv());
     covariance_acceleration(model_, q.data(), qd.data(), tau.data(), ws, a.data());
     output("a", a);
-    if (!judged) return;
-    const Acceptance<S> acceptance(robot_, model_, default_tolerance<S>);
-    const Judged<Recorded> judgement = acceptance.judge(CovarianceForm::sums(ws));
-    output("error", {judgement.error});
-    output("margin", {min(ws.margin, judgement.margin)});
+    if (judged) output(acceptance().judge(CovarianceForm::sums(ws)), ws.margin);
   }
 
   void inverse_dynamics() {
@@ -97,7 +105,7 @@ class Recorder {
     output("M", M);
   }
 
-  void inverse_mass() {
+  void inverse_mass(bool judged) {
     const Numbers q = input("q", model_.nq());
     FastFactors<Recorded> factors(model_);
     ColumnsWorkspace<Recorded> ws(model_);
@@ -111,20 +119,64 @@ class Recorder {
                             [&](int k, const Recorded& x) { set(X, k, j, x); });
     }
     output("X", X);
+    if (judged) judge_columns(factors, [&](int k) { return X[k * nv() + k]; });
   }
 
-  void solve() {
+  // e of a unit torque, and so one sweep a column.
+  struct Diagonal : detail::Unobserved {
+    const FastFactors<Recorded>& factors;
+    Recorded& x;
+
+    Diagonal(const FastFactors<Recorded>& of, Recorded& sum) : factors(of), x(sum) {}
+    void measured(int k, const Recorded& e) const { x += e * e * factors.links[k].inverse_D; }
+  };
+
+  void diagonal(bool judged) {
+    const Numbers q = input("q", model_.nq());
+    FastFactors<Recorded> factors(model_);
+    ColumnsWorkspace<Recorded> ws(model_);
+    const ColumnPaths paths(model_, nv(), 1);
+    covariance_factor(model_, q.data(), factors);
+    Numbers x(nv());
+    for (int j = 0; j < nv(); ++j)
+      detail::sweep_inward(
+          model_, factors, j, paths[j], [j](int k) { return Recorded(k == j); }, ws,
+          Diagonal(factors, x[j]));
+    output("x", x);
+    if (judged) judge_columns(factors, [&](int k) { return x[k]; });
+  }
+
+  void solve(bool judged) {
     const Numbers q = input("q", model_.nq()), tau = input("tau", nv());
     FastFactors<Recorded> factors(model_);
     ColumnsWorkspace<Recorded> ws(model_);
+    auto forces = detail::forces_of<Recorded>(model_);
     const std::vector<char> all(nv(), 1);
     covariance_factor(model_, q.data(), factors);
     Numbers x(nv());
-    detail::sweep_inward(
-        model_, factors, nv() - 1, all.data(), [&](int k) { return tau[k]; }, ws);
-    detail::sweep_outward(model_, factors, nv() - 1, ws,
-                          [&](int k, const Recorded& xk) { x[k] = xk; });
+    const SolveSums<Recorded> sums = detail::solve(
+        model_, factors, all.data(), [&](int k) { return tau[k]; }, ws, forces,
+        [&](int k, const Recorded& xk) { x[k] = xk; });
     output("x", x);
+    if (judged) output(acceptance().judge(sums), factors.margin);
+  }
+
+  // (11) of force_noise.hpp: by a constant of the robot, or where that says nothing by the state.
+  template <class Of>
+  void judge_columns(const FastFactors<Recorded>& factors, const Of& diagonal) {
+    const Acceptance<S> by = acceptance();
+    Recorded energy = by.terms_of_columns();
+    if (by.accepts_terms_of_columns())
+      for (int k = 0; k < nv(); ++k) energy += diagonal(k) / factors.links[k].inverse_D;
+    else
+      energy = ForceNoise<Recorded>(model_).energy_of_columns(model_, factors, diagonal);
+    output(by.judge_columns(energy), factors.margin);
+  }
+
+  Acceptance<S> acceptance() const { return {robot_, model_, default_tolerance<S>}; }
+  void output(const Judged<Recorded>& judgement, const Recorded& margin_of_D) {
+    output("error", Numbers{judgement.error});
+    output("margin", Numbers{min(margin_of_D, judgement.margin)});
   }
 
   std::size_t square() const { return static_cast<std::size_t>(nv()) * nv(); }
@@ -152,8 +204,16 @@ std::string to_string(GeneratedTask task) {
       return "mass";
     case GeneratedTask::inverse_mass:
       return "inverse_mass";
+    case GeneratedTask::judged_inverse_mass:
+      return "judged_inverse_mass";
+    case GeneratedTask::diagonal:
+      return "diagonal";
+    case GeneratedTask::judged_diagonal:
+      return "judged_diagonal";
     case GeneratedTask::solve:
       return "solve";
+    case GeneratedTask::judged_solve:
+      return "judged_solve";
   }
   return {};
 }

@@ -10,19 +10,32 @@
 
 namespace kalmarm {
 
+// Judged: with the estimated error, and the least margin of what the result rests on.
 enum class GeneratedTask {
-  forward_dynamics,         // a = M^-1 (tau - bias)
-  judged_forward_dynamics,  // the same, its estimated error, and the least margin of what it rests on
-  inverse_dynamics,         // tau = M qdd + bias
-  mass,                     // M
-  inverse_mass,             // M^-1
-  solve,                    // M^-1 tau
+  forward_dynamics,  // a = M^-1 (tau - bias)
+  judged_forward_dynamics,
+  inverse_dynamics,  // tau = M qdd + bias
+  mass,              // M
+  inverse_mass,      // M^-1
+  judged_inverse_mass,
+  diagonal,  // of M^-1
+  judged_diagonal,
+  solve,  // M^-1 tau
+  judged_solve,
 };
 
 inline constexpr GeneratedTask generated_tasks[] = {
-    GeneratedTask::forward_dynamics, GeneratedTask::judged_forward_dynamics,
-    GeneratedTask::inverse_dynamics, GeneratedTask::mass,
-    GeneratedTask::inverse_mass,     GeneratedTask::solve};
+    GeneratedTask::forward_dynamics,
+    GeneratedTask::judged_forward_dynamics,
+    GeneratedTask::inverse_dynamics,
+    GeneratedTask::mass,
+    GeneratedTask::inverse_mass,
+    GeneratedTask::judged_inverse_mass,
+    GeneratedTask::diagonal,
+    GeneratedTask::judged_diagonal,
+    GeneratedTask::solve,
+    GeneratedTask::judged_solve,
+};
 
 // Of the function and the command line.
 std::string to_string(GeneratedTask task);

@@ -19,11 +19,11 @@
 
 namespace kalmarm {
 
-// What AccelerationSums say, of one state or one in every lane.
+// What sums say of an answer, of one state or one in every lane.
 template <class T>
 struct Judged {
-  T margin;  // positive where the estimate is accepted in both norms
-  T error;   // (10)
+  T margin;  // positive where it is accepted
+  T error;   // estimated, relative
 };
 
 template <class S>
@@ -42,7 +42,8 @@ class Acceptance {
 
   double tolerance() const { return tolerance_; }
 
-  // (8) and (10). NaN where a is not finite.
+  // (8) and (10): accepted in both norms, and the error in each joint's own scale. NaN where a is
+  // not finite.
   template <class T>
   Judged<T> judge(const AccelerationSums<T>& of_a) const {
     using std::min, std::sqrt;
@@ -58,9 +59,7 @@ class Acceptance {
   // Whether the sums of x = M^-1 tau pass (8'), by factors whose D pass their own test. false where x
   // is not finite.
   bool accepts(const SolveSums<S>& of_x) const {
-    const S of_D = square(S(roundings_of_D) * unit_roundoff<S>());
-    const S sum = of_noise_ * of_x.noise + (of_energy_ + of_D) * of_x.energy;
-    return std::min(of_x.trace, largest_variance_) * sum < accepted_ * of_x.squares;
+    return error_squares(of_x) < accepted_ * of_x.squares;
   }
   template <class P>
   bool accepts(const SolveSums<P>& of_x, int lane) const {
@@ -74,6 +73,26 @@ class Acceptance {
     return detail::number(margin_of_D, lane) > S(0) && detail::number(by.margin, lane) > S(0);
   }
 
+  // (8') as a margin, and the error in Euclid's norm. NaN where x is not finite.
+  template <class T>
+  Judged<T> judge(const SolveSums<T>& of_x) const {
+    using std::sqrt;
+    const T nothing = of_x.squares * T(S(0)), error = error_squares(of_x);
+    return {T(accepted_) * of_x.squares - error + nothing, sqrt(error / of_x.squares) + nothing};
+  }
+
+  // (11) as a margin, and the error of each column in the norm of M.
+  template <class T>
+  Judged<T> judge_columns(const T& energy_of_columns) const {
+    using std::sqrt;
+    const T error = T(of_energy_) * energy_of_columns;
+    return {T(accepted_) - error, sqrt(error)};
+  }
+  // What terms of g' l+ that may cancel add to the sum of D(k) X(k,k), of any state; too much for
+  // some robots.
+  const S& terms_of_columns() const { return terms_; }
+  bool accepts_terms_of_columns() const { return accepts_all_of(terms_); }
+
   // Whether columns of M^-1 pass (11), by the sum of D(k) X(k,k).
   bool accepts_columns(const S& energy) const { return accepts_all_of(energy + terms_); }
   // The same by all of S.
@@ -82,6 +101,15 @@ class Acceptance {
   }
 
  private:
+  // What (8') says of |dx|^2.
+  template <class T>
+  T error_squares(const SolveSums<T>& of_x) const {
+    using std::min;
+    const S of_D = square(S(roundings_of_D) * unit_roundoff<S>());
+    const T sum = T(of_noise_) * of_x.noise + T(of_energy_ + of_D) * of_x.energy;
+    return min(of_x.trace, T(largest_variance_)) * sum;
+  }
+
   template <class T>
   static T square(const T& x) {
     return x * x;

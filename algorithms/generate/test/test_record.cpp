@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "algorithms/fast/test/support.hpp"
 #include "algorithms/generate/task.hpp"
@@ -56,13 +58,15 @@ TYPED_TEST(Record, OfEveryTaskIsAsNearToTheTruthAsTheLibrary) {
   for (const Family& family : all_families()) {
     const Model<double> model = rounded<T>(family.make(1));
     const int nv = model.nv();
-    Dynamics<double> library(plain(model), spatial({Want::acceleration, Want::inverse_dynamics,
-                                                    Want::mass, Want::inverse, Want::solve}));
+    Dynamics<double> library(plain(model),
+                             spatial({Want::acceleration, Want::inverse_dynamics, Want::mass,
+                                      Want::inverse, Want::diagonal, Want::solve}));
     const auto of = [&](GeneratedTask task) { return record<T>(task, model); };
     const TaskRecord a = of(GeneratedTask::forward_dynamics),
                      tau = of(GeneratedTask::inverse_dynamics), M = of(GeneratedTask::mass),
-                     X = of(GeneratedTask::inverse_mass), x = of(GeneratedTask::solve);
-    Errors of_a, of_tau, of_M, of_X, of_x;
+                     X = of(GeneratedTask::inverse_mass), d = of(GeneratedTask::diagonal),
+                     x = of(GeneratedTask::solve);
+    Errors of_a, of_tau, of_M, of_X, of_d, of_x;
     for (int seed = 0; seed < states; ++seed) {
       const State<double> exact = rounded<T>(random_state(model, seed));
       const State<T> state = exact.cast<T>();
@@ -78,6 +82,8 @@ TYPED_TEST(Record, OfEveryTaskIsAsNearToTheTruthAsTheLibrary) {
       of_M.add(truth.mass(evaluated_matrix<T>(M, state.q, nv)), truth.mass(Y));
       (void)library.inverse_mass(exact.q, Y);
       of_X.add(truth.inverse(evaluated_matrix<T>(X, state.q, nv)), truth.inverse(Y));
+      (void)library.diagonal(exact.q, y);
+      of_d.add(truth.diagonal(evaluated<T>(d, {state.q})), truth.diagonal(y));
       (void)library.factor(exact.q);
       (void)library.solve(exact.tau, y);
       of_x.add(truth.solution(evaluated<T>(x, {state.q, state.tau})), truth.solution(y));
@@ -87,33 +93,94 @@ TYPED_TEST(Record, OfEveryTaskIsAsNearToTheTruthAsTheLibrary) {
     of_tau.expect_alike<T>(name + ": inverse_dynamics");
     of_M.expect_alike<T>(name + ": mass");
     of_X.expect_alike<T>(name + ": inverse_mass");
+    of_d.expect_alike<T>(name + ": diagonal");
     of_x.expect_alike<T>(name + ": solve");
   }
 }
 
-// Where the margin is above zero, the error is at most what is estimated.
-TYPED_TEST(Record, OfAJudgedAccelerationEstimatesItsError) {
-  using T = TypeParam;
-  int accepted = 0;
-  for (const Family& family : all_families()) {
-    const Model<double> model = rounded<T>(family.make(1));
-    const TaskRecord record = kalmarm::record<T>(GeneratedTask::judged_forward_dynamics, model);
-    for (int seed = 0; seed < states; ++seed) {
-      const State<double> exact = rounded<T>(random_state(model, seed));
-      const State<T> state = exact.cast<T>();
-      std::vector<T> inputs(state.q.begin(), state.q.end());
-      inputs.insert(inputs.end(), state.qd.begin(), state.qd.end());
-      inputs.insert(inputs.end(), state.tau.begin(), state.tau.end());
-      const std::vector<T> out = record.graph.evaluate<T>(record.results, inputs);
-      const VectorX<T> a = Eigen::Map<const VectorX<T>>(out.data(), model.nv());
-      const T error = out[model.nv()], margin = out[model.nv() + 1];
-      ASSERT_GE(error, 0) << family.name;
-      if (!(margin > 0)) continue;
-      ++accepted;
-      EXPECT_LE(Truth(model, exact).energy(a), error) << family.name << " " << seed;
-    }
+// A judged task, what it judges, and the error of its result as it is estimated.
+struct JudgedTask {
+  GeneratedTask task, plain;
+  double (*error)(const Truth&, const VectorX<double>& x);
+};
+const JudgedTask judged_tasks[] = {
+    {GeneratedTask::judged_forward_dynamics, GeneratedTask::forward_dynamics,
+     [](const Truth& truth, const VectorX<double>& a) { return truth.energy(a); }},
+    {GeneratedTask::judged_inverse_mass, GeneratedTask::inverse_mass,
+     [](const Truth& truth, const VectorX<double>& x) {
+       const auto n = std::lround(std::sqrt(x.size()));
+       return truth.inverse(MatrixX<double>(x.reshaped(n, n)));
+     }},
+    {GeneratedTask::judged_diagonal, GeneratedTask::diagonal,
+     [](const Truth& truth, const VectorX<double>& x) { return truth.diagonal(x); }},
+    {GeneratedTask::judged_solve, GeneratedTask::solve,
+     [](const Truth& truth, const VectorX<double>& x) {
+       const VectorX<double> exact = truth.solution();
+       return (x - exact).norm() / exact.norm();
+     }}};
+
+template <class T>
+std::vector<T> numbers(const TaskRecord& record, const State<T>& state) {
+  std::vector<T> out;
+  for (const Argument& input : record.inputs) {
+    const VectorX<T>& x = input.name == "q" ? state.q : input.name == "qd" ? state.qd : state.tau;
+    out.insert(out.end(), x.begin(), x.end());
   }
-  EXPECT_GE(accepted, states * static_cast<int>(all_families().size()) / 2);
+  return out;
+}
+
+// Where the margin is above zero, the error is at most what is estimated; the result is that of the plain task to the
+// last bit.
+TYPED_TEST(Record, OfAJudgedTaskEstimatesItsError) {
+  using T = TypeParam;
+  for (const JudgedTask& judged : judged_tasks) {
+    int accepted = 0;
+    for (const Family& family : all_families()) {
+      const Model<double> model = rounded<T>(family.make(1));
+      const TaskRecord record = kalmarm::record<T>(judged.task, model),
+                       plain = kalmarm::record<T>(judged.plain, model);
+      for (int seed = 0; seed < states; ++seed) {
+        const State<double> exact = rounded<T>(random_state(model, seed));
+        const std::vector<T> inputs = numbers<T>(record, exact.cast<T>()),
+                             out = record.graph.evaluate<T>(record.results, inputs);
+        const std::string name = to_string(judged.task) + " of " + family.name;
+        const std::size_t size = record.outputs[0].size;
+        ASSERT_TRUE(std::equal(out.begin(), out.begin() + size,
+                               plain.graph.evaluate<T>(plain.results, inputs).begin()))
+            << name;
+        const T error = out[size], margin = out[size + 1];
+        ASSERT_GE(error, 0) << name;
+        if (!(margin > 0)) continue;
+        ++accepted;
+        const VectorX<T> x = Eigen::Map<const VectorX<T>>(out.data(), size);
+        EXPECT_LE(judged.error(Truth(model, exact), x.template cast<double>()), error)
+            << name << " " << seed;
+      }
+    }
+    EXPECT_GE(accepted, states * static_cast<int>(all_families().size()) / 2)
+        << to_string(judged.task);
+  }
+}
+
+// A result that is not finite, as of inputs that are not, is never accepted.
+TYPED_TEST(Record, OfAJudgedTaskRefusesWhatIsNoNumber) {
+  using T = TypeParam;
+  for (const JudgedTask& judged : judged_tasks)
+    for (const Family& family : all_families()) {
+      const Model<double> model = rounded<T>(family.make(1));
+      const TaskRecord record = kalmarm::record<T>(judged.task, model);
+      const std::vector<T> given = numbers<T>(record, random_state(model, 1).cast<T>());
+      for (std::size_t i = 0; i < given.size(); ++i)
+        for (const T no_number : {T(NAN), std::numeric_limits<T>::infinity()}) {
+          std::vector<T> inputs = given;
+          inputs[i] = no_number;
+          const std::vector<T> x = record.graph.evaluate<T>(record.results, inputs);
+          const bool is_finite = std::all_of(x.begin(), x.begin() + record.outputs[0].size,
+                                             [](T number) { return std::isfinite(number); });
+          EXPECT_TRUE(is_finite || !(x.back() > 0))
+              << to_string(judged.task) << " of " << family.name << ", input " << i;
+        }
+    }
 }
 
 // Of a chain whose axes are parallel and at right angles nothing is worked out that is zero.
