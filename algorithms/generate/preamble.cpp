@@ -206,7 +206,13 @@ static inline void store(const number *x, int width, size_t states, real *rows)
 template <class S>
 std::string preamble_of_one_state(const FunctionsUsed& used) {
   std::string out;
-  if (used.roots) out += "#include <math.h>\n#define root " + root_of<S>() + "\n\n";
+  if (used.roots) {
+    const std::string root = root_of<S>();
+    out +=
+        "#ifdef __GNUC__ /* which needs no header, and where there is an instruction, no library "
+        "*/\n#define root __builtin_" +
+        root + "\n#else\n#include <math.h>\n#define root " + root + "\n#endif\n\n";
+  }
   out += "typedef " + type_of<S>() + " number;\n" + operations_of_one_state;
   return used.sines ? out + sin_cos_of_one_state<S>() : out;
 }
