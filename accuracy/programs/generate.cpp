@@ -3,6 +3,7 @@
 // Answers that the code is compared with are those of its own parameters, which are the robot's rounded to the
 // precision asked for, at home and in random states; truth is proven (truth.hpp). A bound is 16 times the error of the
 // same operations done here, one by one, and 64 units of roundoff: what a compiler may contract, and another sine.
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -21,13 +22,14 @@ namespace kalmarm {
 namespace {
 
 constexpr std::uint64_t qdd_seed = 1987;  // of accelerations, apart from those of the states
+constexpr std::uint64_t range_seed = 61;  // of states in which errors are told
 
 struct Options {
   std::string scene, out, precision = "float64";
   std::vector<std::string> tasks = {"forward_dynamics", "inverse_dynamics", "mass", "inverse_mass"};
   LoadOptions read;
   bool rows = false;
-  int random = 3;
+  int random = 3, ranges = 1000;
   std::uint64_t seed = 1;
 };
 
@@ -139,6 +141,31 @@ class Answers {
   VectorX<Real> torque_;
 };
 
+// Of a judged function: its outputs are the result, its error and its margin.
+template <class S>
+ErrorsTold errors_told(const TaskRecord& record, const std::vector<State>& states) {
+  ErrorsTold out{.task = record.task, .states = static_cast<int>(states.size())};
+  std::vector<double> errors;
+  for (const State& state : states) {
+    std::vector<S> given;
+    for (const Argument& input : record.inputs) {
+      const VectorX<double>& x = input.name == "q"    ? state.q
+                                 : input.name == "qd" ? state.qd
+                                                      : state.tau;
+      given.insert(given.end(), x.begin(), x.end());
+    }
+    const std::vector<S> told = record.graph.evaluate<S>(record.results, given);
+    const S error = told[told.size() - 2], margin = told.back();
+    if (margin > 0) errors.push_back(error);
+  }
+  out.refused = out.states - static_cast<int>(errors.size());
+  if (errors.empty()) return out;
+  std::sort(errors.begin(), errors.end());
+  out.median = errors[errors.size() / 2];
+  out.largest = errors.back();
+  return out;
+}
+
 std::vector<State> states_of(const Scene& scene, const Options& options) {
   std::vector<State> out = random_states(scene, options.random, options.seed);
   out.insert(out.begin(), home_state(scene));
@@ -164,7 +191,12 @@ std::map<std::string, std::string> files(const Scene& scene, const Options& opti
                              options.scene);
     for (const TaskRecord& record : package.records()) checks.push_back(answers.check(record));
   }
-  return package.files(checks);
+  const std::vector<State> in_ranges =
+      random_states(scene, options.ranges, options.seed + range_seed);
+  std::vector<ErrorsTold> errors;
+  for (const TaskRecord& record : package.records())
+    if (is_judged(record)) errors.push_back(errors_told<S>(record, in_ranges));
+  return package.files(checks, errors);
 }
 
 // The file name of a path that includes and code may have.
@@ -218,6 +250,11 @@ int main(int argc, char** argv) {
       ->required();
   app.add_option("--random", options.random, "random states of the test")
       ->check(between(1, 1000))
+      ->capture_default_str();
+  app.add_option("--ranges", options.ranges,
+                 "random states in the joints' ranges, of whose errors, as judged tasks tell them, "
+                 "PATH.md has the median and the largest")
+      ->check(between(1, 1'000'000))
       ->capture_default_str();
   app.add_option("--seed", options.seed, "of these states")
       ->check(any_seed())

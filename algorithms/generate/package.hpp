@@ -24,6 +24,16 @@ struct TaskCheck {
   double bound;               // of its error, relative in the Euclidean norm
 };
 
+// What a judged function says of its errors in many states.
+struct ErrorsTold {
+  GeneratedTask task;
+  int states = 0, refused = 0;     // refused: margin is not above 0
+  double median = 0, largest = 0;  // of the others' errors
+};
+
+// Whether its last results are an error and a margin.
+bool is_judged(const TaskRecord& record);
+
 struct PackageOptions {
   std::string name;  // of the files and, as an identifier, of what they define
   std::vector<GeneratedTask> tasks = {};
@@ -50,14 +60,15 @@ class Package {
   const std::vector<TaskRecord>& records() const { return records_; }
 
   // By names of files.
-  std::map<std::string, std::string> files(const std::vector<TaskCheck>& checks) const;
+  std::map<std::string, std::string> files(const std::vector<TaskCheck>& checks,
+                                           const std::vector<ErrorsTold>& errors = {}) const;
 
  private:
   std::string header() const;
   std::string one_state() const;
   std::string rows() const;
   std::string test(const std::vector<TaskCheck>& checks) const;
-  std::string description() const;
+  std::string description(const std::vector<ErrorsTold>& errors) const;
   std::string function(const TaskRecord& record) const;  // its name
   std::string row_function(const TaskRecord& record) const;
 
