@@ -4,15 +4,14 @@
 //
 //   Generated          a task by itself
 //   Generated<judged>  accelerations with their estimated error and margin, as every call of the library has them
-#include <dlfcn.h>
-
 #include <ctime>
 #include <exception>
 #include <iostream>
+#include <optional>
 #include <type_traits>
 
+#include "algorithms/generate/c_library.hpp"
 #include "algorithms/generate/package.hpp"
-#include "benchmarks/peers/c_library.hpp"
 #include "benchmarks/peers/peer.hpp"
 
 namespace kalmarm {
@@ -31,11 +30,6 @@ class OneRobot final : public Peer {
         compiler_name_(std::move(compiler_name)),
         compiler_(std::move(compiler)),
         judged_(judged) {}
-  OneRobot(const OneRobot&) = delete;
-  ~OneRobot() override {
-    for (const Code& code : codes_)
-      if (code.library) dlclose(code.library);
-  }
 
   std::string name() const override {
     return (judged_ ? "Generated<judged>@" : "Generated@") + compiler_name_;
@@ -69,8 +63,7 @@ class OneRobot final : public Peer {
   bool batch(Task task) override {
     const Code& code = made(task);
     if (!code.rows) return false;
-    const auto rows = reinterpret_cast<void (*)()>(code.rows);
-    call(task, rows, 0, static_cast<std::size_t>(states_));
+    call(task, code.rows, 0, static_cast<std::size_t>(states_));
     return true;
   }
 
@@ -80,7 +73,8 @@ class OneRobot final : public Peer {
 
  private:
   struct Code {
-    void *library = nullptr, *one = nullptr, *rows = nullptr;
+    std::optional<CLibrary> library = {};
+    void (*one)() = nullptr, (*rows)() = nullptr;
     double seconds = 0, flops = 0;
     bool asked = false;
   };
@@ -95,7 +89,7 @@ class OneRobot final : public Peer {
   bool one(Task task, int i) {
     const Code& code = made(task);
     if (!code.one) return false;
-    call(task, reinterpret_cast<void (*)()>(code.one), i);
+    call(task, code.one, i);
     return true;
   }
 
@@ -147,11 +141,10 @@ class OneRobot final : public Peer {
       const TaskRecord& record = package.records()[0];
       const std::string name = "robot_" + to_string(record.task);
       code.flops = record.graph.count(record.results).flops();
-      code.seconds = seconds + library.seconds;
-      code.library = dlopen(library.path.c_str(), RTLD_NOW | RTLD_LOCAL);
-      if (!code.library) throw std::runtime_error(dlerror());
-      code.one = dlsym(code.library, name.c_str());
-      code.rows = dlsym(code.library, (name + "_rows").c_str());
+      code.library = library;
+      code.seconds = seconds + library.made().seconds;
+      code.one = library.function<void()>(name);
+      code.rows = library.function<void()>(name + "_rows");
     } catch (const std::exception& e) {
       std::cerr << name() << ": " << e.what() << '\n';
     }
@@ -173,14 +166,14 @@ class OneRobot final : public Peer {
 void kalmarm_peers(const kalmarm::Mechanism& mechanism, kalmarm::Peers& peers) {
   using namespace kalmarm;
   if (mechanism.nv > most_generated_dofs) return;
-  const auto add = [&](const char* name, const char* path, const char* version) {
+  const auto add = [&](const char* name, const char* path) {
     if (!*path) return;
-    const CCompiler compiler{path, version, flags};
+    const CCompiler compiler{{path}, flags};
     for (const bool judged : {false, true}) {
       peers.push_back(std::make_unique<OneRobot<double>>(mechanism, name, compiler, judged));
       peers.push_back(std::make_unique<OneRobot<float>>(mechanism, name, compiler, judged));
     }
   };
-  add("gcc", KALMARM_GCC, KALMARM_GCC_VERSION);
-  add("clang", KALMARM_CLANG, KALMARM_CLANG_VERSION);
+  add("gcc", KALMARM_GCC);
+  add("clang", KALMARM_CLANG);
 }

@@ -72,8 +72,7 @@ endfunction()
 
 # Our own generated code.
 kalmarm_peer_module(peer_one_robot ${CMAKE_CURRENT_SOURCE_DIR}/peers/one_robot.cpp)
-target_sources(peer_one_robot PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/peers/c_library.cpp)
-target_link_libraries(peer_one_robot PRIVATE kalmarm_generator ${CMAKE_DL_LIBS})
+target_link_libraries(peer_one_robot PRIVATE kalmarm)
 target_compile_options(peer_one_robot PRIVATE -O1)
 kalmarm_c_compilers(peer_one_robot)
 
@@ -113,10 +112,9 @@ endif()
 find_path(CPPADCG_INCLUDE cppad/cg.hpp PATHS ${wheel} NO_DEFAULT_PATH)
 if(PINOCCHIO_INCLUDE AND CPPADCG_INCLUDE)
   kalmarm_peer_module(peer_generated ${CMAKE_CURRENT_SOURCE_DIR}/peers/generated.cpp)
-  target_sources(peer_generated PRIVATE
-    ${CMAKE_CURRENT_SOURCE_DIR}/peers/c_library.cpp ${CMAKE_CURRENT_SOURCE_DIR}/peers/generator.cpp)
+  target_sources(peer_generated PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/peers/generator.cpp)
   target_include_directories(peer_generated SYSTEM PRIVATE ${PINOCCHIO_INCLUDE} ${CPPADCG_INCLUDE})
-  target_link_libraries(peer_generated PRIVATE Boost::headers ${CMAKE_DL_LIBS})
+  target_link_libraries(peer_generated PRIVATE Boost::headers kalmarm)
   # Pinocchio asks each joint whether it is one of a kind that generator.cpp leaves out: it is not.
   target_compile_definitions(peer_generated PRIVATE ${KALMARM_PINOCCHIO_DEFINITIONS}
     BOOST_VARIANT_USE_RELAXED_GET_BY_DEFAULT)

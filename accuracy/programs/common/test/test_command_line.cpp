@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "accuracy/programs/common/command_line.hpp"
-#include "accuracy/programs/common/test/temporary_folder.hpp"
+#include "algorithms/test/temporary_folder.hpp"
 #include "robots/loader/input_error.hpp"
 
 namespace kalmarm {

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "accuracy/programs/common/journal.hpp"
-#include "accuracy/programs/common/test/temporary_folder.hpp"
+#include "algorithms/test/temporary_folder.hpp"
 #include "robots/loader/input_error.hpp"
 
 namespace kalmarm {

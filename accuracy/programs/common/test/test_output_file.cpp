@@ -10,7 +10,7 @@
 
 #include "accuracy/programs/common/held_signals.hpp"
 #include "accuracy/programs/common/output_file.hpp"
-#include "accuracy/programs/common/test/temporary_folder.hpp"
+#include "algorithms/test/temporary_folder.hpp"
 #include "robots/loader/input_error.hpp"
 
 namespace kalmarm {

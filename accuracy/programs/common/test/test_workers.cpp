@@ -11,8 +11,8 @@
 #include <sstream>
 #include <vector>
 
-#include "accuracy/programs/common/test/temporary_folder.hpp"
 #include "accuracy/programs/common/workers.hpp"
+#include "algorithms/test/temporary_folder.hpp"
 #include "robots/loader/test/refusal.hpp"
 
 namespace kalmarm {

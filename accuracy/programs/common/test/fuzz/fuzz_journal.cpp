@@ -9,7 +9,7 @@
 
 #include "accuracy/programs/common/digest.hpp"
 #include "accuracy/programs/common/journal.hpp"
-#include "accuracy/programs/common/test/temporary_folder.hpp"
+#include "algorithms/test/temporary_folder.hpp"
 #include "robots/loader/test/fuzz/reader.hpp"
 
 namespace kalmarm {
