@@ -9,6 +9,7 @@
 #include "algorithms/generate/preamble.hpp"
 #include "algorithms/generate/print_c.hpp"
 #include "algorithms/spatial/sincos.hpp"
+#include "kalmarm/tolerance.hpp"
 #include "kalmarm/version.hpp"
 
 namespace kalmarm {
@@ -152,7 +153,7 @@ Package<S>::Package(const Model<double>& model, const std::vector<double>& home,
                              std::to_string(joint.q_index));
   }
   for (const GeneratedTask task : options.tasks) {
-    records_.push_back(record<S>(task, model));
+    records_.push_back(record<S>(task, model, options.tolerance.value_or(default_tolerance<S>)));
     const int flops = records_.back().graph.count(records_.back().results).flops();
     if (flops > most_generated_operations)
       throw TooLarge(to_string(task) + " takes " + std::to_string(flops) +

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -38,6 +39,7 @@ struct PackageOptions {
   std::string name;  // of the files and, as an identifier, of what they define
   std::vector<GeneratedTask> tasks = {};
   bool rows = false;
+  std::optional<double> tolerance = {};  // of judged tasks; empty: default_tolerance<S>
 };
 
 // Thrown where a function would be longer than compilers take.

@@ -17,8 +17,11 @@ using Numbers = std::vector<Recorded>;
 template <class S>
 class Recorder {
  public:
-  Recorder(GeneratedTask task, const Model<double>& model)
-      : recording_(out_.graph), model_(model), robot_(plain(model)) {
+  Recorder(GeneratedTask task, const Model<double>& model, double tolerance)
+      : recording_(out_.graph),
+        tolerance_(tolerance),
+        model_(model, Zeros::left_out, accepted_error(tolerance)),
+        robot_(plain(model)) {
     out_.task = task;
   }
 
@@ -173,7 +176,7 @@ class Recorder {
     output(by.judge_columns(energy), factors.margin);
   }
 
-  Acceptance<S> acceptance() const { return {robot_, model_, default_tolerance<S>}; }
+  Acceptance<S> acceptance() const { return {robot_, model_, tolerance_}; }
   void output(const Judged<Recorded>& judgement, const Recorded& margin_of_D) {
     output("error", Numbers{judgement.error});
     output("margin", Numbers{min(margin_of_D, judgement.margin)});
@@ -186,6 +189,7 @@ class Recorder {
 
   TaskRecord out_;
   Recording recording_;
+  double tolerance_;
   LoweredModel<S> model_;
   RobotModel robot_;
 };
@@ -219,11 +223,11 @@ std::string to_string(GeneratedTask task) {
 }
 
 template <class S>
-TaskRecord record(GeneratedTask task, const Model<double>& model) {
-  return Recorder<S>(task, model).run();
+TaskRecord record(GeneratedTask task, const Model<double>& model, double tolerance) {
+  return Recorder<S>(task, model, tolerance).run();
 }
 
-template TaskRecord record<float>(GeneratedTask, const Model<double>&);
-template TaskRecord record<double>(GeneratedTask, const Model<double>&);
+template TaskRecord record<float>(GeneratedTask, const Model<double>&, double);
+template TaskRecord record<double>(GeneratedTask, const Model<double>&, double);
 
 }  // namespace kalmarm

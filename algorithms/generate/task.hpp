@@ -7,6 +7,7 @@
 
 #include "algorithms/generate/graph.hpp"
 #include "algorithms/model/model.hpp"
+#include "kalmarm/tolerance.hpp"
 
 namespace kalmarm {
 
@@ -53,8 +54,9 @@ struct TaskRecord {
   std::vector<int> results;  // nodes
 };
 
-// By kernels whose constants are rounded to S (float or double).
+// By kernels whose constants are rounded to S (float or double). tolerance: by which a judged task accepts.
 template <class S>
-TaskRecord record(GeneratedTask task, const Model<double>& model);
+TaskRecord record(GeneratedTask task, const Model<double>& model,
+                  double tolerance = default_tolerance<S>);
 
 }  // namespace kalmarm

@@ -1,0 +1,339 @@
+#include "algorithms/generate/generated_engine.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <map>
+#include <mutex>
+#include <sstream>
+#include <stdexcept>
+#include <type_traits>
+
+#include "algorithms/fast/claims/constants.hpp"
+#include "algorithms/fast/claims/tuning.hpp"
+#include "algorithms/generate/compiled_task.hpp"
+#include "algorithms/generate/trial_states.hpp"
+#include "algorithms/model/plain.hpp"
+
+namespace kalmarm {
+namespace {
+
+// Whether rows of all that are given and those of the result share memory.
+template <class T>
+bool overlap(const Call<T>& call, std::ptrdiff_t rows, const Widths& width) {
+  const std::less<const T*> before;
+  const T* const end = call.out + rows * width.out(call.want);
+  const auto meets = [&](const T* in, std::ptrdiff_t numbers) {
+    return in && before(in, end) && before(call.out, in + rows * numbers);
+  };
+  return meets(call.q, width.nq) || meets(call.qd, width.nv) ||
+         meets(call.tau, width.tau(call.want));
+}
+
+template <class T>
+bool all_finite(std::ptrdiff_t count, const T* x) {
+  constexpr std::ptrdiff_t lanes = 8;  // sums that do not wait for each other
+  T check[lanes] = {}, sum = 0;
+  std::ptrdiff_t i = 0;
+  for (; i + lanes <= count; i += lanes)
+    for (std::ptrdiff_t j = 0; j < lanes; ++j) check[j] += x[i + j] * 0;
+  for (; i < count; ++i) sum += x[i] * 0;
+  for (const T& one : check) sum += one;
+  return sum == 0;
+}
+
+// What functions depend on, but for their task: equal texts are the same robot, whatever its names are.
+std::string numbers_of(const RobotModel& robot, double tolerance) {
+  std::string out;
+  const auto add = [&out](const auto&... x) {
+    (out.append(reinterpret_cast<const char*>(&x), sizeof x), ...);
+  };
+  add(tolerance, robot.nq, robot.gravity);
+  for (const LinkParameters& link : robot.links)
+    add(link.parent, link.coordinate, link.slides, link.q_index, link.reference, link.rotation,
+        link.translation, link.armature, link.mass, link.center_of_mass, link.inertia_axes,
+        link.principal_moments);
+  return out;
+}
+
+// Functions that this process has in use, by what they were made from: objects of the same robot share them.
+template <class T>
+class InUse {
+ public:
+  using Task = std::shared_ptr<const CompiledTask<T>>;
+
+  Task find(const std::string& key) {
+    const std::lock_guard lock(mutex_);
+    return tasks_[key].lock();
+  }
+  void keep(const std::string& key, const Task& task) {
+    const std::lock_guard lock(mutex_);
+    std::erase_if(tasks_, [](const auto& one) { return one.second.expired(); });
+    tasks_[key] = task;
+  }
+
+  static InUse& all() {
+    static InUse in_use;
+    return in_use;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::map<std::string, std::weak_ptr<const CompiledTask<T>>> tasks_;
+};
+
+template <class T>
+class GeneratedEngine final : public Engine<T> {
+ public:
+  GeneratedEngine(std::unique_ptr<Engine<T>> loops, const RobotModel& robot,
+                  const EngineOptions& options, const CodeOptions& code,
+                  std::vector<std::string>& notes)
+      : loops_(std::move(loops)),
+        width_(robot.nq, robot.nv(), robot.nv(), options.selection.size(), options.frames) {
+    try {
+      compile(robot, options, code, notes);
+    } catch (const std::exception& e) {
+      notes.push_back("the library's loops answer: " + std::string(e.what()));
+    }
+  }
+
+  bool answers_in_part() const override { return loops_->answers_in_part(); }
+
+  Outcome answer(const Call<T>& call) override {
+    const CompiledTask<T>* const code = code_of(call, 1);
+    if (!code || !code->has_one()) return loops_->answer(call);
+    T error = 0, margin = 0;
+    code->one(call, &error, &margin);
+    if (!accepted(*code, call, margin)) return loops_->answer(call);
+    return code->judged() ? Outcome{.error = error} : Outcome{};
+  }
+
+  void reserve_workers(Want want, int count) override {
+    loops_->reserve_workers(want, count);
+    while (static_cast<int>(workers_.size()) < count) workers_.emplace_back();
+  }
+
+  void answer_rows(int worker, int count, const Call<T>& call, Outcome* outcomes) override {
+    const CompiledTask<T>* const code = code_of(call, count);
+    if (!code || !code->has_rows()) return loops_->answer_rows(worker, count, call, outcomes);
+    for (int first = 0; first < count; first += rows_at_once)
+      block(worker, *code, std::min(rows_at_once, count - first), call.from(first, width_),
+            outcomes ? outcomes + first : nullptr);
+  }
+
+  Outcome factor(const Call<T>& call) override { return loops_->factor(call); }
+  Outcome solve(int columns, const T* taus, T* X) override {
+    return loops_->solve(columns, taus, X);
+  }
+
+ private:
+  static constexpr int rows_at_once = 256;
+
+  struct Worker {
+    std::array<T, rows_at_once> error, margin;
+    // Of the rows that climb, side by side.
+    std::vector<int> chosen;
+    std::vector<T> q, qd, tau, out;
+    std::vector<Outcome> outcomes;
+  };
+
+  const CompiledTask<T>* code_of(const Call<T>& call, std::ptrdiff_t rows) const {
+    const CompiledTask<T>* const code = tasks_[static_cast<int>(call.want)].get();
+    if (!code || call.forces || call.contacts || call.loads || call.r || call.B ||
+        overlap(call, rows, width_))
+      return nullptr;
+    return code;
+  }
+
+  // Of one state.
+  bool accepted(const CompiledTask<T>& code, const Call<T>& call, T margin) const {
+    return code.judged() ? margin > 0 : all_finite(width_.out(call.want), call.out);
+  }
+
+  void block(int worker, const CompiledTask<T>& code, int count, const Call<T>& call,
+             Outcome* outcomes) {
+    Worker& w = workers_[worker];
+    code.rows(count, call, w.error.data(), w.margin.data());
+    w.chosen.clear();
+    for (int i = 0; i < count; ++i) {
+      if (outcomes) {
+        outcomes[i] = answered_in_lanes<T>();
+        if (code.judged()) outcomes[i].error = w.error[i];
+      }
+      if (!accepted(code, call.from(i, width_), w.margin[i])) w.chosen.push_back(i);
+    }
+    if (!w.chosen.empty()) climb(worker, call, outcomes);
+  }
+
+  // The rows that are chosen, to the loops.
+  void climb(int worker, const Call<T>& call, Outcome* outcomes) {
+    Worker& w = workers_[worker];
+    const std::size_t count = w.chosen.size();
+    const auto gather = [&](const T* from, std::ptrdiff_t numbers, std::vector<T>& to) -> const T* {
+      if (!from) return nullptr;
+      to.clear();
+      for (const int i : w.chosen)
+        to.insert(to.end(), from + i * numbers, from + (i + 1) * numbers);
+      return to.data();
+    };
+    const std::ptrdiff_t result = width_.out(call.want);
+    w.out.resize(count * result);
+    w.outcomes.resize(count);
+    const Call<T> rows{.want = call.want,
+                       .q = gather(call.q, width_.nq, w.q),
+                       .qd = gather(call.qd, width_.nv, w.qd),
+                       .tau = gather(call.tau, width_.tau(call.want), w.tau),
+                       .out = w.out.data()};
+    loops_->answer_rows(worker, static_cast<int>(count), rows, w.outcomes.data());
+    for (std::size_t i = 0; i < count; ++i) {
+      std::copy_n(&w.out[i * result], result, call.out + w.chosen[i] * result);
+      if (outcomes) outcomes[w.chosen[i]] = w.outcomes[i];
+    }
+  }
+
+  // --- when it is made
+
+  void compile(const RobotModel& robot, const EngineOptions& options, const CodeOptions& code,
+               std::vector<std::string>& notes) {
+    if (options.kernel == Kernel::translational || robot.nv() == 0)
+      throw std::runtime_error("a mechanism of slides alone has sweeps of its own");
+    const CCompiler compiler = compiler_of(code);
+    const std::filesystem::path folder = folder_of(code);
+    std::string key =
+        numbers_of(robot, options.tolerance) + folder.string() + (code.rows ? " rows" : "");
+    for (const std::string& word : compiler.command) key += ' ' + word;
+    for (const CodeFor& of : code_for) {
+      if (!options.wants(of.want) || (!code.tasks.empty() && !code.tasks.contains(of.want)))
+        continue;
+      const std::string what = to_string(of.want);
+      try {
+        check(of, options, code.rows);
+        const std::string name = what + ' ' + key;
+        auto task = InUse<T>::all().find(name);
+        if (!task) {
+          // The library answers one state of float in double.
+          task = std::make_shared<CompiledTask<T>>(of, model_of(robot), options.tolerance,
+                                                   std::is_same_v<T, double>, code.rows, compiler,
+                                                   folder);
+          test(*task, robot, options);
+          InUse<T>::all().keep(name, task);
+        }
+        notes.push_back(what + ": " + note_of(task->library().made(), compiler));
+        tasks_[static_cast<int>(of.want)] = task;
+      } catch (const std::exception& e) {
+        notes.push_back(what + ": the library's loops answer: " + e.what());
+      }
+    }
+  }
+
+  static void check(const CodeFor& of, const EngineOptions& options, bool rows) {
+    if (std::is_same_v<T, float> && !rows)
+      throw std::runtime_error("one state of float is answered in double");
+    if (!of.judged) return;
+    if (of.want == Want::acceleration && options.kernel == Kernel::spatial_at_rest)
+      throw std::runtime_error("accelerations at rest have sweeps of their own");
+    if (options.tolerance <
+        (std::is_same_v<T, float> ? least_tolerance_of_float : least_tolerance_of_double))
+      throw std::runtime_error("the tolerance asks for refined answers");
+  }
+
+  static std::string note_of(const CLibrary::Made& made, const CCompiler& compiler) {
+    std::ostringstream out;
+    out.precision(2);
+    out << "generated code, compiled by " << compiler.command[0] << ' ' << made.version << " in "
+        << made.seconds << " s" << (made.was_there ? " before" : "") << ": " << made.path.string();
+    return out.str();
+  }
+
+  // Against the loops, in states of all kinds of joints; what they do not accept says nothing.
+  void test(const CompiledTask<T>& code, const RobotModel& robot, const EngineOptions& options) {
+    constexpr int count = 37;  // more than two registers hold, and no multiple
+    const TrialStates<T> states(robot, count);
+    const std::ptrdiff_t size = width_.out(code.want());
+    constexpr T unset = std::numeric_limits<T>::quiet_NaN(), untouched = -77;
+    std::vector<T> one(count * size, unset), rows(one), truth(one), error(2 * count, unset),
+        margin(error);
+    Call<T> call{.want = code.want(),
+                 .q = states.q.data(),
+                 .qd = states.qd.data(),
+                 .tau = states.tau.data()};
+    const auto with = [&](std::vector<T>& out) {
+      call.out = out.data();
+      return call;
+    };
+    if (code.has_rows()) {
+      rows.insert(rows.end(), 64, untouched);
+      code.rows(count, with(rows), error.data(), margin.data());
+    }
+    if (std::any_of(rows.begin() + count * size, rows.end(), [&](T x) { return x != untouched; }))
+      throw std::runtime_error("rows are written beyond their end");
+    bool any = false;
+    for (int i = 0; i < count; ++i) {
+      if (code.has_one())
+        code.one(with(one).from(i, width_), &error[count + i], &margin[count + i]);
+      const Outcome outcome = loops_->answer(with(truth).from(i, width_));
+      const auto agrees = [&](bool there, const std::vector<T>& x, T x_margin) {
+        if (!there || !outcome || (code.judged() && !(x_margin > 0))) return true;
+        any = true;
+        return is_near(&x[i * size], &truth[i * size], size, bound(code, robot, options));
+      };
+      if (!agrees(code.has_rows(), rows, margin[i]) ||
+          !agrees(code.has_one(), one, margin[count + i]))
+        throw std::runtime_error("its results are wrong");
+    }
+    if (!any) throw std::runtime_error("none of its results is accepted");
+  }
+
+  struct Bound {
+    T relative, least;
+  };
+  // Accelerations by what both may be wrong; of sums of products alone no more than their rounding, with room.
+  static Bound bound(const CompiledTask<T>& code, const RobotModel& robot,
+                     const EngineOptions& options) {
+    constexpr T roundings = 4096;
+    if (!code.judged()) return {roundings * std::numeric_limits<T>::epsilon(), 0};
+    const auto& g = robot.gravity;
+    return {T(2 * options.tolerance), T(least_beside_gravity * std::hypot(g[0], g[1], g[2]))};
+  }
+  static bool is_near(const T* x, const T* truth, std::ptrdiff_t size, const Bound& bound) {
+    T largest = 0, squares = 0, apart = 0;
+    for (std::ptrdiff_t k = 0; k < size; ++k) largest = std::max(largest, std::abs(truth[k]));
+    if (largest == 0) largest = 1;
+    for (std::ptrdiff_t k = 0; k < size; ++k) {
+      squares += (truth[k] / largest) * (truth[k] / largest);
+      const T off = x[k] / largest - truth[k] / largest;
+      apart += off * off;
+    }
+    return std::sqrt(apart) <= bound.relative * std::max(std::sqrt(squares), bound.least / largest);
+  }
+
+  std::unique_ptr<Engine<T>> loops_;
+  Widths width_;
+  std::array<typename InUse<T>::Task, static_cast<int>(Want::derivatives) + 1> tasks_ = {};
+  std::vector<Worker> workers_;
+};
+
+}  // namespace
+
+template <class T>
+std::unique_ptr<Engine<T>> with_generated_code(std::unique_ptr<Engine<T>> loops,
+                                               const RobotModel& robot,
+                                               const EngineOptions& options,
+                                               const CodeOptions& code,
+                                               std::vector<std::string>& notes) {
+  return std::make_unique<GeneratedEngine<T>>(std::move(loops), robot, options, code, notes);
+}
+
+template std::unique_ptr<Engine<float>> with_generated_code(std::unique_ptr<Engine<float>>,
+                                                            const RobotModel&, const EngineOptions&,
+                                                            const CodeOptions&,
+                                                            std::vector<std::string>&);
+template std::unique_ptr<Engine<double>> with_generated_code(std::unique_ptr<Engine<double>>,
+                                                             const RobotModel&,
+                                                             const EngineOptions&,
+                                                             const CodeOptions&,
+                                                             std::vector<std::string>&);
+
+}  // namespace kalmarm
