@@ -26,7 +26,6 @@
 #include <utility>
 #include <vector>
 
-#include "algorithms/model/inverse_dynamics.hpp"
 #include "algorithms/test/allocations.hpp"
 #include "benchmarks/bandwidth.hpp"
 #include "benchmarks/case.hpp"
@@ -164,17 +163,6 @@ std::vector<Module> load_modules() {
     if (!entry) throw InputError(dlerror());
     out.push_back(reinterpret_cast<Module>(entry));
   }
-  return out;
-}
-
-// By Newton and Euler in link frames; tau has the numbers of qdd.
-VectorX<double> torque(const Model<double>& model, const State& state) {
-  LinkKinematics<double> kin(model);
-  InverseDynamics<double> ws(model);
-  VectorX<double> out(model.nv());
-  set_position(model, state.q, kin);
-  set_velocity(model, state.qd, kin);
-  inverse_dynamics(model, kin, state.tau, ws, Eigen::Ref<VectorX<double>>(out));
   return out;
 }
 

@@ -2,6 +2,7 @@
 
 #include <cstdio>
 
+#include "algorithms/model/inverse_dynamics.hpp"
 #include "algorithms/model/mass_matrix.hpp"
 #include "algorithms/study/inverse_mass/condition.hpp"
 
@@ -16,6 +17,16 @@ std::string wrong(double error, double bound) {
   char text[80];
   std::snprintf(text, sizeof text, "wrong: error %.2g, bound %.2g", error, bound);
   return text;
+}
+
+VectorX<double> torque(const Model<double>& model, const State& state) {
+  LinkKinematics<double> kin(model);
+  InverseDynamics<double> ws(model);
+  VectorX<double> out(model.nv());
+  set_position(model, state.q, kin);
+  set_velocity(model, state.qd, kin);
+  inverse_dynamics(model, kin, state.tau, ws, Eigen::Ref<VectorX<double>>(out));
+  return out;
 }
 
 Case::Case(Scene what, std::uint64_t seed)

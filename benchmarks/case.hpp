@@ -22,6 +22,9 @@ std::string describe(const Scene& scene, const Outcome& outcome);
 
 std::string wrong(double error, double bound);
 
+// By Newton and Euler in link frames; tau has the numbers of qdd.
+VectorX<double> torque(const Model<double>& model, const State& state);
+
 // The truth is that of the float64 square-root filter. Bounds: 1000 nv u, times the condition
 // number where M^-1 enters.
 struct Case {
