@@ -16,6 +16,7 @@
 #include "algorithms/generate/compiled_task.hpp"
 #include "algorithms/generate/trial_states.hpp"
 #include "algorithms/model/plain.hpp"
+#include "algorithms/spatial/sincos.hpp"
 
 namespace kalmarm {
 namespace {
@@ -34,14 +35,14 @@ bool overlap(const Call<T>& call, std::ptrdiff_t rows, const Widths& width) {
 
 template <class T>
 bool all_finite(std::ptrdiff_t count, const T* x) {
-  constexpr std::ptrdiff_t lanes = 8;  // sums that do not wait for each other
-  T check[lanes] = {}, sum = 0;
+  constexpr std::ptrdiff_t sums = 32;  // that do not wait for each other
+  T check[sums] = {}, rest = 0;
   std::ptrdiff_t i = 0;
-  for (; i + lanes <= count; i += lanes)
-    for (std::ptrdiff_t j = 0; j < lanes; ++j) check[j] += x[i + j] * 0;
-  for (; i < count; ++i) sum += x[i] * 0;
-  for (const T& one : check) sum += one;
-  return sum == 0;
+  for (; i + sums <= count; i += sums)
+    for (std::ptrdiff_t j = 0; j < sums; ++j) check[j] += x[i + j] * 0;
+  for (; i < count; ++i) rest += x[i] * 0;
+  for (const T& one : check) rest += one;
+  return rest == 0;
 }
 
 // What functions depend on, but for their task: equal texts are the same robot, whatever its names are.
@@ -104,10 +105,14 @@ class GeneratedEngine final : public Engine<T> {
   Outcome answer(const Call<T>& call) override {
     const CompiledTask<T>* const code = code_of(call, 1);
     if (!code || !code->has_one()) return loops_->answer(call);
+    if (!code->judged()) {
+      if (!is_near(1, call)) return loops_->answer(call);
+      code->one(call, nullptr, nullptr);
+      return {};
+    }
     T error = 0, margin = 0;
     code->one(call, &error, &margin);
-    if (!accepted(*code, call, margin)) return loops_->answer(call);
-    return code->judged() ? Outcome{.error = error} : Outcome{};
+    return margin > 0 ? Outcome{.error = error} : loops_->answer(call);
   }
 
   void reserve_workers(Want want, int count) override {
@@ -129,7 +134,7 @@ class GeneratedEngine final : public Engine<T> {
   }
 
  private:
-  static constexpr int rows_at_once = 256;
+  static constexpr int rows_at_once = 64;  // whose results stay in the first cache
 
   struct Worker {
     std::array<T, rows_at_once> error, margin;
@@ -147,22 +152,32 @@ class GeneratedEngine final : public Engine<T> {
     return code;
   }
 
-  // Of one state.
-  bool accepted(const CompiledTask<T>& code, const Call<T>& call, T margin) const {
-    return code.judged() ? margin > 0 : all_finite(width_.out(call.want), call.out);
+  // Whether generated code reduces all angles of so many rows; what else is beyond is left to the loops too.
+  bool is_near(int rows, const Call<T>& call) const {
+    bool out = true;
+    for (std::ptrdiff_t i = 0; i < rows * width_.nq; ++i)
+      out &= std::abs(call.q[i]) <= detail::SinCosConstants<T>::farthest;
+    return out;
+  }
+  // Whether the results of so many rows, that are not judged, can be used.
+  bool is_sound(int rows, const Call<T>& call, const Outcome* outcomes) const {
+    return is_near(rows, call) && (!outcomes || all_finite(rows * width_.out(call.want), call.out));
   }
 
   void block(int worker, const CompiledTask<T>& code, int count, const Call<T>& call,
              Outcome* outcomes) {
     Worker& w = workers_[worker];
     code.rows(count, call, w.error.data(), w.margin.data());
+    if (outcomes) std::fill_n(outcomes, count, answered_in_lanes<T>());
     w.chosen.clear();
-    for (int i = 0; i < count; ++i) {
-      if (outcomes) {
-        outcomes[i] = answered_in_lanes<T>();
-        if (code.judged()) outcomes[i].error = w.error[i];
+    if (code.judged()) {
+      for (int i = 0; i < count; ++i) {
+        outcomes[i].error = w.error[i];
+        if (!(w.margin[i] > 0)) w.chosen.push_back(i);
       }
-      if (!accepted(code, call.from(i, width_), w.margin[i])) w.chosen.push_back(i);
+    } else if (!is_sound(count, call, outcomes)) {
+      for (int i = 0; i < count; ++i)
+        if (!is_sound(1, call.from(i, width_), outcomes)) w.chosen.push_back(i);
     }
     if (!w.chosen.empty()) climb(worker, call, outcomes);
   }
@@ -277,7 +292,7 @@ class GeneratedEngine final : public Engine<T> {
       const auto agrees = [&](bool there, const std::vector<T>& x, T x_margin) {
         if (!there || !outcome || (code.judged() && !(x_margin > 0))) return true;
         any = true;
-        return is_near(&x[i * size], &truth[i * size], size, bound(code, robot, options));
+        return agree(&x[i * size], &truth[i * size], size, bound(code, robot, options));
       };
       if (!agrees(code.has_rows(), rows, margin[i]) ||
           !agrees(code.has_one(), one, margin[count + i]))
@@ -297,7 +312,7 @@ class GeneratedEngine final : public Engine<T> {
     const auto& g = robot.gravity;
     return {T(2 * options.tolerance), T(least_beside_gravity * std::hypot(g[0], g[1], g[2]))};
   }
-  static bool is_near(const T* x, const T* truth, std::ptrdiff_t size, const Bound& bound) {
+  static bool agree(const T* x, const T* truth, std::ptrdiff_t size, const Bound& bound) {
     T largest = 0, squares = 0, apart = 0;
     for (std::ptrdiff_t k = 0; k < size; ++k) largest = std::max(largest, std::abs(truth[k]));
     if (largest == 0) largest = 1;

@@ -1,12 +1,11 @@
 // Generated code as a rung of the ladder: an engine that answers by it, and asks the library's loops for all else.
 //
 //   acceleration       where margin > 0, with the estimated error; the other states climb to the loops
-//   inverse_dynamics   where the result is finite
-//   mass               the same
+//   inverse_dynamics   where no entry of q is beyond the angles that it reduces
+//   mass               the same, of rows where the result is finite too
 //
 // of one state in double, and of rows in both precisions. One state of float is answered in double, as the loops do.
-// Forces, contacts, loads, joint noise and columns of a call are the loops', and a result that overlaps what is given. An
-// angle beyond what generated code reduces gives NaN, and climbs.
+// Forces, contacts, loads, joint noise and columns of a call are the loops', and a result that overlaps what is given.
 //
 // Whatever keeps code from being there, compiling it or its test against the loops, leaves the loops alone, and a note
 // says in a line what it was. The loops alone are for mechanisms of slides, for accelerations at rest, which have shorter
