@@ -6,8 +6,13 @@
 //   signs outwards:  (-x) y = -(x y),  x + (-y) = x - y,  -(x - y) = y - x,  -(-x) = x
 // and nothing else: sums are not regrouped, so that errors are those of the calculation as it stands.
 // 0 x = 0 takes every x to be finite.
+//
+// Every node has the value that it takes in one reference state, that of the values inputs are given with: NaN where
+// they are given with none.
 #pragma once
 
+#include <cstdint>
+#include <limits>
 #include <map>
 #include <span>
 #include <string>
@@ -28,24 +33,25 @@ enum class Operation {
   cosine,
   square_root,
   minimum,
+  with_sign,        // a where b > 0, else -a
   zero_where_less,  // c, but 0 where a < b
 };
 
 struct Node {
   Operation operation;
   int a = -1, b = -1, c = -1;  // operands; of an input its number
-  double value = 0;            // of a constant
+  double value = 0;            // of a constant, or in the reference state
 };
 
 // Operations of the nodes that some output needs.
 struct OperationCount {
-  int sums = 0, products = 0, quotients = 0, others = 0;
+  int sums = 0, products = 0, quotients = 0, roots = 0, others = 0;
   int flops() const { return sums + products + quotients; }
 };
 
 class Graph {
  public:
-  int input();  // the next one
+  int input(double value = std::numeric_limits<double>::quiet_NaN());  // the next one
   int constant(double value);
   int add(int a, int b);
   int subtract(int a, int b);
@@ -53,10 +59,12 @@ class Graph {
   int divide(int a, int b);
   int negate(int a);
   int minimum(int a, int b);
+  int with_sign(int a, int b);
   int zero_where_less(int a, int b, int c);
   int unary(Operation operation, int a);  // sine, cosine, square_root
 
   int inputs() const { return inputs_; }
+  double value(int node) const { return nodes_[node].value; }
   const std::vector<Node>& nodes() const { return nodes_; }
   bool is_constant(int node) const { return nodes_[node].operation == Operation::constant; }
   bool is_constant(int node, double value) const {
@@ -72,12 +80,13 @@ class Graph {
   std::vector<S> evaluate(std::span<const int> outputs, std::span<const S> inputs) const;
 
  private:
-  int node(Operation operation, int a, int b = -1, int c = -1, double value = 0);
+  int node(Operation operation, int a, int b = -1, int c = -1);
+  int known(const Node& node, std::uint64_t constant = 0);  // by its bits
   bool is_negated(int node) const { return nodes_[node].operation == Operation::negate; }
 
   int inputs_ = 0;
   std::vector<Node> nodes_;
-  std::map<std::tuple<Operation, int, int, int, double>, int> known_;
+  std::map<std::tuple<Operation, int, int, int, std::uint64_t>, int> known_;
 };
 
 }  // namespace kalmarm

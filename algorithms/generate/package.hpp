@@ -58,6 +58,9 @@ class Package {
   // Throws TooLarge.
   Package(const Model<double>& model, const std::vector<double>& home,
           const PackageOptions& options);
+  // Of records that are there, in the place of the options' tasks.
+  Package(const Model<double>& model, const std::vector<double>& home,
+          const PackageOptions& options, std::vector<TaskRecord> records);
 
   const std::vector<TaskRecord>& records() const { return records_; }
 

@@ -126,6 +126,7 @@ static inline void transpose(number *x)
 constexpr const char* operations_of_one_state = R"(
 #define all(x) (x)
 #define least(a, b) ((a) < (b) ? (a) : (b))
+#define with_sign(a, b) ((b) > 0 ? (a) : -(a))
 #define zero_where_less(a, b, c) ((a) < (b) ? 0 : (c))
 )";
 
@@ -150,6 +151,7 @@ typedef whole integers __attribute__((vector_size(BYTES)));
 
 #define chosen(which, a, b) ((number)(((which) & (integers)(a)) | (~(which) & (integers)(b))))
 #define least(a, b) chosen((a) < (b), a, b)
+#define with_sign(a, b) chosen((b) > 0, a, -(a))
 #define zero_where_less(a, b, c) chosen((a) < (b), all(0), c)
 
 static inline number all(real x) { return x - (number){0}; }

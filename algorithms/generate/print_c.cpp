@@ -111,6 +111,8 @@ class Printer {
         return "root(" + as_number(node.a) + ")";
       case Operation::minimum:
         return "least(" + as_number(node.a) + ", " + as_number(node.b) + ")";
+      case Operation::with_sign:
+        return "with_sign(" + as_number(node.a) + ", " + as_number(node.b) + ")";
       default:
         return "zero_where_less(" + as_number(node.a) + ", " + as_number(node.b) + ", " +
                as_number(node.c) + ")";

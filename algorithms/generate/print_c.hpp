@@ -2,7 +2,7 @@
 //
 // The same text is for one state and for a state in every lane. What stands before it says what `number` is, and has
 //   all(x)                   the constant x as a number
-//   sin_cos(x, &s, &c), root(x), least(a, b), zero_where_less(a, b, c)
+//   sin_cos(x, &s, &c), root(x), least(a, b), with_sign(a, b), zero_where_less(a, b, c)
 // A product that one sum alone needs stands in that sum, where compilers make one operation of both. Results are
 // written as soon as they are known, so that results must not overlap inputs.
 #pragma once

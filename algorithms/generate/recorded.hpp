@@ -1,12 +1,15 @@
 // A scalar that records what is done with it as nodes of a graph (graph.hpp). A kernel runs once on these numbers;
 // what it asks of them is what every state takes, since its branches depend on the model alone.
 //
-// A comparison is of what is known while recording: a number that depends on an input is equal to nothing else. One
-// that was never set is zero, as workspaces of numbers are.
+// A number that depends on an input is equal to nothing else. Which of two is less is decided in the reference state of
+// the inputs, where they are given one: the record is right for every state that decides alike. Without one the question is an
+// error. One that was never set is zero, as workspaces of numbers are.
 #pragma once
 
+#include <Eigen/Core>
 #include <cassert>
 #include <limits>
+#include <stdexcept>
 
 #include "algorithms/generate/graph.hpp"
 
@@ -17,8 +20,11 @@ class Recorded {
   Recorded() = default;
   Recorded(double x) : node_(graph().constant(x)) {}
 
-  static Recorded input() { return of(graph().input()); }
+  static Recorded input(double value = std::numeric_limits<double>::quiet_NaN()) {
+    return of(graph().input(value));
+  }
   int node() const { return at(); }
+  explicit operator double() const { return graph().value(at()); }  // in the reference state
 
   friend Recorded operator+(Recorded a, Recorded b) { return of(graph().add(a.at(), b.at())); }
   friend Recorded operator-(Recorded a, Recorded b) { return of(graph().subtract(a.at(), b.at())); }
@@ -27,8 +33,22 @@ class Recorded {
   friend Recorded operator-(Recorded a) { return of(graph().negate(a.at())); }
   friend Recorded& operator+=(Recorded& a, Recorded b) { return a = a + b; }
   friend Recorded& operator-=(Recorded& a, Recorded b) { return a = a - b; }
+  friend Recorded& operator*=(Recorded& a, Recorded b) { return a = a * b; }
+  friend Recorded& operator/=(Recorded& a, Recorded b) { return a = a / b; }
   friend bool operator==(Recorded a, Recorded b) { return a.at() == b.at(); }
+  friend bool operator<(Recorded a, Recorded b) {
+    const double x(a), y(b);
+    if (x != x || y != y) throw std::logic_error("a branch on numbers without a reference state");
+    return x < y;
+  }
+  friend bool operator>(Recorded a, Recorded b) { return b < a; }
+  friend bool operator<=(Recorded a, Recorded b) { return !(b < a); }
+  friend bool operator>=(Recorded a, Recorded b) { return !(a < b); }
 
+  friend Recorded with_sign(Recorded a, Recorded b) {
+    return of(graph().with_sign(a.at(), b.at()));
+  }
+  friend Recorded abs(Recorded a) { return with_sign(a, a); }
   friend Recorded min(Recorded a, Recorded b) { return of(graph().minimum(a.at(), b.at())); }
   friend Recorded zero_where_less(Recorded a, Recorded b, Recorded c) {
     return of(graph().zero_where_less(a.at(), b.at(), c.at()));
@@ -78,3 +98,18 @@ class Recording {
 // Kernels ask for its infinity.
 template <>
 struct std::numeric_limits<kalmarm::Recorded> : std::numeric_limits<double> {};
+
+template <>
+struct Eigen::NumTraits<kalmarm::Recorded> : Eigen::GenericNumTraits<kalmarm::Recorded> {
+  enum {
+    IsComplex = 0,
+    IsInteger = 0,
+    IsSigned = 1,
+    RequireInitialization = 1,
+    ReadCost = 1,
+    AddCost = 1,
+    MulCost = 1
+  };
+  static double epsilon() { return std::numeric_limits<double>::epsilon(); }
+  static double dummy_precision() { return Eigen::NumTraits<double>::dummy_precision(); }
+};

@@ -6,7 +6,7 @@
 #include "algorithms/fast/factors/solve.hpp"
 #include "algorithms/fast/rigid/inverse_dynamics.hpp"
 #include "algorithms/fast/rigid/mass.hpp"
-#include "algorithms/generate/recorded.hpp"
+#include "algorithms/generate/record_arguments.hpp"
 #include "algorithms/model/plain.hpp"
 
 namespace kalmarm {
@@ -64,16 +64,8 @@ class Recorder {
  private:
   int nv() const { return model_.nv(); }
 
-  Numbers input(const std::string& name, int size) {
-    out_.inputs.push_back({name, size});
-    Numbers x;
-    for (int i = 0; i < size; ++i) x.push_back(Recorded::input());
-    return x;
-  }
-  void output(const std::string& name, const Numbers& x) {
-    out_.outputs.push_back({name, static_cast<int>(x.size())});
-    for (const Recorded& number : x) out_.results.push_back(number.node());
-  }
+  Numbers input(const std::string& name, int size) { return add_input(out_, name, size); }
+  void output(const std::string& name, const Numbers& x) { add_output(out_, name, x); }
 
   void forward_dynamics(bool judged) {
     const Numbers q = input("q", model_.nq()), qd = input("qd", nv()), tau = input("tau", nv());

@@ -41,6 +41,16 @@ TEST_F(GraphOf, SignsMoveOutwards) {
   EXPECT_EQ(graph.negate(minus_x), x);
 }
 
+TEST_F(GraphOf, ASignThatIsKnownCostsNothing) {
+  EXPECT_EQ(graph.with_sign(x, one), x);
+  EXPECT_EQ(graph.with_sign(x, zero), graph.negate(x));
+  const std::array outputs = {graph.with_sign(x, y)};
+  for (const double sign : {1.0, 0.0, -1.0}) {
+    const std::array inputs = {3.0, sign};
+    EXPECT_EQ(graph.evaluate<double>(outputs, inputs)[0], sign > 0 ? 3 : -3);
+  }
+}
+
 TEST_F(GraphOf, TheSameOperationStandsOnce) {
   EXPECT_EQ(graph.add(x, y), graph.add(y, x));
   EXPECT_EQ(graph.multiply(x, y), graph.multiply(y, x));
