@@ -6,6 +6,8 @@
 #include <limits>
 #include <memory>
 #include <string>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "algorithms/model/link_kinematics.hpp"
@@ -76,11 +78,25 @@ RegisteredVariant<double> two_doubles_variant();
 template <class T>
 RegisteredVariant<T> square_root_variant();
 
+// Code for one robot of variants of the registry, worked out operation by operation: Generated<X>, exhibits, float and
+// double (generated/generated_variants.hpp).
+template <class T>
+std::vector<RegisteredVariant<T>> evaluated_variants();
+
+// The registry's, and then these.
+template <class T>
+std::vector<RegisteredVariant<T>> all_variants() {
+  std::vector<RegisteredVariant<T>> out = registered_variants<T>();
+  if constexpr (std::is_floating_point_v<T>)
+    for (RegisteredVariant<T>& variant : evaluated_variants<T>()) out.push_back(std::move(variant));
+  return out;
+}
+
 // The variant of that name on a model; null where there is none in precision T, or it does not take
 // the model.
 template <class T>
 std::unique_ptr<Solver<T>> make_solver(const std::string& name, const Model<T>& model) {
-  for (const RegisteredVariant<T>& variant : registered_variants<T>())
+  for (const RegisteredVariant<T>& variant : all_variants<T>())
     if (variant.name == name && variant.takes(model)) return variant.make(model);
   return nullptr;
 }

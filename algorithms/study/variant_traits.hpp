@@ -59,6 +59,7 @@ struct VariantTraits {
   bool in_world_frame = false;   // P stands in the world's axes
   bool dense = false;            // takes memory for nv x nv numbers, and time for nv^3
   bool mixed_precision = false;  // has factors of a lower precision than its results
+  bool generated = false;        // code for one robot, which gives no verdict of its own
   std::optional<double> tolerance = {};  // of the ladder; empty: its default
   // Of the ladder: answers are refined in any case, and Outcome::error is in the norm of the task.
   bool refined = false;

@@ -155,6 +155,12 @@ struct GivensStep : FirstColumn {
   }
 };
 
+// x where s is positive, else -x.
+template <class T>
+T with_sign(const T& x, const T& s) {
+  return s > T(0) ? x : T(-x);
+}
+
 struct HouseholderStep : FirstColumn {
   static constexpr const char* name = "ArrayHouseholder";
 
@@ -164,7 +170,7 @@ struct HouseholderStep : FirstColumn {
     if (m - t < 2) return;
     const T norm = A.col(j).segment(t, m - t).norm();
     if (!(norm > T(0))) return;
-    const T pivot = A(t, j), alpha = pivot > T(0) ? T(-norm) : norm;
+    const T pivot = A(t, j), alpha = with_sign(T(-norm), pivot);
     A(t, j) = pivot - alpha;  // column j holds the reflection's vector v while it acts
     Row<T> sum = Row<T>::Zero();
     for (int i = t; i < m; ++i) sum += A(i, j) * A.row(i);
