@@ -1,7 +1,8 @@
 // bench_inverse: time of forward dynamics, of M^-1 and of M, for every variant, precision and
 // scene.
 //
-// Names are task/variant/scene/precision. Every variant is verified on a few states before it is
+// Names are task/variant/scene/precision. With --generated there is code for the one robot, too, of one state, and as
+// acceleration_batch and inverse_batch of rows of 1024; each is compiled when it is first timed. Every variant is verified on a few states before it is
 // timed, against the float64 square-root filter: a failed or wrong result is reported as an error
 // and is not timed. The verification's bound is there to catch what is wrong, not what is inexact;
 // the accuracy programs judge that.
@@ -16,6 +17,7 @@
 #include "algorithms/study/solver.hpp"
 #include "benchmarks/case.hpp"
 #include "benchmarks/driver.hpp"
+#include "benchmarks/generated_code.hpp"
 #include "robots/scene/mujoco_solver.hpp"
 
 namespace kalmarm {
@@ -26,7 +28,9 @@ constexpr const char* timed_call =
     "and solution, in "
     "one call, memory taken before. inverse and mass take q alone and write both triangles. Each "
     "call takes the next of "
-    "a pool of random states.";
+    "a pool of random states. A batch goes from row-major arrays of 1024 states to such an array. "
+    "Code for one robot does not "
+    "test for singularity.";
 
 template <class T>
 std::string verify_acceleration(const Case& c, Solver<T>& solver, const Pool<T>& pool) {
@@ -94,9 +98,73 @@ void add_solver(const std::string& name, const VariantTraits& traits,
         });
 }
 
+// A task of a generated variant, of one state and of all; call(code, pool, i, out), call_rows(code, pool, out) and judge(i, out).
+template <class T, class Call, class CallRows, class Judge>
+void add_code(const std::string& task, const GeneratedVariant& variant, GeneratedTask generated,
+              std::ptrdiff_t width, std::shared_ptr<const Case> c,
+              std::shared_ptr<const Pool<T>> pool, const Call& call, const CallRows& call_rows,
+              const Judge& judge) {
+  const auto code = std::make_shared<std::unique_ptr<const GeneratedCode<T>>>();
+  const auto add = [&](const std::string& name, int states, const auto& answer) {
+    benchmark::RegisterBenchmark(name_of<T>(name, variant.name, *c).c_str(), [=](benchmark::State&
+                                                                                     run) {
+      std::vector<T> out(states * width, std::numeric_limits<T>::quiet_NaN());
+      std::string flaw = c->flaw;
+      try {
+        if (!*code)
+          *code = std::make_unique<const GeneratedCode<T>>(variant, generated,
+                                                           c->scene.model.cast<T>());
+        for (int i = 0; i < c->verified() && flaw.empty(); ++i) {
+          answer(**code, i, out.data());
+          flaw = judge(i, &out[states > 1 ? i * width : 0]);
+        }
+      } catch (const std::exception& e) {
+        flaw = e.what();
+      }
+      if (!flaw.empty()) return run.SkipWithError(flaw.c_str());
+      time_calls(run, [&](int i) {
+        answer(**code, i, out.data());
+        benchmark::DoNotOptimize(out.data());
+      });
+      count(run, (*code)->flops(), states);
+    })->Unit(benchmark::kNanosecond);
+  };
+  add(task, 1, [=](const GeneratedCode<T>& of, int i, T* out) { call(of, *pool, i, out); });
+  add(task + "_batch", batch_size,
+      [=](const GeneratedCode<T>& of, int, T* out) { call_rows(of, *pool, out); });
+}
+
+template <class T>
+void add_generated(std::shared_ptr<const Case> c, std::shared_ptr<const Pool<T>> pool) {
+  const int nv = c->scene.model.nv();
+  if (nv > most_recorded_dofs) return;
+  using Code = GeneratedCode<T>;
+  using States = Pool<T>;
+  for (const GeneratedVariant& variant : generated_variants()) {
+    add_code<T>(
+        "acceleration", variant, GeneratedTask::forward_dynamics, nv, c, pool,
+        [](const Code& code, const States& at, int i, T* a) {
+          code.acceleration(at.q[i].data(), at.qd[i].data(), at.tau[i].data(), a);
+        },
+        [](const Code& code, const States& at, T* a) {
+          code.acceleration(batch_size, at.q_rows.data(), at.qd_rows.data(), at.tau_rows.data(), a);
+        },
+        [=](int i, const T* a) { return c->judge<T>(i, Eigen::Map<const VectorX<T>>(a, nv)); });
+    add_code<T>(
+        "inverse", variant, GeneratedTask::inverse_mass, std::ptrdiff_t(nv) * nv, c, pool,
+        [](const Code& code, const States& at, int i, T* X) { code.inverse(at.q[i].data(), X); },
+        [](const Code& code, const States& at, T* X) {
+          code.inverse(batch_size, at.q_rows.data(), X);
+        },
+        [=](int i, const T* X) {
+          return c->compare<T>(c->X[i], Eigen::Map<const MatrixX<T>>(X, nv, nv), c->condition[i]);
+        });
+  }
+}
+
 // Which of the exhibits are timed too.
 struct Also {
-  bool exhibits = false, ladder = false;
+  bool exhibits = false, ladder = false, generated = false;
 
   bool times(const VariantTraits& traits) const {
     return exhibits || (ladder && is_of_ladder(traits.kind));
@@ -122,6 +190,10 @@ void add_scenes(const std::vector<Scene>& scenes, std::uint64_t seed, const Also
     auto float32 = std::make_shared<const Pool<float>>(c->states);
     add_variants<double>(c, float64, also);
     add_variants<float>(c, float32, also);
+    if (also.generated) {
+      add_generated<double>(c, float64);
+      add_generated<float>(c, float32);
+    }
     add_solver<double>("MuJoCo", mujoco_traits(),
                        std::make_shared<MujocoSolver>(mujoco_of(c->scene)), c, float64);
   }
@@ -139,7 +211,7 @@ int main(int argc, char** argv) {
   using namespace kalmarm;
   Also also;
   return Driver{"bench_inverse", "Time of forward dynamics, M^-1 and M for every variant.",
-                timed_call, "[--exhibits] [--ladder] "}
+                timed_call, "[--exhibits] [--ladder] [--generated] "}
       .run(
           argc, argv,
           [&](const std::vector<Scene>& scenes, std::uint64_t seed) {
@@ -148,5 +220,7 @@ int main(int argc, char** argv) {
           [&](CLI::App& app) {
             app.add_flag("--exhibits", also.exhibits, "the accuracy laboratory's variants too");
             app.add_flag("--ladder", also.ladder, "of these the ladder's tolerances and rungs");
+            app.add_flag("--generated", also.generated,
+                         "code for the robot by the study's variants, compiled");
           });
 }
