@@ -264,6 +264,8 @@ class Data:
     estimation_contexts: list[dict] = field(default_factory=list)
     dynamics: list[Call] = field(default_factory=list)  # the fast path alone, with batches
     dynamics_contexts: list[dict] = field(default_factory=list)
+    generated: list[Call] = field(default_factory=list)  # code for one robot, with rows
+    generated_contexts: list[dict] = field(default_factory=list)
     peers: list[Call] = field(default_factory=list)  # the fast path and peers, in one run
     peers_contexts: list[dict] = field(default_factory=list)
     jacobians: list[Jacobian] = field(default_factory=list)
@@ -307,6 +309,7 @@ class Data:
             self.contexts
             + self.estimation_contexts
             + self.dynamics_contexts
+            + self.generated_contexts
             + self.peers_contexts
             + self.jacobians_contexts
             + self.scan_contexts
@@ -316,7 +319,7 @@ class Data:
 
     @property
     def all_times(self) -> list[Time]:
-        calls = [call.time for call in self.dynamics + self.peers + self.jacobians]
+        calls = [call.time for call in self.dynamics + self.generated + self.peers + self.jacobians]
         calls += [call.time for call in self.scan_calls]
         answers = [call.time for question in self.questions for call in question.calls]
         return self.times + self.estimation + self.contact_times + calls + answers

@@ -31,6 +31,7 @@ from sections import (
     robots,
     scans,
     simulation,
+    square_roots,
     stress,
     wild,
 )
@@ -49,6 +50,7 @@ SECTIONS = [
     peers.section,
     peak.section,
     fast_path.section,
+    square_roots.section,
     scans.section,
     questions.section,
     motions.section,

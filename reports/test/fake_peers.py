@@ -4,9 +4,12 @@ import random
 
 SCENES = ["panda:7", "chain:31", "g1:35", "chain:100", "chain:500"]
 DYNAMICS = ["panda:7", "chain:7", "chain:31", "chain:127"]
+GENERATED = ["iiwa14:7"]
+UPDATES = {"Conventional": 1, "UD": 1.3, "ArrayGivens": 1.7, "ArrayMGS": 1.9}  # times as long
 PEAK = {"float64": 58.7e9, "float32": 117.4e9}  # FLOP/s
 COPIES = {2**15: 100e9, 2**21: 50e9, 2**27: 12e9, 2**29: 11e9}  # bytes: bytes/s
 BATCH = 1024
+BATCH_IS_FASTER = 6
 TASKS = {  # time in ns and its order of a peer at 7 degrees of freedom
     "acceleration": (1100, 1),
     "mass": (390, 1.6),
@@ -145,4 +148,20 @@ def batch(scene: str) -> list[dict]:
             rows += _batch(f"{variant}@all cores", scene, precision, seconds / 1.9, dice)
             if variant == "Ladder<default>":
                 rows += _batch("Ladder<1e-3>", scene, precision, seconds, dice)
+    return rows
+
+
+def generated(scene: str) -> list[dict]:
+    """Google Benchmark's rows."""
+    dice = random.Random(f"generated {scene}")
+    rows = []
+    for update, ratio in UPDATES.items():
+        for precision in PEAK:
+            seconds = 4e-7 * ratio * dice.uniform(0.97, 1.03)
+            name = f"acceleration/Generated<Sequential<{update}>>/{scene}/{precision}"
+            counters = {"flops": 3000 * ratio, "FLOP/s": 3000 * ratio / seconds}
+            rows += _aggregates(name, 1e9 * seconds, "ns", dice, **counters)
+            name, per_state = name.replace("/", "_batch/", 1), seconds / BATCH_IS_FASTER
+            counters |= {"FLOP/s": 3000 * ratio / per_state, "s/state": per_state}
+            rows += _aggregates(name, 1e9 * BATCH * per_state, "ns", dice, **counters)
     return rows

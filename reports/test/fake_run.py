@@ -273,6 +273,7 @@ def write(folder: Path) -> None:
     for kind, measured, rows, context in (
         ("dynamics", fake_peers.DYNAMICS, fake_peers.dynamics, {"timed_call": "one state"}),
         ("batch", fake_peers.DYNAMICS, fake_peers.batch, {"timed_call": "1024 states"}),
+        ("generated", fake_peers.GENERATED, fake_peers.generated, {"timed_call": "compiled"}),
         ("peers", fake_peers.SCENES, fake_peers.peers, PEERS_CONTEXT),
     ):
         for scene in measured:

@@ -67,6 +67,7 @@ DOCUMENTS = {
     "estimation": rows(timed()),
     "dynamics": rows(fast(**COUNTERS), peak("float64", 1e9)),
     "batch": rows(fast(**{"s/state": 1e-6})),
+    "generated": rows(fast(**COUNTERS)),
     "peers": rows(
         fast(**COUNTERS, bytes=100.0),
         peak("float64", 1e9),

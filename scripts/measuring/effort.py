@@ -18,7 +18,8 @@ class Effort:
     longest: int  # chain that they and the fast path are timed on
     estimation_always: bool  # or else only in a run of all scenes
     dynamics: tuple[str, ...]  # scenes of the fast path in a run of all, or else those given
-    peers: tuple[str, ...]  # the same, against other libraries
+    generated: tuple[str, ...]  # robots whose code is compiled, in a run of all, or else those given
+    peers: tuple[str, ...]  # scenes in a run of all, against other libraries
     jacobians: tuple[str, ...]  # scenes of the Jacobians of fits in a run of all
     fits: tuple[str, ...]  # robots that are fitted by every residual in a run of all
     limits: tuple[str, ...]  # robots that are stressed in a run of all, or else those given
@@ -50,6 +51,7 @@ QUICK = Effort(
     longest=100_000,
     estimation_always=False,
     dynamics=("panda", "g1", "chain:7", "chain:31", "chain:63", "chain:127"),
+    generated=("iiwa14",),
     peers=("panda", "g1", "chain:31"),
     jacobians=("iiwa14", "chain:31"),
     fits=("iiwa14",),
@@ -73,6 +75,7 @@ FULL = Effort(
     longest=1_000_000,
     estimation_always=True,
     dynamics=("panda", "iiwa14", "g1", *(f"chain:{n}" for n in (7, 15, 31, 63, 127, 255, 500))),
+    generated=("iiwa14", "panda", "ur10e", "go2"),
     peers=("panda", "iiwa14", "g1", *(f"chain:{n}" for n in (7, 31, 63, 127, 255, 500))),
     jacobians=("iiwa14", "go2", "chain:31", "chain:100"),
     fits=("iiwa14", "panda", "go2"),

@@ -6,6 +6,7 @@ from pathlib import Path
 from measuring.effort import Effort
 from measuring.scene import Scene
 
+GENERATED_SIZE = 20  # largest robot whose code is compiled by every variant: of each some minutes
 PEERS_SIZE = 500  # largest member of a family on which peers are timed
 STANDING = {  # robots that stand, in a run of all, and on what
     "g1": ("--feet=left_ankle_roll_joint,right_ankle_roll_joint", "--points=4"),
@@ -89,6 +90,9 @@ KINDS = {  # in the order in which they are measured
     "contacts": Kind("contacts", "csv", "--out", "errors of contacts", partial=True),
     "simulation": Kind("simulate", "csv", "--out", "simulation", partial=True),
     "exhibits": Kind("bench_inverse", "json", "--benchmark_out", "times", alone=True, data="times"),
+    "generated": Kind(
+        "bench_inverse", "json", "--benchmark_out", "code for one robot", alone=True, partial=True
+    ),
     # takes all cores by itself; a worker may die where memory is short
     "stress": Kind("stress", "csv", "--out", "errors", alone=True, partial=True),
     "families": Kind("stress", "json", "--json", "list"),
@@ -155,6 +159,9 @@ def plan(
     if everything:
         fast = [scene for scene in scenes if scene.label in effort.dynamics]
         rivalled = [scene for scene in scenes if scene.label in effort.peers]
+    generated = [scene for scene in robots if scene.size <= GENERATED_SIZE]
+    if everything:
+        generated = [scene for scene in generated if scene.label in effort.generated]
     simulated = [scene for scene in robots if scene.label == SIMULATED] or robots
     differentiated = [scene for scene in scenes if scene.size <= JACOBIANS_SIZE]
     if everything:
@@ -176,6 +183,7 @@ def plan(
         "estimation": [CHAINS] if everything or effort.estimation_always else [],
         "dynamics": fast,
         "batch": fast,
+        "generated": generated,
         "peers": rivalled,
         "jacobians": differentiated,
         "pruning": questions(root) if everything else [],

@@ -102,6 +102,9 @@ class Unit:
                     *self.ladder,
                     *benchmark_options(effort, effort.repetitions, effort.min_time),
                 ]
+            case "generated":
+                timing = benchmark_options(effort, effort.repetitions, effort.min_time)
+                return ["--generated", "--benchmark_filter=/Generated<", *timing]
             case "dynamics" | "peers":
                 return benchmark_options(effort, effort.repetitions, effort.min_time)
             case "estimation":
