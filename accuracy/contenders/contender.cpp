@@ -13,13 +13,13 @@ namespace {
 
 [[noreturn]] void unknown_variant(const Contender& by, const std::string& why) {
   std::string names = mujoco_variant;
-  for (const auto& variant : registered_variants<double>()) names += ", " + variant.name;
+  for (const auto& variant : all_variants<double>()) names += ", " + variant.name;
   throw InputError("variant '" + by.variant + "' " + why + " (known: " + names + ")");
 }
 
 // What the registry says of the variant; null: it is MuJoCo, or unknown.
 std::optional<VariantTraits> traits_of(const std::string& variant) {
-  for (const auto& one : registered_variants<double>())
+  for (const auto& one : all_variants<double>())
     if (one.name == variant) return one.traits;
   return std::nullopt;
 }
@@ -41,12 +41,12 @@ std::unique_ptr<Solver<T>> make_contender(const Contender& by, const Scene& scen
       unknown_variant(by, "has no precision " + by.precision);
   }
   if (auto solver = make_solver<T>(by.variant, model)) return solver;
-  for (const auto& variant : registered_variants<T>())
+  for (const auto& variant : all_variants<T>())
     if (variant.name == by.variant)
       throw InputError("variant '" + by.variant +
                        "' takes other mechanisms alone, such as chains of bodies with mass and "
                        "three moments of inertia");
-  for (const auto& variant : registered_variants<double>())
+  for (const auto& variant : all_variants<double>())
     if (variant.name == by.variant) unknown_variant(by, "has no precision " + by.precision);
   unknown_variant(by, "is unknown");
 }

@@ -187,7 +187,7 @@ nlohmann::json listed(const std::vector<Family>& all) {
                                {"parameter", family.parameter},
                                {"describes", family.describes},
                                {"singular", !family.singular.empty()}});
-  for (const auto& variant : registered_variants<double>()) {
+  for (const auto& variant : all_variants<double>()) {
     const VariantTraits& traits = variant.traits;
     nlohmann::json tolerance;  // null but of the ladder where it is not the default
     if (traits.tolerance) tolerance = *traits.tolerance;

@@ -74,8 +74,9 @@ class Measured {
  private:
   std::vector<Record> records() const {
     std::vector<Record> out;
-    for (const RegisteredVariant<T>& variant : registered_variants<T>()) {
+    for (const RegisteredVariant<T>& variant : all_variants<T>()) {
       if (!wanted(selection_.variants, variant.name) || !variant.takes(model_)) continue;
+      if (variant.traits.generated && selection_.variants.empty()) continue;  // has to be named
       const bool stacked = variant.traits.kind == VariantKind::stacked;
       if (variant.traits.dense && nv_ > (stacked ? largest_inverse : largest_dense)) continue;
       add_accelerations(variant, out);

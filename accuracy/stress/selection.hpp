@@ -25,7 +25,7 @@ inline std::vector<std::string> names_of(const std::vector<Family>& all) {
 
 inline std::vector<std::string> variant_names() {
   std::vector<std::string> names;
-  for (const auto& variant : registered_variants<double>()) names.push_back(variant.name);
+  for (const auto& variant : all_variants<double>()) names.push_back(variant.name);
   return names;
 }
 
