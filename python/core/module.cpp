@@ -369,7 +369,9 @@ void bind_robot(nb::module_& m) {
              const std::vector<std::string>& wants, std::vector<int> asked,
              std::vector<Frame> frames, std::vector<Frame> acted_on, std::vector<Frame> contacts,
              std::vector<Frame> loaded, std::vector<int> locked, std::vector<double> q,
-             bool at_rest, const std::optional<std::vector<std::string>>& rules) {
+             bool at_rest, const std::optional<std::vector<std::string>>& rules,
+             const std::vector<std::string>& dtypes, const std::vector<std::string>& tasks,
+             bool rows, std::vector<std::string> compiler, std::string folder, double limit) {
             DynamicsOptions options{.tolerance = tolerance};
             for (const std::string& want : wants) options.question.want.insert(want_of(want));
             options.question.dofs = std::move(asked);
@@ -384,10 +386,21 @@ void bind_robot(nb::module_& m) {
               options.rules.clear();
               for (const std::string& rule : *rules) options.rules.insert(rule_of(rule));
             }
-            new (self) Robot(model, std::move(options));
+            options.code = {.rows = rows,
+                            .compiler = std::move(compiler),
+                            .folder = std::move(folder),
+                            .limit = limit};
+            for (const std::string& task : tasks) options.code.tasks.insert(want_of(task));
+            const auto compiled = [&](const char* dtype) {
+              return std::find(dtypes.begin(), dtypes.end(), dtype) != dtypes.end();
+            };
+            new (self) Robot(model, std::move(options), compiled("float32"), compiled("float64"));
           },
           "model"_a, "tolerance"_a.none(), "wants"_a, "asked"_a, "frames"_a, "acted_on"_a,
-          "contacts"_a, "loaded"_a, "locked"_a, "q"_a, "at_rest"_a, "rules"_a = nb::none())
+          "contacts"_a, "loaded"_a, "locked"_a, "q"_a, "at_rest"_a, "rules"_a = nb::none(),
+          "dtypes"_a = std::vector<std::string>(), "tasks"_a = std::vector<std::string>(),
+          "rows"_a = true, "compiler"_a = std::vector<std::string>(), "folder"_a = "",
+          "limit"_a = CodeOptions().limit)
       .def_prop_ro(
           "nq", [](const Robot& self) { return self.model().nq; }, "Entries of q.")
       .def_prop_ro(
@@ -399,6 +412,12 @@ void bind_robot(nb::module_& m) {
       .def_prop_ro(
           "rules", [](const Robot& self) { return names_of(self.options().rules); },
           "By which work may be left out.")
+      .def_prop_ro(
+          "compiled", [](Robot& self) { return nb::tuple(nb::cast(self.compiled())); },
+          nb::sig("def compiled(self) -> tuple[str, ...]"),
+          "Of every dtype and task of `compile`, a line: which compiler took how long and where "
+          "its "
+          "code is, or why the library's loops answer. Empty for a robot that was not compiled.")
       .def("plan", &Robot::plan, "What is left out, and by which rule.")
       .def("forward_dynamics", &Robot::forward_dynamics, "q"_a, "qd"_a, "tau"_a,
            "out"_a = nb::none(), options, "status"_a = false, "threads"_a = 1,

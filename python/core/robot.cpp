@@ -42,9 +42,11 @@ int cores(const char* call, int threads, int states) {
   return std::clamp(threads == 0 ? all : std::min(threads, all), 1, std::max(states, 1));
 }
 
-Robot::Robot(RobotModel model, DynamicsOptions options)
+Robot::Robot(RobotModel model, DynamicsOptions options, bool compiled_float, bool compiled_double)
     : model_(std::move(model)),
       options_(std::move(options)),
+      compiled_float_(compiled_float),
+      compiled_double_(compiled_double),
       rows_(6 * static_cast<int>(options_.question.frames.size())),
       forces_(6 * static_cast<int>(options_.question.acted_on.size())),
       contacts_(6 * static_cast<int>(options_.question.contacts.size())),
@@ -54,7 +56,19 @@ Robot::Robot(RobotModel model, DynamicsOptions options)
   for (int i = 0; i < rows_; ++i)
     names_with_rows_.push_back((i % 6 < 3 ? "turning of frame " : "moving of frame ") +
                                std::to_string(i / 6));
+  const WithoutLock released(compiled_float_ || compiled_double_);  // which takes seconds
   asked_ = workers_.of<double>().take()->dynamics.asked();
+  if (compiled_float_) (void)workers_.of<float>().take();
+}
+
+std::vector<std::string> Robot::compiled() {
+  std::vector<std::string> out;
+  const auto add = [&](const char* dtype, const std::vector<std::string>& notes) {
+    for (const std::string& note : notes) out.push_back(dtype + (" " + note));
+  };
+  if (compiled_double_) add("float64", workers_.of<double>().take()->dynamics.notes());
+  if (compiled_float_) add("float32", workers_.of<float>().take()->dynamics.notes());
+  return out;
 }
 
 PlanSummary Robot::plan() { return summary_of(workers_.of<double>().take()->dynamics.plan()); }

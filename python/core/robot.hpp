@@ -16,7 +16,9 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <type_traits>
 #include <variant>
+#include <vector>
 
 #include "arrays.hpp"
 #include "workers.hpp"
@@ -27,12 +29,14 @@ class Factors;
 
 class Robot {
  public:
-  Robot(RobotModel model, DynamicsOptions options);
+  // By generated code in the precisions that are compiled.
+  Robot(RobotModel model, DynamicsOptions options, bool compiled_float, bool compiled_double);
 
   const RobotModel& model() const { return model_; }
   const DynamicsOptions& options() const { return options_; }
   int asked() const { return asked_; }
   PlanSummary plan();
+  std::vector<std::string> compiled();  // Dynamics::notes of both precisions
 
   // forces: None, or six numbers of every frame that is acted on, in `axes`; contacts, likewise, rows of them; loads:
   // None, or ten numbers of every frame that is loaded.
@@ -93,7 +97,13 @@ class Robot {
 
   RobotModel model_;
   DynamicsOptions options_;
-  WorkersOfBoth<Dynamics> workers_{[this]<class T>() { return Dynamics<T>(model_, options_); }};
+  bool compiled_float_, compiled_double_;
+  WorkersOfBoth<Dynamics> workers_{[this]<class T>() {
+    DynamicsOptions options = options_;
+    if (std::is_same_v<T, float> ? compiled_float_ : compiled_double_)
+      options.kernels = Kernels::generated;
+    return Dynamics<T>(model_, options);
+  }};
   int asked_ = 0, rows_ = 0, forces_ = 0, contacts_ = 0, loads_ = 0;
   std::vector<std::string> names_with_rows_;  // of the DoF, then of the rows of J M^-1 J'
 };

@@ -185,7 +185,7 @@ class Factors:
     def __reduce__(self) -> object: ...
 
 class Robot:
-    def __init__(self, model: Model, tolerance: float | None, wants: Sequence[str], asked: Sequence[int], frames: Sequence[Frame], acted_on: Sequence[Frame], contacts: Sequence[Frame], loaded: Sequence[Frame], locked: Sequence[int], q: Sequence[float], at_rest: bool, rules: Sequence[str] | None = None) -> None: ...
+    def __init__(self, model: Model, tolerance: float | None, wants: Sequence[str], asked: Sequence[int], frames: Sequence[Frame], acted_on: Sequence[Frame], contacts: Sequence[Frame], loaded: Sequence[Frame], locked: Sequence[int], q: Sequence[float], at_rest: bool, rules: Sequence[str] | None = None, dtypes: Sequence[str] = [], tasks: Sequence[str] = [], rows: bool = True, compiler: Sequence[str] = [], folder: str = '', limit: float = 120.0) -> None: ...
 
     @property
     def nq(self) -> int:
@@ -206,6 +206,12 @@ class Robot:
     @property
     def rules(self) -> set[str]:
         """By which work may be left out."""
+
+    @property
+    def compiled(self) -> tuple[str, ...]:
+        """
+        Of every dtype and task of `compile`, a line: which compiler took how long and where its code is, or why the library's loops answer. Empty for a robot that was not compiled.
+        """
 
     def plan(self) -> Plan:
         """What is left out, and by which rule."""

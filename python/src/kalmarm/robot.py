@@ -3,6 +3,11 @@
 from __future__ import annotations
 
 import enum
+import importlib.util
+import os
+import shutil
+import sys
+import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -14,7 +19,7 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 from . import _core
 from .kinematics import Kinematics
 from .results import OperationalSpace
-from ._names import dofs_of, number, numbers, several, unknown
+from ._names import dofs_of, number, numbers, one_of, several, unknown
 
 if TYPE_CHECKING:
     from ._core import Frame, Model, Recommendation
@@ -100,6 +105,26 @@ class Terms:
     force_range: NDArray[np.float64] | None = None
 
 
+# Calls that generated code answers, and what each is of a question; bias and gravity are inverse dynamics.
+_COMPILED = {
+    "forward_dynamics": "acceleration",
+    "inverse_dynamics": "inverse_dynamics",
+    "mass_matrix": "mass",
+}
+_DTYPES = ("float64", "float32")
+
+
+class Code(NamedTuple):
+    """What `Robot.compile` was asked for."""
+
+    tasks: tuple[str, ...]
+    rows: bool
+    dtypes: tuple[str, ...]
+    compiler: tuple[str, ...]
+    cache: str
+    timeout: float
+
+
 @dataclass(frozen=True)
 class Description:
     """A robot as it is before anything is asked of it."""
@@ -159,6 +184,7 @@ class Robot(_core.Robot):
         q: Any = None,
         at_rest: bool = False,
         rules: Iterable[str] | None = None,
+        code: Code | None = None,
     ) -> None:
         """What is asked of the robot that the description describes.
 
@@ -176,6 +202,7 @@ class Robot(_core.Robot):
         locked: joints that stand still, at the positions that q (nq,) has for them, or q0.
         at_rest: qd is zero, and is not looked at.
         rules: by which work may be left out, of docs/questions.md; all unless told.
+        code: of `compile`, which is how to have it.
         """
         options: dict[str, Any] = {
             "tolerance": None if tolerance is None else number("tolerance", tolerance),
@@ -189,6 +216,7 @@ class Robot(_core.Robot):
             "q": None if q is None else tuple(numbers("q", q).ravel().tolist()),
             "at_rest": bool(at_rest),
             "rules": None if rules is None else several("rules", rules),
+            "code": code,
         }
         names = description.model.dofs
         locked_dofs = dofs_of(names, options["locked"])
@@ -205,6 +233,7 @@ class Robot(_core.Robot):
             options["q"] or (description.q0 if locked_dofs else ()),
             options["at_rest"],
             options["rules"],
+            *_code_arguments(code),
         )
         self._description = description
         self._options = options
@@ -215,6 +244,44 @@ class Robot(_core.Robot):
         if unknown_options:
             raise TypeError(f"replace: no option is called '{unknown_options.pop()}'")
         return Robot(self._description, **(self._options | options))
+
+    def compile(
+        self,
+        tasks: Iterable[str] = tuple(_COMPILED),
+        *,
+        rows: bool = True,
+        dtypes: Iterable[str] = _DTYPES,
+        compiler: str | Iterable[str] | None = None,
+        cache: str | os.PathLike[str] | None = None,
+        timeout: float = 120.0,
+    ) -> Robot:
+        """The same robot, which answers by C code that is generated for it and compiled now: same calls, results and
+        outcomes. What cannot be compiled is answered as before, with one RuntimeWarning; `compiled` has all of it.
+
+        tasks: "forward_dynamics", "inverse_dynamics" (and bias and gravity), "mass_matrix".
+        rows: for many states a call too. dtypes: "float64", "float32", of which one state is answered in float64
+            as it always is, without generated code.
+        compiler: a C compiler (gcc 12 or later, clang), or a list of it and its first arguments; unless told $CC, else
+            cc, clang or gcc, else the package ziglang.
+        cache: a folder of this user alone (mode 0700) where code stays for the next time; unless told $KALMARM_CACHE,
+            else kalmarm in $XDG_CACHE_HOME or ~/.cache.
+        timeout: seconds that the compiler may take for a file.
+        """
+        command = [compiler] if isinstance(compiler, str) else compiler or ()
+        code = Code(
+            tuple(one_of("tasks", task, tuple(_COMPILED)) for task in several("tasks", tasks)),
+            bool(rows),
+            tuple(one_of("dtypes", np.dtype(one).name, _DTYPES) for one in several("dtypes", dtypes)),
+            tuple(os.fspath(word) for word in command),
+            "" if cache is None else os.fspath(cache),
+            number("timeout", timeout),
+        )
+        robot = self.replace(code=code)
+        left = [line for line in robot.compiled if "loops answer: " in line]
+        if left:
+            more = f" (and {len(left) - 1} more: see compiled)" if len(left) > 1 else ""
+            warnings.warn(f"compile: {left[0]}{more}", RuntimeWarning, stacklevel=2)
+        return robot
 
     @property
     def name(self) -> str:
@@ -433,6 +500,21 @@ class Robot(_core.Robot):
     def __reduce__(self) -> tuple[Any, ...]:
         """By its definition: copies, and robots of other processes, take memory of their own."""
         return partial(type(self), **self._options), (self._description,)
+
+
+def _code_arguments(code: Code | None) -> tuple[Any, ...]:
+    if code is None or not code.tasks:
+        return ()
+    tasks = [_COMPILED[task] for task in code.tasks]
+    return code.dtypes, tasks, code.rows, code.compiler or _zig(), code.cache, code.timeout
+
+
+def _zig() -> list[str]:
+    """The package ziglang as a C compiler, where the library would find none."""
+    if os.environ.get("CC") or any(map(shutil.which, ("cc", "clang", "gcc"))):
+        return []
+    is_there = importlib.util.find_spec("ziglang") is not None
+    return [sys.executable, "-m", "ziglang", "cc"] if is_there else []
 
 
 def _frame(description: Description, frame: str | Frame) -> Frame:
