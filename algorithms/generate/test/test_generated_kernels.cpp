@@ -194,6 +194,20 @@ TYPED_TEST(GeneratedRows, AreAsRightAsTheySay) {
   EXPECT_GT(climbed, 0);
 }
 
+// Of more rows than one worker takes at once, some of which climb.
+TYPED_TEST(GeneratedRows, AreTheSameBitsOnAnyNumberOfThreads) {
+  using T = TypeParam;
+  constexpr int count = 300;
+  const Model<double> model = rounded<T>(chain(1, 4));
+  Dynamics<T> robot(plain(model), this->generated({.question = {.want = {Want::acceleration}}}));
+  Rows<T> one(model, count), many(model, count);
+  for (int i = 7; i < count; i += 31) one.q[i * model.nq()] = many.q[i * model.nq()] = T(1e7);
+  EXPECT_EQ(one.forward_dynamics(robot), 0);
+  EXPECT_EQ(many.forward_dynamics(robot, 3), 0);
+  EXPECT_EQ(one.a, many.a);
+  for (int i = 0; i < count; ++i) EXPECT_TRUE(same(one.outcomes[i], many.outcomes[i])) << i;
+}
+
 // Singular mechanisms are refused, and say at which joint, as the loops do; their neighbours are not.
 TEST_F(GeneratedKernels, RefuseWhatTheLoopsRefuse) {
   int refused = 0;
