@@ -1,11 +1,16 @@
 // generate: C code for one robot (algorithms/generate/), with a program that compares it with the truth.
 //
+// Joints that are locked are left out before: the robot is the one that has composite bodies there (reduction.hpp).
+//
 // Answers that the code is compared with are those of its own parameters, which are the robot's rounded to the
 // precision asked for, at home and in random states; truth is proven (truth.hpp). A bound is 16 times the error of the
 // same operations done here, one by one, and 64 units of roundoff: what a compiler may contract, and another sine.
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <memory>
+#include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -16,7 +21,10 @@
 #include "accuracy/programs/common/ranges.hpp"
 #include "accuracy/truth/truth.hpp"
 #include "accuracy/truth/world_mechanics.hpp"
+#include "algorithms/dynamics/reduction.hpp"
 #include "algorithms/generate/package.hpp"
+#include "algorithms/model/plain.hpp"
+#include "robots/scene/question.hpp"
 
 namespace kalmarm {
 namespace {
@@ -28,6 +36,7 @@ struct Options {
   std::string scene, out, precision = "float64";
   std::vector<std::string> tasks = {"forward_dynamics", "inverse_dynamics", "mass", "inverse_mass"};
   LoadOptions read;
+  QuestionOptions question;
   bool rows = false;
   int random = 3, ranges = 1000;
   std::uint64_t seed = 1;
@@ -45,10 +54,6 @@ GeneratedTask task_of(const std::string& name) {
   throw InputError("no task '" + name + "'");
 }
 
-bool inverts(GeneratedTask task) {
-  return task != GeneratedTask::inverse_dynamics && task != GeneratedTask::mass;
-}
-
 template <class Matrix>
 std::vector<double> listed(const Matrix& X) {
   std::vector<double> out;
@@ -57,91 +62,291 @@ std::vector<double> listed(const Matrix& X) {
   return out;
 }
 
-// Of what the record gives by operations done one by one.
-template <class S>
-double error_of(const TaskRecord& record, const std::vector<std::vector<double>>& inputs,
-                const std::vector<double>& truth) {
-  std::vector<S> given;
-  for (const std::vector<double>& input : inputs)
-    given.insert(given.end(), input.begin(), input.end());
-  const std::vector<S> x = record.graph.evaluate<S>(record.results, given);
-  double error = 0, size = 0;
-  for (std::size_t i = 0; i < truth.size(); ++i) {
-    error += (x[i] - truth[i]) * (x[i] - truth[i]);
-    size += truth[i] * truth[i];
+bool inverts(GeneratedTask task) {
+  return task != GeneratedTask::inverse_dynamics && task != GeneratedTask::mass;
+}
+
+// The robot without joints that are locked, what is asked of it, and its numbers among those of the whole.
+struct Asked {
+  Reduction robot;
+  Question question;
+
+  Asked(const Scene& scene, const Question& whole) : question(whole) {
+    const Model<double>& model = scene.model;
+    std::vector<Fate> fate(model.nv(), Fate::free);
+    for (const int k : whole.locked) fate[k] = Fate::locked;
+    std::vector<Standing> standing;
+    robot = reduce(model, fate, Eigen::Map<const VectorX<double>>(whole.q.data(), model.nq()),
+                   &standing);
+    question.locked.clear();
+    question.q.clear();
+    for (int& k : question.dofs) k = standing[k].link;
+    for (std::vector<Frame>* const frames : {&question.frames, &question.loaded})
+      for (Frame& frame : *frames) {
+        if (frame.link < 0) continue;
+        const Site<long double> site = site_of(frame).cast<long double>();
+        const Standing at = standing[frame.link].then(site.rotation, site.translation);
+        frame = plain(Site<long double>{at.link, at.rotation, at.translation}.cast<double>());
+      }
   }
-  return quotient(std::sqrt(error), std::sqrt(size));
+
+  VectorX<double> position(const VectorX<double>& q) const { return q(robot.q_whole); }
+  State state(const State& whole) const {
+    State out{position(whole.q), whole.qd(robot.dofs), whole.tau(robot.dofs)};
+    if (question.at_rest) out.qd.setZero();
+    return out;
+  }
+};
+
+// What every loaded frame carries in the test, and the robot with it.
+const RigidBody<double> carried{
+    0.75, {0.0625, -0.03125, 0.125}, {1, 0, 0, 0}, {0.0078125, 0.00390625, 0.005859375}};
+
+std::vector<double> loads_of(const Question& question) {
+  const SpatialInertia<double> M(carried);
+  std::vector<double> out;
+  for (std::size_t i = 0; i < question.loaded.size(); ++i)
+    out.insert(out.end(), {M.m, M.h[0], M.h[1], M.h[2], M.I(0, 0), M.I(1, 1), M.I(2, 2), M.I(0, 1),
+                           M.I(0, 2), M.I(1, 2)});
+  return out;
+}
+Model<double> laden(const Model<double>& model, const Question& question) {
+  std::vector<Joint<long double>> joints;
+  for (int k = 0; k < model.nv(); ++k) joints.push_back(model.joint(k).cast<long double>());
+  for (const Frame& frame : question.loaded) {
+    const Site<long double> site = site_of(frame).cast<long double>();
+    RigidBody<long double> held = carried.cast<long double>();
+    held.com = site.translation + rotation(site.rotation) * held.com;
+    held.axes = site.rotation * held.axes;
+    RigidBody<long double>& body = joints[frame.link].body;
+    body = welded(body, held);
+  }
+  std::vector<Joint<double>> rounded;
+  for (const Joint<long double>& joint : joints) rounded.push_back(joint.cast<double>());
+  return {std::move(rounded), model.names(), model.nq(), model.gravity()};
+}
+
+// Springs and dampers of the test, from slack to stiff.
+struct Gains {
+  double h = 1.0 / 64;
+  VectorX<double> damping, stiffness, reference;
+
+  explicit Gains(int nv) : damping(nv), stiffness(nv), reference(nv) {
+    for (int k = 0; k < nv; ++k) {
+      damping[k] = std::ldexp(1, k % 5 - 2);
+      stiffness[k] = std::ldexp(1, k % 9);
+      reference[k] = 0.25 * (k % 3 - 1);
+    }
+  }
+};
+
+// q moved by h along the velocity of DoF k.
+VectorX<Real> moved(const Model<Real>& model, VectorX<Real> q, int k, const Real& h) {
+  int first = k;
+  while (model.joint(first).coordinate == Coordinate::follower) --first;
+  const int i = model.joint(first).q_index;
+  if (model.joint(first).coordinate != Coordinate::quaternion) {
+    q[i + k - first] += h;
+    return q;
+  }
+  const Real half = h / 2;
+  Eigen::Quaternion<Real> turn(cos(half), Real(0), Real(0), Real(0));
+  turn.vec()[k - first] = sin(half);
+  const Eigen::Quaternion<Real> turned =
+      Eigen::Quaternion<Real>(q[i], q[i + 1], q[i + 2], q[i + 3]) * turn;
+  q.segment<4>(i) << turned.w(), turned.x(), turned.y(), turned.z();
+  return q;
 }
 
 // What a state is to give.
 template <class S>
 class Answers {
  public:
-  Answers(const Model<S>& model, const State& state, const VectorX<double>& qdd, bool inverse,
-          const std::string& scene)
-      : q_(state.q.cast<S>()),
+  Answers(const Model<double>& robot, const Question& question, const State& state,
+          const VectorX<double>& qdd, const std::string& scene)
+      : question_(question),
+        whole_(laden(robot, question)),
+        gains_(robot.nv()),
+        q_(state.q.cast<S>()),
         qd_(state.qd.cast<S>()),
         tau_(state.tau.cast<S>()),
         qdd_(qdd.cast<S>()),
-        exact_(truth_of(model, inverse, scene)) {
-    const Digits digits(std::max(exact_.digits, 50U));
-    const Model<Real> real = model.template cast<Real>();
-    const WorldMechanics<Real> mechanics(real, q_.template cast<Real>());
-    M_ = mechanics.mass();
-    torque_ =
-        mechanics.torque(qd_.template cast<Real>(), qdd_.template cast<Real>(), real.gravity());
+        scene_(scene) {
+    if (question_.dofs.empty())
+      for (int k = 0; k < robot.nv(); ++k) question_.dofs.push_back(k);
   }
 
-  TaskCheck check(const TaskRecord& record) const {
-    TaskCheck out{record.task, {listed(q_)}, {}, 0};
-    switch (record.task) {
-      case GeneratedTask::forward_dynamics:
-      case GeneratedTask::judged_forward_dynamics:
-        out.inputs.insert(out.inputs.end(), {listed(qd_), listed(tau_)});
-        out.truth = listed(exact_.responses[0].a);
-        break;
-      case GeneratedTask::inverse_dynamics:
-        out.inputs.insert(out.inputs.end(), {listed(qd_), listed(qdd_)});
-        out.truth = listed(torque_);
-        break;
-      case GeneratedTask::mass:
-        out.truth = listed(M_);
-        break;
-      case GeneratedTask::inverse_mass:
-      case GeneratedTask::judged_inverse_mass:
-        out.truth = listed(exact_.X);
-        break;
-      case GeneratedTask::diagonal:
-      case GeneratedTask::judged_diagonal:
-        out.truth = listed(VectorX<Real>(exact_.X.diagonal()));
-        break;
-      case GeneratedTask::solve:
-      case GeneratedTask::judged_solve:
-        out.inputs.push_back(listed(tau_));
-        out.truth = listed(VectorX<Real>(exact_.X * tau_.template cast<Real>()));
-        break;
+  TaskCheck check(const TaskRecord& record) {
+    TaskCheck out{record.task, {}, {}};
+    std::vector<S> given;
+    for (const Argument& input : record.inputs) {
+      out.inputs.push_back(number_of(input.name));
+      given.insert(given.end(), out.inputs.back().begin(), out.inputs.back().end());
     }
-    out.bound = 16 * error_of<S>(record, out.inputs, out.truth) + 64 * unit_roundoff<S>();
+    const std::vector<S> x = record.graph.evaluate<S>(record.results, given);
+    auto first = x.begin();
+    for (const std::vector<double>& truth : truths(record.task)) {
+      const double most = bound(truth, first);
+      out.results.push_back(is_zero(truth) ? TaskCheck::Result() : TaskCheck::Result{truth, most});
+      first += static_cast<std::ptrdiff_t>(truth.size());
+    }
     return out;
   }
 
  private:
-  Truth<S> truth_of(const Model<S>& model, bool inverse, const std::string& scene) const {
-    if (!inverse) return {};
-    Truth<S> out = truth<S>(model, q_, {Task<S>{tau_, qd_}});
+  // As derivatives at rest may be, but for h^2 of their differences: there is no relative error of it.
+  static bool is_zero(const std::vector<double>& x) {
+    return std::all_of(x.begin(), x.end(), [](double number) { return std::abs(number) < 1e-30; });
+  }
+
+  // x: by operations done one by one.
+  template <class Iterator>
+  static double bound(const std::vector<double>& truth, Iterator x) {
+    double error = 0, size = 0;
+    for (const double exact : truth) {
+      error += (*x - exact) * (*x - exact);
+      size += exact * exact;
+      ++x;
+    }
+    return 16 * quotient(std::sqrt(error), std::sqrt(size)) + 64 * unit_roundoff<S>();
+  }
+
+  std::vector<double> number_of(const std::string& input) const {
+    if (input == "q") return listed(q_);
+    if (input == "qd") return listed(qd_);
+    if (input == "tau") return listed(tau_);
+    if (input == "qdd") return listed(qdd_);
+    if (input == "loads") return loads_of(question_);
+    if (input == "damping") return listed(gains_.damping);
+    if (input == "stiffness") return listed(gains_.stiffness);
+    if (input == "reference") return listed(gains_.reference);
+    return {gains_.h};
+  }
+
+  // Of a task's first results.
+  std::vector<std::vector<double>> truths(GeneratedTask task) {
+    const Digits digits(inverts(task) ? std::max(exact().digits, 50U) : 50U);
+    switch (task) {
+      case GeneratedTask::forward_dynamics:
+      case GeneratedTask::judged_forward_dynamics:
+        return {asked(exact().responses[0].a)};
+      case GeneratedTask::inverse_dynamics:
+        return {asked(torque(q(), qd(), qdd_.template cast<Real>()))};
+      case GeneratedTask::mass:
+        return {block(WorldMechanics<Real>(real(), q()).mass())};
+      case GeneratedTask::inverse_mass:
+      case GeneratedTask::judged_inverse_mass:
+        return {block(exact().X)};
+      case GeneratedTask::diagonal:
+      case GeneratedTask::judged_diagonal:
+        return {asked(VectorX<Real>(exact().X.diagonal()))};
+      case GeneratedTask::solve:
+      case GeneratedTask::judged_solve:
+        return {asked(VectorX<Real>(exact().X * tau_.template cast<Real>()))};
+      case GeneratedTask::operational: {
+        const MatrixX<Real> J = jacobian();
+        return {listed(MatrixX<Real>(J * exact().X * J.transpose()))};
+      }
+      case GeneratedTask::derivatives:
+        return derivatives();
+      case GeneratedTask::implicit_step:
+      case GeneratedTask::judged_implicit_step:
+        return {asked(step().responses[0].a)};
+    }
+    return {};
+  }
+
+  // M da/dx = -d(M a + bias)/dx for an a that stands still.
+  std::vector<std::vector<double>> derivatives() {
+    const int nv = whole_.nv();
+    const Real h("1e-20");
+    const VectorX<Real> a = exact().responses[0].a;
+    MatrixX<Real> dq(nv, nv), dqd(nv, nv);
+    for (int k = 0; k < nv; ++k) {
+      dq.col(k) =
+          (torque(moved(real(), q(), k, h), qd(), a) - torque(moved(real(), q(), k, -h), qd(), a)) /
+          (2 * h);
+      VectorX<Real> faster = qd(), slower = qd();
+      faster[k] += h;
+      slower[k] -= h;
+      dqd.col(k) = (torque(q(), faster, a) - torque(q(), slower, a)) / (2 * h);
+    }
+    return {asked(a), block(-exact().X * dq), block(-exact().X * dqd), block(exact().X)};
+  }
+
+  // The robot with this joint noise at this torque, (2) of kalmarm/implicit_step.hpp.
+  Truth<S> step() const {
+    Model<S> stiff = whole_.cast<S>();
+    VectorX<S> tau = tau_;
+    const double h = gains_.h;
+    for (int k = 0; k < stiff.nv(); ++k) {
+      const Joint<S>& joint = stiff.joint(k);
+      if (joint.coordinate != Coordinate::angle && joint.coordinate != Coordinate::distance)
+        continue;
+      const double b = gains_.damping[k], c = gains_.stiffness[k];
+      tau[k] -= S(b * qd_[k] + c * (q_[joint.q_index] - gains_.reference[k] + h * qd_[k]));
+      stiff.set_noise(k, joint.r + S(h * b + h * h * c));
+    }
+    return truth_of(stiff, tau);
+  }
+
+  MatrixX<Real> jacobian() {
+    const Model<Real> model = real();
+    LinkKinematics<Real> links(model);
+    set_position(model, q(), links);
+    std::vector<Site<Real>> sites;
+    for (const Frame& frame : question_.frames)
+      sites.push_back(site_of(frame).template cast<Real>());
+    MatrixX<Real> J(6 * sites.size(), model.nv());
+    site_jacobian<Real>(model, links, sites, J);
+    return J;
+  }
+
+  VectorX<Real> torque(const VectorX<Real>& q, const VectorX<Real>& qd,
+                       const VectorX<Real>& qdd) const {
+    const Model<Real> model = real();
+    return WorldMechanics<Real>(model, q).torque(qd, qdd, model.gravity());
+  }
+
+  const Truth<S>& exact() {
+    if (!exact_) exact_ = truth_of(whole_.cast<S>(), tau_);
+    return *exact_;
+  }
+  Truth<S> truth_of(const Model<S>& model, const VectorX<S>& tau) const {
+    Truth<S> out = truth<S>(model, q_, {Task<S>{tau, qd_}});
     if (!out.outcome)
-      throw InputError("scene '" + scene + "': singular mechanism: joint '" +
+      throw InputError("scene '" + scene_ + "': singular mechanism: joint '" +
                        model.name(out.outcome.joint) + "' moves no inertia");
     return out;
   }
 
+  Model<Real> real() const { return whole_.cast<S>().template cast<Real>(); }
+  VectorX<Real> q() const { return q_.template cast<Real>(); }
+  VectorX<Real> qd() const { return qd_.template cast<Real>(); }
+
+  std::vector<double> asked(const VectorX<Real>& x) const {
+    return listed(VectorX<Real>(x(question_.dofs)));
+  }
+  std::vector<double> block(const MatrixX<Real>& X) const {
+    return listed(MatrixX<Real>(X(question_.dofs, question_.dofs)));
+  }
+
+  Question question_;
+  Model<double> whole_;
+  Gains gains_;
   VectorX<S> q_, qd_, tau_, qdd_;
-  Truth<S> exact_;
-  MatrixX<Real> M_;
-  VectorX<Real> torque_;
+  std::string scene_;
+  std::optional<Truth<S>> exact_;
 };
 
-// Of a judged function: its outputs are the result, its error and its margin.
+// Whether states are all that it takes: no loads and no gains.
+bool is_of_states(const TaskRecord& record) {
+  static const std::set<std::string> numbers = {"q", "qd", "tau"};
+  return std::all_of(record.inputs.begin(), record.inputs.end(),
+                     [](const Argument& input) { return numbers.contains(input.name); });
+}
+
+// Of a judged function of states: its outputs are the result, its error and its margin.
 template <class S>
 ErrorsTold errors_told(const TaskRecord& record, const std::vector<State>& states) {
   ErrorsTold out{.task = record.task, .states = static_cast<int>(states.size())};
@@ -172,30 +377,43 @@ std::vector<State> states_of(const Scene& scene, const Options& options) {
   return out;
 }
 
+Question question_of(const Scene& scene, const Options& options) {
+  QuestionOptions words = options.question;
+  for (const std::string& task : options.tasks)
+    if (task_of(task) == GeneratedTask::operational) words.want = {"operational"};
+  return question_of(scene, words);
+}
+
 template <class S>
 std::map<std::string, std::string> files(const Scene& scene, const Options& options,
                                          const std::string& name) {
-  PackageOptions how{.name = name, .tasks = {}, .rows = options.rows};
-  bool inverse = false;
-  for (const std::string& task : options.tasks) {
-    how.tasks.push_back(task_of(task));
-    inverse |= inverts(how.tasks.back());
-  }
-  const Package<S> package(scene.model, listed(home_position(scene)), how);
+  const Asked asked(scene, question_of(scene, options));
+  const Model<double>& model = asked.robot.model;
+  for (const Frame& frame : asked.question.loaded)
+    if (frame.link < 0) throw InputError("--load: what stands still carries nothing");
+  PackageOptions how{.name = name,
+                     .tasks = {},
+                     .rows = options.rows,
+                     .question = asked.question,
+                     .loaded = options.question.loaded,
+                     .frames = options.question.sites};
+  for (const std::string& task : options.tasks) how.tasks.push_back(task_of(task));
+  const Package<S> package(model, listed(asked.position(home_position(scene))), how);
   const std::vector<State> states = states_of(scene, options);
   const std::vector<State> drawn =
       random_states(scene, static_cast<int>(states.size()), options.seed + qdd_seed);
   std::vector<TaskCheck> checks;
   for (std::size_t i = 0; i < states.size(); ++i) {
-    const Answers<S> answers(scene.model.cast<S>(), states[i], drawn[i].tau, inverse,
-                             options.scene);
+    Answers<S> answers(model, asked.question, asked.state(states[i]), asked.state(drawn[i]).tau,
+                       options.scene);
     for (const TaskRecord& record : package.records()) checks.push_back(answers.check(record));
   }
-  const std::vector<State> in_ranges =
-      random_states(scene, options.ranges, options.seed + range_seed);
+  std::vector<State> in_ranges = random_states(scene, options.ranges, options.seed + range_seed);
+  for (State& state : in_ranges) state = asked.state(state);
   std::vector<ErrorsTold> errors;
   for (const TaskRecord& record : package.records())
-    if (is_judged(record)) errors.push_back(errors_told<S>(record, in_ranges));
+    if (is_judged(record) && is_of_states(record))
+      errors.push_back(errors_told<S>(record, in_ranges));
   return package.files(checks, errors);
 }
 
@@ -245,6 +463,11 @@ int main(int argc, char** argv) {
   app.add_option("--precision", options.precision, "float32 or float64")
       ->check(CLI::IsMember({"float32", "float64"}))
       ->capture_default_str();
+  options.question.add_parts_to(app);
+  app.add_option("--load", options.question.loaded,
+                 "sites, bodies or links that carry a body whose ten numbers are an input")
+      ->delimiter(',')
+      ->allow_extra_args(false);
   app.add_flag("--rows", options.rows, "also code for rows of states, one in every lane");
   app.add_option("--out", options.out, "PATH of PATH.h, PATH.c, PATH_test.c, PATH.md, PATH_rows.c")
       ->required();

@@ -84,7 +84,7 @@ const char* meaning(GeneratedTask task) {
     case GeneratedTask::forward_dynamics:
       return "accelerations a = M^-1 (tau - bias)";
     case GeneratedTask::judged_forward_dynamics:
-      return "accelerations a = M^-1 (tau - bias), |error of a|_M <= error |a|_M";
+      return "accelerations a = M^-1 (tau - bias); error: of a, relative, in the norm of M";
     case GeneratedTask::inverse_dynamics:
       return "torques tau = M qdd + bias";
     case GeneratedTask::mass:
@@ -92,17 +92,37 @@ const char* meaning(GeneratedTask task) {
     case GeneratedTask::inverse_mass:
       return "X = M^-1, row by row";
     case GeneratedTask::judged_inverse_mass:
-      return "X = M^-1, row by row, |error of X(i,j)| <= error sqrt(X(i,i) X(j,j))";
+      return "X = M^-1, row by row; error: of X(i,j), relative to sqrt(X(i,i) X(j,j))";
     case GeneratedTask::diagonal:
       return "x(i) = M^-1(i,i)";
     case GeneratedTask::judged_diagonal:
-      return "x(i) = M^-1(i,i), |error of x(i)| <= error x(i)";
+      return "x(i) = M^-1(i,i); error: of x(i), relative";
     case GeneratedTask::solve:
       return "x = M^-1 tau";
     case GeneratedTask::judged_solve:
-      return "x = M^-1 tau, |error of x| <= error |x|";
+      return "x = M^-1 tau; error: of x, relative, in Euclid's norm";
+    case GeneratedTask::operational:
+      return "X = J M^-1 J', row by row: moments, then forces, of each frame in its own axes";
+    case GeneratedTask::derivatives:
+      return "a = M^-1 (tau - bias), and da/dq, da/dqd and da/dtau = M^-1, row by row; q is varied "
+             "along qd";
+    case GeneratedTask::implicit_step:
+      return "a = (v - qd)/h of a step to v: M a = tau - bias - damping v - stiffness (q + h v - "
+             "reference), of hinges and slides";
+    case GeneratedTask::judged_implicit_step:
+      return "a = (v - qd)/h of a step to v: M a = tau - bias - damping v - stiffness (q + h v - "
+             "reference), of hinges and slides; error: of a, relative, in the norm of M + h "
+             "damping "
+             "+ h^2 stiffness";
   }
   return "";
+}
+
+// In a cell of a table of Markdown.
+std::string in_cell(const std::string& text) {
+  std::string out;
+  for (const char c : text) out += c == '|' ? std::string("\\|") : std::string(1, c);
+  return out;
 }
 
 std::string table_of(const std::vector<ErrorsTold>& errors) {
@@ -124,13 +144,14 @@ constexpr const char* of_margin =
     "is then not to be used";
 
 template <class S>
-std::vector<TaskRecord> records_of(const Model<double>& model,
-                                   const std::vector<GeneratedTask>& tasks, double tolerance) {
+std::vector<TaskRecord> records_of(const Model<double>& model, const PackageOptions& options) {
   if (model.nv() > most_generated_dofs)
     throw TooLarge(std::to_string(model.nv()) + " DoF; code is generated for at most " +
                    std::to_string(most_generated_dofs));
   std::vector<TaskRecord> out;
-  for (const GeneratedTask task : tasks) out.push_back(record<S>(task, model, tolerance));
+  const double tolerance = options.tolerance.value_or(default_tolerance<S>);
+  for (const GeneratedTask task : options.tasks)
+    out.push_back(record<S>(task, model, options.question, tolerance));
   return out;
 }
 
@@ -146,9 +167,7 @@ bool is_judged(const TaskRecord& record) {
 template <class S>
 Package<S>::Package(const Model<double>& model, const std::vector<double>& home,
                     const PackageOptions& options)
-    : Package(
-          model, home, options,
-          records_of<S>(model, options.tasks, options.tolerance.value_or(default_tolerance<S>))) {}
+    : Package(model, home, options, records_of<S>(model, options)) {}
 
 template <class S>
 Package<S>::Package(const Model<double>& model, const std::vector<double>& home,
@@ -168,6 +187,8 @@ Package<S>::Package(const Model<double>& model, const std::vector<double>& home,
       coordinates_.push_back(unique_identifier(id_ + "_q_", model.name(k), taken) + " = " +
                              std::to_string(joint.q_index));
   }
+  for (const int k : options.question.dofs)
+    asked_.push_back(unique_identifier(id_ + "_asked_", model.name(k), taken));
   for (const TaskRecord& record : records_) {
     const int flops = record.graph.count(record.results).flops();
     if (flops > most_generated_operations)
@@ -187,6 +208,22 @@ std::string Package<S>::row_function(const TaskRecord& record) const {
 }
 
 template <class S>
+std::vector<std::string> Package<S>::question() const {
+  const auto listed = [](const std::vector<std::string>& names) {
+    return joined(names, c_identifier);
+  };
+  std::vector<std::string> out;
+  if (options_.question.at_rest) out.push_back("At rest: qd is zero, and no input");
+  if (!options_.loaded.empty())
+    out.push_back(
+        "loads: of what each of these frames carries, m, m c (3), and Ixx, Iyy, Izz, Ixy, "
+        "Ixz, Iyz about its origin and in its axes: " +
+        listed(options_.loaded));
+  if (!options_.frames.empty()) out.push_back("J is of the frames " + listed(options_.frames));
+  return out;
+}
+
+template <class S>
 std::string Package<S>::header() const {
   const std::string guard = in_capitals(id_) + "_H", nq = std::to_string(nq_),
                     nv = std::to_string(nv_);
@@ -201,6 +238,13 @@ std::string Package<S>::header() const {
              dofs_, [&](const std::string& name) { return name + " = " + std::to_string(k++); },
              ",\n  ") +
          "\n};\n\n";
+  k = 0;
+  if (!asked_.empty())
+    out += "/* Results are of these DoF. */\nenum {\n  " +
+           joined(
+               asked_, [&](const std::string& name) { return name + " = " + std::to_string(k++); },
+               ",\n  ") +
+           "\n};\n\n";
   out += "/* Of a joint: its first number in q. */\nenum {\n  " +
          joined(
              coordinates_, [](const std::string& name) { return name; }, ",\n  ") +
@@ -209,6 +253,7 @@ std::string Package<S>::header() const {
   out += "/* Results must not overlap inputs. */\n\n";
   if (std::any_of(records_.begin(), records_.end(), is_judged))
     out += std::string("/* margin: ") + of_margin + ". */\n\n";
+  for (const std::string& line : question()) out += "/* " + line + ". */\n\n";
   for (const TaskRecord& record : records_) {
     out += std::string("/* ") + meaning(record.task) + " */\nvoid " + function(record) + "(" +
            arrays(record, c_type<S>()) + ");\n";
@@ -291,6 +336,7 @@ std::string Package<S>::test(const std::vector<TaskCheck>& checks) const {
                     "error/size, bound*bound);\n"
                     "  ++wrong;\n"
                     "}\n\nint main(void)\n{\n";
+  std::size_t answers = 0;
   for (const TaskCheck& check : checks) {
     const TaskRecord& record =
         *std::find_if(records_.begin(), records_.end(),
@@ -299,16 +345,23 @@ std::string Package<S>::test(const std::vector<TaskCheck>& checks) const {
     for (std::size_t i = 0; i < record.inputs.size(); ++i)
       out += "    static const " + type + " " + record.inputs[i].name + "[] = {" +
              numbers<S>(check.inputs[i]) + "};\n";
-    out += "    static const double truth[] = {" + numbers<double>(check.truth) + "};\n";
     for (const Argument& x : record.outputs)
       out += "    " + type + " " + x.name + "[" + std::to_string(x.size) + "];\n";
     const auto name = [](const Argument& x) { return x.name; };
     out += "    " + function(record) + "(" + joined(record.inputs, name) + ", " +
-           joined(record.outputs, name) + ");\n" + "    compare(\"" + to_string(check.task) +
-           "\", " + std::to_string(check.truth.size()) + ", " + record.outputs[0].name +
-           ", truth, " + c_number(check.bound) + ");\n  }\n";
+           joined(record.outputs, name) + ");\n";
+    for (std::size_t i = 0; i < check.results.size(); ++i) {
+      const auto& [truth, bound] = check.results[i];
+      if (truth.empty()) continue;
+      out += "    {\n      static const double truth[] = {" + numbers<double>(truth) +
+             "};\n      compare(\"" + to_string(check.task) + "\", " +
+             std::to_string(truth.size()) + ", " + record.outputs[i].name + ", truth, " +
+             c_number(bound) + ");\n    }\n";
+      ++answers;
+    }
+    out += "  }\n";
   }
-  return out + "  printf(\"%d of " + std::to_string(checks.size()) +
+  return out + "  printf(\"%d of " + std::to_string(answers) +
          " answers are wrong\\n\", wrong);\n  return wrong > 0;\n}\n";
 }
 
@@ -320,11 +373,15 @@ std::string Package<S>::description(const std::vector<ErrorsTold>& errors) const
       ". Units are m, kg, s and rad; q, qd and tau are in the order of the robot's file.\n\n"
       "| function | gives | additions, multiplications, divisions |\n|---|---|---|\n";
   for (const TaskRecord& record : records_)
-    out += "| `" + function(record) + "` | " + meaning(record.task) + " | " +
+    out += "| `" + function(record) + "` | " + in_cell(meaning(record.task)) + " | " +
            std::to_string(record.graph.count(record.results).flops()) + " |\n";
   if (std::any_of(records_.begin(), records_.end(), is_judged))
     out += std::string("\n`error` is an estimate. `margin`: ") + of_margin + ".\n";
   if (!errors.empty()) out += table_of(errors);
+  for (const std::string& line : question()) out += "\n" + line + ".\n";
+  if (!asked_.empty())
+    out += "\nResults are of the DoF " +
+           joined(asked_, [](const std::string& x) { return "`" + x + "`"; }) + ".\n";
   const std::string& name = options_.name;
   out += "\n`" + name + ".c` is C99 without a library" +
          (used_by(records_).roots ? " but for `sqrt`" : "") + ", heap or branch on a state; `" +

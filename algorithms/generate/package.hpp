@@ -17,12 +17,16 @@
 
 namespace kalmarm {
 
-// What a function is to give.
+// What a function is to give: of its first results.
 struct TaskCheck {
+  struct Result {
+    std::vector<double> truth = {};  // empty: not compared
+    double bound = 0;                // of its error, relative in the Euclidean norm
+  };
+
   GeneratedTask task;
   std::vector<std::vector<double>> inputs;
-  std::vector<double> truth;  // of its first result
-  double bound;               // of its error, relative in the Euclidean norm
+  std::vector<Result> results;
 };
 
 // What a judged function says of its errors in many states.
@@ -40,6 +44,9 @@ struct PackageOptions {
   std::vector<GeneratedTask> tasks = {};
   bool rows = false;
   std::optional<double> tolerance = {};  // of judged tasks; empty: default_tolerance<S>
+  Question question = {};                // as task.hpp takes it
+  std::vector<std::string> loaded = {};  // names of its frames
+  std::vector<std::string> frames = {};
 };
 
 // Thrown where a function would be longer than compilers take.
@@ -74,6 +81,7 @@ class Package {
   std::string rows() const;
   std::string test(const std::vector<TaskCheck>& checks) const;
   std::string description(const std::vector<ErrorsTold>& errors) const;
+  std::vector<std::string> question() const;             // a line each
   std::string function(const TaskRecord& record) const;  // its name
   std::string row_function(const TaskRecord& record) const;
 
@@ -82,6 +90,7 @@ class Package {
   std::vector<TaskRecord> records_;
   std::vector<double> home_;
   std::vector<std::string> dofs_;         // enumerators
+  std::vector<std::string> asked_;        // of results, where they are of some
   std::vector<std::string> coordinates_;  // and of first entries of q, with their values
   int nq_, nv_;
 };

@@ -11,6 +11,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "algorithms/fast/kinematics/column_lanes.hpp"
 #include "algorithms/generate/graph.hpp"
 
 namespace kalmarm {
@@ -50,6 +51,7 @@ class Recorded {
   }
   friend Recorded abs(Recorded a) { return with_sign(a, a); }
   friend Recorded min(Recorded a, Recorded b) { return of(graph().minimum(a.at(), b.at())); }
+  friend Recorded max(Recorded a, Recorded b) { return -min(-a, -b); }
   friend Recorded zero_where_less(Recorded a, Recorded b, Recorded c) {
     return of(graph().zero_where_less(a.at(), b.at(), c.at()));
   }
@@ -94,6 +96,16 @@ class Recording {
 };
 
 }  // namespace kalmarm
+
+// Columns one by one.
+template <int n>
+struct kalmarm::detail::ColumnsOf<kalmarm::Recorded, n> {
+  using Lane = Recorded;
+  static constexpr int count = 1;
+
+  static Lane unit(int i) { return i == 0; }
+  static const Lane& column(const Lane& x, int) { return x; }
+};
 
 // Kernels ask for its infinity.
 template <>

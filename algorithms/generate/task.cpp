@@ -2,7 +2,11 @@
 #define KALMARM_CALLS
 #include "algorithms/generate/task.hpp"
 
+#include <numeric>
+
+#include "algorithms/fast/derivatives/derivatives.hpp"
 #include "algorithms/fast/engine/acceptance.hpp"
+#include "algorithms/fast/factors/selected.hpp"
 #include "algorithms/fast/factors/solve.hpp"
 #include "algorithms/fast/rigid/inverse_dynamics.hpp"
 #include "algorithms/fast/rigid/mass.hpp"
@@ -14,13 +18,34 @@ namespace {
 
 using Numbers = std::vector<Recorded>;
 
+// Whether a step may have springs and dampers at a DoF.
+bool takes_gains(const Joint<double>& joint) {
+  return joint.coordinate == Coordinate::angle || joint.coordinate == Coordinate::distance;
+}
+
+// Where a step may have joint noise and the robot has none, one that vanishes beside any inertia: kernels look at
+// whether there is any (dynamics/gain_rows.hpp).
+Model<double> with_noise(Model<double> model) {
+  for (int k = 0; k < model.nv(); ++k)
+    if (takes_gains(model.joint(k)) && !(model.joint(k).r > 0)) model.set_noise(k, 1 / no_body);
+  return model;
+}
+
+bool is_step(GeneratedTask task) {
+  return task == GeneratedTask::implicit_step || task == GeneratedTask::judged_implicit_step;
+}
+
 template <class S>
 class Recorder {
  public:
-  Recorder(GeneratedTask task, const Model<double>& model, double tolerance)
+  Recorder(GeneratedTask task, const Model<double>& model, const Question& question,
+           double tolerance)
       : recording_(out_.graph),
         tolerance_(tolerance),
-        model_(model, Zeros::left_out, accepted_error(tolerance)),
+        given_(model),
+        question_(question),
+        model_(is_step(task) ? with_noise(model) : model, Zeros::left_out,
+               accepted_error(tolerance), CallFrames{{}, {}, question.loaded}),
         robot_(plain(model)) {
     out_.task = task;
   }
@@ -57,6 +82,18 @@ class Recorder {
       case GeneratedTask::judged_solve:
         solve(true);
         break;
+      case GeneratedTask::operational:
+        operational();
+        break;
+      case GeneratedTask::derivatives:
+        derivatives();
+        break;
+      case GeneratedTask::implicit_step:
+        implicit_step(false);
+        break;
+      case GeneratedTask::judged_implicit_step:
+        implicit_step(true);
+        break;
     }
     return std::move(out_);
   }
@@ -66,55 +103,105 @@ class Recorder {
 
   Numbers input(const std::string& name, int size) { return add_input(out_, name, size); }
   void output(const std::string& name, const Numbers& x) { add_output(out_, name, x); }
+  Numbers input_qd() { return question_.at_rest ? Numbers(nv()) : input("qd", nv()); }
+  Acting<Recorded> input_acting() {
+    if (question_.loaded.empty()) return {};
+    loads_ = input("loads", static_cast<int>(numbers_of_load * question_.loaded.size()));
+    return {.loads = loads_.data()};
+  }
+
+  void output(const Judged<Recorded>& judgement, const Recorded& margin_of_D) {
+    output("error", Numbers{judgement.error});
+    output("margin", Numbers{min(margin_of_D, judgement.margin)});
+  }
+
+  // Of what is asked: DoF, and rows and columns of a matrix, x(i, j).
+  std::vector<int> asked() const {
+    if (!question_.dofs.empty()) return question_.dofs;
+    std::vector<int> all(nv());
+    std::iota(all.begin(), all.end(), 0);
+    return all;
+  }
+  Numbers of_asked(const Numbers& x) const {
+    Numbers out;
+    for (const int k : asked()) out.push_back(x[k]);
+    return out;
+  }
+  template <class Matrix>
+  Numbers block(const Matrix& x) const {
+    Numbers out;
+    for (const int i : asked())
+      for (const int j : asked()) out.push_back(x(i, j));
+    return out;
+  }
 
   void forward_dynamics(bool judged) {
-    const Numbers q = input("q", model_.nq()), qd = input("qd", nv()), tau = input("tau", nv());
+    const Numbers q = input("q", model_.nq()), qd = input_qd(), tau = input("tau", nv());
+    const Acting<Recorded> acting = input_acting();
     CovarianceWorkspace<Recorded> ws(model_);
     Numbers a(nv());
-    covariance_acceleration(model_, q.data(), qd.data(), tau.data(), ws, a.data());
-    output("a", a);
+    covariance_acceleration(model_, q.data(), qd.data(), tau.data(), ws, a.data(), acting);
+    output("a", of_asked(a));
     if (judged) output(acceptance().judge(CovarianceForm::sums(ws)), ws.margin);
   }
 
   void inverse_dynamics() {
-    const Numbers q = input("q", model_.nq()), qd = input("qd", nv()), qdd = input("qdd", nv());
+    const Numbers q = input("q", model_.nq()), qd = input_qd(), qdd = input("qdd", nv());
+    const Acting<Recorded> acting = input_acting();
     InverseDynamicsWorkspace<Recorded> ws(model_);
     Numbers tau(nv());
-    fast_inverse_dynamics(model_, q.data(), qd.data(), qdd.data(), ws, tau.data());
-    output("tau", tau);
+    fast_inverse_dynamics(model_, q.data(), qd.data(), qdd.data(), ws, tau.data(), acting);
+    output("tau", of_asked(tau));
   }
 
-  // Column by column up to its diagonal; the upper triangle is the lower one.
+  // A symmetric matrix, column by column up to its diagonal; the upper triangle is the lower one.
+  class Symmetric {
+   public:
+    explicit Symmetric(int n) : n_(n), x_(static_cast<std::size_t>(n) * n) {}
+    void set(int k, int j, const Recorded& x) { x_[k * n_ + j] = x_[j * n_ + k] = x; }
+    const Recorded& operator()(int k, int j) const { return x_[k * n_ + j]; }
+
+   private:
+    int n_;
+    Numbers x_;
+  };
+
   void mass() {
     const Numbers q = input("q", model_.nq());
+    const Acting<Recorded> acting = input_acting();
     CompositeForces<Recorded> composite(model_);
     ColumnsWorkspace<Recorded> ws(model_);
     const ColumnPaths paths(model_, nv(), 1);
-    composite_forces(model_, q.data(), composite);
-    Numbers M(square());
+    composite_forces(model_, q.data(), composite, acting);
+    Symmetric M(nv());
     for (int j = 0; j < nv(); ++j) {
       detail::sweep_composite_forces(
           model_, composite, j, j, paths[j], [](int) { return Recorded(1); }, ws);
-      for (int k = 0; k <= j; ++k) set(M, k, j, ws.e[k]);
+      for (int k = 0; k <= j; ++k) M.set(k, j, ws.e[k]);
     }
-    output("M", M);
+    output("M", block(M));
+  }
+
+  FastFactors<Recorded> factors(const Numbers& q) {
+    FastFactors<Recorded> out(model_);
+    covariance_factor(model_, q.data(), out, input_acting());
+    return out;
   }
 
   void inverse_mass(bool judged) {
     const Numbers q = input("q", model_.nq());
-    FastFactors<Recorded> factors(model_);
+    const FastFactors<Recorded> factors = this->factors(q);
     ColumnsWorkspace<Recorded> ws(model_);
     const ColumnPaths paths(model_, nv(), 1);
-    covariance_factor(model_, q.data(), factors);
-    Numbers X(square());
+    Symmetric X(nv());
     for (int j = 0; j < nv(); ++j) {
       detail::sweep_inward(
           model_, factors, j, paths[j], [j](int k) { return Recorded(k == j); }, ws);
       detail::sweep_outward(model_, factors, j, ws,
-                            [&](int k, const Recorded& x) { set(X, k, j, x); });
+                            [&](int k, const Recorded& x) { X.set(k, j, x); });
     }
-    output("X", X);
-    if (judged) judge_columns(factors, [&](int k) { return X[k * nv() + k]; });
+    output("X", block(X));
+    if (judged) judge_columns(factors, [&](int k) { return X(k, k); });
   }
 
   // e of a unit torque, and so one sweep a column.
@@ -128,31 +215,29 @@ class Recorder {
 
   void diagonal(bool judged) {
     const Numbers q = input("q", model_.nq());
-    FastFactors<Recorded> factors(model_);
+    const FastFactors<Recorded> factors = this->factors(q);
     ColumnsWorkspace<Recorded> ws(model_);
     const ColumnPaths paths(model_, nv(), 1);
-    covariance_factor(model_, q.data(), factors);
     Numbers x(nv());
     for (int j = 0; j < nv(); ++j)
       detail::sweep_inward(
           model_, factors, j, paths[j], [j](int k) { return Recorded(k == j); }, ws,
           Diagonal(factors, x[j]));
-    output("x", x);
+    output("x", of_asked(x));
     if (judged) judge_columns(factors, [&](int k) { return x[k]; });
   }
 
   void solve(bool judged) {
     const Numbers q = input("q", model_.nq()), tau = input("tau", nv());
-    FastFactors<Recorded> factors(model_);
+    const FastFactors<Recorded> factors = this->factors(q);
     ColumnsWorkspace<Recorded> ws(model_);
     auto forces = detail::forces_of<Recorded>(model_);
     const std::vector<char> all(nv(), 1);
-    covariance_factor(model_, q.data(), factors);
     Numbers x(nv());
     const SolveSums<Recorded> sums = detail::solve(
         model_, factors, all.data(), [&](int k) { return tau[k]; }, ws, forces,
         [&](int k, const Recorded& xk) { x[k] = xk; });
-    output("x", x);
+    output("x", of_asked(x));
     if (judged) output(acceptance().judge(sums), factors.margin);
   }
 
@@ -168,22 +253,67 @@ class Recorder {
     output(by.judge_columns(energy), factors.margin);
   }
 
-  Acceptance<S> acceptance() const { return {robot_, model_, tolerance_}; }
-  void output(const Judged<Recorded>& judgement, const Recorded& margin_of_D) {
-    output("error", Numbers{judgement.error});
-    output("margin", Numbers{min(margin_of_D, judgement.margin)});
+  void operational() {
+    const Selection selection{{}, question_.frames};
+    const Numbers q = input("q", model_.nq());
+    const FastFactors<Recorded> factors = this->factors(q);
+    SelectedColumns<Recorded, S> columns;
+    columns.select(model_, selection);
+    Numbers X(static_cast<std::size_t>(selection.size()) * selection.size());
+    columns.answer(Want::operational, model_, factors, X.data());
+    output("X", X);
   }
 
-  std::size_t square() const { return static_cast<std::size_t>(nv()) * nv(); }
-  void set(Numbers& X, int k, int j, const Recorded& x) const {
-    X[k * nv() + j] = X[j * nv() + k] = x;
+  void derivatives() {
+    const Numbers q = input("q", model_.nq()), qd = input_qd(), tau = input("tau", nv());
+    const Acting<Recorded> acting = input_acting();
+    DerivativeWorkspace<Recorded> ws(model_);
+    const std::size_t square = static_cast<std::size_t>(nv()) * nv();
+    Numbers a(nv()), dq(square), dqd(square), dtau(square);
+    fast_derivatives(model_, q.data(), qd.data(), tau.data(), ws, dq.data(), dqd.data(),
+                     dtau.data(), a.data(), acting);
+    output("a", of_asked(a));
+    for (const auto& [name, columns] :
+         {std::pair{"da_dq", &dq}, std::pair{"da_dqd", &dqd}, std::pair{"da_dtau", &dtau}})
+      output(name, block([&, x = columns](int i, int j) { return (*x)[j * nv() + i]; }));
   }
+
+  // (2) of kalmarm/implicit_step.hpp.
+  void implicit_step(bool judged) {
+    const Numbers q = input("q", model_.nq()), qd = input_qd(), tau = input("tau", nv()),
+                  damping = input("damping", nv()), stiffness = input("stiffness", nv()),
+                  reference = input("reference", nv());
+    const Recorded h = input("h", 1)[0];
+    const Acting<Recorded> acting = input_acting();
+    Numbers r(nv()), at_end(tau);
+    for (int k = 0; k < nv(); ++k) {
+      const Joint<double>& joint = given_.joint(k);
+      r[k] = S(joint.r);
+      if (!takes_gains(joint)) continue;
+      r[k] += h * damping[k] + h * h * stiffness[k];
+      at_end[k] -=
+          damping[k] * qd[k] + stiffness[k] * ((q[joint.q_index] - reference[k]) + h * qd[k]);
+    }
+    CovarianceWorkspace<Recorded> ws(model_);
+    Numbers a(nv());
+    covariance_acceleration(model_, q.data(), qd.data(), at_end.data(), r.data(), ws, a.data(),
+                            acting);
+    output("a", of_asked(a));
+    AccelerationSums<Recorded> sums = CovarianceForm::sums(ws);
+    sums.trace = ws.trace;
+    if (judged) output(acceptance().judge(sums), ws.margin);
+  }
+
+  Acceptance<S> acceptance() const { return {robot_, model_, tolerance_}; }
 
   TaskRecord out_;
   Recording recording_;
   double tolerance_;
+  Model<double> given_;
+  Question question_;
   LoweredModel<S> model_;
   RobotModel robot_;
+  Numbers loads_;
 };
 
 }  // namespace
@@ -210,16 +340,25 @@ std::string to_string(GeneratedTask task) {
       return "solve";
     case GeneratedTask::judged_solve:
       return "judged_solve";
+    case GeneratedTask::operational:
+      return "operational";
+    case GeneratedTask::derivatives:
+      return "derivatives";
+    case GeneratedTask::implicit_step:
+      return "implicit_step";
+    case GeneratedTask::judged_implicit_step:
+      return "judged_implicit_step";
   }
   return {};
 }
 
 template <class S>
-TaskRecord record(GeneratedTask task, const Model<double>& model, double tolerance) {
-  return Recorder<S>(task, model, tolerance).run();
+TaskRecord record(GeneratedTask task, const Model<double>& model, const Question& question,
+                  double tolerance) {
+  return Recorder<S>(task, model, question, tolerance).run();
 }
 
-template TaskRecord record<float>(GeneratedTask, const Model<double>&, double);
-template TaskRecord record<double>(GeneratedTask, const Model<double>&, double);
+template TaskRecord record<float>(GeneratedTask, const Model<double>&, const Question&, double);
+template TaskRecord record<double>(GeneratedTask, const Model<double>&, const Question&, double);
 
 }  // namespace kalmarm

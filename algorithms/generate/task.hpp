@@ -7,6 +7,7 @@
 
 #include "algorithms/generate/graph.hpp"
 #include "algorithms/model/model.hpp"
+#include "kalmarm/question.hpp"
 #include "kalmarm/tolerance.hpp"
 
 namespace kalmarm {
@@ -23,6 +24,10 @@ enum class GeneratedTask {
   judged_diagonal,
   solve,  // M^-1 tau
   judged_solve,
+  operational,    // J M^-1 J' of the question's frames
+  derivatives,    // of a with respect to q, qd and tau
+  implicit_step,  // a of a step with springs and dampers at hinges and slides, whose gains are inputs
+  judged_implicit_step,
 };
 
 inline constexpr GeneratedTask generated_tasks[] = {
@@ -36,6 +41,10 @@ inline constexpr GeneratedTask generated_tasks[] = {
     GeneratedTask::judged_diagonal,
     GeneratedTask::solve,
     GeneratedTask::judged_solve,
+    GeneratedTask::operational,
+    GeneratedTask::derivatives,
+    GeneratedTask::implicit_step,
+    GeneratedTask::judged_implicit_step,
 };
 
 // Of the function and the command line.
@@ -54,9 +63,15 @@ struct TaskRecord {
   std::vector<int> results;  // nodes
 };
 
-// By kernels whose constants are rounded to S (float or double). tolerance: by which a judged task accepts.
+// By kernels whose constants are rounded to S (float or double). Of the question:
+//   dofs        results are those of these DoF; empty: of all
+//   frames      of `operational`, which needs some
+//   acted_on    the input `forces`, six numbers a frame in its own axes (kalmarm/dynamics.hpp)
+//   loaded      the input `loads`, ten numbers a frame (likewise)
+//   at_rest     qd is zero, and no input
+// tolerance: by which a judged task accepts. `want` is the task's, contacts are none; joints that are locked are left out before (reduction.hpp).
 template <class S>
-TaskRecord record(GeneratedTask task, const Model<double>& model,
+TaskRecord record(GeneratedTask task, const Model<double>& model, const Question& question = {},
                   double tolerance = default_tolerance<S>);
 
 }  // namespace kalmarm

@@ -101,23 +101,33 @@ std::vector<Frame> named_frames(const Scene& scene, const std::vector<std::strin
 
 }  // namespace
 
-void QuestionOptions::add_to(CLI::App& app) {
-  const auto list = [&](const char* name, std::vector<std::string>& values, const char* help) {
-    // One word a time, A,B: the SCENE that may follow is no value.
-    return app.add_option(name, values, help)->delimiter(',')->allow_extra_args(false);
-  };
+namespace {
+
+// One word a time, A,B: the SCENE that may follow is no value.
+CLI::Option* list(CLI::App& app, const char* name, std::vector<std::string>& values,
+                  const char* help) {
+  return app.add_option(name, values, help)->delimiter(',')->allow_extra_args(false);
+}
+
+}  // namespace
+
+void QuestionOptions::add_parts_to(CLI::App& app) {
   list(
-      "--dofs", dofs,
+      app, "--dofs", dofs,
       "joints that are asked about (patterns such as 'left_*', ? for a comma in a name); else all");
-  list("--site", sites,
+  list(app, "--site", sites,
        "sites, bodies or links of J M^-1 J' (want operational), 6 rows each; plan --frames lists "
        "them");
-  auto* const lock = list("--locked", locked,
+  auto* const lock = list(app, "--locked", locked,
                           "joints that stand still, JOINT or JOINT=VALUE [rad or m]; patterns");
-  list("--free", free, "the only joints that are not locked")->excludes(lock);
+  list(app, "--free", free, "the only joints that are not locked")->excludes(lock);
   app.add_flag("--at-rest", at_rest, "velocities are zero");
+}
+
+void QuestionOptions::add_to(CLI::App& app) {
+  add_parts_to(app);
   auto* const off = app.add_flag("--no-pruning", no_pruning, "leave nothing out, to compare");
-  list("--without", without, "rules that are not to be used")->excludes(off);
+  list(app, "--without", without, "rules that are not to be used")->excludes(off);
 }
 
 Question question_of(const Scene& scene, const QuestionOptions& options) {
@@ -155,6 +165,7 @@ Question question_of(const Scene& scene, const QuestionOptions& options) {
     throw InputError("log det M is of all joints that are free: --dofs does not go with it");
 
   out.frames = named_frames(scene, options.sites);
+  out.loaded = named_frames(scene, options.loaded);
   if (out.want.contains(Want::operational) && out.frames.empty())
     throw InputError("--want operational needs --site");
   if (!out.want.contains(Want::operational) && !out.frames.empty())

@@ -15,10 +15,13 @@ namespace kalmarm {
 
 struct QuestionOptions {
   std::vector<std::string> want, dofs, sites, locked, free, without;
+  std::vector<std::string> loaded;  // sites, bodies or links, as `sites`
   bool at_rest = false, no_pruning = false;
 
   // All but --want, whose words are a program's own.
   void add_to(CLI::App& app);
+  // What is asked, without how: --dofs, --site, --locked, --free, --at-rest.
+  void add_parts_to(CLI::App& app);
 
   // Whether it is about a part of the robot.
   bool selects() const { return !dofs.empty() || !locked.empty() || !free.empty(); }

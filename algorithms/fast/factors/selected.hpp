@@ -28,11 +28,9 @@
 
 namespace kalmarm {
 
-// T: a scalar, or a pack that has a state in every lane.
-template <class T>
+// T: a scalar, or a pack that has a state in every lane. S: of the model.
+template <class T, class S = typename Lanes<T>::Scalar>
 class SelectedColumns {
-  using S = typename Lanes<T>::Scalar;
-
  public:
   // Takes its memory. Links and DoF are those of the model.
   void select(const LoweredModel<S>& model, const Selection& selection);
@@ -197,8 +195,8 @@ class SelectedColumns {
   std::vector<Meeting> meetings_;
 };
 
-template <class T>
-void SelectedColumns<T>::select(const LoweredModel<S>& model, const Selection& selection) {
+template <class T, class S>
+void SelectedColumns<T, S>::select(const LoweredModel<S>& model, const Selection& selection) {
   chunks_.clear();
   meetings_.clear();
   size_ = selection.size();
@@ -241,8 +239,8 @@ void SelectedColumns<T>::select(const LoweredModel<S>& model, const Selection& s
     for (int a = b; a < static_cast<int>(chunks_.size()); ++a) add_meeting(a, b);
 }
 
-template <class T>
-T SelectedColumns<T>::answer(Want want, const LoweredModel<S>& model, const FastFactors<T>& factors,
+template <class T, class S>
+T SelectedColumns<T, S>::answer(Want want, const LoweredModel<S>& model, const FastFactors<T>& factors,
                              T* X) {
   for (Chunk& chunk : chunks_)
     if (chunk.first_of_link < 0)
@@ -257,8 +255,8 @@ T SelectedColumns<T>::answer(Want want, const LoweredModel<S>& model, const Fast
   return check;
 }
 
-template <class T>
-void SelectedColumns<T>::mix(const Chunk* of_first, Chunk& chunk) {
+template <class T, class S>
+void SelectedColumns<T, S>::mix(const Chunk* of_first, Chunk& chunk) {
   for (std::size_t i = 0; i < chunk.y.size(); ++i) {
     Lane y = Lane(S(0));
     for (int column = 0; column < 6; ++column)
@@ -268,8 +266,8 @@ void SelectedColumns<T>::mix(const Chunk* of_first, Chunk& chunk) {
   }
 }
 
-template <class T>
-void SelectedColumns<T>::whiten(const LoweredModel<S>& model, const FastFactors<T>& factors,
+template <class T, class S>
+void SelectedColumns<T, S>::whiten(const LoweredModel<S>& model, const FastFactors<T>& factors,
                                 Chunk& chunk) {
   using std::sqrt;
   for (Sixfold<Lane>& sum : chunk.sums) detail::set_zero(sum);

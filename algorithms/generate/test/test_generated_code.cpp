@@ -55,7 +55,7 @@ Package<T> package_of(const Model<double>& model, const PackageOptions& options)
   return {model, std::vector<double>(model.nq(), 0.0), options};
 }
 
-// The functions of a library by name, with 1, 2 or 3 inputs and one result.
+// The functions of a library by name.
 class Library {
  public:
   explicit Library(const std::string& path) : handle_(dlopen(path.c_str(), RTLD_NOW)) {
@@ -63,34 +63,32 @@ class Library {
   }
   ~Library() { dlclose(handle_); }
 
-  template <class Function>
-  Function* function(const std::string& name) const {
+  void* function(const std::string& name) const {
     void* const out = dlsym(handle_, name.c_str());
     EXPECT_TRUE(out) << name;
-    return reinterpret_cast<Function*>(out);
+    return out;
   }
 
  private:
   void* handle_;
 };
 
+// A function of a library, of all these arrays; `given` stands before them.
+template <std::size_t n = 0, class T, class... Given>
+void call_with(void* function, const std::vector<T*>& arrays, Given... given) {
+  if constexpr (n < 12) {
+    if (n < arrays.size()) return call_with<n + 1>(function, arrays, given..., arrays[n]);
+  }
+  reinterpret_cast<void (*)(Given...)>(function)(given...);
+}
 template <class T>
-void call(const Library& library, const std::string& name, const std::vector<const T*>& in,
-          T* out) {
-  if (in.size() == 1) library.function<void(const T*, T*)>(name)(in[0], out);
-  if (in.size() == 2) library.function<void(const T*, const T*, T*)>(name)(in[0], in[1], out);
-  if (in.size() == 3)
-    library.function<void(const T*, const T*, const T*, T*)>(name)(in[0], in[1], in[2], out);
+void call(const Library& library, const std::string& name, const std::vector<T*>& arrays) {
+  call_with(library.function(name), arrays);
 }
 template <class T>
 void call_rows(const Library& library, const std::string& name, std::size_t rows,
-               const std::vector<const T*>& in, T* out) {
-  if (in.size() == 1) library.function<void(std::size_t, const T*, T*)>(name)(rows, in[0], out);
-  if (in.size() == 2)
-    library.function<void(std::size_t, const T*, const T*, T*)>(name)(rows, in[0], in[1], out);
-  if (in.size() == 3)
-    library.function<void(std::size_t, const T*, const T*, const T*, T*)>(name)(rows, in[0], in[1],
-                                                                                in[2], out);
+               const std::vector<T*>& arrays) {
+  call_with(library.function(name), arrays, rows);
 }
 
 template <class T>
@@ -108,56 +106,86 @@ TYPED_TEST(GeneratedCode, GivesWhatItsRecordGives) {
     std::vector<GeneratedTask> tasks;
   };
   const std::vector<Robot> robots = {
-      {body_on_the_base<&Builder::add_free>(1), {forward_dynamics, mass}},
-      {body_on_the_base<&Builder::add_ball>(1), {forward_dynamics, solve}},
-      {slides(1), {inverse_dynamics, inverse_mass}},
-      {chain(1, 3), {forward_dynamics, inverse_dynamics, mass}}};
+      {body_on_the_base<&Builder::add_free>(1), {forward_dynamics, mass, derivatives}},
+      {body_on_the_base<&Builder::add_ball>(1), {forward_dynamics, solve, implicit_step}},
+      {slides(1), {inverse_dynamics, inverse_mass, judged_diagonal}},
+      {chain(1, 3), {forward_dynamics, judged_implicit_step, mass, operational}}};
+  constexpr int most = 37;
+  // Inputs and results of `most` states, and a guard behind them.
+  struct Array {
+    int width;
+    std::vector<T> x;
+
+    T* row(int i) { return &x[i * width]; }
+    auto first(int rows) const { return Eigen::Map<const VectorX<T>>(x.data(), rows * width); }
+  };
+  const auto rows_of = [](std::vector<Array>& arrays, int i) {
+    std::vector<T*> out;
+    for (Array& array : arrays) out.push_back(array.row(i));
+    return out;
+  };
+  const auto all = [](std::vector<T*> x, const std::vector<T*>& y) {
+    x.insert(x.end(), y.begin(), y.end());
+    return x;
+  };
   for (const Robot& robot : robots) {
     const Model<double>& model = robot.model;
-    const Package<T> package = package_of<T>(model, {"arm", robot.tasks, true});
+    const int last = model.nv() - 1;
+    const Package<T> package =
+        package_of<T>(model, {.name = "arm",
+                              .tasks = robot.tasks,
+                              .rows = true,
+                              .question = {.frames = {{last, {1, 0, 0, 0}, {0, 0, 1}}},
+                                           .loaded = {{last, {1, 0, 0, 0}, {0, 1, 0}}}}});
     const Folder folder(package.files({}));
     ASSERT_TRUE(folder.compiles("arm", strict));
     ASSERT_TRUE(folder.compiles("arm_rows", of_rows));
     ASSERT_TRUE(folder.links("arm.so", "-shared arm.o arm_rows.o"));
     const Library library(folder / "arm.so");
-    constexpr int most = 37;
-    std::vector<T> q, v, tau;
-    for (int i = 0; i < most; ++i) {
-      const State<T> state = random_state(model, i).template cast<T>();
-      q.insert(q.end(), state.q.begin(), state.q.end());
-      v.insert(v.end(), state.qd.begin(), state.qd.end());
-      tau.insert(tau.end(), state.tau.begin(), state.tau.end());
-    }
     for (const TaskRecord& record : package.records()) {
       const std::string name = "arm_" + to_string(record.task);
-      const int size = record.outputs[0].size;
-      const auto inputs = [&](int i) {
-        std::vector<const T*> in = {&q[i * model.nq()]};
-        if (record.inputs.size() == 3) in.push_back(&v[i * model.nv()]);
-        if (record.inputs.size() > 1) in.push_back(&tau[i * model.nv()]);
-        return in;
-      };
-      std::vector<T> one(most * size, T(NAN));
+      std::vector<Array> inputs, one, many;
+      for (const Argument& input : record.inputs) {
+        inputs.push_back({input.size, {}});
+        for (int i = 0; i < most; ++i) {
+          const State<double> state = random_state(model, i);
+          VectorX<double> x =
+              VectorX<double>::Constant(input.size, 0.25 + 0.01 * i);  // gains, loads
+          if (input.name == "q") x = state.q;
+          if (input.name == "qd") x = state.qd;
+          if (input.name == "tau" || input.name == "qdd") x = state.tau;
+          for (const double number : x) inputs.back().x.push_back(static_cast<T>(number));
+        }
+      }
+      for (const Argument& output : record.outputs)
+        one.push_back({output.size, std::vector<T>(most * output.size, T(NAN))});
       for (int i = 0; i < most; ++i) {
-        call(library, name, inputs(i), &one[i * size]);
+        call(library, name, all(rows_of(inputs, i), rows_of(one, i)));
         std::vector<T> given;
-        for (std::size_t k = 0; k < record.inputs.size(); ++k)
-          given.insert(given.end(), inputs(i)[k], inputs(i)[k] + record.inputs[k].size);
+        for (Array& input : inputs)
+          given.insert(given.end(), input.row(i), input.row(i) + input.width);
         const std::vector<T> expected = record.graph.template evaluate<T>(record.results, given);
-        const auto x = Eigen::Map<const VectorX<T>>(&one[i * size], size);
-        const auto y = Eigen::Map<const VectorX<T>>(expected.data(), size);
-        EXPECT_LE((x - y).norm(), (sizeof(T) == 4 ? T(1e-3) : T(1e-11)) * y.norm())
-            << name << " " << i;
+        const T* next = expected.data();
+        for (Array& output : one) {
+          const auto x = Eigen::Map<const VectorX<T>>(output.row(i), output.width);
+          const auto y = Eigen::Map<const VectorX<T>>(next, output.width);
+          EXPECT_LE((x - y).norm(), (sizeof(T) == 4 ? T(1e-3) : T(1e-11)) * y.norm())
+              << name << " " << i;
+          next += output.width;
+        }
       }
       for (const int rows : {1, 2, 3, 7, 8, 9, 16, 17, 33, most}) {
-        std::vector<T> many(most * size + 64, T(-77));
-        call_rows(library, name + "_rows", rows, inputs(0), many.data());
-        const auto x = Eigen::Map<const VectorX<T>>(many.data(), rows * size);
-        const auto y = Eigen::Map<const VectorX<T>>(one.data(), rows * size);
-        EXPECT_LE((x - y).norm(), (sizeof(T) == 4 ? T(1e-3) : T(1e-11)) * y.norm())
-            << name << " of " << rows;
-        for (std::size_t i = rows * size; i < many.size(); ++i)
-          ASSERT_EQ(many[i], T(-77)) << name << " of " << rows << " writes behind its rows";
+        many.clear();
+        for (const Array& output : one)
+          many.push_back({output.width, std::vector<T>(most * output.width + 64, T(-77))});
+        call_rows(library, name + "_rows", rows, all(rows_of(inputs, 0), rows_of(many, 0)));
+        for (std::size_t k = 0; k < many.size(); ++k) {
+          const auto x = many[k].first(rows), y = one[k].first(rows);
+          EXPECT_LE((x - y).norm(), (sizeof(T) == 4 ? T(1e-3) : T(1e-11)) * y.norm())
+              << name << " of " << rows;
+          for (std::size_t i = x.size(); i < many[k].x.size(); ++i)
+            ASSERT_EQ(many[k].x[i], T(-77)) << name << " of " << rows << " writes behind its rows";
+        }
       }
     }
   }
@@ -173,9 +201,10 @@ TYPED_TEST(GeneratedCode, AnglesOfAnySizeAreExactOrNaN) {
   ASSERT_TRUE(folder.compiles("arm_rows", of_rows));
   ASSERT_TRUE(folder.links("arm.so", "-shared arm.o arm_rows.o"));
   const Library library(folder / "arm.so");
-  const T farthest = sizeof(T) == 4 ? T(1.2e4) : T(1.6e6), zero = 0;
-  for (const T angle : {T(0), T(0.7), T(-1.6), T(3.2), T(99), -farthest, farthest, T(2) * farthest,
-                        std::numeric_limits<T>::infinity(), T(NAN)}) {
+  const T farthest = sizeof(T) == 4 ? T(1.2e4) : T(1.6e6);
+  T zero = 0;
+  for (T angle : {T(0), T(0.7), T(-1.6), T(3.2), T(99), -farthest, farthest, T(2) * farthest,
+                  std::numeric_limits<T>::infinity(), T(NAN)}) {
     const bool is_far = !(std::abs(angle) <= farthest);
     State<double> state{VectorX<double>::Constant(1, angle), VectorX<double>::Zero(1),
                         VectorX<double>::Zero(1)};
@@ -183,9 +212,9 @@ TYPED_TEST(GeneratedCode, AnglesOfAnySizeAreExactOrNaN) {
       VectorX<T> tau = poisoned<T>(1);
       const std::string name = std::string("arm_inverse_dynamics") + suffix;
       if (*suffix)
-        call_rows<T>(library, name, 1, {&angle, &zero, &zero}, tau.data());
+        call_rows<T>(library, name, 1, {&angle, &zero, &zero, tau.data()});
       else
-        call<T>(library, name, {&angle, &zero, &zero}, tau.data());
+        call<T>(library, name, {&angle, &zero, &zero, tau.data()});
       if (is_far)
         EXPECT_TRUE(std::isnan(tau[0])) << angle << suffix;
       else
@@ -208,9 +237,9 @@ TEST(GeneratedTest, SaysWhatIsWrong) {
   const MatrixX<double> M = dense_mechanics(model, state).M;
   const Package<double> package = package_of<double>(model, {"arm", {GeneratedTask::mass}});
   const auto list = [](const auto& x) { return std::vector<double>(x.begin(), x.end()); };
-  TaskCheck check{GeneratedTask::mass, {list(state.q)}, list(M.reshaped()), 1e-13};
+  TaskCheck check{GeneratedTask::mass, {list(state.q)}, {{list(M.reshaped()), 1e-13}}};
   for (const bool is_right : {true, false}) {
-    if (!is_right) check.truth[4] *= 1 + 1e-10;
+    if (!is_right) check.results[0].truth[4] *= 1 + 1e-10;
     const Folder folder(package.files({check}));
     ASSERT_TRUE(folder.compiles("arm", strict) && folder.compiles("arm_test", strict) &&
                 folder.links("test", "arm.o arm_test.o"));
