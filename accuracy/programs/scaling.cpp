@@ -4,7 +4,8 @@
 // Parameters and states are rounded to a precision first, and truth is exact for what was rounded.
 // How far the truth may be from it at most is proven (truth.hpp): measure truth_width.
 // With --ladder exhibits of the ladder are measured too, and the same states as rows of one call at
-// every tolerance: tasks acceleration_batch and inverse_batch.
+// every tolerance: tasks acceleration_batch and inverse_batch. With --generated so is code for one robot by the study's variants,
+// worked out operation by operation.
 // MuJoCo runs on its own parameters, from which the model's were lowered with rounding.
 // Outputs hold NaN before every call. A failure keeps its rows, with value nan and its outcome. A
 // scene that is singular once rounded to float32 has no truth there: all its rows are failures.
@@ -100,19 +101,27 @@ struct AnsweredRows {
   }
 };
 
+// What is measured beside the contenders.
+struct Also {
+  bool ladder = false, generated = false;
+};
+
 template <class T>
 struct Contenders {
   std::vector<Contender<T>> mass, solvers;
   std::vector<AnsweredRows<T>> rows;
 
   Contenders(const Scene& scene, const Model<T>& model, const std::vector<State>& states,
-             bool ladder) {
+             const Also& also) {
     for (const RegisteredVariant<T>& variant : registered_variants<T>(Want::mass))
       if (variant.traits.contender) mass.push_back({variant.name, variant.make(model)});
     for (const RegisteredVariant<T>& variant : registered_variants<T>())
-      if (variant.traits.contender || (ladder && is_of_ladder(variant.traits.kind)))
+      if (variant.traits.contender || (also.ladder && is_of_ladder(variant.traits.kind)))
         solvers.push_back({variant.name, variant.make(model)});
-    if (ladder)
+    if (also.generated)
+      for (const RegisteredVariant<T>& variant : evaluated_variants<T>())
+        if (variant.takes(model)) solvers.push_back({variant.name, variant.make(model)});
+    if (also.ladder)
       for (const RegisteredVariant<T>& variant : ladder_variants<T>())
         rows.emplace_back(variant, model, states);
     if constexpr (std::is_same_v<T, double>) {
@@ -172,12 +181,12 @@ void add_inverse(const std::string& name, const char* task, const Outcome& outco
 }
 
 template <class T>
-void measure(const Scene& scene, const std::vector<State>& states, bool ladder, Progress& progress,
-             Table& table) {
+void measure(const Scene& scene, const std::vector<State>& states, const Also& also,
+             Progress& progress, Table& table) {
   constexpr T nan = std::numeric_limits<T>::quiet_NaN();
   const Model<T> model = scene.model.cast<T>();
   const int nv = model.nv();
-  Contenders<T> contenders(scene, model, states, ladder);
+  Contenders<T> contenders(scene, model, states, also);
   for (std::size_t i = 0; i < states.size(); ++i) {
     const std::string where = scene.name + " " + precision_name<T> + " state " + std::to_string(i);
     progress.step(where);
@@ -230,14 +239,16 @@ int main(int argc, char** argv) {
   LoadOptions read;
   int count = 10;
   std::uint64_t seed = 1;
-  bool ladder = false;
+  Also also;
   std::string out;
   add_scene(app, names, read)->required();
   app.add_option("--states", count, "random states of each scene")
       ->check(between(1, 1000000))
       ->capture_default_str();
   app.add_option("--seed", seed, "of the states")->check(any_seed())->capture_default_str();
-  app.add_flag("--ladder", ladder, "also every tolerance of the ladder, of one state and rows");
+  app.add_flag("--ladder", also.ladder,
+               "also every tolerance of the ladder, of one state and rows");
+  app.add_flag("--generated", also.generated, "code for the robot by the study's variants");
   app.add_option("--out", out, "CSV file to write")->required();
 
   return run_program(app, argc, argv, [&] {
@@ -254,8 +265,8 @@ int main(int argc, char** argv) {
     Table table;
     for (const Scene& scene : scenes) {
       const std::vector<State> states = random_states(scene, count, seed);
-      measure<float>(scene, states, ladder, progress, table);
-      measure<double>(scene, states, ladder, progress, table);
+      measure<float>(scene, states, also, progress, table);
+      measure<double>(scene, states, also, progress, table);
     }
     file.write(table.text());
     return 0;

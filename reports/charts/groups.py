@@ -24,8 +24,8 @@ _PATTERNS = (  # the first that fits
     (LADDER, "Ladder<|Kalmarm"),
     (REFINED, "Refined<|WideRefined<|MixedPrecision<"),
     (ROOTS, r"FactoredBias<|StackedQR|AxisFrames<|Scan<SquareRoot>|.*\b(Array\w+|Potter|UD)\b"),
-    (CHOLESKY, "Batch<|CRBA"),
-    (FILTERS, "Sequential<|ClosedForm<|Scan<"),
+    (CHOLESKY, "(Generated<)?(Batch<|CRBA)"),
+    (FILTERS, "(Generated<)?(Sequential<|ClosedForm<|Scan<)"),
 )
 _FIRST = (  # within a group; others follow by name
     "Ladder<default>",

@@ -80,6 +80,17 @@ FAMILIES = {
         ("#9e7c3a", "#ffe3a3"),
         ("#4f7a5b", "#a8d8b4"),
     ],
+    "Generated": [  # code for one robot
+        ("#3c4043", "#d5d9de"),
+        ("#7a5a00", "#e6c35c"),
+        ("#00566b", "#5cc4dd"),
+        ("#7b2d5b", "#dd8fbd"),
+        ("#3f6212", "#a9d36b"),
+        ("#8a3b12", "#eda47f"),
+        ("#4338a0", "#a39cf0"),
+        ("#0f6b4a", "#66d0a6"),
+        ("#6b6f75", "#a5abb3"),
+    ],
     "AxisFrames": [
         ("#1b5e20", "#7bc67f"),
         ("#4b8a08", "#b4e36a"),

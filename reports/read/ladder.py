@@ -1,5 +1,5 @@
 """Which records the first figure alone shows: of the ladder at other tolerances than those that
-are contenders, of one of its rungs alone, and errors of rows."""
+are contenders, of one of its rungs alone, errors of rows, and code for one robot."""
 
 import re
 
@@ -8,6 +8,7 @@ from read.data import Data
 DEFAULT, LAST_BITS = "Ladder<default>", "Ladder<last_bits>"  # contenders
 DEFAULT_TOLERANCE = {"float32": 1e-2, "float64": 1e-8}
 LEAST_TOLERANCE = 2.0**-50  # last_bits
+GENERATED = "Generated<"
 _STEP = re.compile(r"Ladder<(?P<tolerance>[^>@]+)>")
 
 
@@ -33,11 +34,13 @@ def set_apart(data: Data) -> None:
 
     def apart(record) -> bool:
         named = is_ladder(record.variant) and "@" not in record.variant
-        return named and record.variant not in (DEFAULT, LAST_BITS)
+        of_ladder = named and record.variant not in (DEFAULT, LAST_BITS)
+        return of_ladder or record.variant.startswith(GENERATED)
 
     data.ladder_errors = [it for it in data.errors if apart(it) or it.task.endswith("_batch")]
     data.errors = [it for it in data.errors if not (apart(it) or it.task.endswith("_batch"))]
     data.ladder_times = [it for it in data.times if apart(it)]
     data.ladder_times += [it.time for it in data.dynamics if apart(it.time)]
+    data.ladder_times += [it.time for it in data.generated]
     data.times = [it for it in data.times if not apart(it)]
     data.dynamics = [it for it in data.dynamics if not apart(it.time)]

@@ -53,6 +53,15 @@ def test_what_was_not_compiled_is_refused(read):
     assert rows[1] == ["arm:7", "Sequential<UD>", "–", "refused", *7 * "–"]
 
 
+def test_code_for_one_robot_is_of_the_first_figure_alone(read):
+    data = read(*ROWS)
+    assert not data.times
+    assert {time.variant for time in data.ladder_times} == {
+        "Generated<Sequential<Conventional>>",
+        "Generated<Sequential<UD>>",
+    }
+
+
 def test_without_records_there_is_no_section():
     assert square_roots.section(Data()) is None
 

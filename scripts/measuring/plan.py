@@ -54,6 +54,9 @@ KINDS = {  # in the order in which they are measured
     "estimation": Kind("bench_estimation", "json", "--benchmark_out", "recursions", alone=True),
     "dynamics": Kind("bench_dynamics", "json", "--benchmark_out", "fast path", alone=True),
     "batch": Kind("bench_batch", "json", "--benchmark_out", "batches", alone=True),
+    "generated": Kind(
+        "bench_inverse", "json", "--benchmark_out", "code for one robot", alone=True, partial=True
+    ),
     "peers": Kind("bench_peers", "json", "--benchmark_out", "peers", alone=True, partial=True),
     "jacobians": Kind(
         "bench_derivatives",
@@ -90,9 +93,6 @@ KINDS = {  # in the order in which they are measured
     "contacts": Kind("contacts", "csv", "--out", "errors of contacts", partial=True),
     "simulation": Kind("simulate", "csv", "--out", "simulation", partial=True),
     "exhibits": Kind("bench_inverse", "json", "--benchmark_out", "times", alone=True, data="times"),
-    "generated": Kind(
-        "bench_inverse", "json", "--benchmark_out", "code for one robot", alone=True, partial=True
-    ),
     # takes all cores by itself; a worker may die where memory is short
     "stress": Kind("stress", "csv", "--out", "errors", alone=True, partial=True),
     "families": Kind("stress", "json", "--json", "list"),

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from children import end_with_parent
 from measuring.effort import FULL, Effort
-from measuring.plan import KINDS, SCANNED
+from measuring.plan import GENERATED_SIZE, KINDS, SCANNED
 from measuring.scene import BadInput, Scene
 
 MUJOCO_STATES = 100
@@ -95,6 +95,12 @@ class Unit:
         """Of a robot every tolerance of the ladder, for the first figure of the page."""
         return ["--ladder"] if self.scene.model else []
 
+    @property
+    def generated(self) -> list[str]:
+        """Of a robot whose code may be timed its errors, too."""
+        timed = self.scene.model and self.scene.size <= GENERATED_SIZE
+        return ["--generated"] if timed else []
+
     def options(self, effort: Effort) -> list[str]:
         match self.kind:
             case "times" | "batch":
@@ -135,7 +141,7 @@ class Unit:
                 return list(effort.motion_options)
             case "errors":
                 states = effort.states_of(self.scene.size)
-                return [*self.ladder, "--seed=1", f"--states={states}"]
+                return [*self.ladder, *self.generated, "--seed=1", f"--states={states}"]
             case "mujoco":
                 return ["--seed=1", f"--random={MUJOCO_STATES}"]
             case "paper":
