@@ -173,8 +173,7 @@ std::optional<AskedStep> asked_step(const Options& options, const Scene& scene) 
 
 int run(const Options& options) {
   if (options.list) {
-    for (const auto& variant : all_variants<double>())
-      std::printf("%s\n", variant.name.c_str());
+    for (const auto& variant : all_variants<double>()) std::printf("%s\n", variant.name.c_str());
     std::printf("%s\n", mujoco_variant);
     return 0;
   }
