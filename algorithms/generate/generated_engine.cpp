@@ -224,14 +224,14 @@ class GeneratedEngine final : public Engine<T> {
         continue;
       const std::string what = to_string(of.want);
       try {
-        check(of, options, code.rows);
+        // The library answers one state of float in double.
+        const bool one_state = std::is_same_v<T, double> && robot.nv() <= of.most_dofs_of_one_state;
+        check(of, options, one_state || code.rows);
         const std::string name = what + ' ' + key;
         auto task = InUse<T>::all().find(name);
         if (!task) {
-          // The library answers one state of float in double.
           task = std::make_shared<CompiledTask<T>>(of, model_of(robot), options.tolerance,
-                                                   std::is_same_v<T, double>, code.rows, compiler,
-                                                   folder);
+                                                   one_state, code.rows, compiler, folder);
           test(*task, robot, options);
           InUse<T>::all().keep(name, task);
         }
@@ -243,9 +243,10 @@ class GeneratedEngine final : public Engine<T> {
     }
   }
 
-  static void check(const CodeFor& of, const EngineOptions& options, bool rows) {
-    if (std::is_same_v<T, float> && !rows)
-      throw std::runtime_error("one state of float is answered in double");
+  static void check(const CodeFor& of, const EngineOptions& options, bool any) {
+    if (!any)
+      throw std::runtime_error(std::is_same_v<T, float> ? "one state of float is answered in double"
+                                                        : "of one state they are faster");
     if (!of.judged) return;
     if (of.want == Want::acceleration && options.kernel == Kernel::spatial_at_rest)
       throw std::runtime_error("accelerations at rest have sweeps of their own");
@@ -304,11 +305,14 @@ class GeneratedEngine final : public Engine<T> {
   struct Bound {
     T relative, least;
   };
-  // Accelerations by what both may be wrong; of sums of products alone no more than their rounding, with room.
+  // What is judged by what both may be wrong (entries of M^-1 beside its diagonal's); of sums of products alone no more
+  // than their rounding, with room.
   static Bound bound(const CompiledTask<T>& code, const RobotModel& robot,
                      const EngineOptions& options) {
     constexpr T roundings = 4096;
     if (!code.judged()) return {roundings * std::numeric_limits<T>::epsilon(), 0};
+    if (code.want() != Want::acceleration)
+      return {T(2 * options.tolerance * std::sqrt(double(robot.nv()))), 0};
     const auto& g = robot.gravity;
     return {T(2 * options.tolerance), T(least_beside_gravity * std::hypot(g[0], g[1], g[2]))};
   }

@@ -46,6 +46,18 @@ def test_says_what_was_compiled(compiled, cache):
     assert stat.S_IMODE(cache.stat().st_mode) == 0o700
 
 
+def test_what_is_made_of_factors(cache):
+    tasks = ("inverse_mass_matrix", "diagonal", "solve")
+    robot, loops = load("panda").compile(tasks, dtypes=["float64"], cache=cache), load("panda")
+    assert all("generated code" in line for line in robot.compiled) and len(robot.compiled) == len(tasks)
+    for count in (None, 50):
+        q, _, tau = loops.random_state(2, count)
+        for name, given in (("inverse_mass_matrix", (q,)), ("diagonal", (q,)), ("solve", (q, tau))):
+            ours, theirs = (getattr(one, name)(*given, status=True) for one in (robot, loops))
+            np.testing.assert_allclose(ours[0], theirs[0], rtol=1e-8, atol=1e-9)
+            np.testing.assert_array_equal(ours[1]["status"], theirs[1]["status"])
+
+
 def test_rows_of_float32(cache):
     robot = load("iiwa14").compile(["forward_dynamics"], dtypes=["float32"], cache=cache)
     assert len(robot.compiled) == 1

@@ -194,6 +194,92 @@ TYPED_TEST(GeneratedRows, AreAsRightAsTheySay) {
   EXPECT_GT(climbed, 0);
 }
 
+// M^-1, its diagonal and solves of rows.
+TYPED_TEST(GeneratedRows, OfFactorsAreAsRightAsTheySay) {
+  using T = TypeParam;
+  constexpr int count = 11;
+  const Outcome::Rung first =
+      std::is_same_v<T, float> ? Outcome::Rung::float_lanes : Outcome::Rung::float64;
+  int by_code = 0;
+  const std::vector<Asked> all = mechanisms();
+  for (std::size_t i = 0; i < all.size(); i += 4) {  // all would compile for minutes
+    const Asked& asked = all[i];
+    SCOPED_TRACE(asked.name);
+    const Model<double> model = rounded<T>(asked.model);
+    const std::ptrdiff_t n = model.nv();
+    const DynamicsOptions options =
+        this->generated({.question = {.want = {Want::inverse, Want::diagonal, Want::solve}},
+                         .rules = rules_of_sweeps()});
+    Dynamics<T> robot(plain(model), options), by_loops(plain(model), this->loops(options));
+    Rows<T> states(model, count);
+    const auto compare = [&](std::ptrdiff_t width, const auto& call, const auto& error) {
+      std::vector<T> x(count * width, T(NAN)), y = x;
+      std::vector<Outcome> of_x(count), of_y(count);
+      EXPECT_EQ(call(robot, x, of_x), call(by_loops, y, of_y));
+      for (int i = 0; i < count; ++i) {
+        ASSERT_EQ(of_x[i].status, of_y[i].status) << i;
+        if (!of_x[i] || of_x[i].rung != first) continue;
+        ++by_code;
+        const Truth truth(model, rounded<T>(random_state(model, i)));
+        const VectorX<double> numbers =
+            Eigen::Map<const VectorX<T>>(&x[i * width], width).template cast<double>();
+        EXPECT_LE(error(truth, numbers), of_x[i].error) << i;
+      }
+    };
+    compare(
+        n * n,
+        [&](Dynamics<T>& by, std::vector<T>& X, std::vector<Outcome>& outcomes) {
+          return by.inverse_mass(states.q, X, outcomes);
+        },
+        [n](const Truth& truth, const VectorX<double>& X) {
+          return truth.inverse(MatrixX<double>(X.reshaped(n, n)));
+        });
+    compare(
+        n,
+        [&](Dynamics<T>& by, std::vector<T>& x, std::vector<Outcome>& outcomes) {
+          return by.diagonal(states.q, x, outcomes);
+        },
+        [](const Truth& truth, const VectorX<double>& x) { return truth.diagonal(x); });
+    compare(
+        n,
+        [&](Dynamics<T>& by, std::vector<T>& x, std::vector<Outcome>& outcomes) {
+          return by.solve(states.q, states.tau, x, outcomes);
+        },
+        [](const Truth& truth, const VectorX<double>& x) {
+          const VectorX<double> exact = truth.solution();
+          return (x - exact).norm() / exact.norm();
+        });
+  }
+  EXPECT_GT(by_code, 100);
+}
+
+// One state of M^-1: by code where it is faster, in the bits of a row of its own there; the loops' factors are not touched.
+TEST_F(GeneratedKernels, OfFactorsOfOneStateAreAsRightAsTheySay) {
+  for (const int n : {5, 14}) {
+    const Model<double> model = chain(1, n);
+    const DynamicsOptions options =
+        generated({.question = {.want = {Want::inverse, Want::diagonal, Want::solve}}});
+    Dynamics<double> robot(plain(model), options);
+    EXPECT_TRUE(all_generated(robot));
+    for (int seed = 0; seed < 5; ++seed) {
+      const State<double> state = random_state(model, seed), other = random_state(model, seed + 50);
+      MatrixX<double> X = poisoned<double>(n, n);
+      VectorX<double> d = poisoned<double>(n), x = d;
+      ASSERT_TRUE(robot.factor(other.q));
+      const Outcome of_X = robot.inverse_mass(state.q, X), of_d = robot.diagonal(state.q, d);
+      ASSERT_TRUE(of_X && of_d);
+      const Truth truth(model, state);
+      EXPECT_LE(truth.inverse(X), of_X.error);
+      EXPECT_LE(truth.diagonal(d), of_d.error);
+      const Outcome of_x = robot.solve(state.tau, x);
+      State<double> solved = other;
+      solved.tau = state.tau;
+      const VectorX<double> exact = Truth(model, solved).solution();
+      EXPECT_LE((x - exact).norm(), of_x.error * exact.norm());
+    }
+  }
+}
+
 // Of more rows than one worker takes at once, some of which climb.
 TYPED_TEST(GeneratedRows, AreTheSameBitsOnAnyNumberOfThreads) {
   using T = TypeParam;

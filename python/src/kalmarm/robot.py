@@ -110,6 +110,9 @@ _COMPILED = {
     "forward_dynamics": "acceleration",
     "inverse_dynamics": "inverse_dynamics",
     "mass_matrix": "mass",
+    "inverse_mass_matrix": "inverse",
+    "diagonal": "diagonal",
+    "solve": "solve",
 }
 _DTYPES = ("float64", "float32")
 
@@ -247,7 +250,7 @@ class Robot(_core.Robot):
 
     def compile(
         self,
-        tasks: Iterable[str] = tuple(_COMPILED),
+        tasks: Iterable[str] = ("forward_dynamics", "inverse_dynamics", "mass_matrix"),
         *,
         rows: bool = True,
         dtypes: Iterable[str] = _DTYPES,
@@ -258,7 +261,8 @@ class Robot(_core.Robot):
         """The same robot, which answers by C code that is generated for it and compiled now: same calls, results and
         outcomes. What cannot be compiled is answered as before, with one RuntimeWarning; `compiled` has all of it.
 
-        tasks: "forward_dynamics", "inverse_dynamics" (and bias and gravity), "mass_matrix".
+        tasks: "forward_dynamics", "inverse_dynamics" (and bias and gravity), "mass_matrix", "inverse_mass_matrix" (of one
+            state up to 12 DoF), "diagonal", "solve" (of states in rows).
         rows: for many states a call too. dtypes: "float64", "float32", of which one state is answered in float64
             as it always is, without generated code.
         compiler: a C compiler (gcc 12 or later, clang), or a list of it and its first arguments; unless told $CC, else
