@@ -222,12 +222,13 @@ class GeneratedEngine final : public Engine<T> {
     for (const CodeFor& of : code_for) {
       if (!options.wants(of.want) || (!code.tasks.empty() && !code.tasks.contains(of.want)))
         continue;
-      const std::string what = to_string(of.want);
+      std::string note = to_string(of.want), name = note;
+      name += ' ';
+      name += key;
       try {
         // The library answers one state of float in double.
         const bool one_state = std::is_same_v<T, double> && robot.nv() <= of.most_dofs_of_one_state;
         check(of, options, one_state || code.rows);
-        const std::string name = what + ' ' + key;
         auto task = InUse<T>::all().find(name);
         if (!task) {
           task = std::make_shared<CompiledTask<T>>(of, model_of(robot), options.tolerance,
@@ -235,11 +236,14 @@ class GeneratedEngine final : public Engine<T> {
           test(*task, robot, options);
           InUse<T>::all().keep(name, task);
         }
-        notes.push_back(what + ": " + note_of(task->library().made(), compiler));
+        note += ": generated code, ";
+        note += note_of(task->library().made(), compiler);
         tasks_[static_cast<int>(of.want)] = task;
       } catch (const std::exception& e) {
-        notes.push_back(what + ": the library's loops answer: " + e.what());
+        note += ": the library's loops answer: ";
+        note += e.what();
       }
+      notes.push_back(note);
     }
   }
 
@@ -258,8 +262,8 @@ class GeneratedEngine final : public Engine<T> {
   static std::string note_of(const CLibrary::Made& made, const CCompiler& compiler) {
     std::ostringstream out;
     out.precision(2);
-    out << "generated code, compiled by " << compiler.command[0] << ' ' << made.version << " in "
-        << made.seconds << " s" << (made.was_there ? " before" : "") << ": " << made.path.string();
+    out << "compiled by " << compiler.command[0] << ' ' << made.version << " in " << made.seconds
+        << " s" << (made.was_there ? " before" : "") << ": " << made.path.string();
     return out.str();
   }
 

@@ -48,6 +48,7 @@ class Pipe {
 pid_t start(const std::vector<std::string>& command, Pipe& pipe) {
   std::vector<std::string> copy = command;
   std::vector<char*> arguments;
+  arguments.reserve(copy.size() + 1);
   for (std::string& argument : copy) arguments.push_back(argument.data());
   arguments.push_back(nullptr);
   posix_spawn_file_actions_t files;
