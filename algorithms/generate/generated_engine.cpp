@@ -112,7 +112,8 @@ class GeneratedEngine final : public Engine<T> {
     }
     T error = 0, margin = 0;
     code->one(call, &error, &margin);
-    return margin > 0 ? Outcome{.error = error} : loops_->answer(call);
+    if (!(margin > 0)) return loops_->answer(call);
+    return call.want == Want::acceleration ? Outcome{.error = error} : Outcome{};
   }
 
   void reserve_workers(Want want, int count) override {
@@ -172,7 +173,7 @@ class GeneratedEngine final : public Engine<T> {
     w.chosen.clear();
     if (code.judged()) {
       for (int i = 0; i < count; ++i) {
-        outcomes[i].error = w.error[i];
+        if (call.want == Want::acceleration) outcomes[i].error = w.error[i];
         if (!(w.margin[i] > 0)) w.chosen.push_back(i);
       }
     } else if (!is_sound(count, call, outcomes)) {

@@ -1,7 +1,7 @@
 // Generated code as a rung of the ladder: an engine that answers by it, and asks the library's loops for all else.
 //
 //   acceleration       where margin > 0, with the estimated error; the other states climb to the loops
-//   inverse            the same, of one state up to 12 DoF
+//   inverse            where margin > 0, of one state up to 12 DoF; no error is told, as the loops tell none
 //   diagonal           the same, of M^-1
 //   solve              the same, of rows: one state is solved by factors that are kept
 //   inverse_dynamics   where no entry of q is beyond the angles that it reduces

@@ -1,10 +1,10 @@
-# kalmarm_generate(NAME SCENE TASKS TASK… [PRECISION float32|float64] [ROWS]): a library NAME of C code for the scene's
+# kalmarm_generate(NAME SCENE TASKS TASK… [PRECISION float32|float64] [ROWS] [OPTIONS …]): a library NAME of C code for the scene's
 # robot, with NAME.h, made again when its file or the program changes (docs/generated.md). With BUILD_TESTING the code's
-# own comparison with the truth is a test, test_NAME.
+# own comparison with the truth is a test, test_NAME. OPTIONS: others of `generate`, such as --at-rest.
 enable_language(C)
 
 function(kalmarm_generate name scene)
-  cmake_parse_arguments(ARG "ROWS" "PRECISION" "TASKS" ${ARGN})
+  cmake_parse_arguments(ARG "ROWS" "PRECISION" "TASKS;OPTIONS" ${ARGN})
   if(NOT ARG_TASKS)
     message(FATAL_ERROR "kalmarm_generate(${name}): TASKS are missing")
   endif()
@@ -13,7 +13,7 @@ function(kalmarm_generate name scene)
   endif()
   list(JOIN ARG_TASKS "," tasks)
   set(files ${name}.h ${name}.c ${name}_test.c ${name}.md)
-  set(options --task ${tasks} --precision ${ARG_PRECISION})
+  set(options --task ${tasks} --precision ${ARG_PRECISION} ${ARG_OPTIONS})
   if(ARG_ROWS)
     list(APPEND files ${name}_rows.c)
     list(APPEND options --rows)

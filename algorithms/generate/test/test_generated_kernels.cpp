@@ -195,7 +195,7 @@ TYPED_TEST(GeneratedRows, AreAsRightAsTheySay) {
 }
 
 // M^-1, its diagonal and solves of rows.
-TYPED_TEST(GeneratedRows, OfFactorsAreAsRightAsTheySay) {
+TYPED_TEST(GeneratedRows, OfFactorsAreWithinTheTolerance) {
   using T = TypeParam;
   constexpr int count = 11;
   const Outcome::Rung first =
@@ -223,7 +223,8 @@ TYPED_TEST(GeneratedRows, OfFactorsAreAsRightAsTheySay) {
         const Truth truth(model, rounded<T>(random_state(model, i)));
         const VectorX<double> numbers =
             Eigen::Map<const VectorX<T>>(&x[i * width], width).template cast<double>();
-        EXPECT_LE(error(truth, numbers), of_x[i].error) << i;
+        EXPECT_LE(error(truth, numbers), robot.tolerance()) << i;
+        EXPECT_TRUE(std::isnan(of_x[i].error));  // as the loops, which tell one where they refine
       }
     };
     compare(
@@ -254,7 +255,7 @@ TYPED_TEST(GeneratedRows, OfFactorsAreAsRightAsTheySay) {
 }
 
 // One state of M^-1: by code where it is faster, in the bits of a row of its own there; the loops' factors are not touched.
-TEST_F(GeneratedKernels, OfFactorsOfOneStateAreAsRightAsTheySay) {
+TEST_F(GeneratedKernels, OfFactorsOfOneStateAreWithinTheTolerance) {
   for (const int n : {5, 14}) {
     const Model<double> model = chain(1, n);
     const DynamicsOptions options =
@@ -269,13 +270,14 @@ TEST_F(GeneratedKernels, OfFactorsOfOneStateAreAsRightAsTheySay) {
       const Outcome of_X = robot.inverse_mass(state.q, X), of_d = robot.diagonal(state.q, d);
       ASSERT_TRUE(of_X && of_d);
       const Truth truth(model, state);
-      EXPECT_LE(truth.inverse(X), of_X.error);
-      EXPECT_LE(truth.diagonal(d), of_d.error);
+      EXPECT_LE(truth.inverse(X), robot.tolerance());
+      EXPECT_LE(truth.diagonal(d), robot.tolerance());
       const Outcome of_x = robot.solve(state.tau, x);
       State<double> solved = other;
       solved.tau = state.tau;
       const VectorX<double> exact = Truth(model, solved).solution();
-      EXPECT_LE((x - exact).norm(), of_x.error * exact.norm());
+      EXPECT_TRUE(of_x);
+      EXPECT_LE((x - exact).norm(), robot.tolerance() * exact.norm());
     }
   }
 }
