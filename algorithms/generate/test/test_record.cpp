@@ -291,6 +291,12 @@ TYPED_TEST(Record, OfAQuestionHasTheNumbersOfTheWholeByFewerOperations) {
   EXPECT_LT(3 * of_some, 2 * of_whole);
 }
 
+// Of slides P, D and g are constants, and so is M^-1.
+TEST(RecordOfSlides, HasNoOperationInTheInverse) {
+  const TaskRecord record = kalmarm::record<double>(GeneratedTask::inverse_mass, slides(1));
+  EXPECT_EQ(record.graph.count(record.results).flops(), 0);
+}
+
 // A judged task, what it judges, and the error of its result as it is estimated.
 struct JudgedTask {
   GeneratedTask task, plain;
