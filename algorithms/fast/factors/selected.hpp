@@ -240,8 +240,8 @@ void SelectedColumns<T, S>::select(const LoweredModel<S>& model, const Selection
 }
 
 template <class T, class S>
-T SelectedColumns<T, S>::answer(Want want, const LoweredModel<S>& model, const FastFactors<T>& factors,
-                             T* X) {
+T SelectedColumns<T, S>::answer(Want want, const LoweredModel<S>& model,
+                                const FastFactors<T>& factors, T* X) {
   for (Chunk& chunk : chunks_)
     if (chunk.first_of_link < 0)
       whiten(model, factors, chunk);
@@ -268,7 +268,7 @@ void SelectedColumns<T, S>::mix(const Chunk* of_first, Chunk& chunk) {
 
 template <class T, class S>
 void SelectedColumns<T, S>::whiten(const LoweredModel<S>& model, const FastFactors<T>& factors,
-                                Chunk& chunk) {
+                                   Chunk& chunk) {
   using std::sqrt;
   for (Sixfold<Lane>& sum : chunk.sums) detail::set_zero(sum);
   Sixfold<Lane> z;
