@@ -21,10 +21,11 @@ struct CodeFor {
   bool judged;
   int most_dofs_of_one_state = most_generated_dofs;  // beyond, the loops are faster, but for rows
 };
-// The loops solve one state by factors that they keep. Their columns of M^-1 share registers: measured by bench_peers,
-// one state of panda takes code 0.75 of the loops' time, of go2 1.7.
+// The loops solve one state by factors that they keep. Their columns of M^-1 share registers: of one state code takes
+// 0.75 of their time on panda (9 DoF), 1.7 on go2 (18; bench_peers). For accelerations that is 0.74 on go2 and 1.24 on g1
+// (35), whose code does not stay in the first cache (bench_generated).
 inline constexpr CodeFor code_for[] = {
-    {Want::acceleration, GeneratedTask::judged_forward_dynamics, true},
+    {Want::acceleration, GeneratedTask::judged_forward_dynamics, true, 24},
     {Want::inverse_dynamics, GeneratedTask::inverse_dynamics, false},
     {Want::mass, GeneratedTask::mass, false},
     {Want::inverse, GeneratedTask::judged_inverse_mass, true, 12},

@@ -1,6 +1,6 @@
 // Generated code as a rung of the ladder: an engine that answers by it, and asks the library's loops for all else.
 //
-//   acceleration       where margin > 0, with the estimated error; the other states climb to the loops
+//   acceleration       where margin > 0, with the estimated error, of one state up to 24 DoF; other states climb to the loops
 //   inverse            where margin > 0, of one state up to 12 DoF; no error is told, as the loops tell none
 //   diagonal           the same, of M^-1
 //   solve              the same, of rows: one state is solved by factors that are kept
