@@ -3,6 +3,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "accuracy/truth/displaced.hpp"
 #include "accuracy/truth/move.hpp"
 #include "accuracy/truth/truth.hpp"
 #include "algorithms/model/inverse_dynamics.hpp"
@@ -59,23 +60,6 @@ double condition_of_inverse(Want task, const Model<T>& model, const VectorX<T>& 
   return std::sqrt(sum / draws);
 }
 
-// q moved by h along the velocity of DoF k, to first order.
-VectorX<Real> moved(const Model<Real>& model, VectorX<Real> q, int k, const Real& h) {
-  int first = k;
-  while (model.joint(first).coordinate == Coordinate::follower) --first;
-  const int i = model.joint(first).q_index;
-  if (model.joint(first).coordinate != Coordinate::quaternion) {
-    q[i + k - first] += h;
-    return q;
-  }
-  Eigen::Quaternion<Real> turn(Real(1), Real(0), Real(0), Real(0));
-  turn.vec()[k - first] = h / 2;
-  const Eigen::Quaternion<Real> turned =
-      Eigen::Quaternion<Real>(q[i], q[i + 1], q[i + 2], q[i + 3]) * turn;
-  q.segment<4>(i) << turned.w(), turned.x(), turned.y(), turned.z();
-  return q;
-}
-
 // (1), at the precision in force.
 class Differences {
  public:
@@ -98,7 +82,7 @@ class Differences {
     for (int k = 0; k < nv; ++k) {
       VectorX<Real> faster = qd_;
       faster[k] += h_;
-      dq.col(k) = answer_to(torque(moved(model_, q_, k, h_), qd_));
+      dq.col(k) = answer_to(torque(displaced(model_, q_, k, h_), qd_));
       dqd.col(k) = answer_to(torque(q_, faster));
     }
     Filter::inverse(model_, kin_, ws_, dtau);

@@ -19,6 +19,7 @@
 #include "accuracy/programs/common/open_scene.hpp"
 #include "accuracy/programs/common/output_file.hpp"
 #include "accuracy/programs/common/ranges.hpp"
+#include "accuracy/truth/displaced.hpp"
 #include "accuracy/truth/truth.hpp"
 #include "accuracy/truth/world_mechanics.hpp"
 #include "algorithms/dynamics/reduction.hpp"
@@ -140,24 +141,6 @@ struct Gains {
   }
 };
 
-// q moved by h along the velocity of DoF k.
-VectorX<Real> moved(const Model<Real>& model, VectorX<Real> q, int k, const Real& h) {
-  int first = k;
-  while (model.joint(first).coordinate == Coordinate::follower) --first;
-  const int i = model.joint(first).q_index;
-  if (model.joint(first).coordinate != Coordinate::quaternion) {
-    q[i + k - first] += h;
-    return q;
-  }
-  const Real half = h / 2;
-  Eigen::Quaternion<Real> turn(cos(half), Real(0), Real(0), Real(0));
-  turn.vec()[k - first] = sin(half);
-  const Eigen::Quaternion<Real> turned =
-      Eigen::Quaternion<Real>(q[i], q[i + 1], q[i + 2], q[i + 3]) * turn;
-  q.segment<4>(i) << turned.w(), turned.x(), turned.y(), turned.z();
-  return q;
-}
-
 // What a state is to give.
 template <class S>
 class Answers {
@@ -263,9 +246,9 @@ class Answers {
     const VectorX<Real> a = exact().responses[0].a;
     MatrixX<Real> dq(nv, nv), dqd(nv, nv);
     for (int k = 0; k < nv; ++k) {
-      dq.col(k) =
-          (torque(moved(real(), q(), k, h), qd(), a) - torque(moved(real(), q(), k, -h), qd(), a)) /
-          (2 * h);
+      dq.col(k) = (torque(displaced(real(), q(), k, h), qd(), a) -
+                   torque(displaced(real(), q(), k, -h), qd(), a)) /
+                  (2 * h);
       VectorX<Real> faster = qd(), slower = qd();
       faster[k] += h;
       slower[k] -= h;

@@ -66,10 +66,15 @@ fs::path cache_of(const CodeOptions& options) {
 }
 
 template <class T>
-CLibrary made(const CodeFor& of, const Model<double>& model, double tolerance, bool one_state,
-              bool rows, const CCompiler& compiler, const fs::path& folder) {
-  const Package<T> package(model, std::vector<double>(model.nq(), 0.0),
-                           {"robot", {of.task}, rows, tolerance});
+bool is_faster_of_one_state(const Package<T>& package) {
+  const TaskRecord& record = package.records()[0];
+  return record.graph.count(record.results).flops() <= most_operations_of_one_state(record.task);
+}
+
+template <class T>
+CLibrary made(const Package<T>& package, bool one_state, bool rows, const CCompiler& compiler,
+              const fs::path& folder) {
+  if (!one_state && !rows) throw std::runtime_error("of one state they are faster");
   std::map<std::string, std::string> files = package.files({});
   for (const char* const unused : {"robot.md", "robot_test.c"}) files.erase(unused);
   if (!one_state) files.erase("robot.c");
@@ -82,11 +87,22 @@ template <class T>
 CompiledTask<T>::CompiledTask(const CodeFor& of, const Model<double>& model, double tolerance,
                               bool one_state, bool rows, const CCompiler& compiler,
                               const fs::path& folder)
-    : of_(of), library_(made<T>(of, model, tolerance, one_state, rows, compiler, folder)) {
+    : CompiledTask(of,
+                   Package<T>(model, std::vector<double>(model.nq(), 0.0),
+                              {"robot", {of.task}, rows, tolerance}),
+                   one_state && of.of_one_state, rows, compiler, folder) {}
+
+template <class T>
+CompiledTask<T>::CompiledTask(const CodeFor& of, const Package<T>& package, bool one_state,
+                              bool rows, const CCompiler& compiler, const fs::path& folder)
+    : of_(of),
+      library_(
+          made(package, one_state && is_faster_of_one_state(package), rows, compiler, folder)) {
   const std::string name = "robot_" + to_string(of.task);
-  if (one_state) one_ = library_.function<void()>(name);
+  const bool has_state = one_state && is_faster_of_one_state(package);
+  if (has_state) one_ = library_.function<void()>(name);
   if (rows) rows_ = library_.function<void()>(name + "_rows");
-  if (one_state != has_one() || rows != has_rows())
+  if (has_state != has_one() || rows != has_rows())
     throw std::runtime_error(library_.made().path.string() + " has not all functions");
 }
 

@@ -19,24 +19,22 @@ struct CodeFor {
   Want want;
   GeneratedTask task;
   bool judged;
-  int most_dofs_of_one_state = most_generated_dofs;  // beyond, the loops are faster, but for rows
+  bool of_one_state = true;
 };
-// The loops solve one state by factors that they keep. Their columns of M^-1 share registers: of one state code takes
-// 0.75 of their time on panda (9 DoF), 1.7 on go2 (18; bench_peers). For accelerations that is 0.74 on go2 and 1.24 on g1
-// (35), whose code does not stay in the first cache (bench_generated).
+// The loops solve one state by factors that they keep.
 inline constexpr CodeFor code_for[] = {
-    {Want::acceleration, GeneratedTask::judged_forward_dynamics, true, 24},
+    {Want::acceleration, GeneratedTask::judged_forward_dynamics, true},
     {Want::inverse_dynamics, GeneratedTask::inverse_dynamics, false},
     {Want::mass, GeneratedTask::mass, false},
-    {Want::inverse, GeneratedTask::judged_inverse_mass, true, 12},
+    {Want::inverse, GeneratedTask::judged_inverse_mass, true},
     {Want::diagonal, GeneratedTask::judged_diagonal, true},
-    {Want::solve, GeneratedTask::judged_solve, true, 0}};
+    {Want::solve, GeneratedTask::judged_solve, true, false}};
 
 template <class T>
 class CompiledTask {
  public:
   // Throws std::runtime_error, in one line, where there is no such code: a function longer than compilers take, a
-  // compiler that fails. one_state: a function of one state too.
+  // compiler that fails. one_state: a function of one state too, where the loops are not faster.
   CompiledTask(const CodeFor& of, const Model<double>& model, double tolerance, bool one_state,
                bool rows, const CCompiler& compiler, const std::filesystem::path& folder);
 
@@ -54,6 +52,9 @@ class CompiledTask {
   }
 
  private:
+  CompiledTask(const CodeFor& of, const Package<T>& package, bool one_state, bool rows,
+               const CCompiler& compiler, const std::filesystem::path& folder);
+
   // The arguments of a task's function are those of its record (task.cpp): inputs, result, error and margin.
   template <class... Rows>
   void run(void (*code)(), const Call<T>& call, T* error, T* margin, Rows... rows) const {

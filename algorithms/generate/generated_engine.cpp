@@ -227,13 +227,13 @@ class GeneratedEngine final : public Engine<T> {
       name += ' ';
       name += key;
       try {
-        // The library answers one state of float in double.
-        const bool one_state = std::is_same_v<T, double> && robot.nv() <= of.most_dofs_of_one_state;
-        check(of, options, one_state || code.rows);
+        check(of, options, code.rows);
         auto task = InUse<T>::all().find(name);
         if (!task) {
+          // The library answers one state of float in double.
           task = std::make_shared<CompiledTask<T>>(of, model_of(robot), options.tolerance,
-                                                   one_state, code.rows, compiler, folder);
+                                                   std::is_same_v<T, double>, code.rows, compiler,
+                                                   folder);
           test(*task, robot, options);
           InUse<T>::all().keep(name, task);
         }
@@ -248,10 +248,9 @@ class GeneratedEngine final : public Engine<T> {
     }
   }
 
-  static void check(const CodeFor& of, const EngineOptions& options, bool any) {
-    if (!any)
-      throw std::runtime_error(std::is_same_v<T, float> ? "one state of float is answered in double"
-                                                        : "of one state they are faster");
+  static void check(const CodeFor& of, const EngineOptions& options, bool rows) {
+    if (std::is_same_v<T, float> && !rows)
+      throw std::runtime_error("one state of float is answered in double");
     if (!of.judged) return;
     if (of.want == Want::acceleration && options.kernel == Kernel::spatial_at_rest)
       throw std::runtime_error("accelerations at rest have sweeps of their own");

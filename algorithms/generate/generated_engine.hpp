@@ -1,7 +1,7 @@
 // Generated code as a rung of the ladder: an engine that answers by it, and asks the library's loops for all else.
 //
-//   acceleration       where margin > 0, with the estimated error, of one state up to 24 DoF; other states climb to the loops
-//   inverse            where margin > 0, of one state up to 12 DoF; no error is told, as the loops tell none
+//   acceleration       where margin > 0, with the estimated error; other states climb to the loops
+//   inverse            where margin > 0; no error is told, as the loops tell none
 //   diagonal           the same, of M^-1
 //   solve              the same, of rows: one state is solved by factors that are kept
 //   inverse_dynamics   where no entry of q is beyond the angles that it reduces
@@ -9,6 +9,8 @@
 //
 // of one state in double, and of rows in both precisions. One state of float is answered in double, as the loops do.
 // Forces, contacts, loads, joint noise and columns of a call are the loops', and a result that overlaps what is given.
+//
+// One state is the loops' too where code has more operations than most_operations_of_one_state (task.hpp).
 //
 // Whatever keeps code from being there, compiling it or its test against the loops, leaves the loops alone, and a note
 // says in a line what it was. The loops alone are for mechanisms of slides, for accelerations at rest, which have shorter

@@ -139,21 +139,6 @@ std::string table_of(const std::vector<ErrorsTold>& errors) {
   return out;
 }
 
-// Whether one state is answered faster by the library, whose columns share registers (docs/generated.md, Times): of
-// M^-1 between 2500 operations (panda) and 5700 (go2, hyq), of derivatives on every robot that was measured.
-bool is_slower_than_the_library(const TaskRecord& record) {
-  constexpr int most = 4000;
-  switch (record.task) {
-    case GeneratedTask::derivatives:
-      return true;
-    case GeneratedTask::inverse_mass:
-    case GeneratedTask::judged_inverse_mass:
-      return record.graph.count(record.results).flops() > most;
-    default:
-      return false;
-  }
-}
-
 constexpr const char* of_margin =
     "not above 0, or NaN, where rounding may have moved a result further than is accepted, which "
     "is then not to be used";
@@ -394,7 +379,7 @@ std::string Package<S>::description(const std::vector<ErrorsTold>& errors) const
     out += std::string("\n`error` is an estimate. `margin`: ") + of_margin + ".\n";
   if (!errors.empty()) out += table_of(errors);
   for (const TaskRecord& record : records_)
-    if (is_slower_than_the_library(record))
+    if (record.graph.count(record.results).flops() > most_operations_of_one_state(record.task))
       out += "\n`" + function(record) +
              "`: for one state Kalmarm's library is faster on the robots that were measured.\n";
   for (const std::string& line : question()) out += "\n" + line + ".\n";

@@ -47,6 +47,10 @@ inline constexpr GeneratedTask generated_tasks[] = {
     GeneratedTask::judged_implicit_step,
 };
 
+// Operations of a function beyond which the library answers one state faster: its code does not stay in the first
+// cache, or the library has columns that share registers (docs/generated.md, Times).
+int most_operations_of_one_state(GeneratedTask task);
+
 // Of the function and the command line.
 std::string to_string(GeneratedTask task);
 

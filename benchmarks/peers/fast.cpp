@@ -17,15 +17,12 @@ namespace {
 template <class T>
 class Fast final : public Peer {
  public:
-  Fast(const Model<double>& model, const std::vector<Frame>& tips, std::optional<double> tolerance,
-       Kernels kernels)
+  Fast(const Model<double>& model, const std::vector<Frame>& tips, std::optional<double> tolerance)
       : refined_(tolerance.has_value()),
-        generated_(kernels == Kernels::generated),
-        model_(plain(model)),
-        options_{.tolerance = tolerance,
-                 .question = {.want = {Want::acceleration, Want::inverse_dynamics, Want::inverse,
-                                       Want::mass, Want::derivatives}},
-                 .kernels = kernels},
+        robot_(plain(model),
+               {.tolerance = tolerance,
+                .question = {.want = {Want::acceleration, Want::inverse_dynamics, Want::inverse,
+                                      Want::mass, Want::derivatives}}}),
         lower_(plain(model), {.tolerance = tolerance,
                               .question = {.want = {Want::inverse, Want::mass}},
                               .triangles = Triangles::lower}),
@@ -58,24 +55,20 @@ class Fast final : public Peer {
   }
 
   std::string name() const override {
-    const std::string kind = generated_ ? "generated" : refined_ ? "last_bits" : "default";
-    return "Ladder<" + kind + ">" + KALMARM_PEER_TAG;
+    return std::string(refined_ ? "Ladder<last_bits>" : "Ladder<default>") + KALMARM_PEER_TAG;
   }
   std::string version() const override { return ""; }
   bool is_float32() const override { return std::is_same_v<T, float>; }
   bool can(Task task) const override {
-    if (generated_)
-      return task == Task::acceleration || task == Task::inverse_dynamics || task == Task::mass;
     return !refined_ || task == Task::acceleration || task == Task::inverse;
   }
   bool has_batch(Task task) const override { return !is_triangle(task); }
   double flops(Task task, bool batch) const override {
-    if (generated_ || is_kinematics(task) || task == Task::regressor ||
-        (task != Task::acceleration && refined_))
+    if (is_kinematics(task) || task == Task::regressor || (task != Task::acceleration && refined_))
       return 0;
     if (task == Task::operational)
       return kalmarm::flops(tips_.plan(), Want::operational, tips_.tolerance(), {.rows = batch});
-    return kalmarm::flops(robot().plan(), want(task), robot().tolerance(), {.rows = batch});
+    return kalmarm::flops(robot_.plan(), want(task), robot_.tolerance(), {.rows = batch});
   }
 
   void add_state(const double* q, const double* qd, const double* tau) override {
@@ -92,21 +85,21 @@ class Fast final : public Peer {
 
   bool acceleration(int i) override {
     batched_ = false;
-    return static_cast<bool>(robot().forward_dynamics(q_[i], qd_[i], tau_[i], a_));
+    return static_cast<bool>(robot_.forward_dynamics(q_[i], qd_[i], tau_[i], a_));
   }
   bool batch(Task task) override {
     batched_ = true;
     rows_.resize(q_.size() * numbers(task));
     switch (task) {
       case Task::acceleration:
-        return robot().forward_dynamics(q_rows_, qd_rows_, tau_rows_, rows_, outcomes_) == 0;
+        return robot_.forward_dynamics(q_rows_, qd_rows_, tau_rows_, rows_, outcomes_) == 0;
       case Task::inverse_dynamics:
-        robot().inverse_dynamics(q_rows_, qd_rows_, tau_rows_, rows_, 1);
+        robot_.inverse_dynamics(q_rows_, qd_rows_, tau_rows_, rows_, 1);
         return true;
       case Task::inverse:
-        return robot().inverse_mass(q_rows_, rows_, outcomes_) == 0;
+        return robot_.inverse_mass(q_rows_, rows_, outcomes_) == 0;
       case Task::mass:
-        return robot().mass(q_rows_, rows_, outcomes_) == 0;
+        return robot_.mass(q_rows_, rows_, outcomes_) == 0;
       case Task::inverse_triangle:
       case Task::mass_triangle:
         return false;
@@ -129,18 +122,18 @@ class Fast final : public Peer {
       case Task::derivatives: {
         const auto count = static_cast<std::ptrdiff_t>(q_.size());
         for (std::vector<T>* X : {&dq_rows_, &dqd_rows_, &dtau_rows_}) X->resize(count * nv_ * nv_);
-        return robot().derivatives(q_rows_, qd_rows_, tau_rows_,
-                                   {.dq = RowsView<T>(dq_rows_),
-                                    .dqd = RowsView<T>(dqd_rows_),
-                                    .dtau = RowsView<T>(dtau_rows_)},
-                                   rows_, outcomes_) == 0;
+        return robot_.derivatives(q_rows_, qd_rows_, tau_rows_,
+                                  {.dq = RowsView<T>(dq_rows_),
+                                   .dqd = RowsView<T>(dqd_rows_),
+                                   .dtau = RowsView<T>(dtau_rows_)},
+                                  rows_, outcomes_) == 0;
       }
     }
     return false;
   }
   bool inverse_dynamics(int i) override {
     batched_ = false;
-    robot().inverse_dynamics(q_[i], qd_[i], tau_[i], torque_);
+    robot_.inverse_dynamics(q_[i], qd_[i], tau_[i], torque_);
     return true;
   }
   bool inverse_triangle(int i) override {
@@ -156,17 +149,17 @@ class Fast final : public Peer {
   }
   bool inverse(int i) override {
     batched_ = is_lower_ = false;
-    return static_cast<bool>(robot().inverse_mass(q_[i], matrix_));
+    return static_cast<bool>(robot_.inverse_mass(q_[i], matrix_));
   }
   bool mass(int i) override {
     batched_ = is_lower_ = false;
-    robot().mass(q_[i], matrix_);
+    robot_.mass(q_[i], matrix_);
     return true;
   }
   bool derivatives(int i) override {
     batched_ = false;
     return static_cast<bool>(
-        robot().derivatives(q_[i], qd_[i], tau_[i], {.dq = dq_, .dqd = dqd_, .dtau = dtau_}, a_));
+        robot_.derivatives(q_[i], qd_[i], tau_[i], {.dq = dq_, .dqd = dqd_, .dtau = dtau_}, a_));
   }
   bool frame(int i) override {
     batched_ = false;
@@ -282,17 +275,8 @@ class Fast final : public Peer {
     return {RowsView<T>(rows_), RowsView<T>(points_), RowsView<T>(rotations_)};
   }
 
-  // Made when it is first asked: code takes seconds to compile.
-  Dynamics<T>& robot() const {
-    if (!robot_) robot_.emplace(model_, options_);
-    return *robot_;
-  }
-
-  bool refined_, generated_;
-  RobotModel model_;
-  DynamicsOptions options_;
-  mutable std::optional<Dynamics<T>> robot_;
-  Dynamics<T> lower_, tips_;
+  bool refined_;
+  Dynamics<T> robot_, lower_, tips_;
   Kinematics<T> kinematics_;
   int nq_, nv_;
   std::vector<VectorX<T>> q_, qd_, tau_;
@@ -316,11 +300,8 @@ void kalmarm_peers(const kalmarm::Mechanism& mechanism, kalmarm::Peers& peers) {
   const Model<double>& model = *mechanism.model;
   std::vector<Frame> tips;
   for (const int tip : mechanism.tips()) tips.push_back({mechanism.last_dof(tip)});
-  const auto add = [&](std::optional<double> tolerance, Kernels kernels) {
-    peers.push_back(std::make_unique<Fast<double>>(model, tips, tolerance, kernels));
-    peers.push_back(std::make_unique<Fast<float>>(model, tips, tolerance, kernels));
-  };
-  add({}, Kernels::loops);
-  add(last_bits, Kernels::loops);
-  if (!*KALMARM_PEER_TAG) add({}, Kernels::generated);  // whichever compiler made the rest of it
+  for (const std::optional<double> tolerance : {std::optional<double>(), {last_bits}}) {
+    peers.push_back(std::make_unique<Fast<double>>(model, tips, tolerance));
+    peers.push_back(std::make_unique<Fast<float>>(model, tips, tolerance));
+  }
 }

@@ -256,7 +256,7 @@ TYPED_TEST(GeneratedRows, OfFactorsAreWithinTheTolerance) {
 
 // One state of M^-1: by code where it is faster, in the bits of a row of its own there; the loops' factors are not touched.
 TEST_F(GeneratedKernels, OfFactorsOfOneStateAreWithinTheTolerance) {
-  for (const int n : {5, 14}) {
+  for (const int n : {5, 20}) {
     const Model<double> model = chain(1, n);
     const DynamicsOptions options =
         generated({.question = {.want = {Want::inverse, Want::diagonal, Want::solve}}});

@@ -186,7 +186,9 @@ TYPED_TEST(Record, OfFramesIsAsNearToTheTruthAsTheLibrary) {
       const VectorX<T> X = evaluated<T>(record, exact.cast<T>()).at("X");
       errors.add(truth.selected({{}, frames}, matrix(X)), truth.selected({{}, frames}, Y));
     }
-    if (std::string(family.name) != "tilted_1e-12") errors.template expect_alike<T>(family.name);
+    // In float32 a direction that moves by a tilt of 1e-12 alone is of no digit.
+    if (std::is_same_v<T, double> || std::string(family.name) != "tilted_1e-12")
+      errors.template expect_alike<T>(family.name);
   }
 }
 
