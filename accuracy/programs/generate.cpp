@@ -38,7 +38,7 @@ struct Options {
   std::vector<std::string> tasks = {"forward_dynamics", "inverse_dynamics", "mass", "inverse_mass"};
   LoadOptions read;
   QuestionOptions question;
-  bool rows = false;
+  bool rows = false, gravity = false;
   int random = 3, ranges = 1000;
   std::uint64_t seed = 1;
 };
@@ -99,7 +99,10 @@ struct Asked {
   }
 };
 
-// What every loaded frame carries in the test, and the robot with it.
+// In tests of code that is given it.
+const std::vector<double> other_gravity = {1.5, -2.25, -4.75};
+
+// What every loaded frame carries in the test, and the robot with it and this gravity.
 const RigidBody<double> carried{
     0.75, {0.0625, -0.03125, 0.125}, {1, 0, 0, 0}, {0.0078125, 0.00390625, 0.005859375}};
 
@@ -111,7 +114,8 @@ std::vector<double> loads_of(const Question& question) {
                            M.I(0, 2), M.I(1, 2)});
   return out;
 }
-Model<double> laden(const Model<double>& model, const Question& question) {
+Model<double> laden(const Model<double>& model, const Question& question,
+                    const Vector3<double>& gravity) {
   std::vector<Joint<long double>> joints;
   for (int k = 0; k < model.nv(); ++k) joints.push_back(model.joint(k).cast<long double>());
   for (const Frame& frame : question.loaded) {
@@ -124,7 +128,7 @@ Model<double> laden(const Model<double>& model, const Question& question) {
   }
   std::vector<Joint<double>> rounded;
   for (const Joint<long double>& joint : joints) rounded.push_back(joint.cast<double>());
-  return {std::move(rounded), model.names(), model.nq(), model.gravity()};
+  return {std::move(rounded), model.names(), model.nq(), gravity};
 }
 
 // Springs and dampers of the test, from slack to stiff.
@@ -145,10 +149,10 @@ struct Gains {
 template <class S>
 class Answers {
  public:
-  Answers(const Model<double>& robot, const Question& question, const State& state,
-          const VectorX<double>& qdd, const std::string& scene)
+  Answers(const Model<double>& robot, const Question& question, const Vector3<double>& gravity,
+          const State& state, const VectorX<double>& qdd, const std::string& scene)
       : question_(question),
-        whole_(laden(robot, question)),
+        whole_(laden(robot, question, gravity)),
         gains_(robot.nv()),
         q_(state.q.cast<S>()),
         qd_(state.qd.cast<S>()),
@@ -200,6 +204,7 @@ class Answers {
     if (input == "tau") return listed(tau_);
     if (input == "qdd") return listed(qdd_);
     if (input == "loads") return loads_of(question_);
+    if (input == "gravity") return other_gravity;
     if (input == "damping") return listed(gains_.damping);
     if (input == "stiffness") return listed(gains_.stiffness);
     if (input == "reference") return listed(gains_.reference);
@@ -379,16 +384,19 @@ std::map<std::string, std::string> files(const Scene& scene, const Options& opti
                      .rows = options.rows,
                      .question = asked.question,
                      .loaded = options.question.loaded,
-                     .frames = options.question.sites};
+                     .frames = options.question.sites,
+                     .gravity = options.gravity ? Gravity::input : Gravity::constant};
   for (const std::string& task : options.tasks) how.tasks.push_back(task_of(task));
   const Package<S> package(model, listed(asked.position(home_position(scene))), how);
   const std::vector<State> states = states_of(scene, options);
   const std::vector<State> drawn =
       random_states(scene, static_cast<int>(states.size()), options.seed + qdd_seed);
+  const Vector3<double> gravity =
+      options.gravity ? Vector3<double>(other_gravity.data()) : model.gravity();
   std::vector<TaskCheck> checks;
   for (std::size_t i = 0; i < states.size(); ++i) {
-    Answers<S> answers(model, asked.question, asked.state(states[i]), asked.state(drawn[i]).tau,
-                       options.scene);
+    Answers<S> answers(model, asked.question, gravity, asked.state(states[i]),
+                       asked.state(drawn[i]).tau, options.scene);
     for (const TaskRecord& record : package.records()) checks.push_back(answers.check(record));
   }
   std::vector<State> in_ranges = random_states(scene, options.ranges, options.seed + range_seed);
@@ -451,6 +459,7 @@ int main(int argc, char** argv) {
                  "sites, bodies or links that carry a body whose ten numbers are an input")
       ->delimiter(',')
       ->allow_extra_args(false);
+  app.add_flag("--gravity", options.gravity, "gravity is an input");
   app.add_flag("--rows", options.rows, "also code for rows of states, one in every lane");
   app.add_option("--out", options.out, "PATH of PATH.h, PATH.c, PATH_test.c, PATH.md, PATH_rows.c")
       ->required();

@@ -151,7 +151,7 @@ std::vector<TaskRecord> records_of(const Model<double>& model, const PackageOpti
   std::vector<TaskRecord> out;
   const double tolerance = options.tolerance.value_or(default_tolerance<S>);
   for (const GeneratedTask task : options.tasks)
-    out.push_back(record<S>(task, model, options.question, tolerance));
+    out.push_back(record<S>(task, model, options.question, tolerance, options.gravity));
   return out;
 }
 
@@ -219,6 +219,8 @@ std::vector<std::string> Package<S>::question() const {
         "loads: of what each of these frames carries, m, m c (3), and Ixx, Iyy, Izz, Ixy, "
         "Ixz, Iyz about its origin and in its axes: " +
         listed(options_.loaded));
+  if (options_.gravity == Gravity::input)
+    out.push_back("gravity: in the base's axes, m/s^2");
   if (!options_.frames.empty()) out.push_back("J is of the frames " + listed(options_.frames));
   return out;
 }

@@ -47,6 +47,7 @@ struct PackageOptions {
   Question question = {};                // as task.hpp takes it
   std::vector<std::string> loaded = {};  // names of its frames
   std::vector<std::string> frames = {};
+  Gravity gravity = Gravity::constant;
 };
 
 // Thrown where a function would be longer than compilers take.

@@ -39,9 +39,10 @@ template <class S>
 class Recorder {
  public:
   Recorder(GeneratedTask task, const Model<double>& model, const Question& question,
-           double tolerance)
+           double tolerance, Gravity gravity)
       : recording_(out_.graph),
         tolerance_(tolerance),
+        gravity_(gravity),
         given_(model),
         question_(question),
         model_(is_step(task) ? with_noise(model) : model, Zeros::left_out,
@@ -109,6 +110,14 @@ class Recorder {
     loads_ = input("loads", static_cast<int>(numbers_of_load * question_.loaded.size()));
     return {.loads = loads_.data()};
   }
+  // Of tasks that weight enters.
+  Acting<Recorded> input_acting_and_gravity() {
+    Acting<Recorded> out = input_acting();
+    if (gravity_ == Gravity::constant) return out;
+    gravity_given_ = input("gravity", 3);
+    out.gravity = gravity_given_.data();
+    return out;
+  }
 
   void output(const Judged<Recorded>& judgement, const Recorded& margin_of_D) {
     output("error", Numbers{judgement.error});
@@ -137,7 +146,7 @@ class Recorder {
 
   void forward_dynamics(bool judged) {
     const Numbers q = input("q", model_.nq()), qd = input_qd(), tau = input("tau", nv());
-    const Acting<Recorded> acting = input_acting();
+    const Acting<Recorded> acting = input_acting_and_gravity();
     CovarianceWorkspace<Recorded> ws(model_);
     Numbers a(nv());
     covariance_acceleration(model_, q.data(), qd.data(), tau.data(), ws, a.data(), acting);
@@ -147,7 +156,7 @@ class Recorder {
 
   void inverse_dynamics() {
     const Numbers q = input("q", model_.nq()), qd = input_qd(), qdd = input("qdd", nv());
-    const Acting<Recorded> acting = input_acting();
+    const Acting<Recorded> acting = input_acting_and_gravity();
     InverseDynamicsWorkspace<Recorded> ws(model_);
     Numbers tau(nv());
     fast_inverse_dynamics(model_, q.data(), qd.data(), qdd.data(), ws, tau.data(), acting);
@@ -266,7 +275,7 @@ class Recorder {
 
   void derivatives() {
     const Numbers q = input("q", model_.nq()), qd = input_qd(), tau = input("tau", nv());
-    const Acting<Recorded> acting = input_acting();
+    const Acting<Recorded> acting = input_acting_and_gravity();
     DerivativeWorkspace<Recorded> ws(model_);
     const std::size_t square = static_cast<std::size_t>(nv()) * nv();
     Numbers a(nv()), dq(square), dqd(square), dtau(square);
@@ -284,7 +293,7 @@ class Recorder {
                   damping = input("damping", nv()), stiffness = input("stiffness", nv()),
                   reference = input("reference", nv());
     const Recorded h = input("h", 1)[0];
-    const Acting<Recorded> acting = input_acting();
+    const Acting<Recorded> acting = input_acting_and_gravity();
     Numbers r(nv()), at_end(tau);
     for (int k = 0; k < nv(); ++k) {
       const Joint<double>& joint = given_.joint(k);
@@ -309,11 +318,12 @@ class Recorder {
   TaskRecord out_;
   Recording recording_;
   double tolerance_;
+  Gravity gravity_;
   Model<double> given_;
   Question question_;
   LoweredModel<S> model_;
   RobotModel robot_;
-  Numbers loads_;
+  Numbers loads_, gravity_given_;
 };
 
 }  // namespace
@@ -368,11 +378,13 @@ std::string to_string(GeneratedTask task) {
 
 template <class S>
 TaskRecord record(GeneratedTask task, const Model<double>& model, const Question& question,
-                  double tolerance) {
-  return Recorder<S>(task, model, question, tolerance).run();
+                  double tolerance, Gravity gravity) {
+  return Recorder<S>(task, model, question, tolerance, gravity).run();
 }
 
-template TaskRecord record<float>(GeneratedTask, const Model<double>&, const Question&, double);
-template TaskRecord record<double>(GeneratedTask, const Model<double>&, const Question&, double);
+template TaskRecord record<float>(GeneratedTask, const Model<double>&, const Question&, double,
+                                  Gravity);
+template TaskRecord record<double>(GeneratedTask, const Model<double>&, const Question&, double,
+                                   Gravity);
 
 }  // namespace kalmarm

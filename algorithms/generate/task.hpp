@@ -67,6 +67,9 @@ struct TaskRecord {
   std::vector<int> results;  // nodes
 };
 
+// `input`: three numbers of every call, in the base's axes [m/s^2], of tasks that it enters.
+enum class Gravity { constant, input };
+
 // By kernels whose constants are rounded to S (float or double). Of the question:
 //   dofs        results are those of these DoF; empty: of all
 //   frames      of `operational`, which needs some
@@ -76,6 +79,6 @@ struct TaskRecord {
 // tolerance: by which a judged task accepts. `want` is the task's, contacts are none; joints that are locked are left out before (reduction.hpp).
 template <class S>
 TaskRecord record(GeneratedTask task, const Model<double>& model, const Question& question = {},
-                  double tolerance = default_tolerance<S>);
+                  double tolerance = default_tolerance<S>, Gravity gravity = Gravity::constant);
 
 }  // namespace kalmarm

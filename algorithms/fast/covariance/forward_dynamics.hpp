@@ -59,6 +59,7 @@ struct CovarianceWorkspace : Placements<T> {
   std::vector<Sixfold<T>> z;            // z-, of one state or where there are forces; else none
   std::vector<Load<T>> loads;           // on their links
   bool loaded = false;                  // the last call had them
+  const T* gravity = nullptr;           // as the last call's Acting has it
   // Of the last call:
   T margin;    // of D (rounding_test.hpp)
   T noise;     // N of force_noise.hpp
@@ -284,9 +285,16 @@ struct BiasedForces {
     begin_sums(model, ws, acting,
                [&](int k, const OnLink<T>& on) { charge(k, on.moments, on.forces); });
     ws.loaded = acting.loads != nullptr;
+    ws.gravity = acting.gravity;
+    T squared_gravity = T(model.squared_gravity());
+    if (acting.gravity) {
+      const Triple<T> given = three(acting.gravity);
+      squared_gravity = dot(given, given);
+      ws.energy += squared_gravity * T(model.mass());
+    }
     add_loads(model, acting, ws, [&](std::size_t i, int k, const kalmarm::Load<T>& load) {
       ws.loads[i] = load;
-      ws.energy += T(model.squared_gravity()) * load.body.m;
+      ws.energy += squared_gravity * load.body.m;
       if constexpr (!at_rest) {
         const auto& at = ws.links[k];
         bias<true>(load.body, at.wx, at.wy, at.wz, ws.branches[model.link(k).branch].z, ws.noise);
@@ -349,15 +357,12 @@ template <class T, class S>
 KALMARM_INLINE void begin_motion(const LoweredModel<S>& model, const LoweredLink<S>& link,
                                  const CovarianceWorkspace<T>& ws, Sixfold<T>& l) {
   const T zero = T(S(0));
-  if (link.parent < 0)
-    l = {zero,
-         zero,
-         zero,
-         T(model.uncommon(link).a0[0]),
-         T(model.uncommon(link).a0[1]),
-         T(model.uncommon(link).a0[2])};
-  else if (!link.hangs_on_previous)
+  if (link.parent < 0) {
+    const Triple<T> a0 = base_acceleration(model.uncommon(link), ws.gravity);
+    l = {zero, zero, zero, a0.x, a0.y, a0.z};
+  } else if (!link.hangs_on_previous) {
     l = ws.branches[model.link(link.parent).branch].l;
+  }
 }
 
 // l and a of a joint in one block step; at rest c is zero, and is not read.

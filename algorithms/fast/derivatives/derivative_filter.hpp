@@ -157,8 +157,8 @@ void accelerate(const LoweredModel<S>& model, const T* qd, DerivativeTerms<T>& w
     const LoweredLink<S>& link = model.link(k);
     const DerivativeJoint<T>& at = ws.joints[k];
     if (link.parent < 0) {
-      const Vector3<S>& a0 = model.uncommon(link).a0;
-      a = {zero, zero, zero, T(a0[0]), T(a0[1]), T(a0[2])};
+      const Triple<T> a0 = base_acceleration(model.uncommon(link), ws.gravity);
+      a = {zero, zero, zero, a0.x, a0.y, a0.z};
     } else {
       if (!link.hangs_on_previous) a = six(ws.table, Terms::a, link.parent);
       move_outward(at.r, a);
@@ -238,7 +238,7 @@ void set_starts(int block, DerivativeTerms<T>& ws) {
 template <class T, class S>
 void derivative_terms(const LoweredModel<S>& model, const T* q, const T* qd, const T* tau,
                       const Acting<T>& acting, DerivativeTerms<T>& ws, T* qdd) {
-  ws.set_loads(model, acting);
+  ws.set_given(model, acting);
   detail::set_angles(model, q, ws);
   detail::set_motion(model, q, qd, ws);
   for (int block = 0; block < ws.table.blocks(); ++block) detail::set_bodies(block, ws);

@@ -92,7 +92,8 @@ struct DerivativeTerms {
   std::vector<T> q, sin, cos;  // of the hinges
   std::vector<MatrixPlacement<T>> matrices;
   std::vector<Branch> branches;
-  T check;  // zero where every acceleration was finite, else NaN
+  const T* gravity = nullptr;  // as the last call's Acting has it
+  T check;                     // zero where every acceleration was finite, else NaN
 
   template <class S>
   explicit DerivativeTerms(const LoweredModel<S>& model)
@@ -118,9 +119,10 @@ struct DerivativeTerms {
     }
   }
 
-  // The bodies of links that are loaded, as a call has them.
+  // The bodies of links that are loaded, and gravity, as a call has them.
   template <class S>
-  void set_loads(const LoweredModel<S>& model, const Acting<T>& acting) {
+  void set_given(const LoweredModel<S>& model, const Acting<T>& acting) {
+    gravity = acting.gravity;
     for (const LoweredFrame<S>& frame : model.loaded())
       set_body(frame.link, model.body(frame.link));
     detail::for_each_load(model, acting, [this](std::size_t, int k, const Load<T>& load) {

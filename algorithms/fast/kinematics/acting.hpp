@@ -24,12 +24,14 @@
 namespace kalmarm {
 
 // What a call gives of frames. Of all of LoweredModel::acted_on, or of its contacts, six numbers each: (moment; force)
-// in these axes; of those that are loaded ten (loads.hpp). Null: none.
+// in these axes; of those that are loaded ten (loads.hpp). Null: none. Gravity: three numbers in the base's axes
+// [m/s^2]; null: the model's.
 template <class T>
 struct Acting {
   const T* forces = nullptr;
   Axes axes = Axes::local;
   const T* loads = nullptr;
+  const T* gravity = nullptr;
 };
 
 template <class T>
@@ -46,6 +48,18 @@ namespace detail {
 template <class T>
 Triple<T> three(const T* x) {
   return {x[0], x[1], x[2]};
+}
+
+// Acceleration of a child of the base before its joint, -E'gravity of its placement's E; gravity: as Acting has it.
+template <class T, class S>
+Triple<T> base_acceleration(const UncommonPlacement<S>& base, const T* gravity) {
+  if (!gravity) return {T(base.a0[0]), T(base.a0[1]), T(base.a0[2])};
+  const auto row = [&](int i) {
+    T sum = (T(base.E0(0, i)) * gravity[0] + T(base.E0(1, i)) * gravity[1]) + T(base.E0(2, i)) * gravity[2];
+    normalise(sum);
+    return -sum;
+  };
+  return {row(0), row(1), row(2)};
 }
 
 // What acts on a link, in its axes and about its origin, and the sums of |n|^2 and |f|^2 over all places where

@@ -90,8 +90,9 @@ class LoweredModel {
   const std::vector<S>& largest_inertias() const { return largest_inertias_; }
   // T of (3) of least_inertia.hpp [1 / (kg m^2), of slides 1 / kg].
   const S& largest_variance() const { return largest_variance_; }
-  // |gravity|^2 times the mass of all that moves [N^2 / kg].
-  const S& energy_of_gravity() const { return energy_of_gravity_; }
+  const S& mass() const { return mass_; }  // of all that moves
+  // |gravity|^2 times that [N^2 / kg].
+  S energy_of_gravity() const { return mass_ * squared_gravity_; }
   const S& squared_gravity() const { return squared_gravity_; }  // |gravity|^2
   // (2) of terms_of_columns.hpp.
   const S& terms_of_columns() const { return terms_of_columns_; }
@@ -190,8 +191,7 @@ class LoweredModel {
   std::vector<LoweredLink<S>> links_;
   std::vector<LoweredBody<S>> bodies_;
   std::vector<S> weights_, least_inertias_, largest_inertias_;
-  S terms_of_columns_ = S(0), largest_variance_ = S(0), squared_gravity_ = S(0),
-    energy_of_gravity_ = S(0);
+  S terms_of_columns_ = S(0), largest_variance_ = S(0), squared_gravity_ = S(0), mass_ = S(0);
   std::vector<CentralBody<S>> central_;  // and for inverse dynamics
   std::vector<UncommonPlacement<S>> uncommon_;
   std::vector<Move> moves_;
@@ -275,9 +275,8 @@ void LoweredModel<S>::lower(const Model<W>& model) {
   const auto unit = static_cast<double>(rounding_unit());
   const auto covariances = detail::free_covariances(links_, bodies_);
   const auto largest = detail::WeightsOfLinks<S>::set(links_, runs_, covariances, unit, bodies_);
-  for (const LoweredBody<S>& body : bodies_) energy_of_gravity_ += body.m;
+  for (const LoweredBody<S>& body : bodies_) mass_ += body.m;
   squared_gravity_ = S(model.gravity().squaredNorm());
-  energy_of_gravity_ *= squared_gravity_;
   least_inertias_ = detail::least_inertias(links_, bodies_, runs_, uncommon_, covariances);
   largest_variance_ = S(detail::largest_variance(links_, bodies_, runs_, least_inertias_));
   terms_of_columns_ =

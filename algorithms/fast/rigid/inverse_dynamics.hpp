@@ -131,6 +131,7 @@ struct InverseDynamicsWorkspace : Placements<T> {
   std::vector<Link> links;
   std::vector<Branch> branches;
   OwnForces<T> own;
+  const T* gravity = nullptr;  // as the last call's Acting has it
 
   template <class S>
   explicit InverseDynamicsWorkspace(const LoweredModel<S>& model)
@@ -235,10 +236,10 @@ KALMARM_SWEEP void set_link_forces(const LoweredModel<S>& model, const T* qd, co
       wx = wy = wz = zero;
       a.x = a.y = a.z = zero;
       if constexpr (turning) {
-        const auto& a0 = model.uncommon(link).a0;
-        a.u = T(a0[0]);
-        a.v = T(a0[1]);
-        a.w = T(a0[2]);
+        const Triple<T> a0 = base_acceleration(model.uncommon(link), ws.gravity);
+        a.u = a0.x;
+        a.v = a0.y;
+        a.w = a0.z;
       } else {
         a.u = a.v = a.w = zero;
       }
@@ -385,6 +386,7 @@ template <class T, class S>
 void fast_inverse_dynamics(const LoweredModel<S>& model, const T* q, const T* qd, const T* qdd,
                            InverseDynamicsWorkspace<T>& ws, T* tau, const Acting<T>& acting = {}) {
   detail::set_placements(model, q, ws);
+  ws.gravity = acting.gravity;
   detail::set_link_forces<true>(model, qd, qdd, ws);
   detail::sum_forces<true>(model, qdd, ws, tau, acting);
 }

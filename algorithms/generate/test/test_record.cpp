@@ -84,13 +84,16 @@ constexpr int states = 8;
 template <class T>
 void expect_every_task(const std::string& name, const Model<double>& model,
                        const Model<double>& whole, const Question& question = {},
-                       const std::map<std::string, VectorX<T>>& more = {}, int count = states) {
+                       const std::map<std::string, VectorX<T>>& more = {}, int count = states,
+                       Gravity gravity = Gravity::constant) {
   const int nv = model.nv();
   Dynamics<double> library(
       plain(whole), spatial({Want::acceleration, Want::inverse_dynamics, Want::mass, Want::inverse,
                              Want::diagonal, Want::solve}));
   using enum GeneratedTask;
-  const auto of = [&](GeneratedTask task) { return record<T>(task, model, question); };
+  const auto of = [&](GeneratedTask task) {
+    return record<T>(task, model, question, default_tolerance<T>, gravity);
+  };
   const TaskRecord a = of(forward_dynamics), tau = of(inverse_dynamics), M = of(mass),
                    X = of(inverse_mass), d = of(diagonal), x = of(solve);
   Errors of_a, of_tau, of_M, of_X, of_d, of_x;
@@ -155,6 +158,39 @@ TYPED_TEST(Record, OfALoadIsThatOfTheRobotWithItsBody) {
     expect_every_task<T>(std::string(family.name) + " with a load", model,
                          Model<double>(joints, model.names(), model.nq(), model.gravity()),
                          {.loaded = {frame}}, {{"loads", load.template cast<T>()}});
+  }
+}
+
+TYPED_TEST(Record, OfGravityThatIsGivenIsThatOfTheRobotThere) {
+  using T = TypeParam;
+  const Vector3<double> given(1.5, -2.25, -4.75);
+  for (const Family& family : all_families()) {
+    const Model<double> there = rounded<T>(family.make(1));
+    std::vector<Joint<double>> joints;
+    for (int k = 0; k < there.nv(); ++k) joints.push_back(there.joint(k));
+    expect_every_task<T>(std::string(family.name) + " in another gravity", there,
+                         Model<double>(joints, there.names(), there.nq(), given), {},
+                         {{"gravity", given.template cast<T>()}}, states, Gravity::input);
+  }
+}
+
+// G of force_noise.hpp is that of the gravity given and the model's own: where these are the same, up to sqrt(2) times
+// the error is told.
+TYPED_TEST(Record, OfGravityThatIsGivenTellsItsError) {
+  using T = TypeParam;
+  for (const Family& family : all_families()) {
+    const Model<double> model = rounded<T>(family.make(1));
+    const VectorX<T> own = model.gravity().template cast<T>();
+    const auto task = GeneratedTask::judged_forward_dynamics;
+    const TaskRecord constant = record<T>(task, model),
+                     input = record<T>(task, model, {}, default_tolerance<T>, Gravity::input);
+    for (int seed = 0; seed < states; ++seed) {
+      const State<T> state = rounded<T>(random_state(model, seed)).template cast<T>();
+      const T told = evaluated<T>(input, state, {{"gravity", own}}).at("error")[0],
+              least = evaluated<T>(constant, state).at("error")[0];
+      EXPECT_GE(told, T(0.999) * least) << family.name;
+      EXPECT_LE(told, T(1.415) * least) << family.name;
+    }
   }
 }
 
