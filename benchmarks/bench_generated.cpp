@@ -1,9 +1,10 @@
 // bench_generated: time of a state by the library's loops and by generated code (kalmarm/kernels.hpp), of calls of one
 // state and of rows on one core: which is faster for a robot, from how many rows on.
 //
-// Names are TASK@ROWS/KERNELS/scene/precision; tasks are acceleration, inverse_dynamics, mass and inverse; @1 is one
-// state. Everything is verified before it is timed (case.hpp; torques within 1000 nv u of Newton's and Euler's). What is
-// compiled, and what the loops answer after all, goes to standard error. Counters: time per state.
+// Names are TASK@ROWS/KERNELS/scene/precision; tasks are acceleration, inverse_dynamics, mass, inverse and derivatives;
+// @1 is one state. Everything is verified before it is timed (case.hpp; torques within 1000 nv u of Newton's and Euler's;
+// derivatives by derivative_check.hpp). What is compiled, and what the loops answer after all, goes to standard error.
+// Counters: time per state.
 #include <benchmark/benchmark.h>
 
 #include <functional>
@@ -13,7 +14,9 @@
 #include <vector>
 
 #include "algorithms/model/plain.hpp"
+#include "algorithms/study/solver.hpp"
 #include "benchmarks/case.hpp"
+#include "benchmarks/derivative_check.hpp"
 #include "benchmarks/driver.hpp"
 #include "kalmarm/dynamics.hpp"
 
@@ -23,8 +26,8 @@ namespace {
 constexpr const char* timed_call =
     "From row-major arrays of q, qd and tau (mass, inverse: q; inverse_dynamics: tau's numbers as "
     "qdd) of so many states to the row-major array of their results, by Dynamics: with its tests "
-    "of what rounding does to accelerations and M^-1. Matrices have both triangles. Memory is "
-    "taken before.";
+    "of what rounding does to accelerations and M^-1; derivatives: all three, and a. Matrices have "
+    "both triangles. Memory is taken before.";
 
 constexpr int rows_of_calls[] = {1, 2, 4, 8, 16, 64};
 constexpr int most_rows = 64;
@@ -56,7 +59,31 @@ std::vector<Task<T>> tasks_of(std::shared_ptr<const Case> c) {
   const auto vector = [nv](const Out& x, std::ptrdiff_t i) -> VectorX<T> {
     return Eigen::Map<const VectorX<T>>(&x[i * nv], nv);
   };
-  return {{"acceleration", Want::acceleration, nv,
+  const std::shared_ptr<Solver<double>> reference =
+      make_solver<double>("Sequential<ArrayMGS>", model);
+  // The three matrices, each of most_rows states, then a.
+  const auto block = [nv](auto& X, std::ptrdiff_t j) { return &X[j * most_rows * nv * nv]; };
+  const Task<T> derivatives = {
+      "derivatives", Want::derivatives, 3 * nv * nv + nv,
+      [=](Dynamics<T>& robot, std::ptrdiff_t n, Out& X) {
+        const auto out = [&](std::ptrdiff_t j) { return RowsView<T>(block(X, j), n, nv * nv); };
+        return robot.derivatives(rows(pool->q_rows, n, nq), rows(pool->qd_rows, n, nv),
+                                 rows(pool->tau_rows, n, nv),
+                                 {.dq = out(0), .dqd = out(1), .dtau = out(2)},
+                                 RowsView<T>(block(X, 3), n, nv), judged(n));
+      },
+      [=](int i, const Out& X) -> std::string {
+        const auto of = [&](std::ptrdiff_t j) {
+          return MatrixX<double>(Eigen::Map<const MatrixX<T>>(block(X, j) + i * nv * nv, nv, nv)
+                                     .template cast<double>());
+        };
+        const double error =
+            derivative_error(c->scene.model, *reference, c->states[i], of(0), of(1), of(2));
+        const double bound = derivative_bound(c->template bound<T>(c->condition[i]));
+        return error <= bound ? "" : wrong(error, bound);
+      }};
+  return {derivatives,
+          {"acceleration", Want::acceleration, nv,
            [=](Dynamics<T>& robot, std::ptrdiff_t n, Out& a) {
              return robot.forward_dynamics(rows(pool->q_rows, n, nq), rows(pool->qd_rows, n, nv),
                                            rows(pool->tau_rows, n, nv),

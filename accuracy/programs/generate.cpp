@@ -236,6 +236,7 @@ class Answers {
         return {listed(MatrixX<Real>(J * exact().X * J.transpose()))};
       }
       case GeneratedTask::derivatives:
+      case GeneratedTask::judged_derivatives:
         return derivatives();
       case GeneratedTask::implicit_step:
       case GeneratedTask::judged_implicit_step:
@@ -259,7 +260,11 @@ class Answers {
       slower[k] -= h;
       dqd.col(k) = (torque(q(), faster, a) - torque(q(), slower, a)) / (2 * h);
     }
-    return {asked(a), block(-exact().X * dq), block(-exact().X * dqd), block(exact().X)};
+    const auto by_columns = [&](const MatrixX<Real>& X) {
+      return block(MatrixX<Real>(X.transpose()));
+    };
+    return {asked(a), by_columns(-exact().X * dq), by_columns(-exact().X * dqd),
+            by_columns(exact().X)};
   }
 
   // The robot with this joint noise at this torque, (2) of kalmarm/implicit_step.hpp.
@@ -334,6 +339,11 @@ bool is_of_states(const TaskRecord& record) {
                      [](const Argument& input) { return numbers.contains(input.name); });
 }
 
+bool tells_error(const TaskRecord& record) {
+  return std::any_of(record.outputs.begin(), record.outputs.end(),
+                     [](const Argument& output) { return output.name == "error"; });
+}
+
 // Of a judged function of states: its outputs are the result, its error and its margin.
 template <class S>
 ErrorsTold errors_told(const TaskRecord& record, const std::vector<State>& states) {
@@ -403,7 +413,7 @@ std::map<std::string, std::string> files(const Scene& scene, const Options& opti
   for (State& state : in_ranges) state = asked.state(state);
   std::vector<ErrorsTold> errors;
   for (const TaskRecord& record : package.records())
-    if (is_judged(record) && is_of_states(record))
+    if (tells_error(record) && is_of_states(record))
       errors.push_back(errors_told<S>(record, in_ranges));
   return package.files(checks, errors);
 }

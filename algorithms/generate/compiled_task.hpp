@@ -13,22 +13,23 @@
 
 namespace kalmarm {
 
-// What a call is answered by. judged: its error and margin come with the result, and what is not accepted by them has to
-// be asked elsewhere; the others are right wherever they are finite.
+// What a call is answered by. judged: its error (of derivatives none) and margin come with the result, and what is not
+// accepted by them has to be asked elsewhere; the others are right wherever they are finite. Derivatives of one state,
+// and solves, by factors that they keep, the loops answer faster.
 struct CodeFor {
   Want want;
   GeneratedTask task;
   bool judged;
   bool of_one_state = true;
 };
-// The loops solve one state by factors that they keep.
 inline constexpr CodeFor code_for[] = {
     {Want::acceleration, GeneratedTask::judged_forward_dynamics, true},
     {Want::inverse_dynamics, GeneratedTask::inverse_dynamics, false},
     {Want::mass, GeneratedTask::mass, false},
     {Want::inverse, GeneratedTask::judged_inverse_mass, true},
     {Want::diagonal, GeneratedTask::judged_diagonal, true},
-    {Want::solve, GeneratedTask::judged_solve, true, false}};
+    {Want::solve, GeneratedTask::judged_solve, true, false},
+    {Want::derivatives, GeneratedTask::judged_derivatives, true, false}};
 
 template <class T>
 class CompiledTask {
@@ -66,6 +67,12 @@ class CompiledTask {
         reinterpret_cast<void (*)(Rows..., decltype(in)..., T*)>(code)(rows..., in..., call.out);
     };
     switch (call.want) {
+      case Want::derivatives: {
+        const auto& [dq, dqd, dtau] = call.derivatives;
+        using Function = void(Rows..., const T*, const T*, const T*, T*, T*, T*, T*, T*);
+        return reinterpret_cast<Function*>(code)(rows..., call.q, call.qd, call.tau, call.out, dq,
+                                                 dqd, dtau, margin);
+      }
       case Want::acceleration:
       case Want::inverse_dynamics:
         return with(call.q, call.qd, call.tau);

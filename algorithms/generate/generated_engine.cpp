@@ -21,13 +21,48 @@
 namespace kalmarm {
 namespace {
 
-// Whether rows of all that are given and those of the result share memory.
+// What a call writes, so many numbers a row; null where it is not wanted.
+template <class T>
+struct Result {
+  T* at;
+  std::ptrdiff_t numbers;
+};
+template <class T>
+std::array<Result<T>, 4> results(const Call<T>& call, const Widths& width) {
+  const auto& [dq, dqd, dtau] = call.derivatives;
+  const std::ptrdiff_t square = width.n * width.n;
+  return {{{call.out, width.out(call.want)}, {dq, square}, {dqd, square}, {dtau, square}}};
+}
+// With results one after another from `first` on, `apart` numbers between those of so many rows.
+template <class T>
+Call<T> writing_to(T* first, Call<T> call, const Widths& width, std::ptrdiff_t rows,
+                   std::ptrdiff_t apart = 0) {
+  const auto place = [&](T*& result, std::ptrdiff_t numbers) {
+    if (!result) return;
+    result = first;
+    first += rows * numbers + apart;
+  };
+  place(call.out, width.out(call.want));
+  for (T*& X : call.derivatives) place(X, width.n * width.n);
+  return call;
+}
+template <class T>
+std::ptrdiff_t numbers_of_row(const Call<T>& call, const Widths& width) {
+  std::ptrdiff_t sum = 0;
+  for (const Result<T>& result : results(call, width)) sum += result.at ? result.numbers : 0;
+  return sum;
+}
+
+// Whether rows of all that are given and those of the results share memory.
 template <class T>
 bool overlap(const Call<T>& call, std::ptrdiff_t rows, const Widths& width) {
   const std::less<const T*> before;
-  const T* const end = call.out + rows * width.out(call.want);
+  const auto written = results(call, width);
   const auto meets = [&](const T* in, std::ptrdiff_t numbers) {
-    return in && before(in, end) && before(call.out, in + rows * numbers);
+    return in && std::any_of(written.begin(), written.end(), [&](const Result<T>& result) {
+             return result.at && before(in, result.at + rows * result.numbers) &&
+                    before(result.at, in + rows * numbers);
+           });
   };
   return meets(call.q, width.nq) || meets(call.qd, width.nv) ||
          meets(call.tau, width.tau(call.want));
@@ -150,7 +185,8 @@ class GeneratedEngine final : public Engine<T> {
     if (!code || call.forces || call.contacts || call.loads || call.r || call.B ||
         overlap(call, rows, width_))
       return nullptr;
-    return code;
+    const auto& [dq, dqd, dtau] = call.derivatives;
+    return call.want != Want::derivatives || (dq && dqd && dtau) ? code : nullptr;
   }
 
   // Whether generated code reduces all angles of so many rows; what else is beyond is left to the loops too.
@@ -194,17 +230,19 @@ class GeneratedEngine final : public Engine<T> {
         to.insert(to.end(), from + i * numbers, from + (i + 1) * numbers);
       return to.data();
     };
-    const std::ptrdiff_t result = width_.out(call.want);
-    w.out.resize(count * result);
+    w.out.resize(count * numbers_of_row(call, width_));
     w.outcomes.resize(count);
-    const Call<T> rows{.want = call.want,
-                       .q = gather(call.q, width_.nq, w.q),
-                       .qd = gather(call.qd, width_.nv, w.qd),
-                       .tau = gather(call.tau, width_.tau(call.want), w.tau),
-                       .out = w.out.data()};
+    Call<T> rows = writing_to(w.out.data(), call, width_, count);
+    rows.q = gather(call.q, width_.nq, w.q);
+    rows.qd = gather(call.qd, width_.nv, w.qd);
+    rows.tau = gather(call.tau, width_.tau(call.want), w.tau);
     loops_->answer_rows(worker, static_cast<int>(count), rows, w.outcomes.data());
+    const auto from = results(rows, width_), to = results(call, width_);
     for (std::size_t i = 0; i < count; ++i) {
-      std::copy_n(&w.out[i * result], result, call.out + w.chosen[i] * result);
+      for (std::size_t j = 0; j < to.size(); ++j)
+        if (to[j].at)
+          std::copy_n(from[j].at + i * to[j].numbers, to[j].numbers,
+                      to[j].at + w.chosen[i] * to[j].numbers);
       if (outcomes) outcomes[w.chosen[i]] = w.outcomes[i];
     }
   }
@@ -270,34 +308,44 @@ class GeneratedEngine final : public Engine<T> {
   // Against the loops, in states of all kinds of joints; what they do not accept says nothing.
   void test(const CompiledTask<T>& code, const RobotModel& robot, const EngineOptions& options) {
     constexpr int count = 37;  // more than two registers hold, and no multiple
+    constexpr std::ptrdiff_t apart = 64;
     const TrialStates<T> states(robot, count);
-    const std::ptrdiff_t size = width_.out(code.want());
     constexpr T unset = std::numeric_limits<T>::quiet_NaN(), untouched = -77;
-    std::vector<T> one(count * size, unset), rows(one), truth(one), error(2 * count, unset),
-        margin(error);
+    T wanted = 0;
     Call<T> call{.want = code.want(),
                  .q = states.q.data(),
                  .qd = states.qd.data(),
-                 .tau = states.tau.data()};
+                 .tau = states.tau.data(),
+                 .out = &wanted};
+    if (code.want() == Want::derivatives) call.derivatives = {&wanted, &wanted, &wanted};
+    const std::ptrdiff_t size =
+        count * numbers_of_row(call, width_) + apart * std::ssize(results(call, width_));
+    std::vector<T> of_one(size, unset), of_rows(size, untouched), of_loops(size, unset),
+        error(2 * count, unset), margin(error);
     const auto with = [&](std::vector<T>& out) {
-      call.out = out.data();
-      return call;
+      return writing_to(out.data(), call, width_, count, apart);
     };
-    if (code.has_rows()) {
-      rows.insert(rows.end(), 64, untouched);
-      code.rows(count, with(rows), error.data(), margin.data());
+    const Call<T> one = with(of_one), rows = with(of_rows), truth = with(of_loops);
+    if (code.has_rows()) code.rows(count, rows, error.data(), margin.data());
+    for (const Result<T>& result : results(rows, width_)) {
+      if (!result.at) continue;
+      const T* const end = result.at + count * result.numbers;
+      if (std::any_of(end, end + apart, [&](T x) { return x != untouched; }))
+        throw std::runtime_error("rows are written beyond their end");
     }
-    if (std::any_of(rows.begin() + count * size, rows.end(), [&](T x) { return x != untouched; }))
-      throw std::runtime_error("rows are written beyond their end");
     bool any = false;
     for (int i = 0; i < count; ++i) {
-      if (code.has_one())
-        code.one(with(one).from(i, width_), &error[count + i], &margin[count + i]);
-      const Outcome outcome = loops_->answer(with(truth).from(i, width_));
-      const auto agrees = [&](bool there, const std::vector<T>& x, T x_margin) {
-        if (!there || !outcome || (code.judged() && !(x_margin > 0))) return true;
+      if (code.has_one()) code.one(one.from(i, width_), &error[count + i], &margin[count + i]);
+      const Outcome outcome = loops_->answer(truth.from(i, width_));
+      const auto agrees = [&](bool there, const Call<T>& by, T margin_there) {
+        if (!there || !outcome || (code.judged() && !(margin_there > 0))) return true;
         any = true;
-        return agree(&x[i * size], &truth[i * size], size, bound(code, robot, options));
+        const auto x = results(by.from(i, width_), width_),
+                   y = results(truth.from(i, width_), width_);
+        for (std::size_t j = 0; j < x.size(); ++j)
+          if (x[j].at && !agree(x[j].at, y[j].at, x[j].numbers, bound(code, robot, options)))
+            return false;
+        return true;
       };
       if (!agrees(code.has_rows(), rows, margin[i]) ||
           !agrees(code.has_one(), one, margin[count + i]))
@@ -309,8 +357,8 @@ class GeneratedEngine final : public Engine<T> {
   struct Bound {
     T relative, least;
   };
-  // What is judged by what both may be wrong (entries of M^-1 beside its diagonal's); of sums of products alone no more
-  // than their rounding, with room.
+  // What is judged by what both may be wrong (entries of M^-1 beside its diagonal's, derivatives, whose error neither
+  // tells, likewise); of sums of products alone no more than their rounding, with room.
   static Bound bound(const CompiledTask<T>& code, const RobotModel& robot,
                      const EngineOptions& options) {
     constexpr T roundings = 4096;

@@ -4,6 +4,7 @@
 //   inverse            where margin > 0; no error is told, as the loops tell none
 //   diagonal           the same, of M^-1
 //   solve              the same, of rows: one state is solved by factors that are kept
+//   derivatives        the same, of rows, where all three matrices are wanted
 //   inverse_dynamics   where no entry of q is beyond the angles that it reduces
 //   mass               the same, of rows where the result is finite too
 //

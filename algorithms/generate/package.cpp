@@ -104,8 +104,9 @@ const char* meaning(GeneratedTask task) {
     case GeneratedTask::operational:
       return "X = J M^-1 J', row by row: moments, then forces, of each frame in its own axes";
     case GeneratedTask::derivatives:
-      return "a = M^-1 (tau - bias), and da/dq, da/dqd and da/dtau = M^-1, row by row; q is varied "
-             "along qd";
+    case GeneratedTask::judged_derivatives:
+      return "a = M^-1 (tau - bias), and da/dq, da/dqd and da/dtau = M^-1, column by column; q is "
+             "varied along qd";
     case GeneratedTask::implicit_step:
       return "a = (v - qd)/h of a step to v: M a = tau - bias - damping v - stiffness (q + h v - "
              "reference), of hinges and slides";
@@ -219,8 +220,7 @@ std::vector<std::string> Package<S>::question() const {
         "loads: of what each of these frames carries, m, m c (3), and Ixx, Iyy, Izz, Ixy, "
         "Ixz, Iyz about its origin and in its axes: " +
         listed(options_.loaded));
-  if (options_.gravity == Gravity::input)
-    out.push_back("gravity: in the base's axes, m/s^2");
+  if (options_.gravity == Gravity::input) out.push_back("gravity: in the base's axes, m/s^2");
   if (!options_.frames.empty()) out.push_back("J is of the frames " + listed(options_.frames));
   return out;
 }

@@ -87,7 +87,10 @@ class Recorder {
         operational();
         break;
       case GeneratedTask::derivatives:
-        derivatives();
+        derivatives(false);
+        break;
+      case GeneratedTask::judged_derivatives:
+        derivatives(true);
         break;
       case GeneratedTask::implicit_step:
         implicit_step(false);
@@ -273,7 +276,7 @@ class Recorder {
     output("X", X);
   }
 
-  void derivatives() {
+  void derivatives(bool judged) {
     const Numbers q = input("q", model_.nq()), qd = input_qd(), tau = input("tau", nv());
     const Acting<Recorded> acting = input_acting_and_gravity();
     DerivativeWorkspace<Recorded> ws(model_);
@@ -284,7 +287,21 @@ class Recorder {
     output("a", of_asked(a));
     for (const auto& [name, columns] :
          {std::pair{"da_dq", &dq}, std::pair{"da_dqd", &dqd}, std::pair{"da_dtau", &dtau}})
-      output(name, block([&, x = columns](int i, int j) { return (*x)[j * nv() + i]; }));
+      output(name, block([&, x = columns](int j, int i) { return (*x)[j * nv() + i]; }));
+    if (judged) output("margin", Numbers{margin_of_derivatives(q, a, acting)});
+  }
+
+  // Of D where one may be lost, and none where an acceleration is not finite, as rows of the loops have it
+  // (fast/derivatives/derivatives_of_rows.hpp).
+  Recorded margin_of_derivatives(const Numbers& q, const Numbers& a,
+                                 const Acting<Recorded>& acting) {
+    Recorded squares(0);
+    for (const Recorded& one : a) squares += one * one;
+    const Recorded finite = Recorded(1) / (Recorded(1) + squares);
+    if (!model_.may_lose_D()) return finite;
+    FastFactors<Recorded> factors(model_);
+    covariance_factor(model_, q.data(), factors, acting);
+    return factors.margin * finite;
   }
 
   // (2) of kalmarm/implicit_step.hpp.
@@ -333,6 +350,7 @@ class Recorder {
 int most_operations_of_one_state(GeneratedTask task) {
   switch (task) {
     case GeneratedTask::derivatives:
+    case GeneratedTask::judged_derivatives:
       return 0;
     case GeneratedTask::inverse_mass:
     case GeneratedTask::judged_inverse_mass:
@@ -368,6 +386,8 @@ std::string to_string(GeneratedTask task) {
       return "operational";
     case GeneratedTask::derivatives:
       return "derivatives";
+    case GeneratedTask::judged_derivatives:
+      return "judged_derivatives";
     case GeneratedTask::implicit_step:
       return "implicit_step";
     case GeneratedTask::judged_implicit_step:

@@ -24,8 +24,9 @@ enum class GeneratedTask {
   judged_diagonal,
   solve,  // M^-1 tau
   judged_solve,
-  operational,    // J M^-1 J' of the question's frames
-  derivatives,    // of a with respect to q, qd and tau
+  operational,         // J M^-1 J' of the question's frames
+  derivatives,         // of a with respect to q, qd and tau, each by columns
+  judged_derivatives,  // whose margin alone is told
   implicit_step,  // a of a step with springs and dampers at hinges and slides, whose gains are inputs
   judged_implicit_step,
 };
@@ -43,6 +44,7 @@ inline constexpr GeneratedTask generated_tasks[] = {
     GeneratedTask::judged_solve,
     GeneratedTask::operational,
     GeneratedTask::derivatives,
+    GeneratedTask::judged_derivatives,
     GeneratedTask::implicit_step,
     GeneratedTask::judged_implicit_step,
 };

@@ -4,9 +4,13 @@
 // At tolerance 1 double answers alone but where no digit of a D is left, so that no rung of it
 // alone is needed; nor of refined double, which is what last_bits gives of all but a few mechanisms
 // (Outcome::rung says of which).
+//
+// Generated<Ladder>: the ladder with generated code as its first rung (generate/generated_engine.hpp). The code's record
+// is evaluated in the place of what a compiler makes of it, so that ten thousand mechanisms take minutes.
 #include "algorithms/fast/certified/wide_acceleration.hpp"
 #include "algorithms/fast/certified/wide_factors.hpp"
 #include "algorithms/fast/claims/claims.hpp"
+#include "algorithms/generate/task.hpp"
 #include "algorithms/model/plain.hpp"
 #include "algorithms/study/solver.hpp"
 #include "kalmarm/dynamics.hpp"
@@ -15,7 +19,7 @@ namespace kalmarm {
 namespace {
 
 template <class T>
-class LadderSolver final : public Solver<T> {
+class LadderSolver : public Solver<T> {
  public:
   LadderSolver(const Model<T>& model, std::optional<double> tolerance)
       : dynamics_(
@@ -38,6 +42,60 @@ class LadderSolver final : public Solver<T> {
 
  private:
   Dynamics<T> dynamics_;
+};
+
+template <class T>
+class GeneratedLadderSolver final : public LadderSolver<T> {
+ public:
+  explicit GeneratedLadderSolver(const Model<T>& model)
+      : LadderSolver<T>(model, {}),
+        acceleration_(GeneratedTask::judged_forward_dynamics, model),
+        solve_(GeneratedTask::judged_solve, model),
+        inverse_(GeneratedTask::judged_inverse_mass, model) {}
+
+  Outcome acceleration(const VectorX<T>& q, const VectorX<T>& qd, const VectorX<T>& tau,
+                       VectorX<T>& a) override {
+    const std::vector<T> x = acceleration_(q, qd, tau);
+    if (!(x.back() > 0)) return LadderSolver<T>::acceleration(q, qd, tau, a);
+    std::copy_n(x.begin(), a.size(), a.data());
+    return {.error = x[a.size()]};
+  }
+  Outcome factor(const VectorX<T>& q) override {
+    q_ = q;
+    return LadderSolver<T>::factor(q);
+  }
+  void solve(const VectorX<T>& tau, VectorX<T>& x) override {
+    const std::vector<T> of_code = solve_(q_, tau);
+    if (!(of_code.back() > 0)) return LadderSolver<T>::solve(tau, x);
+    std::copy_n(of_code.begin(), x.size(), x.data());
+  }
+  Outcome inverse(const VectorX<T>& q, MatrixX<T>& X) override {
+    const std::vector<T> x = inverse_(q);
+    if (!(x.back() > 0)) return LadderSolver<T>::inverse(q, X);
+    std::copy_n(x.begin(), X.size(), X.data());  // symmetric to the bit
+    return {};
+  }
+
+ private:
+  class Code {
+   public:
+    Code(GeneratedTask task, const Model<T>& model)
+        : record_(record<T>(task, model.template cast<double>())) {}
+
+    // The result, its error, its margin.
+    template <class... Given>
+    std::vector<T> operator()(const Given&... given) const {
+      std::vector<T> in;
+      (in.insert(in.end(), given.begin(), given.end()), ...);
+      return record_.graph.template evaluate<T>(record_.results, in);
+    }
+
+   private:
+    TaskRecord record_;
+  };
+
+  Code acceleration_, solve_, inverse_;
+  VectorX<T> q_;
 };
 
 // Two doubles for one number, of states that are finite; others are refused, as Dynamics does.
@@ -125,6 +183,11 @@ std::vector<RegisteredVariant<T>> ladder_variants() {
   std::vector<RegisteredVariant<T>> out;
   for (const Tolerance& one : tolerances)
     if (one.contender || *one.value > unit_roundoff<T>()) out.push_back(ladder_at<T>(one));
+  RegisteredVariant<T> generated = ladder_at<T>({"Generated<Ladder>", {}});
+  generated.make = [](const Model<T>& model) {
+    return std::unique_ptr<Solver<T>>(std::make_unique<GeneratedLadderSolver<T>>(model));
+  };
+  out.push_back(std::move(generated));
   return out;
 }
 

@@ -58,6 +58,14 @@ def test_what_is_made_of_factors(cache):
             np.testing.assert_array_equal(ours[1]["status"], theirs[1]["status"])
 
 
+def test_derivatives(cache):
+    robot, loops = load("iiwa14").compile(["forward_dynamics_derivatives"], dtypes=["float64"], cache=cache), load("iiwa14")
+    assert len(robot.compiled) == 1 and "generated code" in robot.compiled[0]
+    states = loops.random_state(3, 40)
+    for ours, theirs in zip(*(one.forward_dynamics_derivatives(*states) for one in (robot, loops))):
+        np.testing.assert_allclose(ours, theirs, rtol=1e-9, atol=1e-9 * np.abs(theirs).max())
+
+
 def test_rows_of_float32(cache):
     robot = load("iiwa14").compile(["forward_dynamics"], dtypes=["float32"], cache=cache)
     assert len(robot.compiled) == 1

@@ -55,7 +55,8 @@ template <class T, class S>
 Triple<T> base_acceleration(const UncommonPlacement<S>& base, const T* gravity) {
   if (!gravity) return {T(base.a0[0]), T(base.a0[1]), T(base.a0[2])};
   const auto row = [&](int i) {
-    T sum = (T(base.E0(0, i)) * gravity[0] + T(base.E0(1, i)) * gravity[1]) + T(base.E0(2, i)) * gravity[2];
+    T sum = (T(base.E0(0, i)) * gravity[0] + T(base.E0(1, i)) * gravity[1]) +
+            T(base.E0(2, i)) * gravity[2];
     normalise(sum);
     return -sum;
   };

@@ -254,6 +254,56 @@ TYPED_TEST(GeneratedRows, OfFactorsAreWithinTheTolerance) {
   EXPECT_GT(by_code, 100);
 }
 
+// Of rows, by columns. What is left out, all three are the loops'.
+TYPED_TEST(GeneratedRows, OfDerivativesAreAsNearToTheTruthAsTheLoops) {
+  using T = TypeParam;
+  constexpr int count = 5;
+  int by_code = 0;
+  const std::vector<Asked> all = mechanisms();
+  for (std::size_t i = 0; i < all.size(); i += 5) {  // all would compile for minutes
+    const Asked& asked = all[i];
+    SCOPED_TRACE(asked.name);
+    const Model<double> model = rounded<T>(asked.model);
+    const Eigen::Index n = model.nv(), square = n * n;
+    const DynamicsOptions options = this->generated({.question = {.want = {Want::derivatives}}});
+    Dynamics<T> robot(plain(model), options), by_loops(plain(model), this->loops(options));
+    by_code += all_generated(robot);
+    Rows<T> states(model, count);
+    struct Matrices {
+      VectorX<T> dq, dqd, dtau, a;
+      std::vector<Outcome> outcomes;
+    };
+    const auto call = [&](Dynamics<T>& by, bool all_three) {
+      Matrices out{poisoned<T>(count * square), poisoned<T>(count * square),
+                   poisoned<T>(count * square), poisoned<T>(count * n),
+                   std::vector<Outcome>(count)};
+      const auto rows = [&](VectorX<T>& x) { return RowsView<T>(x.data(), count, square); };
+      DerivativeRows<T> wanted{.dq = rows(out.dq)};
+      if (all_three) wanted.dqd = rows(out.dqd), wanted.dtau = rows(out.dtau);
+      (void)by.derivatives(states.q, states.qd, states.tau, wanted,
+                           RowsView<T>(out.a.data(), count, n), out.outcomes);
+      return out;
+    };
+    const Matrices x = call(robot, true), y = call(by_loops, true);
+    for (int row = 0; row < count; ++row) {
+      ASSERT_EQ(x.outcomes[row].status, y.outcomes[row].status) << row;
+      if (!x.outcomes[row]) continue;
+      const TrueDerivatives truth(model, rounded<T>(random_state(model, row)));
+      const auto error = [&](const Matrices& of) {
+        AccelerationDerivatives<T> out(model.nv());
+        out.dq = of.dq.segment(row * square, square).reshaped(n, n);
+        out.dqd = of.dqd.segment(row * square, square).reshaped(n, n);
+        out.dtau = of.dtau.segment(row * square, square).reshaped(n, n);
+        out.a = of.a.segment(row * n, n);
+        return truth.error(out.template cast<double>());
+      };
+      EXPECT_LE(error(x), 4 * error(y) + 64 * unit_roundoff<T>()) << row;
+    }
+    EXPECT_TRUE(same(call(robot, false).dq, call(by_loops, false).dq));
+  }
+  EXPECT_GE(by_code, 5);  // of com_inboard none is accepted
+}
+
 // One state of M^-1: by code where it is faster, in the bits of a row of its own there; the loops' factors are not touched.
 TEST_F(GeneratedKernels, OfFactorsOfOneStateAreWithinTheTolerance) {
   for (const int n : {5, 20}) {

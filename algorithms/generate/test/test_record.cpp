@@ -243,9 +243,9 @@ TYPED_TEST(Record, OfDerivativesIsAsNearToTheTruthAsTheLibrary) {
                                 {.dq = y.dq, .dqd = y.dqd, .dtau = y.dtau}, y.a);
       const auto by = evaluated<T>(record, exact.cast<T>());
       x.a = by.at("a").template cast<double>();
-      x.dq = matrix(by.at("da_dq")).template cast<double>();
-      x.dqd = matrix(by.at("da_dqd")).template cast<double>();
-      x.dtau = matrix(by.at("da_dtau")).template cast<double>();
+      x.dq = matrix(by.at("da_dq")).transpose().template cast<double>();
+      x.dqd = matrix(by.at("da_dqd")).transpose().template cast<double>();
+      x.dtau = matrix(by.at("da_dtau")).transpose().template cast<double>();
       errors.add(truth.error(x), truth.error(y));
     }
     errors.template expect_alike<T>(family.name);

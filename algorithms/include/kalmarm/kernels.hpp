@@ -14,7 +14,7 @@ enum class Kernels { loops, generated };
 
 // How generated code comes about. What cannot be had the loops answer: Dynamics::notes() says why.
 struct CodeOptions {
-  // Of acceleration, inverse_dynamics, mass, inverse, diagonal and solve; empty: those that the question wants.
+  // Of acceleration, inverse_dynamics, mass, inverse, diagonal, solve and derivatives; empty: those that the question wants.
   std::set<Want> tasks = {};
   bool rows = true;  // also for rows of states, which is half of what is compiled
   // A program and its first arguments, such as {"python3", "-m", "ziglang", "cc"}; empty: $CC, else cc, clang or gcc.

@@ -113,6 +113,7 @@ _COMPILED = {
     "inverse_mass_matrix": "inverse",
     "diagonal": "diagonal",
     "solve": "solve",
+    "forward_dynamics_derivatives": "derivatives",
 }
 _DTYPES = ("float64", "float32")
 
@@ -262,7 +263,7 @@ class Robot(_core.Robot):
         outcomes. What cannot be compiled is answered as before, with one RuntimeWarning; `compiled` has all of it.
 
         tasks: "forward_dynamics", "inverse_dynamics" (and bias and gravity), "mass_matrix", "inverse_mass_matrix",
-            "diagonal", "solve" (of states in rows). Where the loops are faster in one state, they answer it.
+            "diagonal", "solve" and "forward_dynamics_derivatives" (of states in rows). Where the loops are faster in one state, they answer it.
         rows: for many states a call too. dtypes: "float64", "float32", of which one state is answered in float64
             as it always is, without generated code.
         compiler: a C compiler (gcc 12 or later, clang), or a list of it and its first arguments; unless told $CC, else
