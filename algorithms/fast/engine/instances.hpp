@@ -78,6 +78,8 @@ using StateLanes = Pack<S, padding<S>>;
   KIND template class RowSolver<P>;                                                             \
   KIND template SolveSums<P> RowSolver<P>::solve(const LoweredModel<S>&, const FastFactors<P>&, \
                                                  const std::vector<P>&);                        \
+  KIND template SolveSums<P> RowSolver<P>::solve(                                               \
+      const LoweredModel<S>&, const CovarianceWorkspace<P>&, const std::vector<P>&);            \
   KIND template SolveSums<P> RowSolver<P>::solve(const LoweredModel<S>&,                        \
                                                  const CovarianceWorkspace<P>&, const S*);      \
   KIND template void fast_lambda(const LoweredModel<S>&, const FastFactors<P>&,                 \

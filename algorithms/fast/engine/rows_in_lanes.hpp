@@ -194,8 +194,14 @@ class RowsInLanes {
   // X = M^-1 B by the factors of the same sweep.
   void columns(Accelerations& w, const Rows& rows) const {
     const std::ptrdiff_t nv = lowered_.nv();
+    const auto solved = [&](const S* b) {
+      if (!rows.call.B_of_rows) return w.columns->solve(lowered_, w.swept, b);
+      std::vector<P>& x = w.columns->x();
+      to_lanes(b, static_cast<int>(nv), rows.states, rows.left, x);
+      return w.columns->solve(lowered_, w.swept, x);
+    };
     for (int j = 0; j < rows.call.m; ++j) {
-      const auto sums = w.columns->solve(lowered_, w.swept, rows.call.B + j * nv);
+      const auto sums = solved(rows.call.B + j * nv);
       for (int i = 0; i < rows.states; ++i) {
         S* const x = rows.call.X + (i * rows.call.m + j) * nv;
         for (int k = 0; k < nv; ++k) x[k] = w.columns->x()[k][i];

@@ -78,6 +78,17 @@ std::unique_ptr<KinematicsEngine<double>> make_kinematics(const RobotModel& robo
   return chosen().engines->kinematics_double(robot, frames, bodies);
 }
 
+template <>
+std::unique_ptr<GradientEngine<float>> make_gradients(const RobotModel& robot,
+                                                      const CallFrames& frames) {
+  return chosen().engines->gradients_float(robot, frames);
+}
+template <>
+std::unique_ptr<GradientEngine<double>> make_gradients(const RobotModel& robot,
+                                                       const CallFrames& frames) {
+  return chosen().engines->gradients_double(robot, frames);
+}
+
 std::unique_ptr<CheckEngine> make_check(const RobotModel& robot,
                                         const AnswerCheckOptions& options) {
   return chosen().engines->check(robot, options);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "algorithms/fast/check/check_engine.hpp"
+#include "algorithms/fast/derivatives/gradient_engine.hpp"
 #include "algorithms/fast/engine/engine.hpp"
 #include "algorithms/fast/frames/kinematics_engine.hpp"
 
@@ -21,6 +22,10 @@ std::unique_ptr<KinematicsEngine<T>> make_engine_of_kinematics(const RobotModel&
                                                                const std::vector<Frame>& frames,
                                                                const std::vector<int>& bodies);
 
+template <class T>
+std::unique_ptr<GradientEngine<T>> make_engine_of_gradients(const RobotModel& robot,
+                                                            const CallFrames& frames);
+
 std::unique_ptr<CheckEngine> make_check_engine(const RobotModel& robot,
                                                const AnswerCheckOptions& options);
 
@@ -33,6 +38,8 @@ struct Engines {
   std::unique_ptr<KinematicsEngine<double>> (*kinematics_double)(const RobotModel&,
                                                                  const std::vector<Frame>&,
                                                                  const std::vector<int>&);
+  std::unique_ptr<GradientEngine<float>> (*gradients_float)(const RobotModel&, const CallFrames&);
+  std::unique_ptr<GradientEngine<double>> (*gradients_double)(const RobotModel&, const CallFrames&);
   std::unique_ptr<CheckEngine> (*check)(const RobotModel&, const AnswerCheckOptions&);
 };
 

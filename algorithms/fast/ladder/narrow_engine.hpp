@@ -49,7 +49,7 @@ class NarrowEngine final : public Engine<float> {
   Outcome answer(const Call<float>& call) override {
     const int rows[] = {0};
     Call<double> wide = one_.gather(call, rows, 1, width_);
-    if (call.B) with_columns(call, 1, columns_, X_, wide);
+    if (call.B) with_columns(call, rows, 1, columns_, X_, wide);
     return rounded(wide_->answer(wide), wide, call, lower_);
   }
 
@@ -158,12 +158,16 @@ class NarrowEngine final : public Engine<float> {
     return in_lanes_ || want == Want::inverse_dynamics || want == Want::mass;
   }
 
-  void with_columns(const Call<float>& call, int rows, std::vector<double>& B,
+  // Of so many rows of the call.
+  void with_columns(const Call<float>& call, const int* rows, int count, std::vector<double>& B,
                     std::vector<double>& X, Call<double>& wide) const {
     const std::ptrdiff_t size = width_.n * call.m;
-    grow(B, size);
-    grow(X, rows * size);
-    std::copy_n(call.B, size, B.data());
+    const int given = call.B_of_rows ? count : 1;
+    grow(B, given * size);
+    grow(X, count * size);
+    for (int i = 0; i < given; ++i)
+      std::copy_n(call.B + (call.B_of_rows ? rows[i] * size : 0), size, B.data() + i * size);
+    wide.B_of_rows = call.B_of_rows;
     wide.m = call.m;
     wide.B = B.data();
     wide.X = X.data();
@@ -174,7 +178,7 @@ class NarrowEngine final : public Engine<float> {
     Worker& w = workers_[worker];
     const int count = static_cast<int>(w.chosen.size());
     Call<double> wide = w.gather(call, w.chosen.data(), count, width_);
-    if (call.B) with_columns(call, count, w.B, w.X, wide);
+    if (call.B) with_columns(call, w.chosen.data(), count, w.B, w.X, wide);
     wide_->answer_rows(worker, count, wide, w.outcomes.data());
     for (int i = 0; i < count; ++i)
       outcomes[w.chosen[i]] =

@@ -218,10 +218,11 @@ KALMARM_NOINLINE void turn_motion(const MatrixPlacement<T>& phi, T& wx, T& wy, T
   turn_back(phi.R, a.u, a.v, a.w);
 }
 
-// z of every link alone; turning: with velocities and gravity. Not in pairs: filter.hpp says why.
-template <bool turning, class T, class S>
-KALMARM_SWEEP void set_link_forces(const LoweredModel<S>& model, const T* qd, const T* qdd,
-                                   InverseDynamicsWorkspace<T>& ws) {
+// keep(k, w of the link, Gamma, (alpha, a)) of every link; turning: with velocities and gravity. ws: placements, links
+// and branches, as InverseDynamicsWorkspace has them.
+template <bool turning, class T, class S, class Workspace, class Keep>
+KALMARM_INLINE void for_each_motion(const LoweredModel<S>& model, const T* qd, const T* qdd,
+                                    Workspace& ws, const Keep& keep) {
   using Kind = typename LoweredLink<S>::Kind;
   const T zero = T(S(0)), two = T(S(2));
   T wx = zero, wy = zero, wz = zero;
@@ -303,7 +304,7 @@ KALMARM_SWEEP void set_link_forces(const LoweredModel<S>& model, const T* qd, co
       a.w = a.w + d * G.zz;
     }
     normalise(a.u, a.v, a.w);
-    ws.own.keep(k, G, a);
+    keep(k, Triple<T>{wx, wy, wz}, G, a);
     if (link.branch >= 0) {
       auto& branch = ws.branches[link.branch];
       branch.wx = wx;
@@ -312,6 +313,16 @@ KALMARM_SWEEP void set_link_forces(const LoweredModel<S>& model, const T* qd, co
       assign(branch.a, a);
     }
   }
+}
+
+// z of every link alone. Not in pairs: filter.hpp says why.
+template <bool turning, class T, class S>
+KALMARM_SWEEP void set_link_forces(const LoweredModel<S>& model, const T* qd, const T* qdd,
+                                   InverseDynamicsWorkspace<T>& ws) {
+  for_each_motion<turning>(
+      model, qd, qdd, ws,
+      [&ws](int k, const Triple<T>&, const Gradient<T, turning>& G, const Sixfold<T>& a)
+          KALMARM_INLINE_LAMBDA { ws.own.keep(k, G, a); });
 }
 
 // tau from z of every link alone, where the sums over children have begun. Not in pairs either.

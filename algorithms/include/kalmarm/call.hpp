@@ -89,6 +89,7 @@ struct Call {
   int m = 0;                // columns of B, the same of every row, and of X
   const T* B = nullptr;
   T* X = nullptr;
+  bool B_of_rows = false;  // every row has its own B, of one column
 
   // Of the rows from i on.
   Call from(std::ptrdiff_t i, const Widths& width) const {
@@ -106,6 +107,7 @@ struct Call {
     skip(rest.loads, width.l);
     skip(rest.r, width.nv);
     skip(rest.X, width.n * m);
+    if (B_of_rows) skip(rest.B, width.n * m);
     return rest;
   }
 };
