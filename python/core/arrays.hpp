@@ -33,7 +33,7 @@ struct Argument {
 // copied; lists take the dtype of the arrays, float64 where there are none.
 class Inputs {
  public:
-  static constexpr int most = 10;  // with the results
+  static constexpr int most = 14;  // with the results
 
   // Throws TypeError and ValueError, with the call, the argument and both shapes.
   Inputs(const char* call, std::span<const Argument> arguments);

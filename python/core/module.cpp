@@ -527,6 +527,26 @@ q (..., nq), qd and tau (..., nv) -> Derivatives(dq, dqd, dtau, a): three (..., 
 Column j of dq is for a change of q along DoF j's velocity, so that joints with quaternions have as
 many columns as DoF. out: what an earlier call of the same shape returned. forces turn with their frames:
 axes "local" is needed.)")
+      .def(
+          "_vector_jacobian",
+          [](Robot& self, const std::string& of, nb::handle q, nb::handle qd, nb::handle x,
+             nb::handle w, bool inertias, bool armature, bool status, int threads,
+             nb::handle forces, nb::handle loads) {
+            return self.vector_jacobian(want_of(of), q, qd, x, w, inertias, armature, status,
+                                        threads, forces, loads);
+          },
+          "of"_a, "q"_a, "qd"_a.none(), "x"_a, "w"_a, "inertias"_a, "armature"_a, "status"_a,
+          "threads"_a, "forces"_a.none(), "loads"_a.none())
+      .def(
+          "_jacobian_vector",
+          [](Robot& self, const std::string& of, nb::handle q, nb::handle qd, nb::handle x,
+             nb::handle dq, nb::handle dqd, nb::handle dx, bool status, int threads,
+             nb::handle forces, nb::handle loads) {
+            return self.jacobian_vector(want_of(of), q, qd, x, dq, dqd, dx, status, threads, forces,
+                                        loads);
+          },
+          "of"_a, "q"_a, "qd"_a.none(), "x"_a, "dq"_a, "dqd"_a.none(), "dx"_a, "status"_a,
+          "threads"_a, "forces"_a.none(), "loads"_a.none())
       .def("factor", &Robot::factor, nb::keep_alive<0, 1>(), "q"_a, options,
            "contacts"_a = nb::none(), "axes"_a = "aligned", "loads"_a = nb::none(),
            nb::sig("def factor(self, q: " KALMARM_ARRAY

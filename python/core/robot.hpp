@@ -10,6 +10,7 @@
 #pragma once
 
 #include <kalmarm/dynamics.hpp>
+#include <kalmarm/gradients.hpp>
 #include <kalmarm/operational_space.hpp>
 #include <kalmarm/plan_summary.hpp>
 #include <kalmarm/recommend.hpp>
@@ -69,6 +70,15 @@ class Robot {
                    nb::handle contacts, const std::string& axes, nb::handle loads);
   nb::object derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out, bool status,
                          int threads, nb::handle forces, const std::string& axes, nb::handle loads);
+  // The products of Gradients with w: of forward dynamics (x: tau), inverse dynamics (x: qdd) or, without qd, of solve. A
+  // tuple of arrays in the order of kalmarm.Gradients, or None.
+  nb::object vector_jacobian(Want of, nb::handle q, nb::handle qd, nb::handle x, nb::handle w,
+                             bool inertias, bool armature, bool status, int threads,
+                             nb::handle forces, nb::handle loads);
+  // Its changes along dq, dqd and dx.
+  nb::object jacobian_vector(Want of, nb::handle q, nb::handle qd, nb::handle x, nb::handle dq,
+                             nb::handle dqd, nb::handle dx, bool status, int threads,
+                             nb::handle forces, nb::handle loads);
   std::unique_ptr<Factors> factor(nb::handle q, nb::handle contacts, const std::string& axes,
                                   nb::handle loads);
   Recommendation recommend(double tolerance, nb::handle q, nb::handle qd, nb::handle tau) const;
@@ -104,6 +114,7 @@ class Robot {
       options.kernels = Kernels::generated;
     return Dynamics<T>(model_, options);
   }};
+  WorkersOfBoth<Gradients> gradients_{[this]<class T>() { return Gradients<T>(model_, options_); }};
   int asked_ = 0, rows_ = 0, forces_ = 0, contacts_ = 0, loads_ = 0;
   std::vector<std::string> names_with_rows_;  // of the DoF, then of the rows of J M^-1 J'
 };

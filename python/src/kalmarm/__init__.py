@@ -32,7 +32,7 @@ from .files import LoadError, from_mujoco, load
 from .kinematics import Kinematics
 from .loads import payload
 from .pinocchio import PinocchioStates, from_pinocchio
-from .results import Derivatives, OperationalSpace, Outcome
+from .results import Derivatives, Gradients, OperationalSpace, Outcome
 from .robot import Actuator, CoupledRow, Robot, Rung, State, Status, Terms
 from .step import ImplicitStep, Stepped
 
@@ -53,6 +53,7 @@ __all__ = [
     "DynamicsError",
     "Factors",
     "Frame",
+    "Gradients",
     "ImplicitStep",
     "Impulse",
     "Kinematics",

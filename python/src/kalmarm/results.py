@@ -23,6 +23,30 @@ class Derivatives(NamedTuple):
     a: NDArray[Any]
 
 
+class Gradients(NamedTuple):
+    """Derivatives of w'a, of w'tau or of w'x by all that the call was given: vector-Jacobian products with weights w.
+
+    dq: by q along the velocities of the joints, (..., nv), as the columns of `Derivatives`.
+    dqd: by qd, (..., nv); None of solve.
+    dtau: by tau, (..., nv): M^-1 w; None of inverse dynamics.
+    inertias: by (m, m c, Ixx, Iyy, Izz, Ixy, Ixz, Iyz) of the link of every DoF, about its origin in its axes,
+        (..., nv, 10), as the regressor of `Kinematics` has them; None unless asked for.
+    dqdd: by qdd, (..., nv): M w; of inverse dynamics alone.
+    armature: (..., nv); None unless asked for.
+    forces: by the forces that were given, (..., 6 f), in the axes of their frames; None without any.
+    loads: by the loads that were given, (..., 10 l); None without any.
+    """
+
+    dq: NDArray[Any]
+    dqd: NDArray[Any] | None
+    dtau: NDArray[Any] | None
+    inertias: NDArray[Any] | None
+    dqdd: NDArray[Any] | None
+    armature: NDArray[Any] | None
+    forces: NDArray[Any] | None
+    loads: NDArray[Any] | None
+
+
 class OperationalSpace(NamedTuple):
     """What k rows of a Jacobian J make of a robot, of the n DoF that are asked about.
 
