@@ -539,6 +539,60 @@ def _(at):
         yield from zip(ours, of_pinocchio)
 
 
+def random_vectors(at, count):
+    return np.random.default_rng(58).standard_normal((count, at.nv))
+
+
+def derivatives_of_pinocchio(at, model, v, tau):
+    """(dq, dqd, dtau) of a, in our conventions."""
+    data = model.createData()
+    pin.computeABADerivatives(model, data, at.q_pin, v, tau)
+    return at.states.derivatives(at.q_pin, v, tau, data.ddq, data.ddq_dq, data.ddq_dv, data.Minv)
+
+
+@check("forward_dynamics_vjp(q, qd, tau, w)")
+def _(at):
+    """By computeABADerivatives."""
+    w, *along = random_vectors(at, 4)
+    truth = derivatives_of_pinocchio(at, at.pinocchio, at.v_pin, at.tau_pin)
+    found = at.robot.forward_dynamics_vjp(at.q, at.qd, at.tau, w)
+    yield from zip((found.dq, found.dqd, found.dtau), (w @ J for J in truth))
+    da = at.robot.forward_dynamics_jvp(at.q, at.qd, at.tau, *along)
+    yield da, sum(J @ x for J, x in zip(truth, along))
+
+
+@check("inverse_dynamics_vjp(q, qd, qdd, w)")
+def _(at):
+    w, *along = random_vectors(at, 4)
+    a, M = at.forwarded().qacc, at.robot.mass_matrix(at.q)
+    found = at.robot.inverse_dynamics_vjp(at.q, at.qd, a, w, inertias=True)
+    dtau = at.robot.inverse_dynamics_jvp(at.q, at.qd, a, *along)
+    if at.free:
+        da_dq, da_dqd, _ = derivatives_of_pinocchio(at, at.pinocchio, at.v_pin, at.tau_pin)
+        truth = -M @ da_dq, -M @ da_dqd, M
+    else:
+        there = at.pinocchio.createData()
+        truth = *pin.computeRNEADerivatives(at.pinocchio, there, at.q_pin, at.v_pin, a)[:2], M
+    yield from zip((found.dq, found.dqd, found.dqdd), (w @ J for J in truth))
+    yield dtau, sum(J @ x for J, x in zip(truth, along))
+    yield found.inertias.ravel(), w @ at.compute("regressor", at.qd, a)
+
+
+@check("solve_vjp(q, tau, w)")
+def _(at):
+    """By computeABADerivatives."""
+    w, dq, dtau = random_vectors(at, 3)
+    weightless = at.pinocchio.copy()
+    weightless.gravity = pin.Motion.Zero()
+    truth = derivatives_of_pinocchio(at, weightless, np.zeros(at.nv), at.tau_pin)
+    found = at.robot.solve_vjp(at.q, at.tau, w)
+    yield found.dq, w @ truth[0]
+    yield found.dtau, w @ truth[2]
+    assert found.dqd is found.dqdd is None
+    dx = at.robot.solve_jvp(at.q, at.tau, dq, dtau)
+    yield dx, truth[0] @ dq + truth[2] @ dtau
+
+
 @check('compute(["coriolis"], q, qd)')
 def _(at):
     C, M = at.compute("coriolis", at.qd), at.robot.mass_matrix(at.q)

@@ -58,6 +58,11 @@ def test_calls_take_forces_and_loads_alike():
     robots = ("forward_dynamics", "inverse_dynamics", "bias", "forward_dynamics_derivatives")
     steps = ("ImplicitStep", "ImplicitStep.acceleration", "ImplicitStep.derivatives")
     held = {"ConstrainedDynamics.forward_dynamics"}
+    turning = {  # with their frames: in no other axes
+        f"Robot.{of}_dynamics_{way}" for of in ("forward", "inverse") for way in ("vjp", "jvp")
+    }
+    for name in turning:
+        assert list(taking.pop(name))[-2:] == ["forces", "loads"]
     assert set(taking) == {f"Robot.{name}" for name in robots} | set(steps) | held
     for name, some in taking.items():
         names = list(some)[list(some).index("forces") :]
@@ -103,7 +108,7 @@ def test_stubs_are_those_of_the_compiled_module(tmp_path):
 def test_every_field_of_an_outcome_and_of_results_is_described():
     assert tuple(kalmarm.Outcome.__annotations__) == kalmarm.outcome_dtype.names
     for one in (
-        kalmarm.Outcome, kalmarm.Derivatives, kalmarm.OperationalSpace, kalmarm.Constraints,
+        kalmarm.Outcome, kalmarm.Derivatives, kalmarm.Gradients, kalmarm.OperationalSpace, kalmarm.Constraints,
         kalmarm.ConstrainedAcceleration, kalmarm.ConstrainedSolution, kalmarm.Impulse,
     ):  # fmt: skip
         for field in one.__annotations__:

@@ -211,6 +211,10 @@ double TrueDerivatives::error(const AccelerationDerivatives<double>& x) const {
   return test::error(x.cast<Mp>(), impl_->truth);
 }
 
+AccelerationDerivatives<double> TrueDerivatives::rounded() const {
+  return impl_->truth.cast<double>();
+}
+
 double TrueDerivatives::condition() const {
   const MatrixX<Mp>& inverse = impl_->truth.dtau;
   const VectorX<Mp> scale = inverse.diagonal().cwiseSqrt().cwiseInverse();

@@ -157,6 +157,7 @@ class TrueDerivatives {
 
   // Largest relative error of the four matrices and vectors, in the norm of Frobenius.
   double error(const AccelerationDerivatives<double>& x) const;
+  AccelerationDerivatives<double> rounded() const;
   double condition() const;  // of M^-1, scaled to a diagonal of ones
 
  private:

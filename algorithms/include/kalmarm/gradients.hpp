@@ -108,7 +108,7 @@ class KALMARM_EXPORT Gradients {
                             const StateForces<T>& forces = {});
   void inverse_dynamics_vjp(RowsView<const T> q, RowsView<const T> qd, RowsView<const T> qdd,
                             RowsView<const T> w, const RowsOfVectorJacobian<T>& out,
-                            int threads = 1, const ForceRows<T>& forces = {});
+                            int threads, const ForceRows<T>& forces = {});
 
   // dtau (nv) along dq, dqd and dqdd (nv each). 500 n.
   void inverse_dynamics_jvp(VectorView<const T> q, VectorView<const T> qd, VectorView<const T> qdd,
@@ -117,7 +117,7 @@ class KALMARM_EXPORT Gradients {
                             const StateForces<T>& forces = {});
   void inverse_dynamics_jvp(RowsView<const T> q, RowsView<const T> qd, RowsView<const T> qdd,
                             RowsView<const T> dq, RowsView<const T> dqd, RowsView<const T> dqdd,
-                            RowsView<T> dtau, int threads = 1, const ForceRows<T>& forces = {});
+                            RowsView<T> dtau, int threads, const ForceRows<T>& forces = {});
 
   // (3). 1000 n.
   Outcome solve_vjp(VectorView<const T> q, VectorView<const T> tau, VectorView<const T> w,
