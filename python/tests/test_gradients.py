@@ -98,6 +98,41 @@ def test_forces_and_loads_are_derived_by(dtype):
     assert (of_a.forces.shape, of_a.loads.shape) == ((COUNT, 6), (COUNT, 20))
 
 
+@pytest.mark.parametrize("name", ["iiwa14", "g1"])
+def test_every_row_is_a_robot_of_its_own(name, dtype):
+    robot = load(name)
+    bodies = {"iiwa14": ["link7", "link3"], "g1": ["pelvis", "left_elbow_link", "torso_link"]}[name]
+    own = robot.parameters(bodies)
+    q, qd, tau = robot.random_state(9, COUNT, dtype=dtype)
+    varied = robot.with_parameters(bodies)
+    same = varied.forward_dynamics(q, qd, tau, loads=np.tile(own.ravel(), (COUNT, 1)).astype(dtype))
+    close(same, robot.forward_dynamics(q, qd, tau), dtype)
+    scale = np.random.default_rng(10).uniform(0.5, 2, (COUNT, len(bodies), 1))
+    loads = (scale * own).reshape(COUNT, -1).astype(dtype)
+    loads[4, 0] = -1  # no mass of a body
+    a, outcomes = varied.forward_dynamics(q, qd, tau, loads=loads, status=True)
+    np.testing.assert_array_equal(outcomes["status"] == kalmarm.Status.OK, np.arange(COUNT) != 4)
+    # Torques are linear in them, and so are their gradients.
+    links = [robot.frames[body].link for body in bodies]
+    w, qdd = tau[::-1].copy(), tau
+    loads[4] = loads[5]
+    found = varied.inverse_dynamics_vjp(q, qd, qdd, w, loads=loads)
+    inertias = robot.inverse_dynamics_vjp(q, qd, qdd, w, inertias=True).inertias[:, links]
+    close(found.loads, inertias.reshape(COUNT, -1), dtype)
+    Y = robot.kinematics(bodies=bodies).compute(["regressor"], q, qd, qdd)["regressor"]
+    change = varied.inverse_dynamics(q, qd, qdd, loads=loads) - robot.inverse_dynamics(q, qd, qdd)
+    more = loads - own.ravel().astype(dtype)
+    size = np.linalg.norm(robot.inverse_dynamics(q, qd, qdd), axis=-1).max()
+    assert np.abs(change - np.einsum("rij,rj->ri", Y, more)).max() < ROUNDOFFS[dtype] * size
+
+
+def test_parameters_of_what_does_not_move_are_refused(g1):
+    with pytest.raises(ValueError, match="with_parameters: body 'world' does not move"):
+        g1.with_parameters(["world"])
+    with pytest.raises(ValueError, match="parameters: body 'pelvis' is on the link of another one"):
+        g1.parameters(["pelvis", "pelvis"])
+
+
 def test_what_does_not_fit_is_refused_by_name(g1):
     q, qd, tau = g1.random_state(1)
     with pytest.raises(ValueError, match="forward_dynamics_vjp: w has shape"):

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 from . import _core
 from .kinematics import Kinematics
+from .loads import payload
 from .results import Gradients, OperationalSpace
 from ._names import dofs_of, number, numbers, one_of, several, unknown
 
@@ -462,8 +463,8 @@ class Robot(_core.Robot):
         """Derivatives of w'a, a = M^-1 (tau - bias), by all that a depends on, in O(n): no matrix is formed.
 
         q (..., nq), qd, tau and w (..., nv) -> `Gradients`. About 2.5 times the time of a. inertias, armature: those by
-        these are worked out too. forces and loads: as of `forward_dynamics`, forces in the axes of their frames, with which
-        they turn; those by them are returned. Outcomes: of a and M^-1 w, the worse of both. Not of a robot that leaves
+        these are worked out too. forces and loads: as of `forward_dynamics`, forces in the axes of their frames, with
+        which they turn; those by them are returned. Outcomes: of a and M^-1 w, the worse of both. Not of a robot that leaves
         joints out (asked, locked) or is at rest.
         """
         found = self._vector_jacobian(
@@ -739,6 +740,48 @@ class Robot(_core.Robot):
             )
         return Robot(replace(self._description, model=model), **self._options)
 
+    def parameters(self, bodies: Iterable[str | Frame]) -> NDArray[np.float64]:
+        """The ten numbers (m, m c, Ixx, Iyy, Izz, Ixy, Ixz, Iyz) of the links that these bodies are on, about their
+        origins in their axes, (b, 10), as the regressor and `with_parameters` have them. A link has all bodies that
+        are fixed to it."""
+        out = [_parameters(self.model, link) for link in self._links("parameters", bodies)]
+        return np.array(out).reshape(-1, 10)
+
+    def with_parameters(self, bodies: Iterable[str | Frame]) -> Robot:
+        """The same robot, of which the links that these bodies are on have inertial parameters that come with every
+        call: a robot of its own in every row.
+
+            varied = robot.with_parameters(["link7", "link6"])
+            own = robot.parameters(["link7", "link6"])  # (2, 10)
+            a = varied.forward_dynamics(q, qd, tau, loads=(own * scale[:, None, None]).reshape(-1, 20))
+
+        They are the first 10 b numbers of `loads`, (..., 10 b), before those of `loaded`; without loads these links
+        weigh nothing. A row whose numbers are no body is refused by itself. Gradients by them are `Gradients.loads`.
+        Armatures and gravity are the same in all rows; springs and dampers of rows are a step's.
+        """
+        links = self._links("with_parameters", bodies)
+        links_of_model, *rest = self.model.__getstate__()
+        weightless = [
+            (*link[:8], 0.0, (0.0,) * 3, link[10], (0.0,) * 3) if k in links else link
+            for k, link in enumerate(links_of_model)
+        ]
+        model = _core.Model.__new__(_core.Model)
+        model.__setstate__((weightless, *rest))
+        loaded = (*(_core.Frame(link) for link in links), *self._options["loaded"])
+        return Robot(
+            replace(self._description, model=model), **(self._options | {"loaded": loaded})
+        )
+
+    def _links(self, call: str, bodies: Iterable[str | Frame]) -> list[int]:
+        links: list[int] = []
+        for body in several("bodies", bodies):
+            link = _frame(self._description, body).link
+            if link < 0 or link in links:
+                why = "does not move" if link < 0 else "is on the link of another one"
+                raise ValueError(f"{call}: body {body!r} {why}")
+            links.append(link)
+        return links
+
     def dof(self, joint: str) -> int:
         """The first DoF of a joint."""
         return dofs_of(self.dofs, [joint])[0]
@@ -820,6 +863,14 @@ class Robot(_core.Robot):
     def __reduce__(self) -> tuple[Any, ...]:
         """By its definition: copies, and robots of other processes, take memory of their own."""
         return partial(type(self), **self._options), (self._description,)
+
+
+def _parameters(model: Model, link: int) -> NDArray[np.floating]:
+    mass, center, (w, *v), moments = model.__getstate__()[0][link][8:]
+    n = w * w + np.dot(v, v)
+    cross = np.cross(np.eye(3), v)  # cross @ x = v x x
+    R = np.eye(3) + 2 / n * (np.outer(v, v) - np.dot(v, v) * np.eye(3) + w * cross)
+    return payload(mass, center, R @ np.diag(moments) @ R.T)
 
 
 def _code_arguments(code: Code | None) -> tuple[Any, ...]:
