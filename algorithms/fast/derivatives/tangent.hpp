@@ -27,14 +27,14 @@ class Tangent {
         forces_(model.widths().f),
         loads_(model.widths().l) {}
 
-  // dtau (nv). turning: with velocities and gravity, else qd and dqd are not looked at.
+  // dtau (nv). turning: with velocities and gravity, else qd and dqd are not looked at. dqdd: null where it is zero.
   template <bool turning>
   void fill(const LoweredModel<S>& model, const T* q, const T* qd, const T* qdd, const T* dq,
             const T* dqd, const T* dqdd, const Acting<T>& acting, T* dtau) {
     place(model, q, dq);
     for (int k = 0; k < model.nv(); ++k) {
       if constexpr (turning) qd_[k] = {qd[k], dqd[k]};
-      qdd_[k] = {qdd[k], dqdd[k]};
+      qdd_[k] = {qdd[k], dqdd ? dqdd[k] : T(S(0))};
     }
     const Acting<Dual<T>> given = {constant(acting.forces, forces_), acting.axes,
                                    constant(acting.loads, loads_)};
