@@ -44,19 +44,28 @@ class Compiled:
         self.one = {task: jax.jit(function) for task, function in self.functions.items()}
         self.many = {}
 
-    def run(self, task: str, model, arguments: tuple, eager: bool):
+    def run(self, task: str, model, arguments: tuple, eager: bool) -> tuple:
+        """`task` of a state: from arrays of JAX, and from NumPy's to NumPy's."""
         compiled = not (eager and isinstance(model, tuple) and not model)
         function, x = (self.one if compiled else self.functions)[task], _arrays(arguments)
-        return lambda: jax.block_until_ready(function(model, *x))
+        return (
+            lambda: jax.block_until_ready(function(model, *x)),
+            lambda: np.asarray(function(model, *_arrays(arguments))),
+        )
 
-    def batch(self, task: str, model, states: list[tuple]):
-        """`task` of many states at once."""
+    def batch(self, task: str, model, states: list[tuple]) -> tuple:
+        """`task` of many states at once: from arrays of JAX, and from NumPy's to NumPy's."""
         if task not in self.many:
             function = self.functions[task]
             each = jax.vmap(lambda m, x: function(m, *x), in_axes=(None, 0))
             self.many[task] = jax.jit(each)
-        function, x = self.many[task], _arrays(np.stack(rows) for rows in zip(*states, strict=True))
-        return lambda: jax.block_until_ready(function(model, x))
+        function = self.many[task]
+        rows = [np.stack(each) for each in zip(*states, strict=True)]
+        x = _arrays(rows)
+        return (
+            lambda: jax.block_until_ready(function(model, x)),
+            lambda: np.asarray(function(model, _arrays(rows))),
+        )
 
 
 def _arrays(arguments) -> tuple:
@@ -84,15 +93,25 @@ class JaxEngine(Engine):
         raise NotImplementedError
 
     def call(self, task: str, state: State) -> Call:
-        run = self.compiled.run(task, self.model, self.arguments(task, state), self.eager)
-        its = self.coordinates
+        its, x = self.coordinates, self.arguments(task, state)
+        run, with_copies = self.compiled.run(task, self.model, x, self.eager)
         if not its:
-            return Call(run, lambda x: np.array(x, dtype=np.float64))
-        return Call(run, lambda x: its.read(task, state, np.array(x)))
+            return Call(run, lambda x: np.array(x, dtype=np.float64), with_copies)
+        return Call(run, lambda x: its.read(task, state, np.array(x)), with_copies)
 
-    def batch(self, states: list[State]):
+    def batch(self, states: list[State]) -> Call:
         each = [self.arguments("acceleration", state) for state in states]
-        return self.compiled.batch("acceleration", self.model, each)
+        resident, with_copies = self.compiled.batch("acceleration", self.model, each)
+        its = self.coordinates
+
+        def read(x) -> np.ndarray:
+            rows = np.array(x, dtype=np.float64)
+            if its:
+                pairs = zip(states, rows, strict=True)
+                rows = np.stack([its.read("acceleration", state, row) for state, row in pairs])
+            return rows
+
+        return Call(resident, read, with_copies)
 
     def saved(self) -> float:
         return _saved

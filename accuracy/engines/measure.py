@@ -8,6 +8,7 @@ A unit that was measured before with the same adapter, lock and mechanism is not
 
 import argparse
 import ast
+import csv
 import hashlib
 import json
 import os
@@ -38,10 +39,12 @@ TASKS = {  # and their measures
     "inverse_dynamics": "relative",
     "derivatives": "relative",
 }
+PUBLISHED = HERE / "published"
 LIMIT = 120.0  # s a call, the first with compilation
 SECONDS = 0.1  # of a timing
-BATCHES = (64, 4096)
+BATCHES = (16, 256, 1024, 4096, 65536)
 BATCHED = "acceleration"  # the task whose batches are timed
+TIMED = ("nanoseconds", "with_copies", "variation", "first_call")
 ROUNDING = "Rounded parameters"  # the error of who rounds nothing else
 
 
@@ -51,18 +54,22 @@ class Facts(NamedTuple):
     name: str
     variants: list[str]
     precisions: list[str]
+    gpu: bool
 
 
 def facts(engine: str) -> Facts:
     tree = ast.parse((HERE / "adapters" / f"{engine}.py").read_text())
-    found = {"variants": {}, "precisions": ("float64",)}
+    found = {"variants": {}, "precisions": ("float64",), "gpu": False}
     for node in ast.walk(tree):
         if isinstance(node, ast.ClassDef) and node.name == "Adapter":
             for line in node.body:
                 if isinstance(line, ast.Assign) and line.targets[0].id in ("name", *found):
                     found[line.targets[0].id] = ast.literal_eval(line.value)
     return Facts(
-        found["name"], list(found["variants"]) or [found["name"]], list(found["precisions"])
+        found["name"],
+        list(found["variants"]) or [found["name"]],
+        list(found["precisions"]),
+        found["gpu"],
     )
 
 
@@ -112,26 +119,37 @@ class Answers:
         self.version = ""
         self.errors: dict[tuple[str, int], dict] = {}
         self.times: dict[str, dict] = {}
-        self.batches: dict[str, dict] = {}  # by task
 
     def take(self, said: dict) -> None:
         if "version" in said:
             self.version = said["version"]
         elif "state" in said:
             self.errors[said["task"], said["state"]] = said
-        elif "batch" in said:
-            self.batches[f"batch:{said['batch']}"] = said
         elif "nanoseconds" in said:
             self.times[said["task"]] = said
 
     def fill(self, tasks: list[str], outcome: str) -> None:
         """Of what has no answer yet."""
         for task in tasks:
-            if task not in TASKS:
-                self.batches.setdefault(task, {"outcome": outcome})
-                continue
-            for state in range(self.states):
+            for state in range(min(self.states, batch_of(task) or self.states)):
                 self.errors.setdefault((task, state), {"outcome": outcome})
+
+    @property
+    def tasks(self) -> list[str]:
+        return list(dict.fromkeys(task for task, _ in self.errors))
+
+    def of(self, task: str) -> list[dict]:
+        return [said for (own, _), said in sorted(self.errors.items()) if own == task]
+
+
+def batch_of(task: str) -> int:
+    """The states of a call of batch:64; 0 of other tasks."""
+    return int(task.removeprefix("batch:")) if task.startswith("batch:") else 0
+
+
+def asked(batches, seconds: float) -> list[str]:
+    """The tasks of a unit; what has no times is asked state by state alone."""
+    return [*TASKS, *(f"batch:{count}" for count in batches if seconds)]
 
 
 def count_states(mechanism: Written) -> int:
@@ -141,7 +159,7 @@ def count_states(mechanism: Written) -> int:
 def ask(unit: Unit, python: Path, limit: float, seconds: float, batches=()) -> Answers:
     folder = unit.mechanism.folder
     answers = Answers(count_states(unit.mechanism))
-    left = [*TASKS, *(f"batch:{count}" for count in batches if seconds)]
+    left = asked(batches, seconds)
     while left:
         command = [python, HERE / "worker.py", unit.engine, unit.variant, unit.precision, folder]
         command += ["--tasks", ",".join(left), "--seconds", str(seconds)]
@@ -164,38 +182,44 @@ def ask(unit: Unit, python: Path, limit: float, seconds: float, batches=()) -> A
     return answers
 
 
+class NotAsked(Missing):
+    """Why an engine is not asked on this machine."""
+
+
+def has_gpu() -> bool:
+    return Path("/dev/nvidiactl").exists()
+
+
+def prepared(engine: str, its: Facts) -> Path:
+    """The interpreter of its environment. Raises Missing."""
+    if its.gpu and not has_gpu():
+        raise NotAsked("it needs a GPU")
+    return environments.prepare(engine)
+
+
 def processor() -> str:
     found = re.search(r"model name\s*:\s*(.*)", Path("/proc/cpuinfo").read_text())
     return found[1] if found else "unknown"
-
-
-def time_row(unit: Unit, version: str, task: str, batch: int, time_of: dict, why: str) -> list:
-    """`why` it was not timed."""
-    row = [unit.mechanism.scene, unit.mechanism.scene.rsplit(":", 1)[1], unit.variant, version]
-    row += [unit.precision, task, batch]
-    row += [records.number(time_of.get(key)) for key in ("nanoseconds", "variation")]
-    row += [time_of.get("repetitions", 0), records.number(time_of.get("first_call")), processor()]
-    return [*row, "ok" if "nanoseconds" in time_of else time_of.get("outcome", why)]
 
 
 def write(unit: Unit, answers: Answers, final: bool = True) -> None:
     """Not final: it will be measured again."""
     OUT.mkdir(parents=True, exist_ok=True)
     scene = unit.mechanism.scene
-    n = scene.rsplit(":", 1)[1]
+    begin = [scene, scene.rsplit(":", 1)[1]]
     errors, times = [], []
-    for task, measure in TASKS.items():
-        why = "not timed"
-        for state in range(answers.states):
-            said = answers.errors[task, state]
-            outcome, value = said.get("outcome", "ok"), records.number(said.get("error"))
-            row = [scene, n, unit.variant, unit.precision, task, state, measure, value, outcome]
-            errors.append(row)
-            why = outcome if "error" not in said else why
-        times.append(time_row(unit, answers.version, task, 1, answers.times.get(task, {}), why))
-    for task, batch in answers.batches.items():
-        count = int(task.removeprefix("batch:"))
-        times.append(time_row(unit, answers.version, BATCHED, count, batch, "not timed"))
+    for task in answers.tasks:
+        batch, named = batch_of(task) or 1, BATCHED if batch_of(task) else task
+        series, why = [unit.precision, named, batch], "not timed"
+        for state, said in enumerate(answers.of(task)):
+            measured = [TASKS[named], records.number(said.get("error")), said.get("outcome", "ok")]
+            errors.append([*begin, unit.variant, *series, state, *measured])
+            why = why if "error" in said else said["outcome"]
+        time_of = answers.times.get(task, {})
+        numbers = [records.number(time_of.get(key)) for key in TIMED]
+        numbers[3:3] = [time_of.get("repetitions", 0)]
+        row = [*begin, unit.engine, unit.variant, answers.version, *series, *numbers, processor()]
+        times.append([*row, "ok" if time_of else why])
     key = unit.path("errors").with_suffix(".key")
     key.unlink(missing_ok=True)
     records.write(unit.path("errors"), records.ERRORS, errors)
@@ -216,6 +240,7 @@ def write_rounding(mechanism: Written) -> None:
             ROUNDING,
             "float32",
             task,
+            1,
             i,
             measure,
             records.number(state["rounding"][task]),
@@ -229,8 +254,17 @@ def write_rounding(mechanism: Written) -> None:
     records.write(OUT / f"errors-engines-{name}.csv", records.ERRORS, rows)
 
 
+def copy_published(mechanism: Written) -> None:
+    """What others have published of a robot of this name, as records that say so."""
+    for file in PUBLISHED.glob("*-engines-*.csv"):
+        with file.open() as lines:
+            columns, *rows = csv.reader(lines)
+        if own := [row for row in rows if row[0] == mechanism.scene]:
+            records.write(OUT / file.name, columns, own)
+
+
 def worst(answers: Answers, task: str) -> str:
-    said = [answers.errors[task, state] for state in range(answers.states)]
+    said = answers.of(task)
     errors = [one["error"] for one in said if "error" in one]
     if len(errors) < len(said):
         outcome = next(one["outcome"] for one in said if "error" not in one)
@@ -276,6 +310,7 @@ def run(options: argparse.Namespace) -> int:
     written = [mechanisms.write(name) for name in scenes]
     for mechanism in written:
         write_rounding(mechanism)
+        copy_published(mechanism)
     absent, began = 0, time.monotonic()
     for engine in engines:
         its = facts(engine)
@@ -287,13 +322,14 @@ def run(options: argparse.Namespace) -> int:
         ]
         try:
             todo = [unit for unit in units if not unit.is_done]
-            python = environments.prepare(engine) if todo else None
+            python = prepared(engine, its) if todo else None
         except Missing as why:
-            absent += 1
+            absent += not isinstance(why, NotAsked)
             print(f"engines: {engine}: {why}", file=sys.stderr)
+            word = "not asked" if isinstance(why, NotAsked) else "missing"
             for unit in units:
                 answers = Answers(count_states(unit.mechanism))
-                answers.fill(list(TASKS), f"missing: {why}")
+                answers.fill(asked(options.batch, options.seconds), f"{word}: {why}")
                 write(unit, answers, final=False)
             continue
         for unit in todo:

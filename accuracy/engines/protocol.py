@@ -182,10 +182,11 @@ class Coordinates:
 
 class Call(NamedTuple):
     """`run` is what is timed, from arrays of the engine to an answer of the engine, which `read`
-    then turns into an array in our conventions."""
+    then turns into an array in our conventions, of many states a row each."""
 
     run: Callable[[], object]
     read: Callable[[object], np.ndarray]
+    with_copies: Callable[[], object] | None = None  # from NumPy's arrays to NumPy's; None: as `run`
 
 
 class Engine:
@@ -198,6 +199,7 @@ class Engine:
     ] = {}  # name on the page: options of the constructor; empty: `name` alone
     precisions: tuple[str, ...] = ("float64",)
     armature = True  # or else the mechanism is asked about without
+    gpu = False  # whether it needs one
     warning: type[Warning] | None = None  # by which the engine says that an answer may be wrong
     eager = False  # do without compilation where that is for every mechanism anew
     calls: dict[str, str] = {}  # by task: what of the engine is called, as its manual recommends
@@ -210,7 +212,7 @@ class Engine:
         """Raises Unsupported where the engine has no such call."""
         raise NotImplementedError
 
-    def batch(self, states: list[State]) -> Callable[[], object]:
+    def batch(self, states: list[State]) -> Call:
         """One call for the accelerations of all states, by the engine's own way of many at once."""
         raise Unsupported("it has no call of many states")
 
@@ -246,10 +248,13 @@ def error(task: str, computed: np.ndarray, truth: np.ndarray) -> float:
     return float(np.max([e and e / (size or whole) for e, size in zip(errors, sizes, strict=True)]))
 
 
-MEASURE = {
-    "mass": "scaled",
-    "inverse": "scaled",
-    "acceleration": "relative",
-    "inverse_dynamics": "relative",
-    "derivatives": "relative",
-}
+def fault_of_precision(precision: str, raw: object, answer: np.ndarray, truth: np.ndarray) -> str:
+    """What an answer is that is not of the precision asked for, or nothing. An answer that float32
+    holds, of a truth that it does not hold, was never in float64."""
+    dtype = str(getattr(raw, "dtype", precision))
+    if dtype.startswith("float") and dtype != precision:
+        return f"its answers are {dtype}, not {precision}"
+    held = [bool(np.all(x == x.astype(np.float32))) for x in (answer, truth)]
+    if precision == "float64" and held == [True, False]:
+        return "float32 holds its answers, which were to be float64"
+    return ""

@@ -4,9 +4,10 @@ import csv
 import os
 from pathlib import Path
 
-ERRORS = "scene,n,variant,precision,task,state,measure,value,outcome".split(",")
+ERRORS = "scene,n,variant,precision,task,batch,state,measure,value,outcome".split(",")
 TIMES = (
-    "scene,n,variant,version,precision,task,batch,nanoseconds,variation,repetitions,first_call,cpu,outcome"
+    "scene,n,engine,variant,version,precision,task,batch,nanoseconds,with_copies,variation,"
+    "repetitions,first_call,cpu,outcome"
 ).split(",")
 
 

@@ -153,7 +153,9 @@ class Served:
 
 def judged(said: list[dict]) -> Judged:
     silent = [
-        (one["error"], one["state"]) for one in said if "error" in one and "outcome" not in one
+        (one["error"], one["state"])
+        for one in said
+        if "error" in one and one.get("outcome") != "warned"
     ]
     outcome = next(
         (

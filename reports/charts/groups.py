@@ -18,7 +18,7 @@ OTHERS = "Others"
 LIBRARIES = ("Pinocchio", "MuJoCo", "DART", "Simbody", "Bullet", "KDL")  # all else is ours
 ENGINES = (  # beside these in the section of engines
     *("MJX", "MuJoCo Warp", "Drake", "PyBullet", "dynibo", "adam", "Brax", "JaxSim", "frax"),
-    *("Newton", "Genesis"),
+    *("Newton", "Genesis", "GRiD"),
 )
 _PATTERNS = (  # the first that fits
     (LADDER, "Ladder<|Kalmarm"),

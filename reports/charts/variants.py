@@ -119,14 +119,14 @@ def bands(chart, values: list[dict], x, encoding: dict) -> list:
     return layers
 
 
-def _front(chart, x, y) -> list:
+def front(chart, x, y) -> list:
     """The Pareto front of what is shown, among series without a failure.
 
     In order of time a point is on the front if its error is below every error before it. The line
     goes on to the right of its last point, as nothing slower does better.
     """
     order = [alt.SortField("time"), alt.SortField("error")]
-    front = (
+    steps = (
         chart.transform_filter("isValid(datum.error) && datum.share === 0")
         .transform_window(best="min(error)", sort=order, frame=[None, 0], ignorePeers=True)
         .transform_window(best_before="lag(best)", sort=order)
@@ -136,8 +136,8 @@ def _front(chart, x, y) -> list:
         .encode(x=x, y=y)
     )
     look = {"color": "currentColor", "opacity": 0.5, "strokeWidth": 1.5}
-    last = front.transform_filter("datum.error === datum.lowest").encode(x2=alt.X2Value("width"))
-    return [front.mark_line(interpolate="step-after", **look), last.mark_rule(**look)]
+    last = steps.transform_filter("datum.error === datum.lowest").encode(x2=alt.X2Value("width"))
+    return [steps.mark_line(interpolate="step-after", **look), last.mark_rule(**look)]
 
 
 def work_precision(
@@ -165,7 +165,7 @@ def work_precision(
     look = {"filled": True, "size": 80, "opacity": 1, "style": NAMED}
     marks = drawn.mark_point(**look, stroke=style.page, strokeWidth=0.75)
     return alt.layer(
-        *_front(chart, x, y),
+        *front(chart, x, y),
         *bands(chart, values, x, series(style)),
         marks.encode(x=x, y=y, **series(style)),
         **frame(values),

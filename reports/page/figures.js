@@ -28,13 +28,22 @@ const loadBundle = once(async () => {
 const allSeries = (section) =>
   section.querySelector(".every")?.getAttribute("aria-pressed") === "true";
 
+// A choice is a select, or a slider over values in order.
+const CHOICE = "[data-signal]";
+const valuesOf = (control) =>
+  control.type === "range"
+    ? JSON.parse(control.dataset.values)
+    : [...control.options].map((option) => option.value);
+const valueOf = (control) =>
+  control.type === "range" ? valuesOf(control)[control.value] : control.value;
+
 /** The parameters that legend and choices around a figure ask for. */
 function wanted(figure) {
   const section = figure.closest("section");
-  const shared = section.querySelectorAll(".controls select");
-  const choices = [...shared, ...figure.querySelectorAll("select")];
+  const shared = section.querySelectorAll(`.controls ${CHOICE}`);
+  const choices = [...shared, ...figure.querySelectorAll(CHOICE)];
   const off = [...section.querySelectorAll(".legend [data-entry][aria-pressed=false]")];
-  const chosen = choices.map((select) => [select.dataset.signal, select.value]);
+  const chosen = choices.map((control) => [control.dataset.signal, valueOf(control)]);
   const hidden = off.map((button) => button.dataset.entry);
   return { ...Object.fromEntries(chosen), hidden, every: allSeries(section) };
 }

@@ -3,11 +3,29 @@
 // SECTION is the one last acted on, or a figure of it; a choice that is the page's own is left out.
 
 const foldOf = (section) => section.querySelector(".fold");
-const ownChoice = (select) => [...select.options].find((option) => option.defaultSelected)?.value;
+const ownChoice = (control) =>
+  control.type === "range"
+    ? valuesOf(control)[control.defaultValue]
+    : [...control.options].find((option) => option.defaultSelected)?.value;
 
-function keyOf(select) {
-  const figure = select.closest("figure");
-  return (figure ? `${figure.id.split("--")[1]}.` : "") + select.dataset.signal;
+function keyOf(control) {
+  const figure = control.closest("figure");
+  return (figure ? `${figure.id.split("--")[1]}.` : "") + control.dataset.signal;
+}
+
+function choose(control, value) {
+  const place = valuesOf(control).indexOf(value);
+  if (place < 0) return;
+  control.value = control.type === "range" ? place : value;
+  tell(control);
+}
+
+/** A slider says the value in words. */
+function tell(control) {
+  if (control.type !== "range") return;
+  const text = JSON.parse(control.dataset.texts)[control.value];
+  control.setAttribute("aria-valuetext", text);
+  control.nextElementSibling.value = text;
 }
 
 function setPressed(button, pressed) {
@@ -16,8 +34,8 @@ function setPressed(button, pressed) {
 
 function remember(section) {
   const state = new URLSearchParams();
-  for (const select of section.querySelectorAll("select")) {
-    if (select.value !== ownChoice(select)) state.set(keyOf(select), select.value);
+  for (const control of section.querySelectorAll(CHOICE)) {
+    if (valueOf(control) !== ownChoice(control)) state.set(keyOf(control), valueOf(control));
   }
   if (allSeries(section)) state.set("every", "1");
   for (const button of section.querySelectorAll("[data-entry][aria-pressed=false]")) {
@@ -41,9 +59,8 @@ async function follow() {
 }
 
 function restore(section, state) {
-  for (const select of section.querySelectorAll("select")) {
-    const value = state.get(keyOf(select)) ?? ownChoice(select);
-    if ([...select.options].some((option) => option.value === value)) select.value = value;
+  for (const control of section.querySelectorAll(CHOICE)) {
+    choose(control, state.get(keyOf(control)) ?? ownChoice(control));
   }
   setPressed(section.querySelector(".every"), state.has("every"));
   const off = state.getAll("off");
@@ -54,11 +71,12 @@ function restore(section, state) {
 
 /** Shows the section's tables and answers that its choices ask for. */
 function chooseShown(section) {
-  const chosen = [...section.querySelectorAll(".controls select")];
+  const chosen = [...section.querySelectorAll(`.controls ${CHOICE}`)];
   for (const part of section.querySelectorAll("[data-shown]")) {
     const values = JSON.parse(part.dataset.shown);
-    part.hidden = !chosen.every(({ dataset: { signal }, value }) => {
-      return !(signal in values) || [values[signal]].flat().includes(value);
+    part.hidden = !chosen.every((control) => {
+      const { signal } = control.dataset;
+      return !(signal in values) || [values[signal]].flat().includes(valueOf(control));
     });
   }
 }
@@ -133,8 +151,11 @@ function listen() {
     fold.addEventListener("toggle", () => fold.open && unfolded(section));
     fold.firstElementChild.addEventListener("click", () => remember(section));
   }
-  for (const select of document.querySelectorAll("select")) {
-    select.addEventListener("change", () => act(select));
+  for (const control of document.querySelectorAll(CHOICE)) {
+    control.addEventListener("input", () => {
+      tell(control);
+      act(control);
+    });
   }
   for (const button of document.querySelectorAll(".controls button")) {
     button.addEventListener("click", () => {

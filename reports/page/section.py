@@ -36,6 +36,7 @@ class Choice:
     label: str
     options: list[tuple[str, str]]  # value and what the page writes for it
     first: str
+    slider: bool = False  # of values in order
 
 
 @dataclass
@@ -47,6 +48,7 @@ class Figure:
     ]  # the fields of its rows that the list of numbers shows, and their titles
     choices: list[Choice] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
+    table: str = ""  # what the list of numbers is called where it is unfolded at first
 
 
 @dataclass
@@ -76,6 +78,7 @@ class Section:
     tables: list[Table] = field(default_factory=list)
     answers: list[Answer] = field(default_factory=list)
     opened: bool = False  # at first
+    wide: bool = False  # figures below the answers, not beside them
 
     @property
     def slug(self) -> str:

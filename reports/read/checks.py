@@ -127,7 +127,7 @@ def refuse_repeats(data: Data) -> None:
             row if isinstance(row, Case) else (*row.case, *row[1:6]) for row in data.motions
         ),
         "integration": (row[:6] for row in data.integrations),
-        "answer of an engine": (row[:5] for row in data.engine_answers),
+        "answer of an engine": (row[:6] for row in data.engine_answers),
         "time of an engine": (row[:5] for row in data.engine_times),
     }
     for what, recorded in keys.items():

@@ -208,10 +208,11 @@ class EngineAnswer(NamedTuple):
     variant: str
     precision: str
     task: str
+    batch: int  # states of a call
     state: int
     measure: str
     value: float | None
-    outcome: str  # ok, warned, or one of those without an answer
+    outcome: str  # ok, warned, model differs, or one of those without an answer
     reason: str  # of the outcome
 
 
@@ -223,8 +224,10 @@ class EngineTime(NamedTuple):
     precision: str
     task: str
     batch: int  # states of a call
+    engine: str  # that scripts/engines knows; empty: published by others
     version: str
     nanoseconds: float | None
+    with_copies: float | None  # the same from NumPy's arrays to NumPy's, ns
     variation: float | None
     first_call: float | None  # s
     cpu: str
@@ -255,7 +258,7 @@ class Data:
         default_factory=list
     )  # timings of no scene: what timing itself takes
     ladder_errors: list[Error] = field(default_factory=list)  # of the first figure (read/ladder.py)
-    ladder_times: list[Time] = field(default_factory=list)
+    ladder_calls: list[Call] = field(default_factory=list)
     mujoco: list[dict] = field(default_factory=list)
     contexts: list[dict] = field(default_factory=list)
     papers: list[Paper] = field(default_factory=list)
@@ -294,6 +297,7 @@ class Data:
     robot_limits: list[Kept] = field(default_factory=list)  # of a campaign of many robots
     engine_answers: list[EngineAnswer] = field(default_factory=list)
     engine_times: list[EngineTime] = field(default_factory=list)
+    engine_faults: list[str] = field(default_factory=list)  # of files of theirs, which are not read
     baseline: "Data | None" = None  # another run, to compare with
 
     @cached_property

@@ -6,22 +6,16 @@ from read.checks import checked_scene
 from read.data import EngineAnswer, EngineTime
 from read.values import count_in, number, text
 
-ERRORS = "scene,n,variant,precision,task,state,measure,value,outcome".split(",")
+ERRORS = "scene,n,variant,precision,task,batch,state,measure,value,outcome".split(",")
 TIMES = (
-    "scene,n,variant,version,precision,task,batch,nanoseconds,variation,repetitions,first_call,"
-    "cpu,outcome"
+    "scene,n,engine,variant,version,precision,task,batch,nanoseconds,with_copies,variation,"
+    "repetitions,first_call,cpu,outcome"
 ).split(",")
-OK, WARNED = ANSWERED = ("ok", "warned")
-OUTCOMES = (
-    *ANSWERED,
-    "refused",
-    "unsupported",
-    "not finite",
-    "failed",
-    "crashed",
-    "timed out",
-    "missing",
-)
+OK, WARNED, DIFFERS = ANSWERED = ("ok", "warned", "model differs")
+NOT_ASKED = ("unsupported", "not asked", "missing")
+FAILED = ("not finite", "failed", "crashed", "timed out")
+REFUSED = "refused"
+OUTCOMES = (*ANSWERED, REFUSED, *NOT_ASKED, *FAILED)
 
 
 def _outcome(row: dict) -> tuple[str, str]:
@@ -42,6 +36,7 @@ def answer(row: dict) -> EngineAnswer:
         text(row["variant"]),
         row["precision"],
         row["task"],
+        count_in(row, "batch"),
         count_in(row, "state"),
         row["measure"],
         value,
@@ -56,16 +51,22 @@ def time(row: dict) -> EngineTime:
     def of(name: str) -> float | None:
         return number(name, float(row[name]), 0) if known else None
 
+    def told(name: str) -> float | None:
+        """What was published may leave out."""
+        return None if math.isnan(float(row[name])) else of(name)
+
     return EngineTime(
         checked_scene(row["scene"]),
         text(row["variant"]),
         row["precision"],
         row["task"],
         count_in(row, "batch"),
+        row["engine"],
         row["version"],
         of("nanoseconds"),
-        of("variation"),
-        of("first_call"),
+        of("with_copies"),
+        told("variation"),
+        told("first_call"),
         row["cpu"],
         "" if known else row["outcome"],
     )

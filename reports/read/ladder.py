@@ -3,7 +3,7 @@ are contenders, of one of its rungs alone, errors of rows, and code for one robo
 
 import re
 
-from read.data import Data
+from read.data import Call, Data
 
 DEFAULT, LAST_BITS = "Ladder<default>", "Ladder<last_bits>"  # contenders
 DEFAULT_TOLERANCE = {"float32": 1e-2, "float64": 1e-8}
@@ -39,8 +39,7 @@ def set_apart(data: Data) -> None:
 
     data.ladder_errors = [it for it in data.errors if apart(it) or it.task.endswith("_batch")]
     data.errors = [it for it in data.errors if not (apart(it) or it.task.endswith("_batch"))]
-    data.ladder_times = [it for it in data.times if apart(it)]
-    data.ladder_times += [it.time for it in data.dynamics if apart(it.time)]
-    data.ladder_times += [it.time for it in data.generated]
+    data.ladder_calls = [Call(it, None, None, None) for it in data.times if apart(it)]
+    data.ladder_calls += [it for it in data.dynamics if apart(it.time)] + data.generated
     data.times = [it for it in data.times if not apart(it)]
     data.dynamics = [it for it in data.dynamics if not apart(it.time)]

@@ -76,6 +76,19 @@ def _csv_reader(name: str, columns: list[str], record):
     return read
 
 
+def _engine_reader(name: str, columns: list[str], record):
+    """Of files of other versions, or half written, the page says so, and has the rest."""
+    read = _csv_reader(name, columns, record)
+
+    def read_or_say(path: Path, data: Data) -> None:
+        try:
+            read(path, data)
+        except DataError as error:
+            data.engine_faults.append(str(error).removeprefix(f"{path.parent}/"))
+
+    return read_or_say
+
+
 def _benchmark_reader(name: str, records):
     """A reader of Google Benchmark's files into the lists `name` and `name`_contexts of Data."""
 
@@ -284,9 +297,9 @@ def _campaign_reader(name: str, record):
 
 READERS = {
     "errors": _csv_reader("errors", COLUMNS, _error),
-    "errors-engines": _csv_reader("engine_answers", engines.ERRORS, engines.answer),
+    "errors-engines": _engine_reader("engine_answers", engines.ERRORS, engines.answer),
     "times": read_times,
-    "times-engines": _csv_reader("engine_times", engines.TIMES, engines.time),
+    "times-engines": _engine_reader("engine_times", engines.TIMES, engines.time),
     "mujoco": read_mujoco,
     "paper": paper.read_paper,
     "simulation": _csv_reader("samples", SAMPLE_COLUMNS, _sample),
@@ -382,4 +395,5 @@ def _records(data: Data) -> tuple:
         data.robot_limits,
         data.engine_answers,
         data.engine_times,
+        data.engine_faults,
     )

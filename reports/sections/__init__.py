@@ -16,7 +16,6 @@ from sections import (
     glance,
     identification,
     jacobians,
-    ladder,
     limitations,
     looking,
     method,
@@ -37,7 +36,7 @@ from sections import (
 )
 
 SECTIONS = [
-    ladder.section,
+    engines.section,
     answer.section,
     compared.section,
     stress.section,
@@ -46,7 +45,6 @@ SECTIONS = [
     glance.section,
     error_against_time.section,
     against_n.section,
-    engines.section,
     peers.section,
     peak.section,
     fast_path.section,

@@ -1,12 +1,14 @@
 """Made-up records of scripts/engines."""
 
 import random
+from itertools import product
 
-ERRORS = "scene,n,variant,precision,task,state,measure,value,outcome".split(",")
+ERRORS = "scene,n,variant,precision,task,batch,state,measure,value,outcome".split(",")
 TIMES = (
-    "scene,n,variant,version,precision,task,batch,nanoseconds,variation,repetitions,first_call,"
-    "cpu,outcome"
+    "scene,n,engine,variant,version,precision,task,batch,nanoseconds,with_copies,variation,"
+    "repetitions,first_call,cpu,outcome"
 ).split(",")
+BATCHED = "acceleration"
 TASKS = {"acceleration": "relative", "mass": "scaled"}
 ENGINES = {  # error on an arm, on one that carries a load, and time in ns
     ("Kalmarm certified", "float32"): (4e-8, 4e-8, 2100),
@@ -29,11 +31,11 @@ def errors() -> list[list]:
     for (variant, precision), sizes in ENGINES.items():
         for scene, size in zip(SCENES, sizes, strict=False):
             for task, measure in TASKS.items():
-                for state in range(STATES):
+                for batch, state in product((1, 4096) if task == BATCHED else (1,), range(STATES)):
                     value, outcome = size * dice.uniform(0.3, 1), "ok"
                     if variant == "adam" and task == "mass":
                         value, outcome = float("nan"), "timed out: 120 s"
-                    row = [scene, 7, variant, precision, task, state, measure]
+                    row = [scene, 7, variant, precision, task, batch, state, measure]
                     rows.append([*row, f"{value:.17g}", outcome])
     return rows
 
@@ -43,11 +45,11 @@ def times() -> list[list]:
     for (variant, precision), (*_, time) in ENGINES.items():
         for scene in SCENES if time else ():
             for task in TASKS:
-                row = [scene, 7, variant, "1.0", precision, task, 1]
+                row = [scene, 7, variant.lower(), variant, "1.0", precision, task, 1]
                 if (variant, task) == ("adam", "mass"):
-                    rows.append([*row, "nan", "nan", 0, "nan", "EPYC", "timed out: 120 s"])
+                    rows.append([*row, *["nan"] * 3, 0, "nan", "EPYC", "timed out: 120 s"])
                     continue
-                rows.append([*row, time, 0.01, 7, 3.5, "EPYC", "ok"])
-            rows.append([scene, 7, variant, "1.0", precision, "acceleration", 4096])
-            rows[-1] += [time / 20, 0.02, 7, 4.5, "EPYC", "ok"]
+                rows.append([*row, time, 2 * time, 0.01, 7, 3.5, "EPYC", "ok"])
+            rows.append([scene, 7, variant.lower(), variant, "1.0", precision, BATCHED, 4096])
+            rows[-1] += [time / 20, time / 10, 0.02, 7, 4.5, "EPYC", "ok"]
     return rows

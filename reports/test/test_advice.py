@@ -207,7 +207,7 @@ def test_a_robots_page_begins_with_the_ladder_and_its_answer(visit, run, tmp_pat
     make_report.write(file, make_report.page(load(None, sorted(run.glob("*-panda-7.*")))))
     page = visit(file, viewport={"width": 1280, "height": 800})
     title = "What to take for panda"
-    ladder = figure(page, "The ladder: error against run time for panda", "at each tolerance")
+    ladder = figure(page, "Which engine, precision and batch for panda", "error against time")
     expect(ladder.locator(".chart")).to_be_in_viewport()
     assert page.evaluate("scrollY") == 0
     expect(page.get_by_text("Take Dynamics<double> for panda")).to_be_visible()

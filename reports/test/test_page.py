@@ -28,9 +28,9 @@ def test_every_figure_is_drawn(page, run):
     }
     unfold_all(page)
     figures = page.locator("figure").all()
-    # The ladder, what to take, three stresses, all robots, engines, two of the simulation, two of the peak, questions, two of rare errors,
+    # Engines, what to take, three stresses, all robots, two of the simulation, two of the peak, questions, two of rare errors,
     # three of scans.
-    others = 17
+    others = 16
     assert len(figures) == len(timed) + 3 * len(data.families) + others
     for drawn in figures:
         frame, *boxes = drawn.locator(".chart svg").evaluate(

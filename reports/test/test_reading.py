@@ -7,7 +7,7 @@ import re
 from browsing import PHONE, TIME, drawn_section, figure, marks, section, unfold_all
 from playwright.sync_api import expect
 
-LADDER, ANSWER, SIZE = "The ladder: error against run time", "What to take", "Against N"
+ENGINES, ANSWER, SIZE = "Which engine, precision and batch", "What to take", "Against N"
 WATCH = """
 window.tasks = [];
 new PerformanceObserver((list) => tasks.push(...list.getEntries()))
@@ -37,7 +37,7 @@ def test_a_folded_page_is_short(visit, written):
 
 
 def test_only_the_first_sections_are_unfolded_and_only_what_is_in_view_is_drawn(page):
-    assert folds(page)[:2] == [LADDER, ANSWER] and len(folds(page)) <= 3
+    assert folds(page)[:2] == [ENGINES, ANSWER] and len(folds(page)) <= 3
     assert page.locator("figure[data-drawn]").count() < page.locator("figure").count() / 4
     expect(page.locator("figure[data-drawn]").first).to_be_visible()
 
@@ -112,7 +112,7 @@ def test_a_link_to_a_figure_in_a_folded_section_unfolds_it(visit, written):
 
 
 def test_an_address_of_nothing_is_no_matter(visit, written):
-    assert folds(visit(written, "#nowhere?scene=panda"))[0] == LADDER
+    assert folds(visit(written, "#nowhere?scene=panda"))[0] == ENGINES
 
 
 def test_a_robot_of_the_table_shows_its_answer(page):

@@ -56,7 +56,7 @@ def test_what_was_not_compiled_is_refused(read):
 def test_code_for_one_robot_is_of_the_first_figure_alone(read):
     data = read(*ROWS)
     assert not data.times
-    assert {time.variant for time in data.ladder_times} == {
+    assert {call.time.variant for call in data.ladder_calls} == {
         "Generated<Sequential<Conventional>>",
         "Generated<Sequential<UD>>",
     }

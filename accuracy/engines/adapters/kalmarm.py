@@ -58,4 +58,4 @@ class Adapter(Engine):
 
     def batch(self, states: list[State]):
         rows = [np.stack(x).astype(self.dtype) for x in zip(*(s[:3] for s in states), strict=True)]
-        return lambda: self.robot.forward_dynamics(*rows)
+        return Call(lambda: self.robot.forward_dynamics(*rows), lambda x: x)

@@ -33,8 +33,10 @@ def ask(monkeypatch):
     """Asks an engine; those of test/adapters by our own interpreter."""
     monkeypatch.setenv("PYTHONPATH", str(HERE))
 
-    def ask(engine, variant, mechanism, precision="float64", python=sys.executable, limit=20.0):
+    def ask(
+        engine, variant, mechanism, precision="float64", python=sys.executable, limit=60.0, batches=()
+    ):
         unit = measure.Unit(engine, variant, precision, mechanism)
-        return measure.ask(unit, Path(python), limit, 0.0 if limit < 20 else 0.001)
+        return measure.ask(unit, Path(python), limit, 0.0 if limit < 60 else 0.001, batches)
 
     return ask

@@ -3,11 +3,14 @@
 import csv
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import measure
 import mechanisms
 import pytest
 import records
+import worker
+from protocol import Mechanism
 
 HERE = Path(__file__).resolve().parent
 LATER = "inverse_dynamics"  # asked after the task in which engines fail
@@ -80,7 +83,45 @@ def test_batches_of_every_size_have_a_time(pendulum, monkeypatch, tmp_path):
         ("3", "ok"),
         ("50", "ok"),
     ]
-    assert all(float(row["nanoseconds"]) > 0 for row in rows)
+    assert all(float(row["nanoseconds"]) > 0 and float(row["with_copies"]) > 0 for row in rows)
+    assert {row["engine"] for row in rows} == {"unruly"}
+
+
+def test_answers_of_a_batch_are_judged_as_those_of_one_state_are(ask, pendulum):
+    answers = ask("unruly", "rows", pendulum, batches=(1, 50))
+    assert [said["error"] for said in answers.of("acceleration")] == [0.0, 0.0]
+    (one,) = answers.of("batch:1")
+    assert one["error"] == pytest.approx(0.01)
+    assert [said["error"] for said in answers.of("batch:50")] == pytest.approx([0.01, 0.01])
+
+
+@pytest.mark.parametrize(
+    ("how", "precision", "outcome"),
+    [
+        ("lies", "float64", "failed: float32 holds its answers, which were to be float64"),
+        ("good", "float32", "failed: its answers are float64, not float32"),
+    ],
+)
+def test_one_that_lies_about_its_precision_has_no_error(ask, pendulum, how, precision, outcome):
+    assert outcomes(ask("unruly", how, pendulum, precision), "acceleration")[-1] == outcome
+
+
+def test_an_answer_about_the_mechanism_without_armature_says_so(pendulum):
+    engine = SimpleNamespace(armature=False, warning=None)
+    said = worker.verdict(engine, Mechanism(pendulum.folder), 1e-9, "", [])
+    assert said == {"error": 1e-9, "outcome": "model differs: without armature"}
+
+
+def test_one_that_needs_a_gpu_is_neither_installed_nor_asked_without(monkeypatch):
+    monkeypatch.setattr(measure, "has_gpu", lambda: False)
+    with pytest.raises(measure.NotAsked, match="it needs a GPU"):
+        measure.prepared("none", measure.Facts("Needy", ["Needy"], ["float32"], True))
+
+
+def test_one_that_cannot_be_imported_here_is_a_record_that_says_why(ask, pendulum):
+    answers = ask("needy", "Needy", pendulum)
+    (outcome,) = {said["outcome"] for said in answers.errors.values()}
+    assert outcome == "failed: ModuleNotFoundError: No module named 'cuda_of_nobody'"
 
 
 def test_derivatives_are_asked_of_hinges_and_slides_alone(ask, pendulum, free_body):

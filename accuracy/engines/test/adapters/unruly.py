@@ -13,8 +13,9 @@ class Adapter(Engine):
     package = "numpy"
     variants = {
         how: {"how": how}
-        for how in "good nan crash hang raise refuse warn cannot dies prints wrong".split()
+        for how in "good nan crash hang raise refuse warn cannot dies prints wrong rows lies".split()
     }
+    precisions = ("float32", "float64")
     warning = RuntimeWarning
     calls = dict.fromkeys(TASKS, "itself")
 
@@ -46,9 +47,13 @@ class Adapter(Engine):
                 return 1.01 * state.truth[task]
             if self.how == "prints":
                 print("{not a record")
+            if self.how == "lies":
+                return np.float32(state.truth[task]).astype(np.float64)
             return state.truth[task]
 
         return Call(run, lambda x: x)
 
-    def batch(self, states: list[State]):
-        return lambda: [state.truth["acceleration"] for state in states]
+    def batch(self, states: list[State]) -> Call:
+        wrong = 1.01 if self.how == "rows" else 1.0
+        rows = np.array([wrong * state.truth["acceleration"] for state in states])
+        return Call(lambda: rows, lambda x: x)
