@@ -26,7 +26,7 @@ import environments
 import mechanisms
 import records
 from clock import clock
-from environments import ROOT, Missing
+from environments import LOCKS, ROOT, Missing
 from mechanisms import BadName, Written
 from processes import Ended, Worker
 
@@ -272,6 +272,20 @@ def worst(answers: Answers, task: str) -> str:
     return f"{max(errors):.1e}"
 
 
+def new(name: str) -> None:
+    """An adapter to be written, which runs as it is, and the names of what it needs."""
+    if not re.fullmatch(r"[a-z][a-z0-9_]*", name):
+        raise BadName(f"'{name}' is no name of lower-case letters, digits and _")
+    files = {"adapter.py": HERE / "adapters" / f"{name}.py", "lock.in": LOCKS / f"{name}.in"}
+    for file in files.values():
+        if file.exists():
+            raise BadName(f"{os.path.relpath(file)} is there already")
+    for template, file in files.items():
+        text = (HERE / "template" / template).read_text()
+        file.write_text(text.replace("NAME", name))
+        print(os.path.relpath(file))
+
+
 def adapters() -> list[str]:
     return sorted(path.stem for path in (HERE / "adapters").glob("*.py"))
 
@@ -294,6 +308,11 @@ def searched(options: argparse.Namespace, engines: list[str]) -> int:
 
 
 def run(options: argparse.Namespace) -> int:
+    if options.names[:1] == ["new"]:
+        if len(options.names) != 2:
+            raise BadName("new is followed by one name")
+        new(options.names[1])
+        return 0
     engines, scenes = chosen(options)
     if options.lock:
         for engine in defects.environments_of() if options.defects else engines:
@@ -358,7 +377,8 @@ def main() -> int:
         f"{', '.join(adapters())}; "
         "MECHANISM a SCENE of any program, SCENE+STRESS=VALUE with a stress of `limits`, or "
         "found/NAME of accuracy/adversary/found, or finds/NAME of accuracy/engines/finds. Each "
-        "engine is installed into an environment of its own, build/engines/ENGINE.",
+        "engine is installed into an environment of its own, build/engines/ENGINE. `new NAME` writes an "
+        "adapter to be filled in (docs/submit-an-engine.md).",
     )
     parser.add_argument("names", nargs="*", metavar="ENGINE|MECHANISM")
     parser.add_argument(

@@ -19,6 +19,7 @@ from charts.text import error_text, thousands_text, time_text
 from charts.variants import bands, front, series
 from summary.engines import LADDER, SILENT, Cell, best
 
+COMPILED = 0.05  # s; a first call that takes longer has compiled something
 BATCH = "batch"  # a parameter of the chart
 COLUMNS = {  # of the table of cells
     "variant": "engine",
@@ -72,7 +73,7 @@ def _row(cell: Cell) -> dict:
         "states": f"{cell.states - cell.failures} of {cell.states}",
         "time_text": time_text(cell.time),
         "copies_text": time_text(cell.with_copies),
-        "first_text": f"{cell.first_call:.2g} s" if cell.first_call is not None else "–",
+        "first_text": f"{cell.first_call:.2g} s" if (cell.first_call or 0) > COMPILED else "–",
         "version": cell.version or "–",
         "machine": cell.machine or "–",
         "command": cell.command or "–",

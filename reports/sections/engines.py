@@ -68,7 +68,7 @@ def _answer(scene: str, found: list[Cell]) -> Answer:
     own = [it for it in own if it.variant != LADDER or it.tolerance == DEFAULT]
     single = [it for it in own if it.batch == 1]
     one = best([it for it in single if it.precision == "float64"]) or best(single)
-    many = best([it for it in own if it.batch > 1])
+    many = best([it for it in own if it.batch > 1 and (not one or it.time and it.time < one.time)])
     parts = [f"call {_named(one)}: {_costs(one, ' a state')}"] if one else []
     if many:
         rows = f"for {batch_text(many.batch)} states rows of {_named(many)}"

@@ -31,11 +31,18 @@ def free_body(tmp_path) -> Written:
 @pytest.fixture
 def ask(monkeypatch):
     """Asks an engine; those of test/adapters by our own interpreter."""
-    monkeypatch.setenv("PYTHONPATH", str(HERE))
 
     def ask(
-        engine, variant, mechanism, precision="float64", python=sys.executable, limit=60.0, batches=()
+        engine,
+        variant,
+        mechanism,
+        precision="float64",
+        python=sys.executable,
+        limit=60.0,
+        batches=(),
+        path=HERE,
     ):
+        monkeypatch.setenv("PYTHONPATH", str(path))
         unit = measure.Unit(engine, variant, precision, mechanism)
         return measure.ask(unit, Path(python), limit, 0.0 if limit < 60 else 0.001, batches)
 

@@ -1,5 +1,5 @@
 """Engines that are installed, on bodies whose dynamics are known in closed form. Those that compile
-for seconds are asked with KALMARM_ENGINES=all alone.
+for seconds are asked with KALMARM_ENGINES=all, or NAME,NAME of some, alone.
 """
 
 import os
@@ -15,7 +15,8 @@ DIFFERENCES = {("mujoco", "derivatives"): 1e-5}  # by finite differences, whose 
 BESIDE = {"mujoco": "mujoco", "pinocchio": "pinocchio"}
 
 CHEAP = ("kalmarm", "mujoco", "pinocchio")
-ASKED = measure.adapters() if os.environ.get("KALMARM_ENGINES") == "all" else CHEAP
+WANTED = os.environ.get("KALMARM_ENGINES") or ",".join(CHEAP)
+ASKED = measure.adapters() if WANTED == "all" else WANTED.split(",")
 
 
 def interpreter(engine: str) -> Path | None:
