@@ -596,6 +596,13 @@ int import_numpy() {
 }
 
 NB_MODULE(_core, m) {
+#ifdef __x86_64__
+  // NumPy, which is compiled for x86-64-v2, would end the process by an illegal instruction.
+  if (!__builtin_cpu_supports("sse4.2"))
+    throw nb::import_error(
+        "kalmarm: this processor has no SSE4.2, without which NumPy does not run; a virtual "
+        "machine may show its host's instead");
+#endif
   if (import_numpy() < 0) throw nb::python_error();
   m.doc() = "The compiled part of kalmarm.";
   m.attr("__version__") = KALMARM_VERSION;
