@@ -67,6 +67,7 @@ struct VirtualPowerWorkspace : Placements<T> {
   std::vector<Joint> joints;
   std::vector<Triple<S>> offsets,
       axes;  // o of links on screws, without a slide's d; e_z in the parent's axes
+  const T* gravity = nullptr;  // as the last call's Acting has it
 
   explicit VirtualPowerWorkspace(const LoweredModel<S>& model)
       : Placements<T>(model),
@@ -283,6 +284,7 @@ KALMARM_NOINLINE void virtual_power_adjoints(const LoweredModel<S>& model, const
                                              const JointAdjoints<T>& out,
                                              const Acting<T>& acting = {}) {
   detail::set_placements(model, q, ws);
+  ws.gravity = acting.gravity;
   detail::for_each_motion<turning>(model, qd, qdd, ws,
                                    [&ws](int k, const Triple<T>& w, const Gradient<T, turning>&,
                                          const Sixfold<T>& a) KALMARM_INLINE_LAMBDA {
