@@ -19,8 +19,12 @@
 // where there is one, else Dekker's product in 17 flops, whose range ends at 2^996 in double.
 #pragma once
 
-#ifdef __FMA__
+#if defined(__FMA__)
 #include <immintrin.h>
+#define KALMARM_FMA
+#elif defined(__ARM_FEATURE_FMA)
+#include <arm_neon.h>
+#define KALMARM_FMA
 #endif
 
 #include <Eigen/Core>
@@ -35,12 +39,18 @@ namespace kalmarm {
 
 namespace detail {
 
-#ifdef __FMA__
+#ifdef KALMARM_FMA
 KALMARM_INLINE double fused(double a, double b, double c) { return __builtin_fma(a, b, c); }
+#ifdef __FMA__
 KALMARM_INLINE __m128d fused(__m128d a, __m128d b, __m128d c) { return _mm_fmadd_pd(a, b, c); }
 KALMARM_INLINE __m256d fused(__m256d a, __m256d b, __m256d c) { return _mm256_fmadd_pd(a, b, c); }
 #ifdef __AVX512F__
 KALMARM_INLINE __m512d fused(__m512d a, __m512d b, __m512d c) { return _mm512_fmadd_pd(a, b, c); }
+#endif
+#else
+KALMARM_INLINE float64x2_t fused(float64x2_t a, float64x2_t b, float64x2_t c) {
+  return vfmaq_f64(c, a, b);
+}
 #endif
 #endif
 
@@ -52,7 +62,7 @@ KALMARM_INLINE T multiply_add(const T& a, const T& b, const T& c) {
   if constexpr (requires { a.high; }) {
     return {multiply_add(a.low, b.low, c.low), multiply_add(a.high, b.high, c.high)};
   } else {
-#ifdef __FMA__
+#ifdef KALMARM_FMA
     if constexpr (std::is_same_v<T, double>)
       return detail::fused(a, b, c);
     else
@@ -69,7 +79,7 @@ KALMARM_INLINE T product_error(const T& a, const T& b, const T& p) {
   if constexpr (requires { a.high; }) {
     return {product_error(a.low, b.low, p.low), product_error(a.high, b.high, p.high)};
   } else {
-#ifdef __FMA__
+#ifdef KALMARM_FMA
     return multiply_add(a, b, T(-p));
 #else
     const T split = T(0x1p27 + 1);
