@@ -21,7 +21,7 @@ from page.archive import archive, link
 from page.output import write
 from page.section import slug
 from read.data import Data, DataError, scene_name
-from read.readers import data_files, load
+from read.readers import data_files, load, load_baseline
 from sections import SECTIONS
 from sections.method import distinct
 from summary.points import points
@@ -126,7 +126,10 @@ def main() -> None:
     )
     parser.add_argument("--out", type=Path, metavar="FILE", help="the page to write")
     parser.add_argument(
-        "--baseline", type=Path, metavar="DIR", help="data of another run, to compare with"
+        "--baseline",
+        type=Path,
+        metavar="DIR|data.tar.xz",
+        help="data of another run, to compare with: a folder, or what lies beside its page",
     )
     parser.add_argument(
         "--figure", type=Path, metavar="FILE.svg", help="the README's figure to write"
@@ -156,7 +159,7 @@ def main() -> None:
     try:
         data = load(arguments.data, arguments.files)
         if arguments.baseline:
-            data.baseline = load(arguments.baseline)
+            data.baseline = load_baseline(arguments.baseline)
         if arguments.figure:
             write(arguments.figure, figure(data))
         if arguments.archive:

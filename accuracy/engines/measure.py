@@ -260,7 +260,8 @@ def copy_published(mechanism: Written) -> None:
         with file.open() as lines:
             columns, *rows = csv.reader(lines)
         if own := [row for row in rows if row[0] == mechanism.scene]:
-            records.write(OUT / file.name, columns, own)
+            name = f"{file.stem}-{mechanisms.slug(mechanism.scene)}.csv"
+            records.write(OUT / name, columns, own)
 
 
 def worst(answers: Answers, task: str) -> str:

@@ -19,8 +19,16 @@ def compiled(chart) -> dict:
     spec = vl_convert.vegalite_to_vega(
         chart.to_dict(validate=False), vl_version=VEGA_LITE, config=THEME, show_warnings=False
     )
+    _describe(spec["marks"])
     spec["marks"] = [drawn for mark in spec["marks"] for drawn in (mark, *_names(mark))]
     return spec
+
+
+def _describe(marks: list[dict]) -> None:
+    """Vega takes marks of which none has numbers for one picture, which a screen reader has to name."""
+    for mark in marks:
+        mark.setdefault("description", f"{mark['type']} marks")
+        _describe(mark.get("marks", []))
 
 
 def _names(mark: dict) -> list[dict]:

@@ -298,6 +298,7 @@ class Data:
     engine_answers: list[EngineAnswer] = field(default_factory=list)
     engine_times: list[EngineTime] = field(default_factory=list)
     engine_faults: list[str] = field(default_factory=list)  # of files of theirs, which are not read
+    unread: list[str] = field(default_factory=list)  # files of a baseline
     baseline: "Data | None" = None  # another run, to compare with
 
     @cached_property

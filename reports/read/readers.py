@@ -1,7 +1,10 @@
 """Reads what a run recorded, and refuses what is no such record."""
 
 import csv
+import lzma
 import math
+import tarfile
+import tempfile
 from collections import defaultdict
 from pathlib import Path
 
@@ -347,14 +350,37 @@ def data_files(directory: Path | None, files: list[Path] | None = None) -> list[
     )
 
 
-def load(directory: Path | None, files: list[Path] | None = None) -> Data:
-    """The records in `files`, or else in every data file of `directory`."""
+def load_baseline(path: Path) -> Data:
+    """Of a folder, or of an archive beside a page, as far as it is readable by now."""
+    if path.is_dir():
+        return load(path, unreadable=True)
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            with tarfile.open(path) as archive:
+                for member in archive:
+                    if member.isfile() and _kind(name := Path(Path(member.name).name)) in READERS:
+                        Path(folder, name).write_bytes(archive.extractfile(member).read())
+        except (OSError, tarfile.TarError, EOFError, lzma.LZMAError) as error:
+            reason = getattr(error, "strerror", None) or error
+            raise DataError(f"{path}: no folder or archive of data: {reason}") from None
+        return load(Path(folder), unreadable=True)
+
+
+def load(
+    directory: Path | None, files: list[Path] | None = None, unreadable: bool = False
+) -> Data:
+    """The records in `files`, or else in every data file of `directory`; where files may be
+    unreadable, as those of other versions are, `data.unread` names them."""
     data = Data()
     for path in data_files(directory, files):
         if _kind(path) not in READERS:
             raise DataError(f"{path}: name does not start with {'-, '.join(READERS)}-")
         try:
             READERS[_kind(path)](path, data)
+        except DataError:
+            if not unreadable:
+                raise
+            data.unread.append(path.name)
         except (OSError, UnicodeDecodeError, csv.Error) as error:
             raise DataError(f"{path}: {getattr(error, 'strerror', None) or error}") from None
     if not any(_records(data)):

@@ -12,6 +12,7 @@ from charts.text import error_text, measure_text, task_rank, task_text, three_di
 from page.section import Choice, Figure, Section, Table
 from read.data import Data
 from sections.method import distinct
+from summary.engines import cells, changed
 from summary.baseline import (
     LEAST,
     NOISES,
@@ -25,6 +26,7 @@ from summary.baseline import (
 )
 
 MOST = 100  # rows of a table of changes
+SLOWER = 1.5  # factor of a time from Python that is told
 OTHER_MACHINE = "machines differ"
 
 
@@ -51,12 +53,12 @@ def section(data: Data) -> Section | None:
             f"{NOISES} either way. Runs hours apart differ by more than their repetitions say: "
             "scripts/bench_compare takes turns.",
         ],
-        statements=[*_runs(data), *_machines(differ)],
+        statements=[*_runs(data), *_machines(differ), *_unread(data.baseline)],
         choices=[views] if views and len(views.options) > 1 else [],
         variants=style.variants,
         precisions=style.precisions,
         figures=figures,
-        tables=[*tables, *_errors(data)],
+        tables=[*tables, *_engines(data), *_errors(data)],
         opened=True,
     )
 
@@ -78,6 +80,38 @@ def _machines(differ: dict) -> list[Markup]:
             " No time is called faster or slower." if key == "cpu" else "",
         )
         for key, (then, now) in differ.items()
+    ]
+
+
+def _unread(baseline: Data) -> list[str]:
+    files = baseline.unread + baseline.engine_faults
+    return [f"Not read of the baseline: {'; '.join(files)}."] if files else []
+
+
+def _engines(data: Data) -> list[Table]:
+    """What changed of engines, robot by robot."""
+    before = cells(data.baseline)
+    pairs = changed(cells(data), before, WORSE, SLOWER)
+    if not pairs:
+        return []
+    pairs.sort(key=lambda pair: (pair[1].scene, pair[1].variant, pair[1].task, pair[1].batch))
+    rows = [
+        [new.scene, new.variant, new.precision, task_text(new.task), str(new.batch)]
+        + [f"{old.version} → {new.version}" if old.version != new.version else new.version]
+        + [f"{old.status} → {new.status}" if old.status != new.status else new.status]
+        + [error_text(old.worst), error_text(new.worst), time_text(old.time), time_text(new.time)]
+        for old, new in pairs
+    ]
+    return [
+        Table(
+            "Engines: cells of another status or version, whose worst error changed by more than a "
+            f"factor of {WORSE} or time by more than {SLOWER:g}",
+            ["Scene:N", "Engine", "Precision", "Task", "States", "Version", "Status"]
+            + ["Worst before", "Now", "Time before", "Now"],
+            rows,
+            "llllrllrrrr",
+            folded=len(rows) > 8,
+        )
     ]
 
 

@@ -76,7 +76,7 @@ def _scenes(papers: list[Paper]) -> Table:
         "it must be, is true in every precision.",
         ["Scene", "Condition", "Equations", "Misprints"]
         + [f"Worst: {name}" for name in names]
-        + ["", *(["What fails"] if failed else [])],
+        + ["Verdict", *(["What fails"] if failed else [])],
         [
             [
                 paper.scene,
@@ -152,7 +152,7 @@ def _beyond(papers: list[Paper]) -> Table | None:
         "Beyond the paper: what else holds of the same recursions, checked in the same way",
         ["What", "Statement", "Scene"]
         + [f"{name}: {what}" for name in names for what in ("residual", "tolerance")]
-        + [""],
+        + ["Verdict"],
         rows,
         "lfl" + "rr" * len(names) + "l",
     )

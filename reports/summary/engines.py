@@ -174,3 +174,24 @@ def best(found: list[Cell]) -> Cell | None:
     """The fastest of those that are right."""
     right = [cell for cell in found if cell.status == VERIFIED and cell.time]
     return min(right, key=lambda cell: cell.time, default=None)
+
+
+def changed(now: list[Cell], before: list[Cell], worse: float, slower: float) -> list[tuple]:
+    """Pairs before and now of cells whose status or version is another, whose worst error changed by
+    more than a factor of `worse`, or whose time by more than one of `slower`."""
+
+    def key(cell: Cell) -> tuple:
+        return cell.scene, cell.variant, cell.tolerance, cell.precision, cell.task, cell.batch
+
+    def apart(x: float | None, y: float | None, factor: float) -> bool:
+        return bool(x and y) and not 1 / factor <= x / y <= factor
+
+    known = {key(cell): cell for cell in before}
+    pairs = [(known[key(cell)], cell) for cell in now if key(cell) in known and not cell.ours]
+    return [
+        (old, new)
+        for old, new in pairs
+        if (old.status, old.version) != (new.status, new.version)
+        or apart(old.worst, new.worst, worse)
+        or apart(old.time, new.time, slower)
+    ]

@@ -4,15 +4,18 @@ import csv
 import json
 import math
 import shutil
+import tarfile
 
 import pytest
 
 from browsing import figure, marks
 from read.data import Data, Time
-from read.readers import load
+from read.readers import load, load_baseline
 from sections import compared
 from summary import baseline
+from test_engines import answer, text, time as timed
 from test_make_report import assert_refused, report
+import fake_engines
 
 FILES = ("errors-panda-7.csv", "times-panda-7.json")
 FASTER = "acceleration/Ladder<default>/panda:7/float64"
@@ -128,3 +131,54 @@ def test_the_page_shows_ratios(both, visit, tmp_path):
 def test_a_baseline_that_is_no_folder_is_refused(both, tmp_path):
     arguments = ("--data", both[0], "--baseline", tmp_path / "none", "--out", tmp_path / "x.html")
     assert_refused(report(*arguments), "none: no such folder")
+
+
+def engines(folder, error, nanoseconds, outcome="ok", version="2.1"):
+    folder.mkdir()
+    times = text(fake_engines.TIMES, [timed(nanoseconds=nanoseconds)]).replace("2.1", version)
+    (folder / "errors-engines-a.csv").write_text(text(fake_engines.ERRORS, [answer(error, outcome)]))
+    (folder / "times-engines-a.csv").write_text(times)
+    return load(folder)
+
+
+@pytest.mark.parametrize(
+    ("now", "told"),
+    [
+        ((1e-5, 4000), None),
+        ((1.9e-5, 4100), None),
+        ((1e-3, 4000), ["2.1", "verified", "1.0e-5", "1.0e-3", "4.00 µs", "4.00 µs"]),
+        ((0.5, 4000), ["2.1", "verified → wrong in silence", "1.0e-5", "5.0e-1"]),
+        ((1e-5, 8000), ["2.1", "verified", "1.0e-5", "1.0e-5", "4.00 µs", "8.00 µs"]),
+        ((1e-5, 4000, "ok", "2.2"), ["2.1 → 2.2", "verified"]),
+    ],
+)
+def test_of_engines_it_is_told_what_changed_of_a_cell(tmp_path, now, told):
+    data = engines(tmp_path / "now", *now)
+    data.baseline = engines(tmp_path / "before", 1e-5, 4000)
+    tables = [it for it in compared.section(data).tables if it.caption.startswith("Engines")]
+    assert bool(tables) == bool(told)
+    if told:
+        assert tables[0].rows[0][5:][: len(told)] == told
+
+
+def test_a_baseline_is_an_archive_beside_a_page_and_what_it_holds_of_other_versions_is_named(
+    both, tmp_path
+):
+    (tmp_path / "contacts-g1.csv").write_text("of,another,version\n")
+    packed = tmp_path / "data.tar.xz"
+    with tarfile.open(packed, "w:xz") as archive:
+        for file in (*both[1].iterdir(), tmp_path / "contacts-g1.csv"):
+            archive.add(file, f"data/{file.name}")
+    data = load(both[0])
+    data.baseline = load_baseline(packed)
+    assert data.baseline.times == load(both[1]).times
+    statements = compared.section(data).statements
+    assert "Not read of the baseline: contacts-g1.csv." in statements
+
+
+@pytest.mark.parametrize("content", [b"", b"no archive"])
+def test_a_baseline_that_is_no_archive_is_refused(tmp_path, content):
+    file = tmp_path / "data.tar.xz"
+    file.write_bytes(content)
+    with pytest.raises(Exception, match="data.tar.xz: no folder or archive of data"):
+        load_baseline(file)

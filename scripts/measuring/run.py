@@ -93,10 +93,11 @@ def measure(units: list[Unit]) -> list[Unit]:
     return failed
 
 
-def draw(root: Path, out: Path, files: list[Path]) -> bool:
+def draw(root: Path, out: Path, files: list[Path], baseline: Path | None) -> bool:
     """Makes the page of these data files; returns whether it is there."""
     command = [sys.executable, root / "reports" / "make_report.py"]
     command += ["--data", out / "data", "--out", out / "index.html"]
+    command += ["--baseline", baseline] if baseline else []
     command += ["--archive", out / "data.tar.xz", "--files", *files]
     # A group of its own: an interruption from the terminal is ours alone to tell.
     done = subprocess.run(
@@ -119,6 +120,15 @@ def refuse_repeats(units: list[Unit]) -> None:
         if files.count(unit.data) > 1:
             label = unit.scene.label
             raise bad_input(f"two scenes are called {label}: rename a file or drop one")
+
+
+def of_engines(folder: Path, scenes: list[Scene] | None) -> list[Path]:
+    """What scripts/engines has recorded, of these scenes or of all."""
+    if scenes is None:
+        return [*folder.glob("*-engines-*.csv")]
+    names = [scene.label.replace(":", "-") for scene in scenes]  # of a robot its size follows
+    ends = [f"*-{name}{size}.csv" for name in names for size in ("", "-[0-9]*")]
+    return [path for end in ends for path in folder.glob(f"*-engines-{end}")]
 
 
 def there(planned: list[tuple[str, Scene]], programs: Path) -> list[tuple[str, Scene]]:
@@ -175,8 +185,8 @@ def run(options: argparse.Namespace) -> int:
         campaigns += (out / "campaigns").glob("*/adversary-*.csv")
         campaigns += (out / "campaigns").glob("*/claims-*.json")
         campaigns += (out / "campaigns").glob("*/robots-*.csv")
-        campaigns += (out / "engines").glob("*-engines-*.csv")  # by scripts/engines
-        drawn = bool(files) and draw(root, out, files + sorted(campaigns))
+        campaigns += of_engines(out / "engines", scenes if options.scenes else None)
+        drawn = bool(files) and draw(root, out, files + sorted(campaigns), options.baseline)
 
     if failed:
         print(f"report: {len(failed)} of {len(units)} measurements failed", file=sys.stderr)
@@ -201,6 +211,7 @@ def main() -> int:
     parser.add_argument(
         "--programs", action="store_true", help="print which programs are needed, and stop"
     )
+    parser.add_argument("--baseline", type=Path, help="data of another page, to compare with")
     parser.add_argument(
         "--read", action="append", default=[], help="option by which programs read given files"
     )
