@@ -246,9 +246,9 @@ int Gradients<T>::forward_dynamics_vjp(RowsView<const T> q, RowsView<const T> qd
         const auto some = [&](const RowsView<const T>& x, int width) {
           return part_of(x, first, rows, width);
         };
-        return dynamics_.forward_dynamics(some(q, nq_), some(qd, nv_), some(tau, nv_), a,
-                                          some(w, nv_), lambda, outcomes.subspan(first, rows),
-                                          threads, part(forces, first, rows));
+        return dynamics_.forward_dynamics_and_solve(
+            some(q, nq_), some(qd, nv_), some(tau, nv_), a, some(w, nv_), lambda,
+            outcomes.subspan(first, rows), threads, part(forces, first, rows));
       });
 }
 

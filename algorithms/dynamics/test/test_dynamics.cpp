@@ -97,6 +97,44 @@ TYPED_TEST(Doors, ColumnsBesideAccelerationsAreThoseOfSolve) {
       }
 }
 
+// Of rows each its own column: that of one state with it, by lanes, by what they leave over (the fourth row is far away), and
+// by parts.
+TYPED_TEST(Doors, AColumnOfEveryRowIsThatOfItsState) {
+  using T = TypeParam;
+  using Rows = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  for (const Family& family : robots())
+    for (const Tolerance tolerance : tolerances) {
+      SCOPED_TRACE(std::string(family.name) + " " + name_of(tolerance));
+      const Model<double> model = rounded<T>(family.make(3));
+      const int nv = model.nv(), count = 70;
+      Dynamics<T> robot = dynamics_of<T>(model, {.tolerance = tolerance});
+      Rows q(count, robot.nq()), qd(count, nv), tau(count, nv), b(count, nv),
+          a = poisoned<T>(count, nv), x = poisoned<T>(count, nv);
+      for (int i = 0; i < count; ++i) {
+        const State<T> s = random_state(model, i).template cast<T>();
+        q.row(i) = s.q, qd.row(i) = s.qd, tau.row(i) = s.tau;
+        b.row(i) = random_state(model, 100 + i).tau.template cast<T>();
+      }
+      qd.row(3) *= T(1e3);
+      std::vector<Outcome> outcomes(count);
+      ASSERT_EQ(robot.forward_dynamics_and_solve(q, qd, tau, a, b, x, outcomes, 2), 0);
+      for (const int i : {0, 3, 41, count - 1}) {
+        const VectorX<T> of_q = q.row(i), of_qd = qd.row(i), of_tau = tau.row(i);
+        const MatrixX<T> column = b.row(i).transpose();
+        VectorX<T> one = poisoned<T>(nv);
+        MatrixX<T> X = poisoned<T>(nv, 1);
+        ASSERT_TRUE(robot.forward_dynamics(of_q, of_qd, of_tau, one, column, X));
+        const auto near = [&](const VectorX<T>& is, const VectorX<T>& right) {
+          EXPECT_LE((is - right).norm(), 2000 * unit_roundoff<T>() * right.norm()) << i;
+        };
+        near(a.row(i), one);
+        near(x.row(i), X);
+      }
+      EXPECT_THROW((void)robot.forward_dynamics_and_solve(q, qd, tau, a, b, b, outcomes),
+                   std::invalid_argument);
+    }
+}
+
 TYPED_TEST(Doors, ColumnsThatOverlapOrDoNotFitAreRefused) {
   using T = TypeParam;
   const Model<double> model = creature(1);

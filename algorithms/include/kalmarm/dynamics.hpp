@@ -217,24 +217,25 @@ class KALMARM_EXPORT Dynamics {
                        outcomes.data(), threads);
   }
 
-  // Rows of states, each with a column of its own: x = M^-1 b (asked each). b and x do not overlap.
-  [[nodiscard]] int forward_dynamics(RowsView<const T> q, RowsView<const T> qd,
-                                     RowsView<const T> tau, RowsView<T> a, RowsView<const T> b,
-                                     RowsView<T> x, std::span<Outcome> outcomes, int threads = 1,
-                                     const ForceRows<T>& forces = {}) {
+  // Rows of states, each with a column of its own: x = M^-1 b (asked each), else the same. b and x do not overlap. 592 n.
+  [[nodiscard]] int forward_dynamics_and_solve(RowsView<const T> q, RowsView<const T> qd,
+                                               RowsView<const T> tau, RowsView<T> a,
+                                               RowsView<const T> b, RowsView<T> x,
+                                               std::span<Outcome> outcomes, int threads = 1,
+                                               const ForceRows<T>& forces = {}) {
     const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
-    check("forward_dynamics", count, q, qd, "tau", tau, a, asked_);
-    check("forward_dynamics", "b", count, b, asked_);
-    check("forward_dynamics", "x", count, x, asked_);
-    refuse_overlap("forward_dynamics", "b", b.data(), b.size(), "x", x.data(), x.size());
+    check("forward_dynamics_and_solve", count, q, qd, "tau", tau, a, asked_);
+    check("forward_dynamics_and_solve", "b", count, b, asked_);
+    check("forward_dynamics_and_solve", "x", count, x, asked_);
+    refuse_overlap("forward_dynamics_and_solve", "b", b.data(), b.size(), "x", x.data(), x.size());
     return answer_rows(count,
                        {.want = Want::acceleration,
                         .q = q.data(),
                         .qd = qd.data(),
                         .tau = tau.data(),
                         .out = a.data(),
-                        .forces = checked_forces("forward_dynamics", forces, count),
-                        .loads = checked_loads("forward_dynamics", forces.loads, count),
+                        .forces = checked_forces("forward_dynamics_and_solve", forces, count),
+                        .loads = checked_loads("forward_dynamics_and_solve", forces.loads, count),
                         .axes = forces.axes,
                         .m = 1,
                         .B = b.data(),
