@@ -65,6 +65,9 @@ function listNumbers(figure, rows) {
     cell.textContent = text;
     return cell;
   };
+  const caption = table.createCaption();
+  caption.className = "said";
+  caption.textContent = figure.getAttribute("aria-label");
   const head = table.createTHead().insertRow();
   for (const title of Object.values(figure.columns)) add(head, "th", title).scope = "col";
   const body = table.createTBody();

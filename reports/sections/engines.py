@@ -27,7 +27,8 @@ def section(data: Data) -> Section | None:
         return None
     scenes = sorted({cell.scene for cell in found}, key=lambda it: (scene_size(it), it))
     counts = Counter(cell.scene for cell in found if cell.task == FIRST_TASK and cell.time)
-    first = max(scenes, key=lambda it: (counts[it], scene_name(it) == FIRST), default="")
+    plain = {it: "+" not in it for it in scenes}  # under no stress
+    first = max(scenes, key=lambda it: (plain[it], counts[it], scene_name(it) == FIRST), default="")
     tasks = sorted({cell.task for cell in found}, key=task_rank)
     choices = _choices(scenes, first, tasks, sorted({cell.batch for cell in found}))
     shown = {choice.signal: choice.first for choice in choices}

@@ -358,20 +358,8 @@ def test_a_figure_of_the_paper_alone_is_refused(run, out):
     assert_refused(result, "errors and times")
 
 
-def test_at_a_glance_names_the_fastest_variant(run):
-    data = load(None, [run / "errors-panda-7.csv", run / "times-panda-7.json"])
-    times = {
-        t.variant: t.nanoseconds
-        for t in data.times
-        if (t.task, t.precision) == ("inverse", "float64")
-    }
-    glance = section(make_report.page(data), "At a glance")
-    fastest = min(times, key=times.get).replace("<", "&lt;").replace(">", "&gt;")
-    assert f"{fastest}<br>{times[min(times, key=times.get)]:.0f} ns" in glance
-
-
-def test_at_a_glance_says_what_was_ignored_of_a_robot(html):
-    assert "<li>panda: ignored: 7 actuators</li>" in section(html, "At a glance")
+def test_the_answer_of_a_robot_says_what_was_ignored_of_it(html):
+    assert "Ignored: 7 actuators." in section(html, "What to take")
 
 
 def test_the_page_is_of_a_size_that_loads(html):

@@ -119,7 +119,7 @@ def test_a_robot_of_the_table_shows_its_answer(page):
     table = section(page, ANSWER).locator("table").first
     table.get_by_role("link", name="panda").click()
     expect(section(page, ANSWER).get_by_role("combobox", name="Robot")).to_have_value("panda:7")
-    expect(page.locator(".answer:visible p").first).to_contain_text("panda:7")
+    expect(section(page, ANSWER).locator(".answer:visible p").first).to_contain_text("panda:7")
 
 
 def test_paper_has_everything(page):
