@@ -1,7 +1,7 @@
 """What a run recorded: errors, times, agreement with MuJoCo, equations, simulations, fits."""
 
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import NamedTuple
 
@@ -310,17 +310,8 @@ class Data:
 
     @property
     def all_contexts(self) -> list[dict]:
-        return (
-            self.contexts
-            + self.estimation_contexts
-            + self.dynamics_contexts
-            + self.generated_contexts
-            + self.peers_contexts
-            + self.jacobians_contexts
-            + self.scan_contexts
-            + self.contact_times_contexts
-            + self.questions_contexts
-        )
+        lists = (it.name for it in fields(self) if it.name.endswith("contexts"))
+        return [context for name in lists for context in getattr(self, name)]
 
     @property
     def all_times(self) -> list[Time]:

@@ -6,6 +6,7 @@ import math
 import tarfile
 import tempfile
 from collections import defaultdict
+from dataclasses import fields
 from pathlib import Path
 
 from read import (
@@ -50,6 +51,7 @@ SAMPLE_COLUMNS = "scene,n,quantity,method,samples,replica,error,seconds,threads"
 INTEGRATION_COLUMNS = list(Integration._fields)
 BOOLEANS = {"1": True, "0": False, "true": True, "false": False}
 LARGEST_OF_SAMPLES = 1e100  # errors, whose squares are taken
+BESIDE_RECORDS = ("harness", "bandwidths", "stress_families", "stress_variants", "unread")
 HOWS = ("whole", "pruned", "alone")  # ways to answer a question
 
 
@@ -383,7 +385,7 @@ def load(
             data.unread.append(path.name)
         except (OSError, UnicodeDecodeError, csv.Error) as error:
             raise DataError(f"{path}: {getattr(error, 'strerror', None) or error}") from None
-    if not any(_records(data)):
+    if not _has_records(data):
         raise DataError(f"{directory or 'the files given'}: no data")
     refuse_repeats(data)
     refuse_unlisted(data)
@@ -391,35 +393,9 @@ def load(
     return data
 
 
-def _records(data: Data) -> tuple:
-    return (
-        data.errors,
-        data.times,
-        data.mujoco,
-        data.papers,
-        data.samples,
-        data.estimation,
-        data.dynamics,
-        data.generated,
-        data.peers,
-        data.jacobians,
-        data.scan_calls,
-        data.scan_errors,
-        data.scan_flops,
-        data.contact_errors,
-        data.contact_times,
-        data.questions,
-        data.fits,
-        data.advice,
-        data.limits,
-        data.stress,
-        data.integrations,
-        data.motions,
-        data.finds,
-        [data.campaign] if data.campaign else [],
-        [data.replicates] if data.replicates else [],
-        data.robot_limits,
-        data.engine_answers,
-        data.engine_times,
-        data.engine_faults,
+def _has_records(data: Data) -> bool:
+    return any(
+        getattr(data, field.name)
+        for field in fields(data)
+        if not field.name.endswith("contexts") and field.name not in BESIDE_RECORDS
     )

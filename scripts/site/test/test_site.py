@@ -6,6 +6,7 @@ import json
 import re
 import subprocess
 import sys
+import tarfile
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -191,6 +192,21 @@ def test_history_is_of_times_over_those_of_mujoco():
     ratio = times["inverse", "Ladder<default>"] / times["inverse", "MuJoCo"]
     assert series["inverse/Ladder<default>/g1"] == pytest.approx(ratio, abs=1e-4)
     assert len(series) == len(written) > 20
+
+
+def test_history_has_the_worst_error_of_every_engine(tmp_path):
+    rows = ["scene,variant,precision,task,value"]
+    for value in ("1e-7", "3e-4", "nan"):
+        rows.append(f"iiwa14:7,MJX,float32,acceleration,{value}")
+    rows += ["iiwa14:7,MJX,float32,mass,1", "g1:35,Newton,float32,acceleration,nan"]
+    (tmp_path / "errors-engines-mjx.csv").write_text("\n".join(rows))
+    (tmp_path / "times-engines-mjx.csv").write_text("scene,nanoseconds\n")
+    with tarfile.open(tmp_path / "data.tar.xz", "w:xz") as archive:
+        for file in tmp_path.glob("*.csv"):
+            archive.add(file, f"data/{file.name}")
+    command = [ROOT / "scripts/site/history", tmp_path / "data.tar.xz"]
+    written = json.loads(subprocess.run(command, capture_output=True, check=True).stdout)
+    assert written == [{"name": "engines/MJX/float32/iiwa14-7", "unit": "worst error", "value": 3e-4}]
 
 
 def test_reports_stay_where_they_were_published(tmp_path):
