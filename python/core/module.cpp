@@ -23,6 +23,7 @@
 #include "check.hpp"
 #include "configuration.hpp"
 #include "constrained.hpp"
+#include "jax.hpp"
 #include "kinematics.hpp"
 #include "outcomes.hpp"
 #include "robot.hpp"
@@ -633,6 +634,7 @@ NB_MODULE(_core, m) {
   bind_check(m);
   bind_step(m);
   bind_constrained(m);
+  bind_jax(m);
 }
 
 }  // namespace

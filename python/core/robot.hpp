@@ -90,6 +90,7 @@ class Robot {
 
  private:
   friend class Factors;
+  friend class RobotRows;  // of JAX
 
   void need(const char* call, Want want) const;
   // one(dynamics, result) -> Outcome of one state, or of many all(dynamics, result, outcomes, threads)

@@ -61,6 +61,17 @@ class OperationalSpace(NamedTuple):
     projector: NDArray[Any]
 
 
+class Outcomes(NamedTuple):
+    """What happened to states of an operator of JAX or PyTorch.
+
+    status: a `Status` each, int32 (...).
+    error: estimated relative error of the answer, (...); NaN if there is none. In which norm: docs/errors.md.
+    """
+
+    status: Any
+    error: Any
+
+
 class Outcome(TypedDict):
     """What happened to a state: the fields of `outcome_dtype`, by which records are asked.
 

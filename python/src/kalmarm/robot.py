@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import enum
 import importlib.util
+import itertools
 import os
 import shutil
 import sys
@@ -12,6 +13,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, overload
+from weakref import WeakValueDictionary
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
@@ -130,6 +132,17 @@ class Code(NamedTuple):
     timeout: float
 
 
+_numbers = itertools.count()
+_by_number: WeakValueDictionary[int, Robot] = WeakValueDictionary()
+
+
+def numbered(number: int) -> Robot:
+    """The robot of this process that has the number, by which operators of PyTorch name it."""
+    if number not in _by_number:
+        raise ValueError(f"robot {number} of an operator is no more, or is another process's")
+    return _by_number[number]
+
+
 @dataclass(frozen=True)
 class Description:
     """A robot as it is before anything is asked of it."""
@@ -242,6 +255,11 @@ class Robot(_core.Robot):
         )
         self._description = description
         self._options = options
+        # What operators of PyTorch see of a robot while they are traced: Python's own objects.
+        loads = 10 * len(options["loaded"])
+        self._widths = {"q": self.nq, "v": self.nv, "n": self.n, "l": loads}
+        self._number = next(_numbers)
+        _by_number[self._number] = self
 
     def replace(self, **options: Any) -> Robot:
         """The same robot with other options of `Robot`: tolerance, asked, locked, at_rest, ..."""

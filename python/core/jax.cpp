@@ -1,0 +1,322 @@
+#include "jax.hpp"
+
+#include "robot.hpp"
+
+#if __has_include(<xla/ffi/api/ffi.h>)
+#define KALMARM_HAS_XLA
+#include <xla/ffi/api/ffi.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <exception>
+#include <limits>
+#include <mutex>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+#endif
+
+namespace kalmarm::python {
+
+#ifdef KALMARM_HAS_XLA
+
+namespace ffi = xla::ffi;
+
+// Of each argument and each result how many numbers a row has, q: nq, v: nv, n: DoF that are asked about, m: n x n, l: of
+// loads, and of outcomes e: the error, s: the status. Loads follow `given` where they are given, and the results of a
+// derivative where it is by them too.
+struct Task {
+  const char* name;
+  std::string_view given, linear, results;
+};
+constexpr std::array tasks = {
+    Task{"forward_dynamics", "qvv", "", "nes"},
+    Task{"inverse_dynamics", "qvv", "", "nes"},
+    Task{"mass_matrix", "q", "", "mes"},
+    Task{"solve", "qn", "", "nes"},
+    Task{"forward_dynamics_vjp", "qvv", "n", "vvv"},
+    Task{"inverse_dynamics_vjp", "qvv", "n", "vvv"},
+    Task{"solve_vjp", "qn", "n", "vn"},
+    Task{"forward_dynamics_jvp", "qvv", "vvv", "n"},
+    Task{"inverse_dynamics_jvp", "qvv", "vvv", "n"},
+    Task{"solve_jvp", "qn", "vn", "n"},
+};
+constexpr std::size_t most = 7;  // arguments or results, with loads
+
+// A call of rows: looks at the shapes of its buffers, and answers it.
+class RobotRows {
+ public:
+  RobotRows(Robot& robot, const Task& task, int threads)
+      : robot_(robot), task_(task), threads_(threads) {}
+
+  ffi::Error run(ffi::RemainingArgs arguments, ffi::RemainingRets results) {
+    std::string given(task_.given), returned(task_.results);
+    if (arguments.size() > given.size() + task_.linear.size()) given += 'l';
+    if (results.size() > returned.size()) returned += 'l';
+    has_loads_ = given.size() > task_.given.size();
+    by_loads_ = returned.size() > task_.results.size();
+    given += task_.linear;
+    if (arguments.size() != given.size() || results.size() != returned.size())
+      return refused("the number of arguments or results");
+    for (std::size_t i = 0; i < arguments.size(); ++i) {
+      const auto buffer = arguments.get<ffi::AnyBuffer>(i);
+      if (buffer.has_error() || !add(*buffer, given[i], in_[i]))
+        return refused("argument " + std::to_string(i));
+    }
+    for (std::size_t i = 0; i < results.size(); ++i) {
+      auto buffer = results.get<ffi::AnyBuffer>(i);
+      if (buffer.has_error() || !add(**buffer, returned[i], out_[i]))
+        return refused("result " + std::to_string(i));
+    }
+    if (count_ == 0) return ffi::Error::Success();
+    if (type_ == ffi::DataType::F32)
+      answer<float>(returned);
+    else
+      answer<double>(returned);
+    return ffi::Error::Success();
+  }
+
+ private:
+  ffi::Error refused(const std::string& what) const {
+    return ffi::Error::InvalidArgument(std::string("kalmarm.jax.") + task_.name + ": " + what +
+                                       " does not fit the robot");
+  }
+
+  std::int64_t width(char of) const {
+    const std::int64_t n = robot_.asked();
+    switch (of) {
+      case 'q':
+        return robot_.model().nq;
+      case 'v':
+        return robot_.model().nv();
+      case 'm':
+        return n * n;
+      case 'l':
+        return robot_.loads_;
+      case 'n':
+        return n;
+      default:
+        return 1;
+    }
+  }
+
+  // Where a buffer lies; false where it has not the rows and the type of those before it.
+  bool add(const ffi::AnyBuffer& buffer, char of, void*& at) {
+    const ffi::DataType type = buffer.element_type();
+    const auto size = static_cast<std::int64_t>(buffer.element_count());
+    if (count_ < 0) {
+      type_ = type;
+      count_ = size / width(of);
+    }
+    at = buffer.untyped_data();
+    return (type_ == ffi::DataType::F32 || type_ == ffi::DataType::F64) &&
+           type == (of == 's' ? ffi::DataType::S32 : type_) && size == count_ * width(of) &&
+           count_ <= std::numeric_limits<int>::max();
+  }
+
+  template <class T>
+  RowsView<const T> given(std::size_t i) const {
+    return {static_cast<const T*>(in_[i]), count_, width(task_.given[i])};
+  }
+  template <class T>
+  RowsView<const T> linear(std::size_t i) const {
+    return {static_cast<const T*>(in_[task_.given.size() + has_loads_ + i]), count_,
+            width(task_.linear[i])};
+  }
+  template <class T>
+  RowsView<T> out(std::size_t i) const {
+    return {static_cast<T*>(out_[i]), count_, width(task_.results[i])};
+  }
+  template <class T>
+  ForceRows<T> loads() const {
+    ForceRows<T> rows{.axes = Axes::local};
+    if (has_loads_)
+      rows.loads.emplace(static_cast<const T*>(in_[task_.given.size()]), count_, width('l'));
+    return rows;
+  }
+  template <class T>
+  RowsOfVectorJacobian<T> derivatives() const {
+    RowsOfVectorJacobian<T> rows;
+    rows.dq.emplace(out<T>(0));
+    if (task_.given.size() == 3) rows.dqd.emplace(out<T>(1));
+    rows.dtau.emplace(out<T>(task_.given.size() - 1));
+    if (by_loads_)
+      rows.loads.emplace(static_cast<T*>(out_[task_.results.size()]), count_, width('l'));
+    return rows;
+  }
+
+  template <class T>
+  void answer(const std::string& returned) const {
+    const auto with = [&](auto worker) {
+      worker->outcomes.assign(count_, Outcome());
+      call<T>(worker->dynamics, worker->outcomes);
+      for (std::int64_t row = 0; row < count_; ++row) tell<T>(returned, row, worker->outcomes[row]);
+    };
+    if (task_.linear.empty())
+      with(robot_.workers_.of<T>().take());
+    else
+      with(robot_.gradients_.of<T>().take());
+  }
+
+  template <class T>
+  void tell(const std::string& returned, std::int64_t row, const Outcome& outcome) const {
+    for (std::size_t i = 0; i < returned.size(); ++i) {
+      const char of = returned[i];
+      if (of == 'e')
+        static_cast<T*>(out_[i])[row] = static_cast<T>(outcome.error);
+      else if (of == 's')
+        static_cast<std::int32_t*>(out_[i])[row] = static_cast<std::int32_t>(outcome.status);
+      else if (!outcome)
+        std::fill_n(static_cast<T*>(out_[i]) + row * width(of), width(of),
+                    std::numeric_limits<T>::quiet_NaN());
+    }
+  }
+
+  int used() const { return cores(task_.name, threads_, static_cast<int>(count_)); }
+  bool is(const char* name) const { return task_.name == std::string_view(name); }
+
+  // How many rows failed is counted by their outcomes.
+  template <class T>
+  void call(Dynamics<T>& dynamics, std::span<Outcome> outcomes) const {
+    if (is("forward_dynamics")) {
+      static_cast<void>(dynamics.forward_dynamics(given<T>(0), given<T>(1), given<T>(2), out<T>(0),
+                                                  outcomes, used(), loads<T>()));
+    } else if (is("inverse_dynamics")) {
+      dynamics.inverse_dynamics(given<T>(0), given<T>(1), given<T>(2), out<T>(0), used(),
+                                loads<T>());
+      look_at<T>(outcomes);
+    } else if (is("mass_matrix")) {
+      static_cast<void>(dynamics.mass(given<T>(0), out<T>(0), outcomes, used(), loads<T>().loads));
+    } else {
+      static_cast<void>(
+          dynamics.solve(given<T>(0), given<T>(1), out<T>(0), outcomes, used(), loads<T>()));
+    }
+  }
+  template <class T>
+  void call(Gradients<T>& gradients, std::span<Outcome> outcomes) const {
+    if (is("forward_dynamics_vjp")) {
+      static_cast<void>(gradients.forward_dynamics_vjp(given<T>(0), given<T>(1), given<T>(2),
+                                                       linear<T>(0), derivatives<T>(), outcomes,
+                                                       used(), loads<T>()));
+    } else if (is("forward_dynamics_jvp")) {
+      static_cast<void>(gradients.forward_dynamics_jvp(given<T>(0), given<T>(1), given<T>(2),
+                                                       linear<T>(0), linear<T>(1), linear<T>(2),
+                                                       out<T>(0), outcomes, used(), loads<T>()));
+    } else if (is("inverse_dynamics_vjp")) {
+      gradients.inverse_dynamics_vjp(given<T>(0), given<T>(1), given<T>(2), linear<T>(0),
+                                     derivatives<T>(), used(), loads<T>());
+      look_at<T>(outcomes);
+    } else if (is("inverse_dynamics_jvp")) {
+      gradients.inverse_dynamics_jvp(given<T>(0), given<T>(1), given<T>(2), linear<T>(0),
+                                     linear<T>(1), linear<T>(2), out<T>(0), used(), loads<T>());
+      look_at<T>(outcomes);
+    } else if (is("solve_vjp")) {
+      static_cast<void>(gradients.solve_vjp(given<T>(0), given<T>(1), linear<T>(0),
+                                            derivatives<T>(), outcomes, used(), loads<T>().loads));
+    } else {
+      static_cast<void>(gradients.solve_jvp(given<T>(0), given<T>(1), linear<T>(0), linear<T>(1),
+                                            out<T>(0), outcomes, used(), loads<T>().loads));
+    }
+  }
+
+  // Of results that come without outcomes.
+  template <class T>
+  void look_at(std::span<Outcome> outcomes) const {
+    for (std::size_t i = 0; i < task_.results.size(); ++i) {
+      if (task_.results[i] == 'e' || task_.results[i] == 's') continue;
+      const RowsView<T> x = out<T>(i);
+      const std::int64_t size = width(task_.results[i]);
+      for (std::size_t row = 0; row < outcomes.size(); ++row)
+        if (!std::all_of(x.data() + row * size, x.data() + (row + 1) * size,
+                         [](T number) { return std::isfinite(number); }))
+          outcomes[row].status = Outcome::Status::not_finite;
+    }
+  }
+
+  Robot& robot_;
+  const Task& task_;
+  int threads_;
+  bool has_loads_ = false, by_loads_ = false;
+  ffi::DataType type_ = ffi::DataType::INVALID;
+  std::int64_t count_ = -1;
+  std::array<void*, most> in_ = {}, out_ = {};
+};
+
+namespace {
+
+// Robots by number, from 1 on; kalmarm.jax keeps them.
+class Table {
+ public:
+  std::int64_t number(Robot& robot) {
+    const std::lock_guard lock(mutex_);
+    robots_.push_back(&robot);
+    return std::ssize(robots_);
+  }
+  Robot* find(std::int64_t number) {
+    const std::lock_guard lock(mutex_);
+    return number > 0 && number <= std::ssize(robots_) ? robots_[number - 1] : nullptr;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::vector<Robot*> robots_;
+} table;
+
+template <std::size_t i>
+ffi::Error run(ffi::RemainingArgs arguments, ffi::RemainingRets results, std::int64_t robot,
+               std::int64_t threads) {
+  Robot* const found = table.find(robot);
+  if (!found)
+    return ffi::Error::InvalidArgument(
+        "kalmarm.jax: a program of another process, whose robot is not known here");
+  try {
+    return RobotRows(*found, tasks[i], static_cast<int>(threads)).run(arguments, results);
+  } catch (const std::exception& exception) {
+    return ffi::Error::Internal(exception.what());
+  }
+}
+
+template <std::size_t i>
+XLA_FFI_Error* handle(XLA_FFI_CallFrame* frame) {
+  static auto* const handler = ffi::Ffi::Bind()
+                                   .RemainingArgs()
+                                   .RemainingRets()
+                                   .template Attr<std::int64_t>("robot")
+                                   .template Attr<std::int64_t>("threads")
+                                   .To(&run<i>)
+                                   .release();
+  return handler->Call(frame);
+}
+
+template <std::size_t... i>
+void add_targets(nb::dict& targets, std::index_sequence<i...>) {
+  ((targets[tasks[i].name] = nb::capsule(reinterpret_cast<void*>(&handle<i>))), ...);
+}
+
+}  // namespace
+
+void bind_jax(nb::module_& m) {
+  m.def(
+      "_jax_targets",
+      [] {
+        nb::dict targets;
+        add_targets(targets, std::make_index_sequence<tasks.size()>());
+        return targets;
+      },
+      "Handlers of XLA by the names of calls.");
+  m.def(
+      "_jax_number", [](Robot& robot) { return table.number(robot); }, nb::arg("robot"),
+      "By which handlers find a robot, which from now on has to stay.");
+}
+
+#else
+
+void bind_jax(nb::module_&) {}
+
+#endif
+
+}  // namespace kalmarm::python

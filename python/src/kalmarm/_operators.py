@@ -1,0 +1,95 @@
+"""What the operators of JAX and PyTorch have in common: which calls there are, and what their arguments have to be."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .robot import Robot
+
+
+class Call(NamedTuple):
+    want: str  # of a question
+    names: tuple[str, ...]  # of its arguments
+    given: str  # of each how many numbers a row has, q: nq, v: nv, n: DoF that are asked about
+    results: str  # the same; m: n x n, e: error, s: status
+
+
+CALLS = {
+    "forward_dynamics": Call("acceleration", ("q", "qd", "tau"), "qvv", "nes"),
+    "inverse_dynamics": Call("inverse_dynamics", ("q", "qd", "qdd"), "qvv", "nes"),
+    "mass_matrix": Call("mass", ("q",), "q", "mes"),
+    "solve": Call("solve", ("q", "tau"), "qn", "nes"),
+}
+VALUES = tuple(CALLS)  # whose last result is the status
+DIFFERENTIABLE = ("forward_dynamics", "inverse_dynamics", "solve")
+# da of q, ..., dq, ..., and dq, ... of q, ..., w; dq along the axes of qd
+for _name in DIFFERENTIABLE:
+    _call = CALLS[_name]
+    CALLS[f"{_name}_jvp"] = _call._replace(results="n")
+    CALLS[f"{_name}_vjp"] = _call._replace(results=_call.given.replace("q", "v"))
+
+
+def width(robot: Robot, letter: str) -> int:
+    return robot._widths[letter]
+
+
+def shapes(name: str, robot: Robot, rows: tuple[int, ...], by_loads: bool = False) -> list[tuple[int, ...]]:
+    """Of what a call returns."""
+    rests = {"m": 2 * (width(robot, "n"),), "e": (), "s": ()}
+    letters = CALLS[name].results + ("l" if by_loads and name.endswith("_vjp") else "")
+    return [rows + (rests[one] if one in rests else (width(robot, one),)) for one in letters]
+
+
+def arguments(
+    name: str, robot: Any, values: tuple[Any, ...], loads: Any, threads: int
+) -> list[tuple[str, Any, int]]:
+    """Names, values and widths, of a robot that can be asked."""
+    if not isinstance(robot, Robot):
+        raise TypeError(f"{name}: robot is a {type(robot).__name__}, a kalmarm.Robot is needed")
+    if robot._options["wants"] and CALLS[name].want not in robot._options["wants"]:
+        raise ValueError(f"{name}: the robot's question does not want it")
+    if threads < 0:
+        raise ValueError(f"{name}: {threads} threads")
+    call = CALLS[name]
+    out = [(one, x, width(robot, of)) for one, x, of in zip(call.names, values, call.given)]
+    if loads is not None:
+        size = width(robot, "l")
+        out.append(("loads" if size else "loads (of a robot without loaded)", loads, size))
+    return out
+
+
+def leading(name: str, given: list[tuple[str, Any, int]]) -> tuple[int, ...]:
+    """To what leading dimensions arrays of (name, array, width) are broadcast; one number stands for all of a row."""
+    first, rows = str(given[0][1].dtype), tuple(given[0][1].shape[:-1])
+    for argument, x, needed in given:
+        dtype, shape = str(x.dtype), tuple(x.shape)
+        if not dtype.endswith(("float32", "float64")):
+            raise TypeError(f"{name}: {argument} is {dtype}, float32 or float64 is needed")
+        if dtype != first:
+            raise TypeError(
+                f"{name}: {argument} is {dtype}, arrays before it are {first}: one dtype for all is needed"
+            )
+        if shape == (*rows, needed) or (shape == () and argument != "q"):
+            continue
+        try:
+            if shape[-1:] != (needed,):
+                raise ValueError
+            rows = np.broadcast_shapes(rows, shape[:-1])
+        except ValueError:
+            wanted = f"(..., {needed})" if argument == "q" or not rows else (*rows, needed)
+            raise ValueError(f"{name}: {argument} has shape {shape}, {wanted} is needed") from None
+    return rows
+
+
+def check_differentiable(name: str, robot: Robot) -> None:
+    if name not in DIFFERENTIABLE:
+        raise NotImplementedError(
+            f"{name} has no derivatives: take those of M v = inverse_dynamics(q, 0, v) - "
+            "inverse_dynamics(q, 0, 0), or of M^-1 b = solve(q, b)"
+        )
+    if width(robot, "n") != width(robot, "v") or robot.at_rest:
+        raise NotImplementedError(
+            f"{name}: derivatives are of robots all of whose joints are asked about, and are not at rest"
+        )
