@@ -184,6 +184,7 @@ std::vector<RegisteredVariant<T>> ladder_variants() {
   for (const Tolerance& one : tolerances)
     if (one.contender || *one.value > unit_roundoff<T>()) out.push_back(ladder_at<T>(one));
   RegisteredVariant<T> generated = ladder_at<T>({"Generated<Ladder>", {}});
+  generated.traits.kind = VariantKind::rung;  // else programs ask Dynamics in its place
   generated.make = [](const Model<T>& model) {
     return std::unique_ptr<Solver<T>>(std::make_unique<GeneratedLadderSolver<T>>(model));
   };
