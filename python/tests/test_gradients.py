@@ -104,11 +104,13 @@ def test_every_row_is_a_robot_of_its_own(name, dtype):
     bodies = {"iiwa14": ["link7", "link3"], "g1": ["pelvis", "left_elbow_link", "torso_link"]}[name]
     own = robot.parameters(bodies)
     q, qd, tau = robot.random_state(9, COUNT, dtype=dtype)
-    varied = robot.with_parameters(bodies)
-    same = varied.forward_dynamics(q, qd, tau, loads=np.tile(own.ravel(), (COUNT, 1)).astype(dtype))
+    varied, rest = robot.with_parameters(bodies, kept=0.25)
+    np.testing.assert_allclose(rest, own / 4, rtol=1e-14, atol=1e-16)
+    same = np.tile((own - rest).ravel(), (COUNT, 1)).astype(dtype)
+    same = varied.forward_dynamics(q, qd, tau, loads=same)
     close(same, robot.forward_dynamics(q, qd, tau), dtype)
     scale = np.random.default_rng(10).uniform(0.5, 2, (COUNT, len(bodies), 1))
-    loads = (scale * own).reshape(COUNT, -1).astype(dtype)
+    loads = (scale * own - rest).reshape(COUNT, -1).astype(dtype)
     loads[4, 0] = -1  # no mass of a body
     a, outcomes = varied.forward_dynamics(q, qd, tau, loads=loads, status=True)
     np.testing.assert_array_equal(outcomes["status"] == kalmarm.Status.OK, np.arange(COUNT) != 4)
@@ -121,7 +123,7 @@ def test_every_row_is_a_robot_of_its_own(name, dtype):
     close(found.loads, inertias.reshape(COUNT, -1), dtype)
     Y = robot.kinematics(bodies=bodies).compute(["regressor"], q, qd, qdd)["regressor"]
     change = varied.inverse_dynamics(q, qd, qdd, loads=loads) - robot.inverse_dynamics(q, qd, qdd)
-    more = loads - own.ravel().astype(dtype)
+    more = loads - (own - rest).ravel().astype(dtype)
     size = np.linalg.norm(robot.inverse_dynamics(q, qd, qdd), axis=-1).max()
     assert np.abs(change - np.einsum("rij,rj->ri", Y, more)).max() < ROUNDOFFS[dtype] * size
 
@@ -129,6 +131,8 @@ def test_every_row_is_a_robot_of_its_own(name, dtype):
 def test_parameters_of_what_does_not_move_are_refused(g1):
     with pytest.raises(ValueError, match="with_parameters: body 'world' does not move"):
         g1.with_parameters(["world"])
+    with pytest.raises(ValueError, match="with_parameters: kept is 1, from 0 to below 1 is needed"):
+        g1.with_parameters(["pelvis"], kept=1)
     with pytest.raises(ValueError, match="parameters: body 'pelvis' is on the link of another one"):
         g1.parameters(["pelvis", "pelvis"])
 

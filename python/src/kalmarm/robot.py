@@ -482,8 +482,8 @@ class Robot(_core.Robot):
 
         q (..., nq), qd, tau and w (..., nv) -> `Gradients`. About 2.5 times the time of a. inertias, armature: those by
         these are worked out too. forces and loads: as of `forward_dynamics`, forces in the axes of their frames, with
-        which they turn; those by them are returned. Outcomes: of a and M^-1 w, the worse of both. Not of a robot that leaves
-        joints out (asked, locked) or is at rest.
+        which they turn; those by them are returned. Outcomes: of a and M^-1 w, the worse of both. Not of a robot that
+        leaves joints out (asked, locked) or is at rest.
         """
         found = self._vector_jacobian(
             "acceleration", q, qd, tau, w, inertias, armature, status, threads, forces, loads
@@ -765,30 +765,38 @@ class Robot(_core.Robot):
         out = [_parameters(self.model, link) for link in self._links("parameters", bodies)]
         return np.array(out).reshape(-1, 10)
 
-    def with_parameters(self, bodies: Iterable[str | Frame]) -> Robot:
+    def with_parameters(
+        self, bodies: Iterable[str | Frame], *, kept: float = 0.1
+    ) -> tuple[Robot, NDArray[np.float64]]:
         """The same robot, of which the links that these bodies are on have inertial parameters that come with every
-        call: a robot of its own in every row.
+        call, a robot of its own in every row; and what it keeps of them, (b, 10), the share `kept` of its own.
 
-            varied = robot.with_parameters(["link7", "link6"])
-            own = robot.parameters(["link7", "link6"])  # (2, 10)
-            a = varied.forward_dynamics(q, qd, tau, loads=(own * scale[:, None, None]).reshape(-1, 20))
+            varied, rest = robot.with_parameters(["link7", "link6"])
+            pi = robot.parameters(["link7", "link6"]) * scale[:, None, None]  # (rows, 2, 10)
+            a = varied.forward_dynamics(q, qd, tau, loads=(pi - rest).reshape(-1, 20))
 
-        They are the first 10 b numbers of `loads`, (..., 10 b), before those of `loaded`; without loads these links
-        weigh nothing. A row whose numbers are no body is refused by itself. Gradients by them are `Gradients.loads`.
-        Armatures and gravity are the same in all rows; springs and dampers of rows are a step's.
+        They are the first 10 b numbers of `loads`, (..., 10 b), before those of `loaded`. A row is refused by itself
+        where what it has beyond `rest` is no body. Gradients by them are `Gradients.loads`. Of a robot that keeps
+        nothing of heavy links few rows are answered in lanes: kept=0 takes up to 40 times as long. Armatures and
+        gravity are the same in all rows; springs and dampers of rows are a step's.
         """
+        if not 0 <= kept < 1:
+            raise ValueError(f"with_parameters: kept is {kept}, from 0 to below 1 is needed")
         links = self._links("with_parameters", bodies)
         links_of_model, *rest = self.model.__getstate__()
-        weightless = [
-            (*link[:8], 0.0, (0.0,) * 3, link[10], (0.0,) * 3) if k in links else link
+        lighter = [
+            (*link[:8], kept * link[8], *link[9:11], tuple(kept * one for one in link[11]))
+            if k in links
+            else link
             for k, link in enumerate(links_of_model)
         ]
         model = _core.Model.__new__(_core.Model)
-        model.__setstate__((weightless, *rest))
+        model.__setstate__((lighter, *rest))
         loaded = (*(_core.Frame(link) for link in links), *self._options["loaded"])
-        return Robot(
+        varied = Robot(
             replace(self._description, model=model), **(self._options | {"loaded": loaded})
         )
+        return varied, np.array([_parameters(model, link) for link in links]).reshape(-1, 10)
 
     def _links(self, call: str, bodies: Iterable[str | Frame]) -> list[int]:
         links: list[int] = []
