@@ -8,14 +8,14 @@ import tarfile
 
 import pytest
 
+import fake_engines
 from browsing import figure, marks
-from read.data import Data, Time
+from read.data import Data, DataError, Time
 from read.readers import load, load_baseline
 from sections import compared
 from summary import baseline
 from test_engines import answer, text, time as timed
 from test_make_report import assert_refused, report
-import fake_engines
 
 FILES = ("errors-panda-7.csv", "times-panda-7.json")
 FASTER = "acceleration/Ladder<default>/panda:7/float64"
@@ -128,9 +128,9 @@ def test_the_page_shows_ratios(both, visit, tmp_path):
     assert marks(panel).count() == 8
 
 
-def test_a_baseline_that_is_no_folder_is_refused(both, tmp_path):
+def test_a_baseline_that_is_not_there_is_refused(both, tmp_path):
     arguments = ("--data", both[0], "--baseline", tmp_path / "none", "--out", tmp_path / "x.html")
-    assert_refused(report(*arguments), "none: no such folder")
+    assert_refused(report(*arguments), "none: no folder or archive of data: No such file")
 
 
 def engines(folder, error, nanoseconds, outcome="ok", version="2.1"):
@@ -180,5 +180,5 @@ def test_a_baseline_is_an_archive_beside_a_page_and_what_it_holds_of_other_versi
 def test_a_baseline_that_is_no_archive_is_refused(tmp_path, content):
     file = tmp_path / "data.tar.xz"
     file.write_bytes(content)
-    with pytest.raises(Exception, match="data.tar.xz: no folder or archive of data"):
+    with pytest.raises(DataError, match="data.tar.xz: no folder or archive of data"):
         load_baseline(file)
