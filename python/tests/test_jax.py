@@ -1,7 +1,10 @@
 """kalmarm.jax: operators against the robot's own calls, to the bit, and their derivatives against differences and matrices."""
 
 import re
+import subprocess
+import sys
 import warnings
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -275,6 +278,34 @@ def test_bad_input_is_refused_when_it_is_traced(g1, case):
     call, error, message = bad(g1, *given(g1, "forward_dynamics"))[case]
     with pytest.raises(error, match=message):
         call()
+
+
+def test_threads_share_a_robot(g1):
+    x = given(g1, "forward_dynamics", 65)
+    truth = g1.forward_dynamics(*x)
+    one = jax.jit(operator(g1, "forward_dynamics"))
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(lambda _: np.asarray(one(*x)), range(40)))
+    assert all(np.array_equal(a, truth) for a in found)
+
+
+def test_a_program_of_another_process_says_so(g1):
+    x = given(g1, "forward_dynamics", 2)
+    rows, error, status = (2, g1.nv), (2,), jax.ShapeDtypeStruct((2,), jnp.int32)
+    results = [*(jax.ShapeDtypeStruct(shape, jnp.float64) for shape in (rows, error)), status]
+    call = jax.ffi.ffi_call("kalmarm.forward_dynamics", results)
+    with pytest.raises(Exception, match="a program of another process"):
+        jax.block_until_ready(call(*x, robot=np.int64(10**9), threads=np.int64(1)))
+    with pytest.raises(Exception, match="argument 2 does not fit the robot"):
+        number = np.int64(operators._number(g1))
+        jax.block_until_ready(call(*x[:2], x[2][:, :3], robot=number, threads=np.int64(1)))
+
+
+def test_import_without_jax_names_the_extra():
+    code = "import sys; sys.modules['jax'] = None; import kalmarm.jax"
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    last = found.stderr.splitlines()[-1]
+    assert last == "ImportError: kalmarm.jax needs JAX: pip install 'kalmarm[jax]'"
 
 
 @pytest.mark.parametrize("title", [title for title, _ in EXAMPLES])

@@ -1,6 +1,8 @@
 """kalmarm.torch: operators against the robot's own calls, to the bit, and their gradients against differences."""
 
 import re
+import subprocess
+import sys
 import warnings
 from pathlib import Path
 
@@ -165,6 +167,13 @@ def test_bad_input_is_refused(g1, case):
     call, error, message = bad(g1, *given(g1, "forward_dynamics"))[case]
     with pytest.raises(error, match=message):
         call()
+
+
+def test_import_without_pytorch_names_the_extra():
+    code = "import sys; sys.modules['torch'] = None; import kalmarm.torch"
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    last = found.stderr.splitlines()[-1]
+    assert last == "ImportError: kalmarm.torch needs PyTorch: pip install 'kalmarm[torch]'"
 
 
 @pytest.mark.parametrize("title", [title for title, _ in EXAMPLES])
