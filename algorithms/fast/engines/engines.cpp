@@ -21,7 +21,10 @@ std::unique_ptr<Engine<float>> make_float(const RobotModel& robot, const EngineO
 }  // namespace
 }  // namespace kalmarm
 
-extern "C" const kalmarm::Engines KALMARM_ENGINES{
-    kalmarm::make_float, kalmarm::make_double, kalmarm::make_engine_of_kinematics<float>,
-    kalmarm::make_engine_of_kinematics<double>, kalmarm::make_engine_of_gradients<float>,
-    kalmarm::make_engine_of_gradients<double>, kalmarm::make_check_engine};
+extern "C" const kalmarm::Engines KALMARM_ENGINES{kalmarm::make_float,
+                                                  kalmarm::make_double,
+                                                  kalmarm::make_engine_of_kinematics<float>,
+                                                  kalmarm::make_engine_of_kinematics<double>,
+                                                  kalmarm::make_engine_of_gradients<float>,
+                                                  kalmarm::make_engine_of_gradients<double>,
+                                                  kalmarm::make_check_engine};
