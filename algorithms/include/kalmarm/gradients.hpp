@@ -107,8 +107,8 @@ class KALMARM_EXPORT Gradients {
                             VectorView<const T> w, const StateVectorJacobian<T>& out,
                             const StateForces<T>& forces = {});
   void inverse_dynamics_vjp(RowsView<const T> q, RowsView<const T> qd, RowsView<const T> qdd,
-                            RowsView<const T> w, const RowsOfVectorJacobian<T>& out,
-                            int threads, const ForceRows<T>& forces = {});
+                            RowsView<const T> w, const RowsOfVectorJacobian<T>& out, int threads,
+                            const ForceRows<T>& forces = {});
 
   // dtau (nv) along dq, dqd and dqdd (nv each). 500 n.
   void inverse_dynamics_jvp(VectorView<const T> q, VectorView<const T> qd, VectorView<const T> qdd,
