@@ -1,8 +1,5 @@
 """The page as a reader has it: opened in headless Chromium, on a phone, by night."""
 
-from pathlib import Path
-
-import axe_playwright_python
 import pytest
 from playwright.sync_api import expect
 
@@ -21,26 +18,6 @@ from browsing import (
 from read.data import scene_name
 from read.readers import load
 from summary.points import points
-
-
-AXE = Path(axe_playwright_python.__file__).with_name("axe.min.js")
-
-
-def violations(page, options: dict) -> dict[str, str]:
-    """What axe-core finds, by its rules, each with an example."""
-    unfold_all(page)
-    page.evaluate(AXE.read_text(encoding="utf-8"))
-    found = page.evaluate("(options) => axe.run(document, options)", options)["violations"]
-    return {it["id"]: it["nodes"][0]["html"][:200] for it in found}
-
-
-def test_a_screen_reader_misses_nothing_that_axe_core_knows(page):
-    assert violations(page, {"resultTypes": ["violations"]}) == {}
-
-
-def test_by_night_everything_has_enough_contrast(visit, written):
-    page = visit(written, color_scheme="dark")
-    assert violations(page, {"runOnly": ["color-contrast"]}) == {}
 
 
 def test_every_figure_is_drawn(page, run):
