@@ -5,8 +5,9 @@
 // alone is needed; nor of refined double, which is what last_bits gives of all but a few mechanisms
 // (Outcome::rung says of which).
 //
-// Generated<Ladder>: the ladder with generated code as its first rung (generate/generated_engine.hpp). The code's record
-// is evaluated in the place of what a compiler makes of it, so that ten thousand mechanisms take minutes.
+// Rung<generated>: generated code as the ladder's first rung (generate/generated_engine.hpp), which the others answer
+// after. The code's record is evaluated in the place of what a compiler makes of it, so that ten thousand mechanisms take
+// minutes.
 #include "algorithms/fast/certified/wide_acceleration.hpp"
 #include "algorithms/fast/certified/wide_factors.hpp"
 #include "algorithms/fast/claims/claims.hpp"
@@ -45,9 +46,9 @@ class LadderSolver : public Solver<T> {
 };
 
 template <class T>
-class GeneratedLadderSolver final : public LadderSolver<T> {
+class GeneratedRungSolver final : public LadderSolver<T> {
  public:
-  explicit GeneratedLadderSolver(const Model<T>& model)
+  explicit GeneratedRungSolver(const Model<T>& model)
       : LadderSolver<T>(model, {}),
         acceleration_(GeneratedTask::judged_forward_dynamics, model),
         solve_(GeneratedTask::judged_solve, model),
@@ -183,10 +184,10 @@ std::vector<RegisteredVariant<T>> ladder_variants() {
   std::vector<RegisteredVariant<T>> out;
   for (const Tolerance& one : tolerances)
     if (one.contender || *one.value > unit_roundoff<T>()) out.push_back(ladder_at<T>(one));
-  RegisteredVariant<T> generated = ladder_at<T>({"Generated<Ladder>", {}});
+  RegisteredVariant<T> generated = ladder_at<T>({"Rung<generated>", {}});
   generated.traits.kind = VariantKind::rung;  // else programs ask Dynamics in its place
   generated.make = [](const Model<T>& model) {
-    return std::unique_ptr<Solver<T>>(std::make_unique<GeneratedLadderSolver<T>>(model));
+    return std::unique_ptr<Solver<T>>(std::make_unique<GeneratedRungSolver<T>>(model));
   };
   out.push_back(std::move(generated));
   return out;
