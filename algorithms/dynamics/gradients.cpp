@@ -1,6 +1,7 @@
 #include "kalmarm/gradients.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <initializer_list>
 #include <stdexcept>
 #include <string>
@@ -166,7 +167,6 @@ void Gradients<T>::run(std::ptrdiff_t count, const GradientCall<T>& call, int th
 
 // (1), (3). lambda stands where the derivative by tau is asked for.
 template <class T>
-template <class Solved>
 int Gradients<T>::contract(std::ptrdiff_t count, GradientCall<T> call, T* result, int threads,
                            const Solved& solved) {
   T* const lambda = std::exchange(call.by.qdd, nullptr);
@@ -190,10 +190,9 @@ int Gradients<T>::contract(std::ptrdiff_t count, GradientCall<T> call, T* result
 
 // (4)
 template <class T>
-template <class Solved>
 int Gradients<T>::change(const GradientCall<T>& call, RowsView<const T> q, RowsView<const T> dtau,
                          RowsView<T> dx, std::span<Outcome> outcomes, int threads,
-                         const LoadRows<T>& loads, const Solved& solved) {
+                         const LoadRows<T>& loads, const Moved& moved) {
   const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
   const std::size_t size = std::min(count, rows_at_once) * nv_;
   result_.resize(std::max(result_.size(), size));
@@ -202,7 +201,7 @@ int Gradients<T>::change(const GradientCall<T>& call, RowsView<const T> q, RowsV
   int failed = 0;
   for (std::ptrdiff_t first = 0; first < count; first += rows_at_once) {
     const std::ptrdiff_t rows = std::min(rows_at_once, count - first), at = first * nv_;
-    solved(first, rows, RowsView<T>(result_.data(), rows, nv_));
+    moved(first, rows, RowsView<T>(result_.data(), rows, nv_));
     GradientCall<T> some = call.from(first, width_);
     some.qdd = result_.data();
     some.dtau = torque_.data();
@@ -240,16 +239,16 @@ int Gradients<T>::forward_dynamics_vjp(RowsView<const T> q, RowsView<const T> qd
   call.qd = qd.data();
   call.forces = data_of(forces.on);
   call.loads = data_of(forces.loads);
-  return contract(
-      count, call, data_of(out.result), threads,
-      [&](std::ptrdiff_t first, std::ptrdiff_t rows, RowsView<T> a, RowsView<T> lambda) {
-        const auto some = [&](const RowsView<const T>& x, int width) {
-          return part_of(x, first, rows, width);
-        };
-        return dynamics_.forward_dynamics_and_solve(
-            some(q, nq_), some(qd, nv_), some(tau, nv_), a, some(w, nv_), lambda,
-            outcomes.subspan(first, rows), threads, part(forces, first, rows));
-      });
+  const auto solved = [&](std::ptrdiff_t first, std::ptrdiff_t rows, RowsView<T> a,
+                          RowsView<T> lambda) {
+    const auto some = [&](const RowsView<const T>& x, int width) {
+      return part_of(x, first, rows, width);
+    };
+    return dynamics_.forward_dynamics_and_solve(some(q, nq_), some(qd, nv_), some(tau, nv_), a,
+                                                some(w, nv_), lambda, outcomes.subspan(first, rows),
+                                                threads, part(forces, first, rows));
+  };
+  return contract(count, call, data_of(out.result), threads, std::cref(solved));
 }
 
 template <class T>
@@ -274,13 +273,12 @@ int Gradients<T>::forward_dynamics_jvp(RowsView<const T> q, RowsView<const T> qd
   call.loads = data_of(forces.loads);
   call.dq = dq.data();
   call.dqd = dqd.data();
-  return change(call, q, dtau, da, outcomes, threads, forces.loads,
-                [&](std::ptrdiff_t first, std::ptrdiff_t rows, RowsView<T> a) {
-                  static_cast<void>(dynamics_.forward_dynamics(  // counted with those of da
-                      part_of(q, first, rows, nq_), part_of(qd, first, rows, nv_),
-                      part_of(tau, first, rows, nv_), a, outcomes.subspan(first, rows), threads,
-                      part(forces, first, rows)));
-                });
+  const auto moved = [&](std::ptrdiff_t first, std::ptrdiff_t rows, RowsView<T> a) {
+    static_cast<void>(dynamics_.forward_dynamics(  // counted with those of da
+        part_of(q, first, rows, nq_), part_of(qd, first, rows, nv_), part_of(tau, first, rows, nv_),
+        a, outcomes.subspan(first, rows), threads, part(forces, first, rows)));
+  };
+  return change(call, q, dtau, da, outcomes, threads, forces.loads, std::cref(moved));
 }
 
 // --- inverse dynamics
@@ -346,24 +344,24 @@ int Gradients<T>::solve_vjp(RowsView<const T> q, RowsView<const T> tau, RowsView
   call.q = q.data();
   call.loads = data_of(loads);
   outcomes_.resize(std::max(outcomes_.size(), outcomes.size()));
-  return contract(
-      count, call, data_of(out.result), threads,
-      [&](std::ptrdiff_t first, std::ptrdiff_t rows, RowsView<T> x, RowsView<T> lambda) {
-        const auto at = part_of(q, first, rows, nq_);
-        const ContactRows<T> acting{.loads = part(loads, first, rows)};
-        const std::span<Outcome> of_x = outcomes.subspan(first, rows),
-                                 of_lambda = std::span(outcomes_).first(rows);
-        static_cast<void>(  // counted below
-            dynamics_.solve(at, part_of(tau, first, rows, nv_), x, of_x, threads, acting));
-        static_cast<void>(
-            dynamics_.solve(at, part_of(w, first, rows, nv_), lambda, of_lambda, threads, acting));
-        int failed = 0;
-        for (std::ptrdiff_t i = 0; i < rows; ++i) {
-          of_x[i] = worse(of_x[i], of_lambda[i]);
-          failed += !of_x[i];
-        }
-        return failed;
-      });
+  const auto solved = [&](std::ptrdiff_t first, std::ptrdiff_t rows, RowsView<T> x,
+                          RowsView<T> lambda) {
+    const auto at = part_of(q, first, rows, nq_);
+    const ContactRows<T> acting{.loads = part(loads, first, rows)};
+    const std::span<Outcome> of_x = outcomes.subspan(first, rows),
+                             of_lambda = std::span(outcomes_).first(rows);
+    static_cast<void>(  // counted below
+        dynamics_.solve(at, part_of(tau, first, rows, nv_), x, of_x, threads, acting));
+    static_cast<void>(
+        dynamics_.solve(at, part_of(w, first, rows, nv_), lambda, of_lambda, threads, acting));
+    int failed = 0;
+    for (std::ptrdiff_t i = 0; i < rows; ++i) {
+      of_x[i] = worse(of_x[i], of_lambda[i]);
+      failed += !of_x[i];
+    }
+    return failed;
+  };
+  return contract(count, call, data_of(out.result), threads, std::cref(solved));
 }
 
 template <class T>
@@ -379,12 +377,12 @@ int Gradients<T>::solve_jvp(RowsView<const T> q, RowsView<const T> tau, RowsView
   GradientCall<T> call{.moves = false, .q = q.data()};
   call.loads = data_of(loads);
   call.dq = dq.data();
-  return change(call, q, dtau, dx, outcomes, threads, loads,
-                [&](std::ptrdiff_t first, std::ptrdiff_t rows, RowsView<T> x) {
-                  static_cast<void>(dynamics_.solve(  // counted with those of dx
-                      part_of(q, first, rows, nq_), part_of(tau, first, rows, nv_), x,
-                      outcomes.subspan(first, rows), threads, {.loads = part(loads, first, rows)}));
-                });
+  const auto moved = [&](std::ptrdiff_t first, std::ptrdiff_t rows, RowsView<T> x) {
+    static_cast<void>(dynamics_.solve(  // counted with those of dx
+        part_of(q, first, rows, nq_), part_of(tau, first, rows, nv_), x,
+        outcomes.subspan(first, rows), threads, {.loads = part(loads, first, rows)}));
+  };
+  return change(call, q, dtau, dx, outcomes, threads, loads, std::cref(moved));
 }
 
 // --- one state

@@ -24,6 +24,7 @@
 //   outcome = robot.forward_dynamics_vjp(q, qd, tau, w, {.dq = dq, .dqd = dqd, .dtau = dtau});
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -145,14 +146,14 @@ class KALMARM_EXPORT Gradients {
   void run(std::ptrdiff_t count, const GradientCall<T>& call, int threads);
   // Of the rows of `call` some after others; solved(first, rows, result, lambda) fills what its sweeps start from, and says
   // how many failed.
-  template <class Solved>
+  using Solved = std::function<int(std::ptrdiff_t, std::ptrdiff_t, RowsView<T>, RowsView<T>)>;
   int contract(std::ptrdiff_t count, GradientCall<T> call, T* result, int threads,
                const Solved& solved);
-  // Likewise dx = M^-1 (dtau - dID), of which solved(first, rows, result) fills a or x.
-  template <class Solved>
+  // Likewise dx = M^-1 (dtau - dID), of which moved(first, rows, result) fills a or x.
+  using Moved = std::function<void(std::ptrdiff_t, std::ptrdiff_t, RowsView<T>)>;
   int change(const GradientCall<T>& call, RowsView<const T> q, RowsView<const T> dtau,
              RowsView<T> dx, std::span<Outcome> outcomes, int threads, const LoadRows<T>& loads,
-             const Solved& solved);
+             const Moved& moved);
 
   int nq_ = 0, nv_ = 0;
   Widths width_;
