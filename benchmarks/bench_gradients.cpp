@@ -1,8 +1,8 @@
 // bench_gradients: time of products of Jacobians with vectors, of one state and of 1024 in one call, beside that of the
 // calls that they derive.
 //
-// Names are task/variant/scene/precision; tasks are acceleration and torque (inverse dynamics), of one state and _batch;
-// the variant is the call itself, `result`, or `vjp`, `vjp_inertias` (of all bodies too) and `jvp`. vjp and jvp of
+// Names are task/variant/scene/precision; tasks are acceleration, torque (inverse dynamics) and step (an implicit one of 2 ms,
+// each state with gains of its own), of one state and _batch; the variant is the call itself, `result`, or `vjp`, `vjp_inertias` (of all bodies too) and `jvp`. vjp and jvp of
 // accelerations are verified before they are timed against float64's matrices of derivatives, with the bounds of case.hpp.
 #include <benchmark/benchmark.h>
 
@@ -17,6 +17,7 @@
 #include "benchmarks/driver.hpp"
 #include "kalmarm/dynamics.hpp"
 #include "kalmarm/gradients.hpp"
+#include "kalmarm/step_gradients.hpp"
 
 namespace kalmarm {
 namespace {
@@ -25,6 +26,14 @@ constexpr const char* timed_call =
     "From q, qd, tau (or qdd) and the weights, or the direction, to the products: by q, qd and "
     "tau. "
     "Memory is taken before. One state: each call takes the next of a pool.";
+
+constexpr double h = 0.002;  // of a step [s]
+
+enum class Task { acceleration, torque, step };
+
+const char* name_of(Task task) {
+  return task == Task::acceleration ? "acceleration" : task == Task::torque ? "torque" : "step";
+}
 
 enum class Of { result, vjp, vjp_inertias, jvp };
 
@@ -47,15 +56,19 @@ template <class T>
 struct Run {
   Dynamics<T> dynamics;
   Gradients<T> gradients;
+  ImplicitStep<T> step;
+  StepGradients<T> of_step;
   Pool<T> pool;
   int nq, nv, count;
-  std::vector<T> w, dq, dqd, dtau, inertias;
+  std::vector<T> w, gains, dq, dqd, dtau, inertias, by_gains[3];
   std::vector<Outcome> outcomes;
 
   Run(const Case& c, int states)
       : dynamics(plain(c.scene.model),
                  {.question = {.want = {Want::acceleration, Want::inverse_dynamics}}}),
         gradients(plain(c.scene.model)),
+        step(plain(c.scene.model), h, {}),
+        of_step(plain(c.scene.model), h, {}),
         pool(c.states),
         nq(c.scene.model.nq()),
         nv(c.scene.model.nv()),
@@ -65,11 +78,16 @@ struct Run {
         dtau(dq),
         inertias(10 * dq.size()),
         outcomes(states) {
-    for (int i = 0; i < batch_size * nv; ++i) w.push_back(static_cast<T>(i % 7 - 3) / T(4));
+    const std::vector<LinkParameters> links = plain(c.scene.model).links;
+    for (int i = 0; i < batch_size * nv; ++i) {
+      w.push_back(static_cast<T>(i % 7 - 3) / T(4));
+      gains.push_back(takes_spring(links[i % nv]) ? static_cast<T>(i % 5) : T(0));
+    }
+    for (std::vector<T>& x : by_gains) x = dq;
   }
 
   // Of the rows from state i on.
-  int call(bool inverse, Of what, int i) {
+  int call(Task task, Of what, int i) {
     const auto rows = [&](const std::vector<T>& x, int width) {
       return RowsView<const T>(x.data() + std::size_t(i) * width, count, width);
     };
@@ -80,6 +98,24 @@ struct Run {
                                 .dqd = RowsView<T>(dqd.data(), count, nv),
                                 .dtau = RowsView<T>(dtau.data(), count, nv)};
     if (what == Of::vjp_inertias) out.inertias = RowsView<T>(inertias.data(), count, 10 * nv);
+    const bool inverse = task == Task::torque;
+    if (task == Task::step) {
+      const auto x = rows(gains, nv);
+      const GainRows<T> own{x, x, x};
+      if (what == Of::result) return step.acceleration(q, qd, tau, own, first, outcomes);
+      if (what == Of::jvp)
+        return of_step.acceleration_jvp(q, qd, tau, v, v, v, first, outcomes, 1, own, {v, v, v});
+      const auto by = [&](int which) { return RowsView<T>(by_gains[which].data(), count, nv); };
+      return of_step.acceleration_vjp(q, qd, tau, v,
+                                      {.dq = out.dq,
+                                       .dv = out.dqd,
+                                       .dtau = out.dtau,
+                                       .damping = by(0),
+                                       .stiffness = by(1),
+                                       .reference = by(2),
+                                       .inertias = out.inertias},
+                                      outcomes, 1, own);
+    }
     switch (what) {
       case Of::result:
         if (!inverse) return dynamics.forward_dynamics(q, qd, tau, first, outcomes);
@@ -121,22 +157,22 @@ struct Run {
 };
 
 template <class T>
-void add(std::shared_ptr<const Case> c, bool inverse, Of what, int states) {
-  const std::string task =
-      std::string(inverse ? "torque" : "acceleration") + (states > 1 ? "_batch" : "");
+void add(std::shared_ptr<const Case> c, Task task, Of what, int states) {
+  const std::string name = std::string(name_of(task)) + (states > 1 ? "_batch" : "");
   benchmark::RegisterBenchmark(
-      kalmarm::name_of<T>(task, name_of(what), *c).c_str(),
+      kalmarm::name_of<T>(name, name_of(what), *c).c_str(),
       [=](benchmark::State& run) {
         Run<T> calls(*c, states);
         std::string flaw = c->flaw;
-        if (const int failed = calls.call(inverse, what, 0); failed > 0)
+        if (const int failed = calls.call(task, what, 0); failed > 0)
           flaw = std::to_string(failed) + " states failed";
-        for (int i = 0; !inverse && i < std::min(c->verified(), states) && flaw.empty(); ++i)
+        const bool is_judged = task == Task::acceleration;
+        for (int i = 0; is_judged && i < std::min(c->verified(), states) && flaw.empty(); ++i)
           flaw = calls.judge(*c, what, i);
         if (!flaw.empty()) return run.SkipWithError(flaw.c_str());
         int i = 0;
         for (auto _ : run) {
-          benchmark::DoNotOptimize(calls.call(inverse, what, i));
+          benchmark::DoNotOptimize(calls.call(task, what, i));
           benchmark::DoNotOptimize(calls.dq.data());
           if (states == 1 && ++i == batch_size) i = 0;
         }
@@ -147,10 +183,10 @@ void add(std::shared_ptr<const Case> c, bool inverse, Of what, int states) {
 
 template <class T>
 void add_all(std::shared_ptr<const Case> c) {
-  for (const bool inverse : {false, true})
+  for (const Task task : {Task::acceleration, Task::torque, Task::step})
     for (const int states : {1, batch_size})
       for (const Of what : {Of::result, Of::vjp, Of::vjp_inertias, Of::jvp})
-        add<T>(c, inverse, what, states);
+        add<T>(c, task, what, states);
 }
 
 void add_scenes(const std::vector<Scene>& scenes, std::uint64_t seed) {

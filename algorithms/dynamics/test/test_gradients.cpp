@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "algorithms/dynamics/test/door_support.hpp"
+#include "algorithms/test/refusal.hpp"
 #include "algorithms/test/singular.hpp"
 #include "kalmarm/gradients.hpp"
 #include "kalmarm/kinematics.hpp"
@@ -419,16 +420,6 @@ TYPED_TEST(GradientsOf, ManyRowsAreRowsOfFewer) {
                                          one.all()));
   for (int k = 0; k < 3; ++k)
     EXPECT_NEAR(all.dq[last * 3 + k], one.dq[k], 5000 * unit_roundoff<T>() * one.dq.norm());
-}
-
-template <class F>
-std::string message_of(const F& f) {
-  try {
-    f();
-  } catch (const std::invalid_argument& e) {
-    return e.what();
-  }
-  return "nothing was thrown";
 }
 
 TEST(GradientsInput, IsRefusedByName) {

@@ -24,7 +24,6 @@
 //   outcome = robot.forward_dynamics_vjp(q, qd, tau, w, {.dq = dq, .dqd = dqd, .dtau = dtau});
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -60,10 +59,9 @@ template <class T>
 using RowsOfVectorJacobian = VectorJacobian<std::optional<RowsView<T>>>;
 
 template <class T>
-class GradientEngine;
+class GradientRows;
 template <class T>
 struct GradientCall;
-class Threads;
 
 template <class T>
 class KALMARM_EXPORT Gradients {
@@ -135,32 +133,17 @@ class KALMARM_EXPORT Gradients {
                               int threads = 1, const LoadRows<T>& loads = {});
 
  private:
-  static constexpr std::ptrdiff_t rows_at_once = 1024;  // whose a and lambda are kept
-
   GradientCall<T> checked(const char* call, std::ptrdiff_t count, bool moves,
                           const RowsOfVectorJacobian<T>& out) const;
-  void check_forces(const char* call, std::ptrdiff_t count, const ForceRows<T>& forces) const;
-  LoadRows<T> part(const LoadRows<T>& loads, std::ptrdiff_t first, std::ptrdiff_t rows) const;
-  ForceRows<T> part(const ForceRows<T>& forces, std::ptrdiff_t first, std::ptrdiff_t rows) const;
-
-  void run(std::ptrdiff_t count, const GradientCall<T>& call, int threads);
-  // Of the rows of `call` some after others; solved(first, rows, result, lambda) fills what its sweeps start from, and says
-  // how many failed.
-  using Solved = std::function<int(std::ptrdiff_t, std::ptrdiff_t, RowsView<T>, RowsView<T>)>;
-  int contract(std::ptrdiff_t count, GradientCall<T> call, T* result, int threads,
-               const Solved& solved);
-  // Likewise dx = M^-1 (dtau - dID), of which moved(first, rows, result) fills a or x.
-  using Moved = std::function<void(std::ptrdiff_t, std::ptrdiff_t, RowsView<T>)>;
-  int change(const GradientCall<T>& call, RowsView<const T> q, RowsView<const T> dtau,
-             RowsView<T> dx, std::span<Outcome> outcomes, int threads, const LoadRows<T>& loads,
-             const Moved& moved);
+  GradientRows<T>& sweeps() const;
+  // Of so many rows dx = M^-1 (dtau - dID), and how many failed; dID is written to.
+  int changed(std::ptrdiff_t first, std::ptrdiff_t rows, RowsView<const T> q,
+              RowsView<const T> dtau, T* dID, RowsView<T> dx, std::span<Outcome> outcomes,
+              int threads, const LoadRows<T>& loads);
 
   int nq_ = 0, nv_ = 0;
-  Widths width_;
   Dynamics<T> dynamics_;
-  std::unique_ptr<GradientEngine<T>> engine_;
-  std::unique_ptr<Threads> threads_;
-  std::vector<T> result_, lambda_, torque_;
+  std::unique_ptr<GradientRows<T>> sweeps_;
   std::vector<Outcome> outcomes_;
 };
 
