@@ -63,7 +63,7 @@ Inputs::Inputs(const char* call, std::span<const Argument> arguments) : call_(ca
   bool has_sequences = false;
   for (const Argument& argument : arguments) {
     const int i = given_++;
-    names_[i] = argument.name;
+    names_.at(i) = argument.name;
     if (is_sequence(argument.value)) {
       has_sequences = true;
       continue;
@@ -192,7 +192,7 @@ void Inputs::add_apart(nb::object out, const char* name) {
       throw nb::value_error(
           (call_ + ": "s + name + " lies in the same memory as " + names_[i]).c_str());
   }
-  names_[given_] = name;
+  names_.at(given_) = name;
   arrays_[given_++] = std::move(out);
 }
 

@@ -74,11 +74,11 @@ class WithForces {
 
   Place add(nb::handle value, int width, const OfFrames& what) {
     if (value.is_none()) return {};
-    all_[count_] = {width > 0 ? what.name : what.of_none, value, width};
+    all_.at(count_) = {width > 0 ? what.name : what.of_none, value, width};
     return {count_++, width};
   }
 
-  std::array<Argument, 9> all_;  // a step's q, qd, tau, gains and contacts before them
+  std::array<Argument, Inputs::most_arguments> all_;
   int count_;
   Axes axes_;
   Place on_, loads_;

@@ -1,8 +1,9 @@
+#include "gradients.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -17,25 +18,6 @@ namespace {
 // In the order of kalmarm.Gradients.
 enum Field { dq, dqd, dtau, inertias_field, dqdd, armature_field, forces_field, loads_field };
 constexpr int fields = loads_field + 1;
-
-struct Result {
-  nb::object array = nb::none();
-  npy_intp width = 0;  // numbers of a state
-};
-
-template <class T>
-std::optional<RowsView<T>> rows_in(const Result& result, int count) {
-  if (result.array.is_none()) return {};
-  return RowsView<T>(data_of<T>(result.array), count, result.width);
-}
-
-template <class T>
-void lose(std::span<const Result> results, int row) {
-  for (const Result& one : results)
-    if (!one.array.is_none())
-      std::fill_n(data_of<T>(one.array) + row * one.width, one.width,
-                  std::numeric_limits<T>::quiet_NaN());
-}
 
 // Of results that come without outcomes.
 template <class T>

@@ -5,12 +5,14 @@
 #include <nanobind/stl/vector.h>
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <string>
 #include <tuple>
 #include <vector>
 
 #include "forces.hpp"
+#include "gradients.hpp"
 #include "lock.hpp"
 #include "outcomes.hpp"
 
@@ -35,6 +37,32 @@ std::vector<CoupledRow> coupled(const std::vector<Row>& rows) {
     out.push_back({jacobian, armature, damping, stiffness, reference, imposed});
   return out;
 }
+
+// The places of gains among the arguments of a call, -1: not given.
+struct GainArguments {
+  int damping, stiffness, reference;
+
+  GainArguments(std::vector<Argument>& arguments, const Step::Gains& given, int nv,
+                std::array<const char*, 3> names = {"damping", "stiffness", "reference"}) {
+    const auto place = [&](const char* name, nb::handle value) {
+      if (value.is_none()) return -1;
+      arguments.push_back({name, value, nv});
+      return static_cast<int>(arguments.size()) - 1;
+    };
+    damping = place(names[0], given.damping);
+    stiffness = place(names[1], given.stiffness);
+    reference = place(names[2], given.reference);
+  }
+
+  template <class T>
+  GainRows<T> of_rows(const Inputs& in, int nv) const {
+    const auto rows = [&](int i) -> RowsView<const T> {
+      if (i < 0) return {nullptr, 0, 0};
+      return {in.data<T>(i), in.count(), nv};
+    };
+    return {rows(damping), rows(stiffness), rows(reference)};
+  }
+};
 
 }  // namespace
 
@@ -70,15 +98,7 @@ nb::object Step::acceleration(nb::handle q, nb::handle qd, nb::handle tau, nb::h
   constexpr const char* call = "acceleration";
   const int nq = model_.nq, nv = model_.nv();
   std::vector<Argument> arguments = {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}};
-  // Its place among the arguments, or -1.
-  const auto given = [&](const char* name, nb::handle value) {
-    if (value.is_none()) return -1;
-    arguments.push_back({name, value, nv});
-    return static_cast<int>(arguments.size()) - 1;
-  };
-  const int damping = given("damping", gains.damping),
-            stiffness = given("stiffness", gains.stiffness),
-            reference = given("reference", gains.reference);
+  const GainArguments given(arguments, gains, nv);
   const bool has_gains = arguments.size() > 3;
   const WithForces standing(call, arguments, contacts, contacts_, axes, nb::none(), 0,
                             contacts_argument);
@@ -98,14 +118,10 @@ nb::object Step::acceleration(nb::handle q, nb::handle qd, nb::handle tau, nb::h
     } else {
       const int used = cores(in.call(), threads, count);
       outcomes.resize(count);
-      const auto rows = [&](int i, int width) -> RowsView<const T> {
-        if (i < 0) return {nullptr, 0, 0};
-        return {in.data<T>(i), count, width};
-      };
-      const GainRows<T> of_rows = {rows(damping, nv), rows(stiffness, nv), rows(reference, nv)};
       const WithoutLock released;
       static_cast<void>(worker->dynamics.acceleration(
-          rows(0, nq), rows(1, nv), rows(2, nv), of_rows, RowsView<T>(a, count, nv), outcomes, used,
+          rows_of<T>(in, 0, nq), rows_of<T>(in, 1, nv), rows_of<T>(in, 2, nv),
+          given.of_rows<T>(in, nv), RowsView<T>(a, count, nv), outcomes, used,
           acting.of_rows<T>(in), standing.of_rows<T>(in)));
     }
     for (int i = 0; i < count; ++i)
@@ -148,6 +164,108 @@ nb::object Step::derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::ha
       }
     }
     return answered(in, arrays.tuple(), status, outcomes.data(), model_.names);
+  });
+}
+
+nb::object Step::vector_jacobian(nb::handle q, nb::handle qd, nb::handle tau, nb::handle w,
+                                 const Gains& gains, bool inertias, bool armature, bool status,
+                                 int threads, nb::handle forces, nb::handle loads) {
+  constexpr const char* call = "acceleration_vjp";
+  const int nq = model_.nq, nv = model_.nv();
+  std::vector<Argument> arguments = {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}, {"w", w, nv}};
+  const GainArguments given(arguments, gains, nv);
+  const WithForces acting(call, arguments, forces, forces_, "local", loads, loads_);
+  Inputs in(call, acting.all());
+  // In the order of kalmarm.StepGradients.
+  enum {
+    dq,
+    dqd,
+    dtau,
+    damping,
+    stiffness,
+    reference,
+    by_inertias,
+    by_armature,
+    by_forces,
+    by_loads,
+    a,
+    fields
+  };
+  std::array<Result, fields> results;
+  for (const auto& [field, name] : {std::pair{dq, "dq"},
+                                    {dqd, "dqd"},
+                                    {dtau, "dtau"},
+                                    {damping, "damping"},
+                                    {stiffness, "stiffness"},
+                                    {reference, "reference"},
+                                    {a, "a"}})
+    results[field] = {in.result(nb::none(), {nv}, name), nv};
+  if (inertias)
+    results[by_inertias] = {in.result(nb::none(), {nv, 10}, "inertias"), 10 * npy_intp(nv)};
+  if (armature) results[by_armature] = {in.result(nb::none(), {nv}, "armature"), nv};
+  if (!forces.is_none()) results[by_forces] = {in.result(nb::none(), {forces_}, "forces"), forces_};
+  if (!loads.is_none()) results[by_loads] = {in.result(nb::none(), {loads_}, "loads"), loads_};
+  return in.with_scalar([&]<class T>(T) {
+    const auto worker = gradients_.of<T>().take();
+    const int count = in.count(), used = cores(in.call(), threads, count);
+    std::vector<Outcome>& outcomes = worker->outcomes;
+    outcomes.assign(count, Outcome{});
+    {
+      const WithoutLock released;
+      const auto field = [&](int one) { return rows_in<T>(results[one], count); };
+      const int failed = worker->dynamics.acceleration_vjp(
+          rows_of<T>(in, 0, nq), rows_of<T>(in, 1, nv), rows_of<T>(in, 2, nv),
+          rows_of<T>(in, 3, nv),
+          {.dq = field(dq),
+           .dv = field(dqd),
+           .dtau = field(dtau),
+           .damping = field(damping),
+           .stiffness = field(stiffness),
+           .reference = field(reference),
+           .inertias = field(by_inertias),
+           .armature = field(by_armature),
+           .forces = field(by_forces),
+           .loads = field(by_loads),
+           .result = field(a)},
+          outcomes, used, given.of_rows<T>(in, nv), acting.of_rows<T>(in));
+      for (int i = 0; failed > 0 && i < count; ++i)
+        if (!outcomes[i]) lose<T>(results, i);
+    }
+    nb::list arrays;
+    for (const Result& one : results) arrays.append(one.array);
+    return answered(in, nb::tuple(arrays), status, outcomes.data(), model_.names);
+  });
+}
+
+nb::object Step::jacobian_vector(nb::handle q, nb::handle qd, nb::handle tau, nb::handle dq,
+                                 nb::handle dqd, nb::handle dtau, const Gains& gains,
+                                 const Gains& along, bool status, int threads, nb::handle forces,
+                                 nb::handle loads) {
+  constexpr const char* call = "acceleration_jvp";
+  const int nq = model_.nq, nv = model_.nv();
+  std::vector<Argument> arguments = {{"q", q, nq},   {"qd", qd, nv},   {"tau", tau, nv},
+                                     {"dq", dq, nv}, {"dqd", dqd, nv}, {"dtau", dtau, nv}};
+  const GainArguments given(arguments, gains, nv),
+      directions(arguments, along, nv, {"ddamping", "dstiffness", "dreference"});
+  const WithForces acting(call, arguments, forces, forces_, "local", loads, loads_);
+  Inputs in(call, acting.all());
+  const std::array<Result, 1> result{{{in.result(nb::none(), {nv}), nv}}};
+  return in.with_scalar([&]<class T>(T) {
+    const auto worker = gradients_.of<T>().take();
+    const int count = in.count(), used = cores(in.call(), threads, count);
+    std::vector<Outcome>& outcomes = worker->outcomes;
+    outcomes.assign(count, Outcome{});
+    {
+      const WithoutLock released;
+      const auto rows = [&](int i) { return rows_of<T>(in, i, i == 0 ? nq : nv); };
+      const int failed = worker->dynamics.acceleration_jvp(
+          rows(0), rows(1), rows(2), rows(3), rows(4), rows(5), *rows_in<T>(result[0], count),
+          outcomes, used, given.of_rows<T>(in, nv), directions.of_rows<T>(in, nv),
+          acting.of_rows<T>(in));
+      for (int i = 0; failed > 0 && i < count; ++i)
+        if (!outcomes[i]) lose<T>(result, i);
+    }
+    return answered(in, result[0].array, status, outcomes.data(), model_.names);
   });
 }
 
@@ -238,6 +356,30 @@ forces (..., 6 f): as of Robot.forward_dynamics, where the step begins. contacts
 q (..., nq), qd and tau (..., nv) -> Derivatives(dq, dqd, dtau, a), as those of
 Robot.forward_dynamics_derivatives; dtau is the inverse of M + h B + h^2 K. forces turn with their
 frames: axes "local" is needed.)")
+      .def(
+          "_vector_jacobian",
+          [](Step& self, nb::handle q, nb::handle qd, nb::handle tau, nb::handle w,
+             nb::handle damping, nb::handle stiffness, nb::handle reference, bool inertias,
+             bool armature, bool status, int threads, nb::handle forces, nb::handle loads) {
+            return self.vector_jacobian(q, qd, tau, w, {damping, stiffness, reference}, inertias,
+                                        armature, status, threads, forces, loads);
+          },
+          "q"_a, "qd"_a, "tau"_a, "w"_a, "damping"_a.none(), "stiffness"_a.none(),
+          "reference"_a.none(), "inertias"_a, "armature"_a, "status"_a, "threads"_a,
+          "forces"_a.none(), "loads"_a.none())
+      .def(
+          "_jacobian_vector",
+          [](Step& self, nb::handle q, nb::handle qd, nb::handle tau, nb::handle dq, nb::handle dqd,
+             nb::handle dtau, nb::handle damping, nb::handle stiffness, nb::handle reference,
+             nb::handle ddamping, nb::handle dstiffness, nb::handle dreference, bool status,
+             int threads, nb::handle forces, nb::handle loads) {
+            return self.jacobian_vector(q, qd, tau, dq, dqd, dtau, {damping, stiffness, reference},
+                                        {ddamping, dstiffness, dreference}, status, threads, forces,
+                                        loads);
+          },
+          "q"_a, "qd"_a, "tau"_a, "dq"_a, "dqd"_a, "dtau"_a, "damping"_a.none(),
+          "stiffness"_a.none(), "reference"_a.none(), "ddamping"_a.none(), "dstiffness"_a.none(),
+          "dreference"_a.none(), "status"_a, "threads"_a, "forces"_a.none(), "loads"_a.none())
       .def("advance", &Step::advance, "q"_a, "qd"_a, "a"_a, "out"_a = nb::none(),
            nb::sig("def advance(self, q: numpy.typing.ArrayLike, qd: numpy.typing.ArrayLike, a: "
                    "numpy.typing.ArrayLike, out: tuple[numpy.typing.NDArray[typing.Any], "

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <kalmarm/implicit_step.hpp>
+#include <kalmarm/step_gradients.hpp>
 
 #include "arrays.hpp"
 #include "robot.hpp"
@@ -34,6 +35,15 @@ class Step {
   nb::object derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out, bool status,
                          nb::handle forces, const std::string& axes, nb::handle loads);
 
+  // The products of StepGradients with w: a tuple of arrays in the order of kalmarm.StepGradients, or None.
+  nb::object vector_jacobian(nb::handle q, nb::handle qd, nb::handle tau, nb::handle w,
+                             const Gains& gains, bool inertias, bool armature, bool status,
+                             int threads, nb::handle forces, nb::handle loads);
+  nb::object jacobian_vector(nb::handle q, nb::handle qd, nb::handle tau, nb::handle dq,
+                             nb::handle dqd, nb::handle dtau, const Gains& gains,
+                             const Gains& along, bool status, int threads, nb::handle forces,
+                             nb::handle loads);
+
   // (q, qd) after h with a. out: such a pair, or None.
   nb::tuple advance(nb::handle q, nb::handle qd, nb::handle a, nb::handle out) const;
 
@@ -46,6 +56,8 @@ class Step {
   int forces_, loads_, contacts_;  // numbers of a state
   WorkersOfBoth<ImplicitStep> workers_{
       [this]<class T>() { return ImplicitStep<T>(model_, h_, terms_, scheme_, options_); }};
+  WorkersOfBoth<StepGradients> gradients_{
+      [this]<class T>() { return StepGradients<T>(model_, h_, terms_, scheme_, options_); }};
 };
 
 void bind_step(nb::module_& module);

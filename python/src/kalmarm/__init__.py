@@ -32,7 +32,7 @@ from .files import LoadError, from_mujoco, load
 from .kinematics import Kinematics
 from .loads import payload
 from .pinocchio import PinocchioStates, from_pinocchio
-from .results import Derivatives, Gradients, OperationalSpace, Outcome
+from .results import Derivatives, Gradients, OperationalSpace, Outcome, StepGradients
 from .robot import Actuator, CoupledRow, Robot, Rung, State, Status, Terms
 from .step import ImplicitStep, Stepped
 
@@ -68,6 +68,7 @@ __all__ = [
     "Rung",
     "State",
     "Status",
+    "StepGradients",
     "Stepped",
     "Terms",
     "Verdict",

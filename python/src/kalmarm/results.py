@@ -47,6 +47,29 @@ class Gradients(NamedTuple):
     loads: NDArray[Any] | None
 
 
+class StepGradients(NamedTuple):
+    """Derivatives of w'a of an implicit step by all that it was given, and a: vector-Jacobian products with weights w.
+
+    dq, dqd, dtau: by q along the velocities of the joints, by qd and by tau, (..., nv) each.
+    damping, stiffness, reference: by the gains and targets that the step has, or the state, (..., nv) each; those by
+        springs and targets are zero at balls and free joints.
+    inertias, armature, forces, loads: as of `Gradients`.
+    a: (..., nv), (qd+ - qd) / h.
+    """
+
+    dq: NDArray[Any]
+    dqd: NDArray[Any]
+    dtau: NDArray[Any]
+    damping: NDArray[Any]
+    stiffness: NDArray[Any]
+    reference: NDArray[Any]
+    inertias: NDArray[Any] | None
+    armature: NDArray[Any] | None
+    forces: NDArray[Any] | None
+    loads: NDArray[Any] | None
+    a: NDArray[Any]
+
+
 class OperationalSpace(NamedTuple):
     """What k rows of a Jacobian J make of a robot, of the n DoF that are asked about.
 
