@@ -1,6 +1,7 @@
 #include "jax.hpp"
 
 #include "robot.hpp"
+#include "step.hpp"
 
 #if __has_include(<xla/ffi/api/ffi.h>)
 #define KALMARM_HAS_XLA
@@ -44,14 +45,23 @@ constexpr std::array tasks = {
     Task{"forward_dynamics_jvp", "qvv", "vvv", "n"},
     Task{"inverse_dynamics_jvp", "qvv", "vvv", "n"},
     Task{"solve_jvp", "qn", "vn", "n"},
+    Task{"step_acceleration", "qvvvvv", "", "ves"},
+    Task{"step_acceleration_vjp", "qvvvvv", "v", "vvvvvv"},
+    Task{"step_acceleration_jvp", "qvvvvv", "vvvvvv", "v"},
 };
-constexpr std::size_t most = 7;  // arguments or results, with loads
+constexpr std::size_t most = 13;  // arguments or results, with loads
+
+// Whom a call asks: one of both.
+struct Asked {
+  Robot* robot = nullptr;
+  Step* step = nullptr;
+};
 
 // A call of rows: looks at the shapes of its buffers, and answers it.
 class RobotRows {
  public:
-  RobotRows(Robot& robot, const Task& task, int threads)
-      : robot_(robot), task_(task), threads_(threads) {}
+  RobotRows(Asked asked, const Task& task, int threads)
+      : asked_(asked), task_(task), threads_(threads) {}
 
   ffi::Error run(ffi::RemainingArgs arguments, ffi::RemainingRets results) {
     std::string given(task_.given), returned(task_.results);
@@ -87,16 +97,17 @@ class RobotRows {
   }
 
   std::int64_t width(char of) const {
-    const std::int64_t n = robot_.asked();
+    const RobotModel& model = asked_.robot ? asked_.robot->model() : asked_.step->model();
+    const std::int64_t n = asked_.robot ? asked_.robot->asked() : model.nv();
     switch (of) {
       case 'q':
-        return robot_.model().nq;
+        return model.nq;
       case 'v':
-        return robot_.model().nv();
+        return model.nv();
       case 'm':
         return n * n;
       case 'l':
-        return robot_.loads_;
+        return asked_.robot ? asked_.robot->loads_ : asked_.step->loads_;
       case 'n':
         return n;
       default:
@@ -139,6 +150,10 @@ class RobotRows {
     return rows;
   }
   template <class T>
+  GainRows<T> gains() const {
+    return {given<T>(3), given<T>(4), given<T>(5)};
+  }
+  template <class T>
   RowsOfVectorJacobian<T> derivatives() const {
     RowsOfVectorJacobian<T> rows;
     rows.dq.emplace(out<T>(0));
@@ -156,10 +171,16 @@ class RobotRows {
       call<T>(worker->dynamics, worker->outcomes);
       for (std::int64_t row = 0; row < count_; ++row) tell<T>(returned, row, worker->outcomes[row]);
     };
-    if (task_.linear.empty())
-      with(robot_.workers_.of<T>().take());
+    const auto ask = [&](auto& asked) {
+      if (task_.linear.empty())
+        with(asked.workers_.template of<T>().take());
+      else
+        with(asked.gradients_.template of<T>().take());
+    };
+    if (asked_.robot)
+      ask(*asked_.robot);
     else
-      with(robot_.gradients_.of<T>().take());
+      ask(*asked_.step);
   }
 
   template <class T>
@@ -223,6 +244,31 @@ class RobotRows {
     }
   }
 
+  template <class T>
+  void call(ImplicitStep<T>& step, std::span<Outcome> outcomes) const {
+    static_cast<void>(step.acceleration(given<T>(0), given<T>(1), given<T>(2), gains<T>(),
+                                        out<T>(0), outcomes, used(), loads<T>()));
+  }
+  template <class T>
+  void call(StepGradients<T>& step, std::span<Outcome> outcomes) const {
+    if (is("step_acceleration_jvp")) {
+      static_cast<void>(
+          step.acceleration_jvp(given<T>(0), given<T>(1), given<T>(2), linear<T>(0), linear<T>(1),
+                                linear<T>(2), out<T>(0), outcomes, used(), gains<T>(),
+                                {linear<T>(3), linear<T>(4), linear<T>(5)}, loads<T>()));
+      return;
+    }
+    RowsOfStepVectorJacobian<T> rows{.dq = out<T>(0),
+                                     .dv = out<T>(1),
+                                     .dtau = out<T>(2),
+                                     .damping = out<T>(3),
+                                     .stiffness = out<T>(4),
+                                     .reference = out<T>(5)};
+    if (by_loads_) rows.loads.emplace(static_cast<T*>(out_[6]), count_, width('l'));
+    static_cast<void>(step.acceleration_vjp(given<T>(0), given<T>(1), given<T>(2), linear<T>(0),
+                                            rows, outcomes, used(), gains<T>(), loads<T>()));
+  }
+
   // Of results that come without outcomes.
   template <class T>
   void look_at(std::span<Outcome> outcomes) const {
@@ -237,7 +283,7 @@ class RobotRows {
     }
   }
 
-  Robot& robot_;
+  Asked asked_;
   const Task& task_;
   int threads_;
   bool has_loads_ = false, by_loads_ = false;
@@ -248,33 +294,34 @@ class RobotRows {
 
 namespace {
 
-// Robots by number, from 1 on; kalmarm.jax keeps them.
+// Robots and steps by number, from 1 on; kalmarm.jax keeps them.
 class Table {
  public:
-  std::int64_t number(Robot& robot) {
+  std::int64_t number(Asked asked) {
     const std::lock_guard lock(mutex_);
-    robots_.push_back(&robot);
-    return std::ssize(robots_);
+    all_.push_back(asked);
+    return std::ssize(all_);
   }
-  Robot* find(std::int64_t number) {
+  Asked find(std::int64_t number) {
     const std::lock_guard lock(mutex_);
-    return number > 0 && number <= std::ssize(robots_) ? robots_[number - 1] : nullptr;
+    return number > 0 && number <= std::ssize(all_) ? all_[number - 1] : Asked();
   }
 
  private:
   std::mutex mutex_;
-  std::vector<Robot*> robots_;
+  std::vector<Asked> all_;
 } table;
 
 template <std::size_t i>
 ffi::Error run(ffi::RemainingArgs arguments, ffi::RemainingRets results, std::int64_t robot,
                std::int64_t threads) {
-  Robot* const found = table.find(robot);
-  if (!found)
+  const Asked found = table.find(robot);
+  const bool is_of_step = std::string_view(tasks[i].name).starts_with("step_");
+  if (is_of_step ? !found.step : !found.robot)
     return ffi::Error::InvalidArgument(
         "kalmarm.jax: a program of another process, whose robot is not known here");
   try {
-    return RobotRows(*found, tasks[i], static_cast<int>(threads)).run(arguments, results);
+    return RobotRows(found, tasks[i], static_cast<int>(threads)).run(arguments, results);
   } catch (const std::exception& exception) {
     return ffi::Error::Internal(exception.what());
   }
@@ -309,8 +356,10 @@ void bind_jax(nb::module_& m) {
       },
       "Handlers of XLA by the names of calls.");
   m.def(
-      "_jax_number", [](Robot& robot) { return table.number(robot); }, nb::arg("robot"),
-      "By which handlers find a robot, which from now on has to stay.");
+      "_jax_number", [](Robot& robot) { return table.number({.robot = &robot}); }, nb::arg("robot"),
+      "By which handlers find a robot or a step, which from now on has to stay.");
+  m.def(
+      "_jax_number", [](Step& step) { return table.number({.step = &step}); }, nb::arg("step"));
 }
 
 #else

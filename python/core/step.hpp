@@ -48,6 +48,8 @@ class Step {
   nb::tuple advance(nb::handle q, nb::handle qd, nb::handle a, nb::handle out) const;
 
  private:
+  friend class RobotRows;  // of JAX
+
   RobotModel model_;
   double h_;
   JointTerms terms_;

@@ -59,7 +59,9 @@ def test_calls_take_forces_and_loads_alike():
     steps = ("ImplicitStep", "ImplicitStep.acceleration", "ImplicitStep.derivatives")
     held = {"ConstrainedDynamics.forward_dynamics"}
     turning = {  # with their frames: in no other axes
-        f"Robot.{of}_dynamics_{way}" for of in ("forward", "inverse") for way in ("vjp", "jvp")
+        f"{of}_{way}"
+        for of in ("Robot.forward_dynamics", "Robot.inverse_dynamics", "ImplicitStep.acceleration")
+        for way in ("vjp", "jvp")
     }
     for name in turning:
         assert list(taking.pop(name))[-2:] == ["forces", "loads"]

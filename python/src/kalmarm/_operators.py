@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .robot import Robot
+from .step import ImplicitStep
 
 
 class Call(NamedTuple):
@@ -21,21 +22,22 @@ CALLS = {
     "inverse_dynamics": Call("inverse_dynamics", ("q", "qd", "qdd"), "qvv", "nes"),
     "mass_matrix": Call("mass", ("q",), "q", "mes"),
     "solve": Call("solve", ("q", "tau"), "qn", "nes"),
+    "step_acceleration": Call("", ("q", "qd", "tau", "damping", "stiffness", "reference"), "qvvvvv", "ves"),
 }
 VALUES = tuple(CALLS)  # whose last result is the status
-DIFFERENTIABLE = ("forward_dynamics", "inverse_dynamics", "solve")
+DIFFERENTIABLE = ("forward_dynamics", "inverse_dynamics", "solve", "step_acceleration")
 # da of q, ..., dq, ..., and dq, ... of q, ..., w; dq along the axes of qd
 for _name in DIFFERENTIABLE:
     _call = CALLS[_name]
-    CALLS[f"{_name}_jvp"] = _call._replace(results="n")
+    CALLS[f"{_name}_jvp"] = _call._replace(results=_call.results[0])
     CALLS[f"{_name}_vjp"] = _call._replace(results=_call.given.replace("q", "v"))
 
 
-def width(robot: Robot, letter: str) -> int:
+def width(robot: Robot | ImplicitStep, letter: str) -> int:
     return robot._widths[letter]
 
 
-def shapes(name: str, robot: Robot, rows: tuple[int, ...], by_loads: bool = False) -> list[tuple[int, ...]]:
+def shapes(name: str, robot: Robot | ImplicitStep, rows: tuple[int, ...], by_loads: bool = False) -> list[tuple[int, ...]]:
     """Of what a call returns."""
     rests = {"m": 2 * (width(robot, "n"),), "e": (), "s": ()}
     letters = CALLS[name].results + ("l" if by_loads and name.endswith("_vjp") else "")
@@ -45,10 +47,13 @@ def shapes(name: str, robot: Robot, rows: tuple[int, ...], by_loads: bool = Fals
 def arguments(
     name: str, robot: Any, values: tuple[Any, ...], loads: Any, threads: int
 ) -> list[tuple[str, Any, int]]:
-    """Names, values and widths, of a robot that can be asked."""
-    if not isinstance(robot, Robot):
-        raise TypeError(f"{name}: robot is a {type(robot).__name__}, a kalmarm.Robot is needed")
-    if robot._options["wants"] and CALLS[name].want not in robot._options["wants"]:
+    """Names, values and widths, of a robot or a step that can be asked."""
+    asked, needed = ("step", ImplicitStep) if name == "step_acceleration" else ("robot", Robot)
+    if not isinstance(robot, needed):
+        raise TypeError(
+            f"{name}: {asked} is a {type(robot).__name__}, a kalmarm.{needed.__name__} is needed"
+        )
+    if asked == "robot" and robot._options["wants"] and CALLS[name].want not in robot._options["wants"]:
         raise ValueError(f"{name}: the robot's question does not want it")
     if threads < 0:
         raise ValueError(f"{name}: {threads} threads")
@@ -83,12 +88,25 @@ def leading(name: str, given: list[tuple[str, Any, int]]) -> tuple[int, ...]:
     return rows
 
 
-def check_differentiable(name: str, robot: Robot) -> None:
+def gains(step: Any, *given: Any) -> list[Any]:
+    """damping, stiffness and reference of a call: the step's own where it is None, which take any dtype."""
+    if not isinstance(step, ImplicitStep):
+        return list(given)  # which `arguments` refuses
+    step._check_has_gains_alone("step_acceleration")
+    return [
+        own if x is None else x if hasattr(x, "dtype") else np.asarray(step._gain(name, x)).tolist()
+        for (name, own), x in zip(step._own.items(), given)
+    ]
+
+
+def check_differentiable(name: str, robot: Robot | ImplicitStep) -> None:
     if name not in DIFFERENTIABLE:
         raise NotImplementedError(
             f"{name} has no derivatives: take those of M v = inverse_dynamics(q, 0, v) - "
             "inverse_dynamics(q, 0, 0), or of M^-1 b = solve(q, b)"
         )
+    if isinstance(robot, ImplicitStep):
+        return
     if width(robot, "n") != width(robot, "v") or robot.at_rest:
         raise NotImplementedError(
             f"{name}: derivatives are of robots all of whose joints are asked about, and are not at rest"

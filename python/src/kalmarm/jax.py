@@ -41,8 +41,11 @@ from jax.interpreters import ad, batching, mlir
 from . import _core, _operators
 from .results import Outcomes
 from .robot import Robot
+from .step import ImplicitStep
 
-__all__ = ["Outcomes", "forward_dynamics", "inverse_dynamics", "mass_matrix", "solve"]
+__all__ = ["Outcomes", "forward_dynamics", "inverse_dynamics", "mass_matrix", "solve", "step_acceleration"]
+
+Asked = Robot | ImplicitStep
 
 
 def _register() -> None:
@@ -102,8 +105,31 @@ def mass_matrix(
     return _apply("mass_matrix", robot, (q,), loads, status, threads)
 
 
+def step_acceleration(
+    step: ImplicitStep,
+    q: Any,
+    qd: Any,
+    tau: Any,
+    *,
+    damping: Any = None,
+    stiffness: Any = None,
+    reference: Any = None,
+    loads: Any = None,
+    status: bool = False,
+    threads: int = 1,
+) -> Any:
+    """a = (qd+ - qd) / h of a step, (..., nv) of q (..., nq), qd and tau (..., nv): `ImplicitStep.acceleration`.
+
+    damping, stiffness, reference: (..., nv), of every row its own, in place of the step's; there are gradients by them
+    too. Of a step without rows, actuators and compensation of gravity: ValueError. A gain that is negative or not finite
+    is an error of the whole call, which names row and DoF.
+    """
+    values = (q, qd, tau, *_operators.gains(step, damping, stiffness, reference))
+    return _apply("step_acceleration", step, values, loads, status, threads)
+
+
 def _apply(
-    name: str, robot: Robot, values: tuple[Any, ...], loads: Any, status: bool, threads: int
+    name: str, robot: Asked, values: tuple[Any, ...], loads: Any, status: bool, threads: int
 ) -> Any:
     arguments = _operators.arguments(name, robot, values, loads, threads)
     dtype = next((jnp.asarray(x).dtype for _, x, _ in arguments if hasattr(x, "dtype")), None)
@@ -118,13 +144,13 @@ def _apply(
 
 
 @functools.cache
-def _number(robot: Robot) -> int:
+def _number(robot: Asked) -> int:
     """By which programs name a robot, which stays from now on: a program may outlive all else that holds it."""
     return _core._jax_number(robot)
 
 
 def _results(
-    name: str, robot: Robot, of: jax.Array, by_loads: bool = False
+    name: str, robot: Asked, of: jax.Array, by_loads: bool = False
 ) -> list[jax.ShapeDtypeStruct]:
     """What a call returns of its first argument's rows."""
     shapes = _operators.shapes(name, robot, of.shape[:-1], by_loads)
@@ -134,7 +160,7 @@ def _results(
 
 
 def _call_xla(
-    *arrays: jax.Array, name: str, robot: Robot, threads: int, by_loads: bool = False
+    *arrays: jax.Array, name: str, robot: Asked, threads: int, by_loads: bool = False
 ) -> list[jax.Array]:
     if by_loads and name.endswith("_jvp"):
         raise NotImplementedError(
@@ -165,7 +191,7 @@ def _primitive(kind: str) -> Primitive:
         return compiled(**params)(*arrays)
 
     @primitive.def_abstract_eval
-    def _(*arrays: Any, name: str, robot: Robot, threads: int, by_loads: bool = False) -> Any:
+    def _(*arrays: Any, name: str, robot: Asked, threads: int, by_loads: bool = False) -> Any:
         results = _results(name, robot, arrays[0], by_loads)
         return [jax.core.ShapedArray(x.shape, x.dtype) for x in results]
 
@@ -192,7 +218,7 @@ _tangent = _primitive("tangent")
 _gradient = _primitive("gradient")
 
 
-def _value_jvp(primals: Any, tangents: Any, *, name: str, robot: Robot, threads: int) -> Any:
+def _value_jvp(primals: Any, tangents: Any, *, name: str, robot: Asked, threads: int) -> Any:
     _operators.check_differentiable(name, robot)
     names = _operators.CALLS[name].names
     out = _value.bind(*primals, name=name, robot=robot, threads=threads)
@@ -210,7 +236,7 @@ def _value_jvp(primals: Any, tangents: Any, *, name: str, robot: Robot, threads:
     return out, [result, *(ad.Zero(jax.typeof(x).to_tangent_aval()) for x in out[1:])]
 
 
-def _velocity(robot: Robot, q: jax.Array, dq: jax.Array) -> jax.Array:
+def _velocity(robot: Asked, q: jax.Array, dq: jax.Array) -> jax.Array:
     """Along the axes of qd, (..., nv), of dq (..., nq): (1)."""
     parts, at = [], 0
     for i in robot.model.quaternions:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,6 +14,9 @@ from ._motors import Motors
 from ._names import as_array, number, numbers
 from .results import Derivatives, StepGradients
 from .robot import CoupledRow, Robot
+
+if TYPE_CHECKING:
+    from ._core import Model
 
 
 class Stepped(NamedTuple):
@@ -97,6 +100,7 @@ class ImplicitStep(_core.ImplicitStep):
         self._motors = Motors(robot, ctrl, has_own_gains=has_own_gains)
         self._springless = Motors(robot, ctrl, has_own_gains=True)  # beside gains of states
         self._adds = bool(terms.actuators) or bool(np.any(terms.torque))
+        self._widths = robot._widths  # of operators
 
     def __call__(
         self,
@@ -366,6 +370,14 @@ class ImplicitStep(_core.ImplicitStep):
         motors = self._springless if has_gains else self._motors
         return self._driven_freely(call, q, qd, tau, ctrl, motors)
 
+    def _check_has_gains_alone(self, call: str) -> None:
+        """Whether gains and targets say all that the step does beside the robot."""
+        if self._rows or self._adds or self._robot.terms.compensated is not None:
+            raise ValueError(
+                f"{call}: of a step with rows, or whose robot's file has actuators or compensates gravity: load it "
+                "without takes_steps, and give gains and targets"
+            )
+
     def _gains(self, damping: Any, stiffness: Any, reference: Any) -> list[Any]:
         given = {"damping": damping, "stiffness": stiffness, "reference": reference}
         return [None if x is None else self._gain(name, x) for name, x in given.items()]
@@ -373,6 +385,11 @@ class ImplicitStep(_core.ImplicitStep):
     def _gain(self, name: str, value: Any) -> Any:
         """One number is of every hinge and slide."""
         return value if np.ndim(value) else _of_every_dof(self._robot, name, value)
+
+    @property
+    def model(self) -> Model:
+        """The robot's model, without what the step adds."""
+        return self._robot.model
 
     @property
     def robot(self) -> Robot:
