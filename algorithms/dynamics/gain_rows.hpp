@@ -1,12 +1,12 @@
 // Gains of rows of states: every row is a step with damping b and stiffness k of its own, by (1) to
 // (3) of kalmarm/implicit_step.hpp, in one sweep.
 //
-//   r(i,k) = armature(k) + h b(i,k) + h h' k(i,k)          of row i, h' = h, or 0: springs at the start
+//   r(i,k) = armature(i,k) + h b(i,k) + h h' k(i,k)        of row i, h' = h, or 0: springs at the start
 // is joint noise of a lane (fast/covariance/forward_dynamics.hpp): it changes D and P+ alone. What
 // does not depend on its value, but on whether there is any, is settled when the sweep's model is
 // lowered: HP+ = r g' is no row of zeros, and DoF of ball and free joints are crossed one by one. So
-// the model has the robot's own armature where there is some, and where a row has noise and the robot
-// none, one that vanishes beside any inertia. It is made again where another DoF gets noise.
+// the model has the robot's own armature where there is some and no row has had less, and where a row has less, or noise
+// and the robot none, one that vanishes beside any inertia. It is made again where another DoF gets noise, or less.
 #pragma once
 
 #include <Eigen/Dense>
@@ -45,7 +45,6 @@ class GainsOfRows {
       return rule == Rule::translations || !options.rules.contains(rule);
     });
     for (int dof = 0; dof < robot.nv(); ++dof) {
-      if (!(robot.links[dof].armature > 0)) without_.push_back(dof);
       if (!takes_spring(robot.links[dof])) springless_.push_back(dof);
     }
     for (int row = 0; row < repeated; ++row)
@@ -76,17 +75,17 @@ class GainsOfRows {
           refuse("a spring about a ball or a free joint: stiffness", i, k, x);
   }
 
-  // The call, of rows at the torques tau^, with r of damping and stiffness, null: the step's own. How many
+  // The call, of rows at the torques tau^, with r of `gains`, and where they have none the step's own. How many
   // failed.
-  int acceleration(std::ptrdiff_t rows, Call<T> call, const T* damping, const T* stiffness,
-                   Outcome* outcomes, int threads) {
-    set_noise(rows, damping, stiffness);
+  int acceleration(std::ptrdiff_t rows, Call<T> call, const GainRows<T>& gains, Outcome* outcomes,
+                   int threads) {
+    set_noise(rows, gains.armature.data(), gains.damping.data(), gains.stiffness.data());
     call.r = r_.data();
     return execution_->answer_rows(static_cast<int>(rows), call, outcomes, std::max(threads, 1));
   }
 
  private:
-  void set_noise(std::ptrdiff_t rows, const T* damping, const T* stiffness) {
+  void set_noise(std::ptrdiff_t rows, const T* armature, const T* damping, const T* stiffness) {
     using Numbers = Eigen::Array<T, Eigen::Dynamic, 1>;
     const std::ptrdiff_t nv = robot_.nv();
     if (static_cast<std::ptrdiff_t>(r_.size()) < rows * nv) r_.resize(rows * nv);
@@ -94,7 +93,7 @@ class GainsOfRows {
       const std::ptrdiff_t n = std::min(repeated, rows - first) * nv, at = first * nv;
       const auto numbers = [n](const T* x) { return Eigen::Map<const Numbers>(x, n); };
       Eigen::Map<Numbers> r(r_.data() + at, n);
-      r = numbers(armature_.data());
+      r = numbers(armature ? armature + at : armature_.data());
       if (damping)
         r += of_damping_ * numbers(damping + at);
       else
@@ -104,7 +103,7 @@ class GainsOfRows {
       else
         r += numbers(own_stiffness_.data());
     }
-    make_execution(rows);
+    make_execution(rows, armature != nullptr);
   }
 
   [[noreturn]] void refuse(const char* what, std::ptrdiff_t row, std::ptrdiff_t dof, T x) const {
@@ -113,21 +112,23 @@ class GainsOfRows {
                                 short_text("%g", static_cast<double>(x)));
   }
 
-  void make_execution(std::ptrdiff_t rows) {
+  void make_execution(std::ptrdiff_t rows, bool of_rows) {
     const std::ptrdiff_t nv = robot_.nv();
     const auto has_some = [&](int k) {
       for (std::ptrdiff_t i = 0; i < rows; ++i)
         if (r_[i * nv + k] > T(0)) return true;
       return false;
     };
+    const auto has_less = [&](int k) {
+      for (std::ptrdiff_t i = 0; i < rows; ++i)
+        if (r_[i * nv + k] < static_cast<T>(robot_.links[k].armature)) return true;
+      return false;
+    };
     bool changed = !execution_;
-    for (auto k = without_.begin(); k != without_.end();) {
-      if (!has_some(*k)) {
-        ++k;
-        continue;
-      }
-      robot_.links[*k].armature = 1 / no_body;
-      k = without_.erase(k);
+    for (int k = 0; k < robot_.nv(); ++k) {
+      double& own = robot_.links[k].armature;
+      if (own > 0 ? !of_rows || own == 1 / no_body || !has_less(k) : !has_some(k)) continue;
+      own = 1 / no_body;
       changed = true;
     }
     if (!changed) return;
@@ -144,7 +145,7 @@ class GainsOfRows {
   Question question_;
   std::set<Rule> rules_;
   std::vector<T> armature_, own_damping_, own_stiffness_, r_;
-  std::vector<int> without_, springless_;  // DoF without noise in robot_; without springs
+  std::vector<int> springless_;  // DoF
   std::unique_ptr<Execution<T>> execution_;
 };
 

@@ -363,17 +363,20 @@ int ImplicitStep<T>::acceleration(RowsView<const T> q, RowsView<const T> v, Rows
   const Numbers k = numbers_of("stiffness", gains.stiffness, stiffness_, true);
   const Numbers q0 = numbers_of("reference", gains.reference, reference_, false);
   if (k.of_rows) gains_->check_springs(k.at, count);
+  if (gains.armature.data())
+    static_cast<void>(numbers_of("armature", gains.armature, damping_, true));
+  const bool has_noise = b.of_rows || k.of_rows || gains.armature.data();
   if (static_cast<std::ptrdiff_t>(rows_.size()) < count * nv) rows_.resize(count * nv);
   set_torque(count, q.data(), v.data(), tau.data(), b, k, q0, k.of_rows ? all_springs_ : springs_,
              rows_.data());
   if (contacts.on) {
-    if (b.of_rows || k.of_rows)
-      refuse("acceleration: damping or stiffness of rows beside contacts");
+    if (has_noise) refuse("acceleration: damping, stiffness or armature of rows beside contacts");
     return standing(q, v, a, outcomes, threads, forces, contacts);
   }
-  if (b.of_rows || k.of_rows) {
+  if (has_noise) {
     if (coupled_)
-      refuse("acceleration: damping or stiffness of rows beside terms that couple joints");
+      refuse(
+          "acceleration: damping, stiffness or armature of rows beside terms that couple joints");
     if (!a.fits(count, nv))
       refuse("acceleration: rows of the result are " + a.shape() + ", needed " +
              detail::shape(count, nv));
@@ -386,8 +389,7 @@ int ImplicitStep<T>::acceleration(RowsView<const T> q, RowsView<const T> v, Rows
                                  .forces = forces.on ? forces.on->data() : nullptr,
                                  .loads = forces.loads ? forces.loads->data() : nullptr,
                                  .axes = forces.axes},
-                                gains.damping.data(), gains.stiffness.data(), outcomes.data(),
-                                threads);
+                                gains, outcomes.data(), threads);
   }
   if (!solves_rows())
     return dynamics_.forward_dynamics(q, v, RowsView<const T>(rows_.data(), count, nv), a, outcomes,

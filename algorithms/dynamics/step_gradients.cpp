@@ -95,7 +95,8 @@ void StepGradients<T>::check(const char* call, std::ptrdiff_t count,
                              const GainRows<T>& gains) const {
   for (const auto& [name, rows] : {std::pair{"damping", gains.damping},
                                    {"stiffness", gains.stiffness},
-                                   {"reference", gains.reference}})
+                                   {"reference", gains.reference},
+                                   {"armature", gains.armature}})
     if (rows.data()) check_size(call, name, rows, count, nv_);
 }
 
@@ -105,7 +106,7 @@ GainRows<T> StepGradients<T>::part(const GainRows<T>& gains, std::ptrdiff_t firs
   const auto some = [&](const RowsView<const T>& x) {
     return x.data() ? part_of(x, first, rows, nv_) : x;
   };
-  return {some(gains.damping), some(gains.stiffness), some(gains.reference)};
+  return {some(gains.damping), some(gains.stiffness), some(gains.reference), some(gains.armature)};
 }
 
 template <class T>
@@ -252,6 +253,7 @@ int StepGradients<T>::acceleration_jvp(RowsView<const T> q, RowsView<const T> v,
         const T v_after = v.data()[at] + h_ * a[i];
         T x = dtau.data()[at] - side[i] - b[i] * dv.data()[at];
         if (along.damping.data()) x -= along.damping.data()[at] * v_after;
+        if (along.armature.data()) x -= along.armature.data()[at] * a[i];
         if (q_index_[i] >= 0) {
           const T moved_by = along.reference.data() ? along.reference.data()[at] : T(0);
           x -= stiffness[i] * (dq.data()[at] - moved_by + h_of_springs_ * dv.data()[at]);

@@ -23,11 +23,11 @@ constexpr Scheme schemes[] = {Scheme::springs_at_end, Scheme::springs_at_start};
 template <class T>
 using Rows = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// States and gains, of every row others. Some rows and DoF have no gains, and no ball or free joint
-// springs.
+// States, gains and armatures, of every row others. Some rows and DoF have no gains and no armature, and no ball or free
+// joint springs.
 template <class T>
 struct Batch {
-  Rows<T> q, v, tau, damping, stiffness, reference, a;
+  Rows<T> q, v, tau, damping, stiffness, reference, armature, a;
   std::vector<Outcome> outcomes;
 
   Batch(const Model<double>& model, int count, std::uint64_t seed)
@@ -37,6 +37,7 @@ struct Batch {
         damping(v),
         stiffness(v),
         reference(v),
+        armature(v),
         a(poisoned<T>(count, model.nv())),
         outcomes(count) {
     Random random(seed);
@@ -53,11 +54,12 @@ struct Batch {
         damping(i, k) = none ? T(0) : decades(-2, 4);
         stiffness(i, k) = none || !is_single(model, k) ? T(0) : decades(0, 6);
         reference(i, k) = static_cast<T>(random.uniform(-1, 1));
+        armature(i, k) = none ? T(0) : decades(-6, 0);
       }
     }
   }
 
-  GainRows<T> gains() const { return {damping, stiffness, reference}; }
+  GainRows<T> gains() const { return {damping, stiffness, reference, armature}; }
   int count() const { return static_cast<int>(outcomes.size()); }
 };
 
@@ -71,6 +73,15 @@ std::vector<double> numbers(const Rows<T>& rows, int i) {
 template <class T>
 JointTerms terms_of(const Batch<T>& batch, int i) {
   return {numbers(batch.damping, i), numbers(batch.stiffness, i), numbers(batch.reference, i)};
+}
+
+// The robot with a row's armatures.
+template <class T>
+RobotModel robot_of(const Model<double>& model, const Batch<T>& batch, int i) {
+  RobotModel out = plain(model);
+  for (int k = 0; k < out.nv(); ++k)
+    out.links[k].armature = static_cast<double>(batch.armature(i, k));
+  return out;
 }
 
 template <class T>
@@ -91,9 +102,10 @@ TYPED_TEST(StepsOfGainRows, SolveEachTheirOwnEquation) {
       ASSERT_EQ(
           step.acceleration(batch.q, batch.v, batch.tau, batch.gains(), batch.a, batch.outcomes),
           0);
-      const Model<Mp> exact = model.cast<Mp>();  // World keeps it
       const Mp at_end = scheme == Scheme::springs_at_end ? h : 0;
       for (int i = 0; i < batch.count(); ++i) {
+        const Model<Mp> exact =
+            model_of(robot_of(model, batch, i)).template cast<Mp>();  // World keeps it
         const VectorX<Mp> q = batch.q.row(i).template cast<Mp>(),
                           v = batch.v.row(i).template cast<Mp>(),
                           a = batch.a.row(i).template cast<Mp>();
@@ -130,7 +142,7 @@ TYPED_TEST(StepsOfGainRows, AreThoseOfRobotsWithTheirGains) {
                                     batch.outcomes, 2),
                   0);
         for (int i = 0; i < count; ++i) {
-          ImplicitStep<T> own(plain(model), h, terms_of(batch, i), scheme,
+          ImplicitStep<T> own(robot_of(model, batch, i), h, terms_of(batch, i), scheme,
                               {.tolerance = tolerance});
           VectorX<T> one = poisoned<T>(nv);
           const VectorX<T> q = batch.q.row(i), v = batch.v.row(i), tau = batch.tau.row(i);
@@ -162,6 +174,9 @@ TYPED_TEST(StepsOfGainRows, TakeWhatIsLeftOutFromTheStep) {
     fill(some.damping, own.damping, filled.damping);
     fill(some.stiffness, own.stiffness, filled.stiffness);
     fill(some.reference, own.reference, filled.reference);
+    std::vector<double> armature;
+    for (const LinkParameters& link : plain(model).links) armature.push_back(link.armature);
+    fill(some.armature, armature, filled.armature);
     ASSERT_EQ(step.acceleration(batch.q, batch.v, batch.tau, some, all, batch.outcomes), 0);
     ASSERT_EQ(step.acceleration(filled.q, filled.v, filled.tau, filled.gains(), filled.a,
                                 filled.outcomes),
@@ -172,6 +187,7 @@ TYPED_TEST(StepsOfGainRows, TakeWhatIsLeftOutFromTheStep) {
   expect_of({.stiffness = batch.stiffness});
   expect_of({.reference = batch.reference});
   expect_of({.damping = batch.damping, .reference = batch.reference});
+  expect_of({.armature = batch.armature});
   expect_of({});
 }
 
@@ -210,12 +226,14 @@ TYPED_TEST(StepsOfGainRows, AreRightWhereRoundingSpoilsASweep) {
   Batch<T> batch(model, count, 4);
   batch.damping *= T(1e-3);
   batch.stiffness *= T(1e-3);
+  batch.armature *= T(1e-6);
   ImplicitStep<T> step(plain(model), h, {});
   ASSERT_EQ(step.acceleration(batch.q, batch.v, batch.tau, batch.gains(), batch.a, batch.outcomes),
             0);
-  const Model<Mp> exact = model.cast<Mp>();  // World keeps it
   int looked_at = 0;
   for (int i = 0; i < count; ++i) {
+    const Model<Mp> exact =
+        model_of(robot_of(model, batch, i)).template cast<Mp>();  // World keeps it
     const VectorX<Mp> q = batch.q.row(i).template cast<Mp>(),
                       v = batch.v.row(i).template cast<Mp>(),
                       b = batch.damping.row(i).template cast<Mp>(),
@@ -269,6 +287,7 @@ TEST(StepsOfGainRowsRefuse, WhatNoGainsAre) {
   refused({.stiffness = with(2, nv - 1, -0.5)}, last + "stiffness -0.5");
   refused({.stiffness = with(2, nv - 1, inf)}, last + "stiffness inf");
   refused({.reference = with(2, nv - 1, nan)}, last + "reference nan");
+  refused({.armature = with(2, nv - 1, -2)}, last + "armature -2");
   refused({.stiffness = with(1, 4, 1)}, "a spring about a ball or a free joint");
   const Rows<double> few = Rows<double>::Zero(3, nv), narrow = Rows<double>::Zero(4, nv - 1);
   refused({.damping = few},

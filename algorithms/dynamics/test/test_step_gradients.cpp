@@ -29,10 +29,13 @@ using Rows = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 // Eighths, so that few bits of torques are lost. Some DoF have no damper, and some, and balls and free joints, no spring.
 template <class T>
 struct Gains {
-  Rows<T> damping, stiffness, reference;
+  Rows<T> damping, stiffness, reference, armature;
 
   Gains(const Model<double>& model, int count, std::uint64_t seed)
-      : damping(Rows<T>::Zero(count, model.nv())), stiffness(damping), reference(damping) {
+      : damping(Rows<T>::Zero(count, model.nv())),
+        stiffness(damping),
+        reference(damping),
+        armature(damping) {
     Random random(seed);
     const auto eighths = [&](double least, double most) {
       return static_cast<T>(std::round(8 * random.uniform(least, most)) / 8);
@@ -42,10 +45,11 @@ struct Gains {
         if (k % 3 != 0) damping(i, k) = eighths(0, 40);
         if (is_single(model, k) && k % 4 != 1) stiffness(i, k) = eighths(0, 800);
         reference(i, k) = eighths(-1, 1);
+        armature(i, k) = eighths(0, 1);
       }
   }
 
-  GainRows<T> rows() const { return {damping, stiffness, reference}; }
+  GainRows<T> rows() const { return {damping, stiffness, reference, armature}; }
   JointTerms of(int row) const {
     const auto numbers = [row](const Rows<T>& x) {
       const VectorX<double> one = x.row(row).template cast<double>();
@@ -204,6 +208,7 @@ TYPED_TEST(StepGradientsOf, ProductsFromEitherSideAreAdjoint) {
         add(by.damping, along.damping, 1);
         add(by.stiffness, along.stiffness, 1);
         add(by.reference, along.reference, 1);
+        add(by.armature, along.armature, 1);
         add(batch.w, da, -1);
         // As far as both answers may be wrong.
         EXPECT_LE(std::abs(sum), (4000 * u + 20 * batch.outcomes[i].error) * size) << i;
@@ -233,7 +238,10 @@ TYPED_TEST(StepGradientsOf, RowsWithGainsAreAsARobotThatIsBuiltWithThem) {
                               &Products<T>::stiffness, &Products<T>::inertias})
       EXPECT_EQ(rows.*member, threaded.*member);
     for (const int i : {0, count - 1}) {
-      StepGradients<T> one(plain(model), h, gains.of(i));
+      RobotModel robot = plain(model);
+      for (int k = 0; k < n; ++k)
+        robot.links[k].armature = static_cast<double>(gains.armature(i, k));
+      StepGradients<T> one(robot, h, gains.of(i));
       VectorX<T> dq = poisoned<T>(n), dv(dq), dtau(dq), a(dq), stiffness(dq);
       const auto of = [i](const Rows<T>& x) { return VectorX<T>(x.row(i)); };
       const VectorX<T> q = of(batch.q), v = of(batch.v), tau = of(batch.tau), w = of(batch.w);

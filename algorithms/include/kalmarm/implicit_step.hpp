@@ -38,7 +38,8 @@
 //
 // A position controller with gains kp and kv is a spring and a damper, its target their reference. Of
 // rows of states each may have its own gains and targets (GainRows): r(k) of (2) is then one of the
-// row, for about the price of a step.
+// row, for about the price of a step. So may its armature: with h = 0 these are forward dynamics of robots
+// with armatures of their own.
 #pragma once
 
 #include <memory>
@@ -95,6 +96,7 @@ struct GainRows {
   RowsView<const T> damping = {nullptr, 0, 0};    // b [N m s/rad or N s/m]
   RowsView<const T> stiffness = {nullptr, 0, 0};  // k [N m/rad or N/m]
   RowsView<const T> reference = {nullptr, 0, 0};  // q0 [rad or m]
+  RowsView<const T> armature = {nullptr, 0, 0};   // the robot's, not the step's [kg m^2 or kg]
 };
 
 template <class T>
@@ -133,11 +135,11 @@ class KALMARM_EXPORT ImplicitStep {
                                  const ForceRows<T>& forces = {},
                                  const ContactRows<T>& contacts = {});
 
-  // Rows of states with gains of their own. References cost nothing; dampers and springs 1.2 times the
-  // time of a step; below a tolerance of 1e-12 every row is a robot that is made anew. Throws
-  // std::invalid_argument with row and DoF where b or k is negative, where a number is not finite, where
-  // a ball or free joint has a spring, and where dampers or springs of rows stand beside terms that couple
-  // joints, or contacts.
+  // Rows of states with gains of their own. References cost nothing; dampers, springs and armatures 1.2 times
+  // the time of a step; below a tolerance of 1e-12 every row is a robot that is made anew. Throws
+  // std::invalid_argument with row and DoF where b, k or an armature is negative, where a number is not finite,
+  // where a ball or free joint has a spring, and where dampers, springs or armatures of rows stand beside terms
+  // that couple joints, or contacts.
   [[nodiscard]] int acceleration(RowsView<const T> q, RowsView<const T> v, RowsView<const T> tau,
                                  const GainRows<T>& gains, RowsView<T> a,
                                  std::span<Outcome> outcomes, int threads = 1,

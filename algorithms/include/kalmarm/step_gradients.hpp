@@ -7,8 +7,8 @@
 // is ID(q, v, a) = tau - B (v + h a) - K (p + h h' a). For weights w and lambda = M^^-1 w therefore, per DoF,
 //   w'da:  dtau = lambda,  db = -lambda (v + h a),  dk = -lambda (p + h h' a),  dq0 = k lambda               (2)
 //          dq = -k lambda - d(lambda'ID)/dq,  dv = -(b + h' k) lambda - d(lambda'ID)/dv                      (3)
-// and inertias, armatures, forces and loads by -d(lambda'ID) alone. Along a direction
-//   M^ da = dtau - B dv - K (dq - dq0 + h' dv) - db (v + h a) - dk (p + h h' a) - dID                        (4)
+// and inertias, armatures (-lambda a), forces and loads by -d(lambda'ID) alone. Along a direction
+//   M^ da = dtau - B dv - K (dq - dq0 + h' dv) - db (v + h a) - dk (p + h h' a) - d(armature) a - dID        (4)
 // with dID of fast/derivatives/virtual_power.hpp and tangent.hpp. M^^-1 w is the step's own acceleration of a robot that
 // neither weighs anything nor moves, with its springs at ease.
 //
@@ -81,7 +81,7 @@ class KALMARM_EXPORT StepGradients {
                                      const GainRows<T>& gains = {},
                                      const ForceRows<T>& forces = {});
 
-  // da (nv) of (4) along dq, dv and dtau (nv each), and, where they are given, along gains and targets. 1650 n.
+  // da (nv) of (4) along dq, dv and dtau (nv each), and, where they are given, along gains, targets and armatures. 1650 n.
   Outcome acceleration_jvp(VectorView<const T> q, VectorView<const T> v, VectorView<const T> tau,
                            VectorView<const T> dq, VectorView<const T> dv, VectorView<const T> dtau,
                            VectorView<T> da, const StateForces<T>& forces = {});
