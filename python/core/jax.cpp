@@ -45,11 +45,11 @@ constexpr std::array tasks = {
     Task{"forward_dynamics_jvp", "qvv", "vvv", "n"},
     Task{"inverse_dynamics_jvp", "qvv", "vvv", "n"},
     Task{"solve_jvp", "qn", "vn", "n"},
-    Task{"step_acceleration", "qvvvvv", "", "ves"},
-    Task{"step_acceleration_vjp", "qvvvvv", "v", "vvvvvv"},
-    Task{"step_acceleration_jvp", "qvvvvv", "vvvvvv", "v"},
+    Task{"step_acceleration", "qvvvvvv", "", "ves"},
+    Task{"step_acceleration_vjp", "qvvvvvv", "v", "vvvvvvv"},
+    Task{"step_acceleration_jvp", "qvvvvvv", "vvvvvvv", "v"},
 };
-constexpr std::size_t most = 13;  // arguments or results, with loads
+constexpr std::size_t most = 15;  // arguments or results, with loads
 
 // Whom a call asks: one of both.
 struct Asked {
@@ -151,7 +151,7 @@ class RobotRows {
   }
   template <class T>
   GainRows<T> gains() const {
-    return {given<T>(3), given<T>(4), given<T>(5)};
+    return {given<T>(3), given<T>(4), given<T>(5), given<T>(6)};
   }
   template <class T>
   RowsOfVectorJacobian<T> derivatives() const {
@@ -252,10 +252,10 @@ class RobotRows {
   template <class T>
   void call(StepGradients<T>& step, std::span<Outcome> outcomes) const {
     if (is("step_acceleration_jvp")) {
-      static_cast<void>(
-          step.acceleration_jvp(given<T>(0), given<T>(1), given<T>(2), linear<T>(0), linear<T>(1),
-                                linear<T>(2), out<T>(0), outcomes, used(), gains<T>(),
-                                {linear<T>(3), linear<T>(4), linear<T>(5)}, loads<T>()));
+      static_cast<void>(step.acceleration_jvp(
+          given<T>(0), given<T>(1), given<T>(2), linear<T>(0), linear<T>(1), linear<T>(2),
+          out<T>(0), outcomes, used(), gains<T>(),
+          {linear<T>(3), linear<T>(4), linear<T>(5), linear<T>(6)}, loads<T>()));
       return;
     }
     RowsOfStepVectorJacobian<T> rows{.dq = out<T>(0),
@@ -263,8 +263,9 @@ class RobotRows {
                                      .dtau = out<T>(2),
                                      .damping = out<T>(3),
                                      .stiffness = out<T>(4),
-                                     .reference = out<T>(5)};
-    if (by_loads_) rows.loads.emplace(static_cast<T*>(out_[6]), count_, width('l'));
+                                     .reference = out<T>(5),
+                                     .armature = out<T>(6)};
+    if (by_loads_) rows.loads.emplace(static_cast<T*>(out_[7]), count_, width('l'));
     static_cast<void>(step.acceleration_vjp(given<T>(0), given<T>(1), given<T>(2), linear<T>(0),
                                             rows, outcomes, used(), gains<T>(), loads<T>()));
   }

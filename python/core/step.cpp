@@ -40,10 +40,11 @@ std::vector<CoupledRow> coupled(const std::vector<Row>& rows) {
 
 // The places of gains among the arguments of a call, -1: not given.
 struct GainArguments {
-  int damping, stiffness, reference;
+  int damping, stiffness, reference, armature;
 
   GainArguments(std::vector<Argument>& arguments, const Step::Gains& given, int nv,
-                std::array<const char*, 3> names = {"damping", "stiffness", "reference"}) {
+                std::array<const char*, 4> names = {"damping", "stiffness", "reference",
+                                                    "armature"}) {
     const auto place = [&](const char* name, nb::handle value) {
       if (value.is_none()) return -1;
       arguments.push_back({name, value, nv});
@@ -52,6 +53,7 @@ struct GainArguments {
     damping = place(names[0], given.damping);
     stiffness = place(names[1], given.stiffness);
     reference = place(names[2], given.reference);
+    armature = place(names[3], given.armature);
   }
 
   template <class T>
@@ -60,7 +62,7 @@ struct GainArguments {
       if (i < 0) return {nullptr, 0, 0};
       return {in.data<T>(i), in.count(), nv};
     };
-    return {rows(damping), rows(stiffness), rows(reference)};
+    return {rows(damping), rows(stiffness), rows(reference), rows(armature)};
   }
 };
 
@@ -168,8 +170,8 @@ nb::object Step::derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::ha
 }
 
 nb::object Step::vector_jacobian(nb::handle q, nb::handle qd, nb::handle tau, nb::handle w,
-                                 const Gains& gains, bool inertias, bool armature, bool status,
-                                 int threads, nb::handle forces, nb::handle loads) {
+                                 const Gains& gains, bool inertias, bool status, int threads,
+                                 nb::handle forces, nb::handle loads) {
   constexpr const char* call = "acceleration_vjp";
   const int nq = model_.nq, nv = model_.nv();
   std::vector<Argument> arguments = {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}, {"w", w, nv}};
@@ -198,11 +200,11 @@ nb::object Step::vector_jacobian(nb::handle q, nb::handle qd, nb::handle tau, nb
                                     {damping, "damping"},
                                     {stiffness, "stiffness"},
                                     {reference, "reference"},
+                                    {by_armature, "armature"},
                                     {a, "a"}})
     results[field] = {in.result(nb::none(), {nv}, name), nv};
   if (inertias)
     results[by_inertias] = {in.result(nb::none(), {nv, 10}, "inertias"), 10 * npy_intp(nv)};
-  if (armature) results[by_armature] = {in.result(nb::none(), {nv}, "armature"), nv};
   if (!forces.is_none()) results[by_forces] = {in.result(nb::none(), {forces_}, "forces"), forces_};
   if (!loads.is_none()) results[by_loads] = {in.result(nb::none(), {loads_}, "loads"), loads_};
   return in.with_scalar([&]<class T>(T) {
@@ -246,7 +248,7 @@ nb::object Step::jacobian_vector(nb::handle q, nb::handle qd, nb::handle tau, nb
   std::vector<Argument> arguments = {{"q", q, nq},   {"qd", qd, nv},   {"tau", tau, nv},
                                      {"dq", dq, nv}, {"dqd", dqd, nv}, {"dtau", dtau, nv}};
   const GainArguments given(arguments, gains, nv),
-      directions(arguments, along, nv, {"ddamping", "dstiffness", "dreference"});
+      directions(arguments, along, nv, {"ddamping", "dstiffness", "dreference", "darmature"});
   const WithForces acting(call, arguments, forces, forces_, "local", loads, loads_);
   Inputs in(call, acting.all());
   const std::array<Result, 1> result{{{in.result(nb::none(), {nv}), nv}}};
@@ -316,32 +318,40 @@ void bind_step(nb::module_& m) {
                                                                     : "springs_at_start";
                    })
       .def_prop_ro("_stiff_model", &Step::stiff_model)
+      .def_prop_ro("_armature",
+                   [](const Step& self) {
+                     std::vector<double> out;
+                     for (const LinkParameters& link : self.model().links)
+                       out.push_back(link.armature);
+                     return out;
+                   })
       .def(
           "acceleration",
           [](Step& self, nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
-             nb::handle damping, nb::handle stiffness, nb::handle reference, bool status,
-             int threads, nb::handle forces, const std::string& axes, nb::handle loads,
+             nb::handle damping, nb::handle stiffness, nb::handle reference, nb::handle armature,
+             bool status, int threads, nb::handle forces, const std::string& axes, nb::handle loads,
              nb::handle contacts) {
-            return self.acceleration(q, qd, tau, out, {damping, stiffness, reference}, status,
-                                     threads, forces, axes, loads, contacts);
+            return self.acceleration(q, qd, tau, out, {damping, stiffness, reference, armature},
+                                     status, threads, forces, axes, loads, contacts);
           },
           "q"_a, "qd"_a, "tau"_a, "out"_a = nb::none(), options, "damping"_a = nb::none(),
-          "stiffness"_a = nb::none(), "reference"_a = nb::none(), "status"_a = false,
-          "threads"_a = 1, "forces"_a = nb::none(), "axes"_a = "aligned", "loads"_a = nb::none(),
-          "contacts"_a = nb::none(),
+          "stiffness"_a = nb::none(), "reference"_a = nb::none(), "armature"_a = nb::none(),
+          "status"_a = false, "threads"_a = 1, "forces"_a = nb::none(), "axes"_a = "aligned",
+          "loads"_a = nb::none(), "contacts"_a = nb::none(),
           nb::sig("def acceleration" KALMARM_STATE
                   "out: typing.Any = None, *, damping: typing.Any = None, stiffness: typing.Any = "
-                  "None, reference: typing.Any = None, status: bool = False, threads: int = "
+                  "None, reference: typing.Any = None, armature: typing.Any = None, status: bool = "
+                  "False, threads: int = "
                   "1" KALMARM_FORCES ", contacts: typing.Any = None) -> typing.Any"),
           R"(a = (qd+ - qd) / h of the step.
 
 q (..., nq), qd and tau (..., nv) -> a (..., nv).
 
-damping, stiffness, reference: (..., nv), of every state its own, in place of the step's. References
-cost nothing; dampers and springs 1.2 times the time of a step, but below a tolerance of 1e-12 every
+damping, stiffness, reference: (..., nv), of every state its own, in place of the step's, and armature in
+place of the robot's. References cost nothing; the others 1.2 times the time of a step, but below a tolerance of 1e-12 every
 state then is a robot that is made anew. ValueError with the row and the DoF where one is
-negative or not finite, where a ball or free joint has a spring, and where dampers or springs stand
-beside rows of the step.
+negative or not finite, where a ball or free joint has a spring, and where dampers, springs or
+armatures stand beside rows of the step.
 
 forces (..., 6 f): as of Robot.forward_dynamics, where the step begins. contacts (..., 6 c): rows of
 (M + h B + h^2 K + J'DJ) a = tau - bias, as of Robot.solve.)")
@@ -359,27 +369,28 @@ frames: axes "local" is needed.)")
       .def(
           "_vector_jacobian",
           [](Step& self, nb::handle q, nb::handle qd, nb::handle tau, nb::handle w,
-             nb::handle damping, nb::handle stiffness, nb::handle reference, bool inertias,
-             bool armature, bool status, int threads, nb::handle forces, nb::handle loads) {
-            return self.vector_jacobian(q, qd, tau, w, {damping, stiffness, reference}, inertias,
-                                        armature, status, threads, forces, loads);
+             nb::handle damping, nb::handle stiffness, nb::handle reference, nb::handle armature,
+             bool inertias, bool status, int threads, nb::handle forces, nb::handle loads) {
+            return self.vector_jacobian(q, qd, tau, w, {damping, stiffness, reference, armature},
+                                        inertias, status, threads, forces, loads);
           },
           "q"_a, "qd"_a, "tau"_a, "w"_a, "damping"_a.none(), "stiffness"_a.none(),
-          "reference"_a.none(), "inertias"_a, "armature"_a, "status"_a, "threads"_a,
+          "reference"_a.none(), "armature"_a.none(), "inertias"_a, "status"_a, "threads"_a,
           "forces"_a.none(), "loads"_a.none())
       .def(
           "_jacobian_vector",
           [](Step& self, nb::handle q, nb::handle qd, nb::handle tau, nb::handle dq, nb::handle dqd,
              nb::handle dtau, nb::handle damping, nb::handle stiffness, nb::handle reference,
-             nb::handle ddamping, nb::handle dstiffness, nb::handle dreference, bool status,
-             int threads, nb::handle forces, nb::handle loads) {
-            return self.jacobian_vector(q, qd, tau, dq, dqd, dtau, {damping, stiffness, reference},
-                                        {ddamping, dstiffness, dreference}, status, threads, forces,
-                                        loads);
+             nb::handle armature, nb::handle ddamping, nb::handle dstiffness, nb::handle dreference,
+             nb::handle darmature, bool status, int threads, nb::handle forces, nb::handle loads) {
+            return self.jacobian_vector(
+                q, qd, tau, dq, dqd, dtau, {damping, stiffness, reference, armature},
+                {ddamping, dstiffness, dreference, darmature}, status, threads, forces, loads);
           },
           "q"_a, "qd"_a, "tau"_a, "dq"_a, "dqd"_a, "dtau"_a, "damping"_a.none(),
-          "stiffness"_a.none(), "reference"_a.none(), "ddamping"_a.none(), "dstiffness"_a.none(),
-          "dreference"_a.none(), "status"_a, "threads"_a, "forces"_a.none(), "loads"_a.none())
+          "stiffness"_a.none(), "reference"_a.none(), "armature"_a.none(), "ddamping"_a.none(),
+          "dstiffness"_a.none(), "dreference"_a.none(), "darmature"_a.none(), "status"_a,
+          "threads"_a, "forces"_a.none(), "loads"_a.none())
       .def("advance", &Step::advance, "q"_a, "qd"_a, "a"_a, "out"_a = nb::none(),
            nb::sig("def advance(self, q: numpy.typing.ArrayLike, qd: numpy.typing.ArrayLike, a: "
                    "numpy.typing.ArrayLike, out: tuple[numpy.typing.NDArray[typing.Any], "

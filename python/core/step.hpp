@@ -24,7 +24,7 @@ class Step {
 
   // Of every state, or None: the step's own.
   struct Gains {
-    nb::handle damping, stiffness, reference;
+    nb::handle damping, stiffness, reference, armature;
   };
 
   // forces: None, or six numbers of every frame that is acted on, in `axes`; loads: or ten of every one that is loaded;
@@ -37,8 +37,8 @@ class Step {
 
   // The products of StepGradients with w: a tuple of arrays in the order of kalmarm.StepGradients, or None.
   nb::object vector_jacobian(nb::handle q, nb::handle qd, nb::handle tau, nb::handle w,
-                             const Gains& gains, bool inertias, bool armature, bool status,
-                             int threads, nb::handle forces, nb::handle loads);
+                             const Gains& gains, bool inertias, bool status, int threads,
+                             nb::handle forces, nb::handle loads);
   nb::object jacobian_vector(nb::handle q, nb::handle qd, nb::handle tau, nb::handle dq,
                              nb::handle dqd, nb::handle dtau, const Gains& gains,
                              const Gains& along, bool status, int threads, nb::handle forces,

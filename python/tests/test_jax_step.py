@@ -33,6 +33,7 @@ def gains(robot, rows, seed, dtype=np.float64):
         "damping": random.uniform(0, 5, shape).astype(dtype),
         "stiffness": (random.uniform(0, 300, shape) * single).astype(dtype),
         "reference": (random.uniform(-1, 1, shape) * single).astype(dtype),
+        "armature": random.uniform(0, 0.5, shape).astype(dtype),
     }
 
 
@@ -44,13 +45,14 @@ def test_operator_jit_and_vmap_are_the_steps_rows_to_the_bit(g1, dtype):
     truth = step.acceleration(*x, **own)
 
     def one(*x):
-        return step_acceleration(step, *x[:3], damping=x[3], stiffness=x[4], reference=x[5])
+        return step_acceleration(step, *x[:3], damping=x[3], stiffness=x[4], reference=x[5], armature=x[6])
 
     for call in (one, jax.jit(one), jax.vmap(one), jax.jit(jax.vmap(one))):
         found = call(*x, *own.values())
         assert found.dtype == dtype
         assert np.array_equal(found, truth)
     none = {name: np.broadcast_to(np.asarray(y, dtype), x[1].shape) for name, y in step._own.items()}
+    none["armature"] = np.broadcast_to(np.asarray(step._armature, dtype), x[1].shape)
     assert np.array_equal(step_acceleration(step, *x), step.acceleration(*x, **none))
 
 
@@ -61,7 +63,7 @@ def test_derivatives_are_those_of_differences(panda, g1):
         single = np.array(robot.model.single)
 
         def one(*x):
-            of_springs = {"stiffness": x[4] * single, "reference": x[5]}
+            of_springs = {"stiffness": x[4] * single, "reference": x[5], "armature": x[6]}
             return step_acceleration(step, *x[:3], damping=x[3], **of_springs)
 
         check_grads(one, x, 1, modes=("fwd", "rev"), rtol=1e-4, eps=1e-5)

@@ -36,6 +36,7 @@ def gains(robot, rows, seed):
         "damping": random.uniform(0, 5, shape),
         "stiffness": random.uniform(0, 300, shape) * has_spring,
         "reference": random.uniform(-1, 1, shape) * has_spring,
+        "armature": random.uniform(0, 0.5, shape),
     }
 
 
@@ -55,7 +56,7 @@ def test_products_are_those_of_the_matrices(arm, scheme):
     np.testing.assert_allclose(da, expected[..., 0], rtol=1e-9, atol=1e-9)
 
 
-@pytest.mark.parametrize("name", ["damping", "stiffness", "reference"])
+@pytest.mark.parametrize("name", ["damping", "stiffness", "reference", "armature"])
 @pytest.mark.parametrize("scheme", ["springs_at_end", "springs_at_start"])
 def test_gains_of_rows_are_derived_by(arm, scheme, name):
     step = kalmarm.ImplicitStep(arm, H, scheme=scheme)
@@ -112,3 +113,25 @@ def test_what_is_wrong_is_named(arm, tmp_path):
     step = kalmarm.ImplicitStep(kalmarm.load(path, takes_steps=True), H)
     with pytest.raises(ValueError, match="compensates gravity"):
         step.acceleration_vjp(q, qd, tau, w)
+
+
+def test_armatures_of_states_are_those_of_robots_that_are_built_with_them():
+    """With h = 0 it is forward dynamics."""
+    masses = {"link1": 2.0, "link2": 1.5}
+
+    def arm(armatures):
+        builder, parent = kalmarm.Builder(), -1
+        for (name, mass), armature in zip(masses.items(), armatures):
+            builder.add_body(
+                name, joint="hinge", axis=(0, 1, 0), parent=parent, position=(0, 0, 0.3), mass=mass,
+                center_of_mass=(0.1, 0, 0.1), inertia=(0.01, 0.02, 0.01), armature=armature,
+            )
+            parent = name
+        return builder.build()
+
+    given = np.array([[0.2, 0.0], [0.05, 0.7], [0.0, 0.3]])
+    robot = arm((0.1, 0.1))
+    q, qd, tau = robot.random_state(9, 3)
+    a = kalmarm.ImplicitStep(robot, 0.0).acceleration(q, qd, tau, armature=given)
+    own = [arm(row).forward_dynamics(*state) for row, *state in zip(given, q, qd, tau)]
+    np.testing.assert_allclose(a, own, rtol=1e-12)

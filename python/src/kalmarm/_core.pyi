@@ -415,17 +415,17 @@ class ImplicitStep:
     @property
     def scheme(self) -> str: ...
 
-    def acceleration(self, q: numpy.typing.ArrayLike, qd: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, out: Any = None, *, damping: Any = None, stiffness: Any = None, reference: Any = None, status: bool = False, threads: int = 1, forces: Any = None, axes: str = 'aligned', loads: Any = None, contacts: Any = None) -> Any:
+    def acceleration(self, q: numpy.typing.ArrayLike, qd: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, out: Any = None, *, damping: Any = None, stiffness: Any = None, reference: Any = None, armature: Any = None, status: bool = False, threads: int = 1, forces: Any = None, axes: str = 'aligned', loads: Any = None, contacts: Any = None) -> Any:
         """
         a = (qd+ - qd) / h of the step.
 
         q (..., nq), qd and tau (..., nv) -> a (..., nv).
 
-        damping, stiffness, reference: (..., nv), of every state its own, in place of the step's. References
-        cost nothing; dampers and springs 1.2 times the time of a step, but below a tolerance of 1e-12 every
+        damping, stiffness, reference: (..., nv), of every state its own, in place of the step's, and armature in
+        place of the robot's. References cost nothing; the others 1.2 times the time of a step, but below a tolerance of 1e-12 every
         state then is a robot that is made anew. ValueError with the row and the DoF where one is
-        negative or not finite, where a ball or free joint has a spring, and where dampers or springs stand
-        beside rows of the step.
+        negative or not finite, where a ball or free joint has a spring, and where dampers, springs or
+        armatures stand beside rows of the step.
 
         forces (..., 6 f): as of Robot.forward_dynamics, where the step begins. contacts (..., 6 c): rows of
         (M + h B + h^2 K + J'DJ) a = tau - bias, as of Robot.solve.

@@ -22,7 +22,7 @@ CALLS = {
     "inverse_dynamics": Call("inverse_dynamics", ("q", "qd", "qdd"), "qvv", "nes"),
     "mass_matrix": Call("mass", ("q",), "q", "mes"),
     "solve": Call("solve", ("q", "tau"), "qn", "nes"),
-    "step_acceleration": Call("", ("q", "qd", "tau", "damping", "stiffness", "reference"), "qvvvvv", "ves"),
+    "step_acceleration": Call("", ("q", "qd", "tau", "damping", "stiffness", "reference", "armature"), "qvvvvvv", "ves"),
 }
 VALUES = tuple(CALLS)  # whose last result is the status
 DIFFERENTIABLE = ("forward_dynamics", "inverse_dynamics", "solve", "step_acceleration")
@@ -89,13 +89,13 @@ def leading(name: str, given: list[tuple[str, Any, int]]) -> tuple[int, ...]:
 
 
 def gains(step: Any, *given: Any) -> list[Any]:
-    """damping, stiffness and reference of a call: the step's own where it is None, which take any dtype."""
+    """damping, stiffness, reference and armature of a call: the step's own where it is None, which take any dtype."""
     if not isinstance(step, ImplicitStep):
         return list(given)  # which `arguments` refuses
     step._check_has_gains_alone("step_acceleration")
     return [
         own if x is None else x if hasattr(x, "dtype") else np.asarray(step._gain(name, x)).tolist()
-        for (name, own), x in zip(step._own.items(), given)
+        for (name, own), x in zip([*step._own.items(), ("armature", step._armature)], given)
     ]
 
 

@@ -114,17 +114,18 @@ def step_acceleration(
     damping: Any = None,
     stiffness: Any = None,
     reference: Any = None,
+    armature: Any = None,
     loads: Any = None,
     status: bool = False,
     threads: int = 1,
 ) -> Any:
     """a = (qd+ - qd) / h of a step, (..., nv) of q (..., nq), qd and tau (..., nv): `ImplicitStep.acceleration`.
 
-    damping, stiffness, reference: (..., nv), of every row its own, in place of the step's; there are gradients by them
-    too. Of a step without rows, actuators and compensation of gravity: ValueError. A gain that is negative or not finite
+    damping, stiffness, reference: (..., nv), of every row its own, in place of the step's, and armature in place of the
+    robot's; there are gradients by them too. Of a step without rows, actuators and compensation of gravity: ValueError. A gain that is negative or not finite
     is an error of the whole call, which names row and DoF.
     """
-    values = (q, qd, tau, *_operators.gains(step, damping, stiffness, reference))
+    values = (q, qd, tau, *_operators.gains(step, damping, stiffness, reference, armature))
     return _apply("step_acceleration", step, values, loads, status, threads)
 
 

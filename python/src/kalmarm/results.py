@@ -53,7 +53,8 @@ class StepGradients(NamedTuple):
     dq, dqd, dtau: by q along the velocities of the joints, by qd and by tau, (..., nv) each.
     damping, stiffness, reference: by the gains and targets that the step has, or the state, (..., nv) each; those by
         springs and targets are zero at balls and free joints.
-    inertias, armature, forces, loads: as of `Gradients`.
+    armature: (..., nv).
+    inertias, forces, loads: as of `Gradients`.
     a: (..., nv), (qd+ - qd) / h.
     """
 
@@ -64,7 +65,7 @@ class StepGradients(NamedTuple):
     stiffness: NDArray[Any]
     reference: NDArray[Any]
     inertias: NDArray[Any] | None
-    armature: NDArray[Any] | None
+    armature: NDArray[Any]
     forces: NDArray[Any] | None
     loads: NDArray[Any] | None
     a: NDArray[Any]

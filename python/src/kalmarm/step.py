@@ -113,6 +113,7 @@ class ImplicitStep(_core.ImplicitStep):
         damping: ArrayLike | None = None,
         stiffness: ArrayLike | None = None,
         reference: ArrayLike | None = None,
+        armature: ArrayLike | None = None,
         status: bool = False,
         threads: int = 1,
         forces: ArrayLike | None = None,
@@ -125,7 +126,7 @@ class ImplicitStep(_core.ImplicitStep):
         q (..., nq), qd and tau (..., nv) -> Stepped(q, qd, a): (..., nq), (..., nv), (..., nv).
 
         ctrl: (..., nu), of every state its own, in place of the step's.
-        damping, stiffness, reference: (..., nv), of every state its own, as `acceleration` has it.
+        damping, stiffness, reference, armature: (..., nv), of every state its own, as `acceleration` has it.
         forces: (..., 6 f), loads: (..., 10 l), and contacts: (..., 6 c), as `acceleration` has
             them.
         out: what an earlier call of the same shape returned, apart from the inputs.
@@ -141,6 +142,7 @@ class ImplicitStep(_core.ImplicitStep):
             damping=damping,
             stiffness=stiffness,
             reference=reference,
+            armature=armature,
             status=status,
             threads=threads,
             forces=forces,
@@ -163,6 +165,7 @@ class ImplicitStep(_core.ImplicitStep):
         damping: ArrayLike | None = None,
         stiffness: ArrayLike | None = None,
         reference: ArrayLike | None = None,
+        armature: ArrayLike | None = None,
         status: bool = False,
         threads: int = 1,
         forces: ArrayLike | None = None,
@@ -175,12 +178,13 @@ class ImplicitStep(_core.ImplicitStep):
         q (..., nq), qd and tau (..., nv) -> a (..., nv) [rad/s^2 or m/s^2].
 
         ctrl: (..., nu), controls of `robot.terms.actuators`, in place of the step's.
-        damping, stiffness, reference: (..., nv), of every state its own, in place of the step's, or
-            one number for every hinge and slide. References cost nothing; dampers and springs 1.2
+        damping, stiffness, reference: (..., nv), of every state its own, in place of the step's, and
+            armature in place of the robot's, or one number for every hinge and slide. With h = 0 this is
+            forward dynamics with armatures of states. References cost nothing; the others 1.2
             times the time of a step, but below a tolerance of 1e-12 every state then is a robot
             that is made anew. ValueError with the row and the DoF where one is negative or not
-            finite, where a ball or free joint has a spring, and where dampers or springs stand
-            beside rows of the step.
+            finite, where a ball or free joint has a spring, and where dampers, springs or armatures
+            stand beside rows of the step.
         forces: (..., 6 f), of each of the f frames of the robot's `acted_on` the moment about the
             origin of `axes` and the force [N m, N], as they are where the step begins, with the
             axes of `Kinematics`. ValueError where they are of another size or the robot has no
@@ -192,8 +196,8 @@ class ImplicitStep(_core.ImplicitStep):
             whose known forces are among `forces`. (M + h B + h^2 K + J'DJ) a = tau - bias.
             ValueError beside dampers or springs of every state.
         """
-        names = ("damping", "stiffness", "reference")
-        given = zip(names, self._gains(damping, stiffness, reference))
+        names = ("damping", "stiffness", "reference", "armature")
+        given = zip(names, self._gains(damping, stiffness, reference, armature))
         gains = {name: x for name, x in given if x is not None}
         tau, held = self._driven(
             q, qd, tau, ctrl, threads, self._springless if gains else self._motors
@@ -250,8 +254,8 @@ class ImplicitStep(_core.ImplicitStep):
         damping: ArrayLike | None = None,
         stiffness: ArrayLike | None = None,
         reference: ArrayLike | None = None,
+        armature: ArrayLike | None = None,
         inertias: bool = False,
-        armature: bool = False,
         status: bool = False,
         threads: int = 1,
         forces: ArrayLike | None = None,
@@ -260,15 +264,15 @@ class ImplicitStep(_core.ImplicitStep):
         """Derivatives of w'a, a = (qd+ - qd) / h of the step, by all that a depends on, in O(n): no matrix is formed.
 
         q (..., nq), qd, tau and w (..., nv) -> `StepGradients`. About 3.4 times the time of a step. damping, stiffness
-        and reference: as of `acceleration`. inertias, armature: those by these are worked out too. forces and loads: as
+        and reference, armature: as of `acceleration`. inertias: those by these are worked out too. forces and loads: as
         of `Robot.forward_dynamics_vjp`. Outcomes: of a and of the step's solve of w, the worse of both. ValueError
         where the step has rows, where the robot's file compensates gravity, and where an actuator with stiffness or
         damping is at a force limit.
         """
-        gains = self._gains(damping, stiffness, reference)
+        gains = self._gains(damping, stiffness, reference, armature)
         tau = self._driven_alone("acceleration_vjp", q, qd, tau, ctrl, gains)
         found = self._vector_jacobian(
-            q, qd, tau, w, *gains, inertias, armature, status, threads, forces, loads
+            q, qd, tau, w, *gains, inertias, status, threads, forces, loads
         )
         return (StepGradients(*found[0]), found[1]) if status else StepGradients(*found)
 
@@ -285,20 +289,22 @@ class ImplicitStep(_core.ImplicitStep):
         damping: ArrayLike | None = None,
         stiffness: ArrayLike | None = None,
         reference: ArrayLike | None = None,
+        armature: ArrayLike | None = None,
         ddamping: ArrayLike | None = None,
         dstiffness: ArrayLike | None = None,
         dreference: ArrayLike | None = None,
+        darmature: ArrayLike | None = None,
         status: bool = False,
         threads: int = 1,
         forces: ArrayLike | None = None,
         loads: ArrayLike | None = None,
     ) -> Any:
         """How a of the step changes, (..., nv), along dq, dqd and dtau (..., nv), dq along the velocities of the joints,
-        and along ddamping, dstiffness and dreference, gains and targets, where they are given. About 3.6 times the time
+        and along ddamping, dstiffness, dreference and darmature where they are given. About 3.6 times the time
         of a step; other arguments, outcomes and errors as of `acceleration_vjp`."""
-        gains = self._gains(damping, stiffness, reference)
+        gains = self._gains(damping, stiffness, reference, armature)
         tau = self._driven_alone("acceleration_jvp", q, qd, tau, ctrl, gains)
-        along = (ddamping, dstiffness, dreference)
+        along = (ddamping, dstiffness, dreference, darmature)
         return self._jacobian_vector(
             q, qd, tau, dq, dqd, dtau, *gains, *along, status, threads, forces, loads
         )
@@ -378,8 +384,8 @@ class ImplicitStep(_core.ImplicitStep):
                 "without takes_steps, and give gains and targets"
             )
 
-    def _gains(self, damping: Any, stiffness: Any, reference: Any) -> list[Any]:
-        given = {"damping": damping, "stiffness": stiffness, "reference": reference}
+    def _gains(self, damping: Any, stiffness: Any, reference: Any, armature: Any) -> list[Any]:
+        given = {"damping": damping, "stiffness": stiffness, "reference": reference, "armature": armature}
         return [None if x is None else self._gain(name, x) for name, x in given.items()]
 
     def _gain(self, name: str, value: Any) -> Any:
