@@ -197,6 +197,21 @@ def test_gradients_by_loads_are_those_of_differences():
         jax.jvp(lambda x: operators.solve(robot, q, tau, loads=x), (load_of,), (load_of,))
 
 
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_payload_is_the_packages_with_derivatives(dtype):
+    mass, center, moments = dtype([1.5, 0.2]), np.full((3, 1, 3), 0.1, dtype), np.eye(3, dtype=dtype)
+    for inertia in (0.0, [0.01, 0.012, 0.006], moments):
+        truth = kalmarm.payload(mass, center, np.asarray(inertia, dtype))
+        found = operators.payload(mass, center, inertia)
+        assert found.dtype == dtype
+        assert np.allclose(found, truth, rtol=4 * np.finfo(dtype).eps, atol=0)
+    assert operators.payload(1, (0, 0, 1)).tolist() == [1, 0, 0, 1, 1, 1, 0, 0, 0, 0]
+    x = tuple(np.float64(part) for part in (mass, center, moments))
+    check_grads(operators.payload, x, 2, rtol=1e-5)
+    with pytest.raises(ValueError, match=r"payload: center has shape \(2,\)"):
+        operators.payload(mass, (0, 0))
+
+
 def test_a_row_that_fails_is_nan_by_itself_and_says_so(robot):
     q, qd, tau = given(robot, "forward_dynamics")
     qd[3, 1] = np.nan

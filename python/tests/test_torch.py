@@ -113,6 +113,22 @@ def test_gradients_by_loads():
     assert torch.autograd.gradcheck(one, loads, eps=1e-6, atol=1e-5, rtol=1e-5)
 
 
+@pytest.mark.parametrize("dtype", [torch.float32, torch.float64])
+def test_payload_is_the_packages_with_gradients(dtype):
+    mass = torch.tensor([1.5, 0.2], dtype=dtype)
+    center, moments = torch.full((3, 1, 3), 0.1, dtype=dtype), torch.eye(3, dtype=dtype)
+    for inertia in (0.0, [0.01, 0.012, 0.006], moments):
+        truth = kalmarm.payload(mass.numpy(), center.numpy(), np.asarray(inertia, mass.numpy().dtype))
+        found = operators.payload(mass, center, inertia)
+        assert found.dtype == dtype
+        assert np.allclose(found.numpy(), truth, rtol=4 * torch.finfo(dtype).eps, atol=0)
+    assert operators.payload(1, (0, 0, 1)).tolist() == [1, 0, 0, 1, 1, 1, 0, 0, 0, 0]
+    x = [part.double().requires_grad_() for part in (mass, center, moments)]
+    assert torch.autograd.gradcheck(operators.payload, x)
+    with pytest.raises(ValueError, match=r"payload: center has shape \(2,\)"):
+        operators.payload(mass, (0, 0))
+
+
 def test_tensors_with_gaps_and_broadcast_ones(g1):
     q, qd, tau = given(g1, "forward_dynamics", 6)
     truth = g1.forward_dynamics(q.numpy(), qd[:1].numpy(), tau.numpy())

@@ -39,13 +39,14 @@ from jax.extend.core import Primitive
 from jax.interpreters import ad, batching, mlir
 
 from . import _core, _operators
+from .loads import ten_numbers
 from .results import Outcomes
 from .robot import Robot
 from .step import ImplicitStep
 
-__all__ = ["Outcomes", "forward_dynamics", "inverse_dynamics", "mass_matrix", "solve", "step_acceleration"]
+__all__ = ["Outcomes", "forward_dynamics", "inverse_dynamics", "mass_matrix", "payload", "solve", "step_acceleration"]
 
-Asked = Robot | ImplicitStep
+_Asked = Robot | ImplicitStep
 
 
 def _register() -> None:
@@ -122,22 +123,32 @@ def step_acceleration(
     """a = (qd+ - qd) / h of a step, (..., nv) of q (..., nq), qd and tau (..., nv): `ImplicitStep.acceleration`.
 
     damping, stiffness, reference: (..., nv), of every row its own, in place of the step's, and armature in place of the
-    robot's; there are gradients by them too. Of a step without rows, actuators and compensation of gravity: ValueError. A gain that is negative or not finite
-    is an error of the whole call, which names row and DoF.
+    robot's; there are derivatives by them too. ValueError where the step has rows, or its robot's file has actuators or
+    compensates gravity. A gain that is negative or not finite is an error of the whole call, which names row and DoF.
     """
     values = (q, qd, tau, *_operators.gains(step, damping, stiffness, reference, armature))
     return _apply("step_acceleration", step, values, loads, status, threads)
 
 
+def payload(mass: Any, center: Any = (0.0, 0.0, 0.0), inertia: Any = 0.0) -> Any:
+    """Ten numbers of bodies for `loads`, (..., 10) of mass (...), center (..., 3) and inertia (..., 3), (..., 3, 3) or 0:
+    `kalmarm.payload`, with derivatives."""
+    m, c, given = _arrays(mass, center, inertia)
+    return jnp.stack(jnp.broadcast_arrays(*ten_numbers(m, c, given, jnp.eye(3, dtype=c.dtype))), -1)
+
+
+def _arrays(*given: Any) -> list[jax.Array]:
+    """Lists and numbers take the dtype of arrays."""
+    dtype = next((jnp.asarray(x).dtype for x in given if hasattr(x, "dtype")), float)
+    return [jnp.asarray(x, None if hasattr(x, "dtype") else dtype) for x in given]
+
+
 def _apply(
-    name: str, robot: Asked, values: tuple[Any, ...], loads: Any, status: bool, threads: int
+    name: str, robot: _Asked, values: tuple[Any, ...], loads: Any, status: bool, threads: int
 ) -> Any:
     arguments = _operators.arguments(name, robot, values, loads, threads)
-    dtype = next((jnp.asarray(x).dtype for _, x, _ in arguments if hasattr(x, "dtype")), None)
-    given = [
-        (argument, jnp.asarray(x, None if hasattr(x, "dtype") else dtype), width)
-        for argument, x, width in arguments
-    ]
+    names, values, widths = zip(*arguments)
+    given = list(zip(names, _arrays(*values), widths))
     rows = _operators.leading(name, given)
     arrays = [jnp.broadcast_to(x, (*rows, width)) for _, x, width in given]
     result, error, state = _value.bind(*arrays, name=name, robot=robot, threads=threads)
@@ -145,13 +156,13 @@ def _apply(
 
 
 @functools.cache
-def _number(robot: Asked) -> int:
+def _number(robot: _Asked) -> int:
     """By which programs name a robot, which stays from now on: a program may outlive all else that holds it."""
     return _core._jax_number(robot)
 
 
 def _results(
-    name: str, robot: Asked, of: jax.Array, by_loads: bool = False
+    name: str, robot: _Asked, of: jax.Array, by_loads: bool = False
 ) -> list[jax.ShapeDtypeStruct]:
     """What a call returns of its first argument's rows."""
     shapes = _operators.shapes(name, robot, of.shape[:-1], by_loads)
@@ -161,7 +172,7 @@ def _results(
 
 
 def _call_xla(
-    *arrays: jax.Array, name: str, robot: Asked, threads: int, by_loads: bool = False
+    *arrays: jax.Array, name: str, robot: _Asked, threads: int, by_loads: bool = False
 ) -> list[jax.Array]:
     if by_loads and name.endswith("_jvp"):
         raise NotImplementedError(
@@ -192,7 +203,7 @@ def _primitive(kind: str) -> Primitive:
         return compiled(**params)(*arrays)
 
     @primitive.def_abstract_eval
-    def _(*arrays: Any, name: str, robot: Asked, threads: int, by_loads: bool = False) -> Any:
+    def _(*arrays: Any, name: str, robot: _Asked, threads: int, by_loads: bool = False) -> Any:
         results = _results(name, robot, arrays[0], by_loads)
         return [jax.core.ShapedArray(x.shape, x.dtype) for x in results]
 
@@ -219,7 +230,7 @@ _tangent = _primitive("tangent")
 _gradient = _primitive("gradient")
 
 
-def _value_jvp(primals: Any, tangents: Any, *, name: str, robot: Asked, threads: int) -> Any:
+def _value_jvp(primals: Any, tangents: Any, *, name: str, robot: _Asked, threads: int) -> Any:
     _operators.check_differentiable(name, robot)
     names = _operators.CALLS[name].names
     out = _value.bind(*primals, name=name, robot=robot, threads=threads)
@@ -237,7 +248,7 @@ def _value_jvp(primals: Any, tangents: Any, *, name: str, robot: Asked, threads:
     return out, [result, *(ad.Zero(jax.typeof(x).to_tangent_aval()) for x in out[1:])]
 
 
-def _velocity(robot: Asked, q: jax.Array, dq: jax.Array) -> jax.Array:
+def _velocity(robot: _Asked, q: jax.Array, dq: jax.Array) -> jax.Array:
     """Along the axes of qd, (..., nv), of dq (..., nq): (1)."""
     parts, at = [], 0
     for i in robot.model.quaternions:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -20,24 +22,22 @@ def payload(
     """
     m, c, given = np.asarray(mass), np.asarray(center), np.asarray(inertia)
     dtype = np.result_type(m, c, given, np.float32)
+    return np.stack(np.broadcast_arrays(*ten_numbers(m, c, given, np.eye(3))), -1).astype(dtype)
+
+
+def ten_numbers(m: Any, c: Any, given: Any, one: Any) -> list[Any]:
+    """Those of `payload`, of arrays of any framework: mass, center and inertia; one: its (3, 3) of ones."""
     if c.shape[-1:] != (3,):
-        raise ValueError(f"payload: center has shape {c.shape}, (..., 3) is needed")
+        raise ValueError(f"payload: center has shape {tuple(c.shape)}, (..., 3) is needed")
     if given.ndim == 0:
-        given = np.zeros(3) + given
+        given = given + 0 * c
     if given.shape[-2:] == (3, 3):
         tensor = given
     elif given.shape[-1:] == (3,):
-        tensor = given[..., None] * np.eye(3)
+        tensor = given[..., None] * one
     else:
-        raise ValueError(f"payload: inertia has shape {given.shape}, (..., 3, 3) or (..., 3) is needed")
+        raise ValueError(f"payload: inertia has shape {tuple(given.shape)}, (..., 3, 3) or (..., 3) is needed")
     h = m[..., None] * c
-    moments = tensor + (
-        np.sum(h * c, axis=-1)[..., None, None] * np.eye(3) - h[..., :, None] * c[..., None, :]
-    )
-    shape = np.broadcast_shapes(m.shape, h.shape[:-1], moments.shape[:-2])
-    out = np.empty((*shape, 10), dtype)
-    out[..., 0] = m
-    out[..., 1:4] = h
-    for column, (i, j) in enumerate([(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)], 4):
-        out[..., column] = moments[..., i, j]
-    return out
+    about = tensor + (h * c).sum(-1)[..., None, None] * one - h[..., :, None] * c[..., None, :]
+    moments = [about[..., i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
+    return [m, h[..., 0], h[..., 1], h[..., 2], *moments]

@@ -31,10 +31,11 @@ except ImportError as error:
 from torch import Tensor
 
 from . import _operators
+from .loads import ten_numbers
 from .results import Outcomes
 from .robot import Robot, numbered
 
-__all__ = ["Outcomes", "forward_dynamics", "inverse_dynamics", "mass_matrix", "solve"]
+__all__ = ["Outcomes", "forward_dynamics", "inverse_dynamics", "mass_matrix", "payload", "solve"]
 
 
 def forward_dynamics(
@@ -83,15 +84,25 @@ def mass_matrix(
     return _apply("mass_matrix", robot, (q,), loads, status, threads)
 
 
+def payload(mass: Any, center: Any = (0.0, 0.0, 0.0), inertia: Any = 0.0) -> Tensor:
+    """Ten numbers of bodies for `loads`, (..., 10) of mass (...), center (..., 3) and inertia (..., 3), (..., 3, 3) or 0:
+    `kalmarm.payload`, with gradients."""
+    m, c, given = _tensors(mass, center, inertia)
+    return torch.stack(torch.broadcast_tensors(*ten_numbers(m, c, given, torch.eye(3, dtype=c.dtype))), -1)
+
+
+def _tensors(*given: Any) -> list[Tensor]:
+    """Lists and numbers take the dtype of tensors."""
+    dtype = next((x.dtype for x in given if isinstance(x, Tensor)), torch.float64)
+    return [torch.as_tensor(x, dtype=None if hasattr(x, "dtype") else dtype) for x in given]
+
+
 def _apply(
     name: str, robot: Robot, values: tuple[Any, ...], loads: Any, status: bool, threads: int
 ) -> Any:
     arguments = _operators.arguments(name, robot, values, loads, threads)
-    dtype = next((x.dtype for _, x, _ in arguments if isinstance(x, Tensor)), torch.float64)
-    given = [
-        (argument, torch.as_tensor(x, dtype=None if hasattr(x, "dtype") else dtype), width)
-        for argument, x, width in arguments
-    ]
+    names, values, widths = zip(*arguments)
+    given = list(zip(names, _tensors(*values), widths))
     for argument, x, _ in given:
         if x.device.type != "cpu":
             raise ValueError(f"{name}: {argument} is on {x.device}, the CPU is needed: {argument}.cpu()")
