@@ -332,4 +332,4 @@ def test_example_of_the_page_runs(title, monkeypatch):
 
 
 def test_page_has_all_its_examples():
-    assert len(EXAMPLES) == 4
+    assert len(EXAMPLES) == 3

@@ -1,6 +1,5 @@
 """kalmarm.torch: operators against the robot's own calls, to the bit, and their gradients against differences."""
 
-import re
 import subprocess
 import sys
 import warnings
@@ -14,10 +13,7 @@ torch = pytest.importorskip("torch")
 import kalmarm  # noqa: E402
 import kalmarm.torch as operators  # noqa: E402
 
-ROOT = Path(__file__).parents[2]
-ROBOTS = ROOT / "robots" / "models"
-BLOCK = re.compile(r"^## (.+?, in PyTorch)$.*?^```python\n(.*?)^```", re.DOTALL | re.MULTILINE)
-EXAMPLES = BLOCK.findall((ROOT / "docs" / "jax-and-torch.md").read_text())
+ROBOTS = Path(__file__).parents[2] / "robots" / "models"
 CALLS = ["forward_dynamics", "inverse_dynamics", "solve"]
 
 
@@ -190,15 +186,3 @@ def test_import_without_pytorch_names_the_extra():
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     last = found.stderr.splitlines()[-1]
     assert last == "ImportError: kalmarm.torch needs PyTorch: pip install 'kalmarm[torch]'"
-
-
-@pytest.mark.parametrize("title", [title for title, _ in EXAMPLES])
-def test_example_of_the_page_runs(title, monkeypatch):
-    monkeypatch.chdir(ROOT)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)
-        exec(compile(dict(EXAMPLES)[title], f"docs/jax-and-torch.md: {title}", "exec"), {"__name__": "__main__"})
-
-
-def test_page_has_all_its_examples():
-    assert len(EXAMPLES) == 1
