@@ -32,8 +32,8 @@ import numpy as np
 
 try:
     import jax
-except ImportError as error:
-    raise ImportError("kalmarm.jax needs JAX: pip install 'kalmarm[jax]'") from error
+except ImportError as _error:
+    raise ImportError("kalmarm.jax needs JAX: pip install 'kalmarm[jax]'") from _error
 import jax.numpy as jnp
 from jax.extend.core import Primitive
 from jax.interpreters import ad, batching, mlir

@@ -26,8 +26,8 @@ from numpy.typing import NDArray
 
 try:
     import torch
-except ImportError as error:
-    raise ImportError("kalmarm.torch needs PyTorch: pip install 'kalmarm[torch]'") from error
+except ImportError as _error:
+    raise ImportError("kalmarm.torch needs PyTorch: pip install 'kalmarm[torch]'") from _error
 from torch import Tensor
 
 from . import _operators
