@@ -92,8 +92,7 @@ def terminal(x):
 
 
 def optimise(iterations=100):
-    """States (STEPS + 1, 2 n), commands (STEPS, n) and the cost of every iteration, from holding HOME; the end is where one
-    gains less than a millionth."""
+    """States (STEPS + 1, 2 n), commands (STEPS, n), costs; from holding HOME until an iteration gains less than a millionth."""
     x, u = np.tile(REST, (STEPS + 1, 1)), np.tile(np.arctanh(ROBOT.gravity(HOME) / LIMIT), (STEPS, 1))
     k, K, costs = np.zeros((STEPS, N)), np.zeros((STEPS, N, 2 * N)), [np.inf]
     for _ in range(iterations):

@@ -244,6 +244,9 @@ def test_lists_and_numbers_take_the_dtype_of_arrays(robot):
     found = operators.forward_dynamics(robot, q, [0.0] * robot.nv, 0.0)
     assert found.dtype == np.float32
     assert np.array_equal(found, robot.forward_dynamics(q, 0 * tau, 0 * tau))
+    integers = [[int(x) for x in robot.neutral()]]
+    found = operators.solve(robot, integers, 1)
+    assert np.array_equal(found, robot.solve(np.array(integers, float), 1.0))
 
 
 def test_parts_of_a_question_have_values_and_no_derivatives():
