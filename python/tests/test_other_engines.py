@@ -1245,14 +1245,33 @@ def _(at):
     yield q, moved
 
 
-@check("step.derivatives(q, qd, tau)")
-def _(at):
-    model, robot = with_springs(at.name)
-    d = kalmarm.ImplicitStep(robot, H).derivatives(at.q, at.qd, at.tau)
+def transition(at, model):
+    """A of a step, in which (dq, dqd) after it are A (dq, dqd)."""
     model.opt.integrator = mujoco.mjtIntegrator.mjINT_DISCRETE
     data, A = mujoco.MjData(model), np.zeros((2 * at.nv, 2 * at.nv))
     data.qpos, data.qvel, data.qfrc_applied = at.q, at.qd, at.tau
     mujoco.mjd_transitionFD(model, data, 1e-6, True, A, None, None, None)
+    return A
+
+
+@check("step.acceleration_vjp(q, qd, tau, w)")
+def _(at):
+    """By mjd_transitionFD."""
+    model, robot = with_springs(at.name)
+    A, step = transition(at, model), kalmarm.ImplicitStep(robot, H)
+    w, dq, dqd = random_vectors(at, 3)
+    found = step.acceleration_vjp(at.q, at.qd, at.tau, w)
+    yield H * found.dq, w @ A[at.nv :, : at.nv]
+    yield w + H * found.dqd, w @ A[at.nv :, at.nv :]
+    da = step.acceleration_jvp(at.q, at.qd, at.tau, dq, dqd, np.zeros(at.nv))
+    yield dqd + H * da, A[at.nv :] @ np.concatenate([dq, dqd])
+
+
+@check("step.derivatives(q, qd, tau)")
+def _(at):
+    """By mjd_transitionFD."""
+    model, robot = with_springs(at.name)
+    d, A = kalmarm.ImplicitStep(robot, H).derivatives(at.q, at.qd, at.tau), transition(at, model)
     yield H * d.dq, A[at.nv :, : at.nv]
     yield np.eye(at.nv) + H * d.dqd, A[at.nv :, at.nv :]
     more = [stepped(at, model.opt.integrator).qvel]
