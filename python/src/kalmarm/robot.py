@@ -777,8 +777,8 @@ class Robot(_core.Robot):
 
         They are the first 10 b numbers of `loads`, (..., 10 b), before those of `loaded`. A row is refused by itself
         where what it has beyond `rest` is no body. Gradients by them are `Gradients.loads`. Of a robot that keeps
-        nothing of heavy links few rows are answered in lanes: kept=0 takes up to 40 times as long. Armatures and
-        gravity are the same in all rows; springs and dampers of rows are a step's.
+        nothing of heavy links few rows are answered in lanes: kept=0 takes up to 40 times as long. Gravity is the same in
+        all rows; springs, dampers and armatures of rows are those of `ImplicitStep`, with h = 0 too.
         """
         if not 0 <= kept < 1:
             raise ValueError(f"with_parameters: kept is {kept}, from 0 to below 1 is needed")
