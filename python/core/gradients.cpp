@@ -45,6 +45,12 @@ Names names_of(Want of) {
 
 }  // namespace
 
+nb::object named(const char* type, std::span<const Result> results) {
+  nb::list arrays;
+  for (const Result& one : results) arrays.append(one.array);
+  return nb::module_::import_("kalmarm.results").attr(type)(*arrays);
+}
+
 nb::object Robot::vector_jacobian(Want of, nb::handle q, nb::handle qd, nb::handle x, nb::handle w,
                                   bool inertias, bool armature, bool status, int threads,
                                   nb::handle forces, nb::handle loads) {
@@ -106,9 +112,7 @@ nb::object Robot::vector_jacobian(Want of, nb::handle q, nb::handle qd, nb::hand
       for (int i = 0; failed > 0 && i < count; ++i)
         if (!outcomes[i]) lose<T>(results, i);
     }
-    nb::list arrays;
-    for (const Result& one : results) arrays.append(one.array);
-    return answered(in, nb::tuple(arrays), status, outcomes.data(), model_.names);
+    return answered(in, named("Gradients", results), status, outcomes.data(), model_.names);
   });
 }
 

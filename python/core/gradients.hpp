@@ -16,6 +16,9 @@ struct Result {
   npy_intp width = 0;  // numbers of a state
 };
 
+// One of kalmarm.results, which has them in this order.
+nb::object named(const char* type, std::span<const Result> results);
+
 template <class T>
 std::optional<RowsView<T>> rows_in(const Result& result, int count) {
   if (result.array.is_none()) return {};

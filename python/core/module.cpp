@@ -343,6 +343,15 @@ void bind_answers(nb::module_& m) {
 #define KALMARM_CALL_OF_STATE(name, third) \
   KALMARM_CALL_WITH_FORCES(name, ", " third ": " KALMARM_ARRAY)
 
+// Of products with vectors: arguments after the arrays.
+#define KALMARM_OF_JVP "status"_a = false, "threads"_a = 1
+#define KALMARM_OF_VJP "inertias"_a = false, "armature"_a = false, KALMARM_OF_JVP
+#define KALMARM_OF_FORCES "forces"_a = nb::none(), "loads"_a = nb::none()
+#define KALMARM_JVP ", *, status: bool = False, threads: int = 1"
+#define KALMARM_VJP \
+  ", *, inertias: bool = False, armature: bool = False, status: bool = False, threads: int = 1"
+#define KALMARM_TURNING ", forces: typing.Any = None, loads: typing.Any = None"
+
 void bind_robot(nb::module_& m) {
   nb::class_<Factors>(m, "Factors",
                       "Factors of M in one state, for any number of solves; one thread at a time "
@@ -529,25 +538,95 @@ Column j of dq is for a change of q along DoF j's velocity, so that joints with 
 many columns as DoF. out: what an earlier call of the same shape returned. forces turn with their frames:
 axes "local" is needed.)")
       .def(
-          "_vector_jacobian",
-          [](Robot& self, const std::string& of, nb::handle q, nb::handle qd, nb::handle x,
-             nb::handle w, bool inertias, bool armature, bool status, int threads,
-             nb::handle forces, nb::handle loads) {
-            return self.vector_jacobian(want_of(of), q, qd, x, w, inertias, armature, status,
+          "forward_dynamics_vjp",
+          [](Robot& self, nb::handle q, nb::handle qd, nb::handle tau, nb::handle w, bool inertias,
+             bool armature, bool status, int threads, nb::handle forces, nb::handle loads) {
+            return self.vector_jacobian(Want::acceleration, q, qd, tau, w, inertias, armature,
+                                        status, threads, forces, loads);
+          },
+          "q"_a, "qd"_a, "tau"_a, "w"_a, options, KALMARM_OF_VJP, KALMARM_OF_FORCES,
+          nb::sig("def forward_dynamics_vjp(self, q: " KALMARM_ARRAY ", qd: " KALMARM_ARRAY
+                  ", tau: " KALMARM_ARRAY ", w: " KALMARM_ARRAY KALMARM_VJP KALMARM_TURNING
+                  ")" KALMARM_RESULT),
+          R"(Derivatives of w'a, a = M^-1 (tau - bias), by all that a depends on, in O(n): no matrix is formed.
+
+q (..., nq), qd, tau and w (..., nv) -> `Gradients`. About 2.5 times the time of a. inertias, armature: those by
+these are worked out too. forces and loads: as of `forward_dynamics`, forces in the axes of their frames, with
+which they turn; those by them are returned. Outcomes: of a and M^-1 w, the worse of both. Not of a robot that
+leaves joints out (asked, locked) or is at rest.)")
+      .def(
+          "forward_dynamics_jvp",
+          [](Robot& self, nb::handle q, nb::handle qd, nb::handle tau, nb::handle dq,
+             nb::handle dqd, nb::handle dtau, bool status, int threads, nb::handle forces,
+             nb::handle loads) {
+            return self.jacobian_vector(Want::acceleration, q, qd, tau, dq, dqd, dtau, status,
                                         threads, forces, loads);
           },
-          "of"_a, "q"_a, "qd"_a.none(), "x"_a, "w"_a, "inertias"_a, "armature"_a, "status"_a,
-          "threads"_a, "forces"_a.none(), "loads"_a.none())
+          "q"_a, "qd"_a, "tau"_a, "dq"_a, "dqd"_a, "dtau"_a, options, KALMARM_OF_JVP,
+          KALMARM_OF_FORCES,
+          nb::sig("def forward_dynamics_jvp(self, q: " KALMARM_ARRAY ", qd: " KALMARM_ARRAY
+                  ", tau: " KALMARM_ARRAY ", dq: " KALMARM_ARRAY ", dqd: " KALMARM_ARRAY
+                  ", dtau: " KALMARM_ARRAY KALMARM_JVP KALMARM_TURNING ")" KALMARM_RESULT),
+          R"(How a changes along dq, dqd and dtau (..., nv), dq along the velocities of the joints: da (..., nv), in O(n).
+
+q (..., nq), qd and tau (..., nv). Forces, which turn with their frames, and loads stay as they are.)")
       .def(
-          "_jacobian_vector",
-          [](Robot& self, const std::string& of, nb::handle q, nb::handle qd, nb::handle x,
-             nb::handle dq, nb::handle dqd, nb::handle dx, bool status, int threads,
-             nb::handle forces, nb::handle loads) {
-            return self.jacobian_vector(want_of(of), q, qd, x, dq, dqd, dx, status, threads, forces,
-                                        loads);
+          "inverse_dynamics_vjp",
+          [](Robot& self, nb::handle q, nb::handle qd, nb::handle qdd, nb::handle w, bool inertias,
+             bool armature, bool status, int threads, nb::handle forces, nb::handle loads) {
+            return self.vector_jacobian(Want::inverse_dynamics, q, qd, qdd, w, inertias, armature,
+                                        status, threads, forces, loads);
           },
-          "of"_a, "q"_a, "qd"_a.none(), "x"_a, "dq"_a, "dqd"_a.none(), "dx"_a, "status"_a,
-          "threads"_a, "forces"_a.none(), "loads"_a.none())
+          "q"_a, "qd"_a, "qdd"_a, "w"_a, options, KALMARM_OF_VJP, KALMARM_OF_FORCES,
+          nb::sig("def inverse_dynamics_vjp(self, q: " KALMARM_ARRAY ", qd: " KALMARM_ARRAY
+                  ", qdd: " KALMARM_ARRAY ", w: " KALMARM_ARRAY KALMARM_VJP KALMARM_TURNING
+                  ")" KALMARM_RESULT),
+          R"(Derivatives of w'tau, tau = M qdd + bias, by all that tau depends on, in O(n).
+
+q (..., nq), qd, qdd and w (..., nv) -> `Gradients`, of which dqdd is M w. Else as `forward_dynamics_vjp`.)")
+      .def(
+          "inverse_dynamics_jvp",
+          [](Robot& self, nb::handle q, nb::handle qd, nb::handle qdd, nb::handle dq,
+             nb::handle dqd, nb::handle dqdd, bool status, int threads, nb::handle forces,
+             nb::handle loads) {
+            return self.jacobian_vector(Want::inverse_dynamics, q, qd, qdd, dq, dqd, dqdd, status,
+                                        threads, forces, loads);
+          },
+          "q"_a, "qd"_a, "qdd"_a, "dq"_a, "dqd"_a, "dqdd"_a, options, KALMARM_OF_JVP,
+          KALMARM_OF_FORCES,
+          nb::sig("def inverse_dynamics_jvp(self, q: " KALMARM_ARRAY ", qd: " KALMARM_ARRAY
+                  ", qdd: " KALMARM_ARRAY ", dq: " KALMARM_ARRAY ", dqd: " KALMARM_ARRAY
+                  ", dqdd: " KALMARM_ARRAY KALMARM_JVP KALMARM_TURNING ")" KALMARM_RESULT),
+          R"(How tau changes along dq, dqd and dqdd (..., nv): dtau (..., nv), in O(n).
+
+q (..., nq), qd and qdd (..., nv). Forces and loads as of `forward_dynamics_jvp`.)")
+      .def(
+          "solve_vjp",
+          [](Robot& self, nb::handle q, nb::handle tau, nb::handle w, bool inertias, bool armature,
+             bool status, int threads, nb::handle loads) {
+            return self.vector_jacobian(Want::solve, q, nb::none(), tau, w, inertias, armature,
+                                        status, threads, nb::none(), loads);
+          },
+          "q"_a, "tau"_a, "w"_a, options, KALMARM_OF_VJP, "loads"_a = nb::none(),
+          nb::sig("def solve_vjp(self, q: " KALMARM_ARRAY ", tau: " KALMARM_ARRAY
+                  ", w: " KALMARM_ARRAY KALMARM_VJP ", loads: typing.Any = None)" KALMARM_RESULT),
+          R"(Derivatives of w'x, x = M^-1 tau, by q, tau and what M depends on, in O(n).
+
+q (..., nq), tau and w (..., nv) -> `Gradients`, of which dtau is M^-1 w. Else as `forward_dynamics_vjp`.)")
+      .def(
+          "solve_jvp",
+          [](Robot& self, nb::handle q, nb::handle tau, nb::handle dq, nb::handle dtau, bool status,
+             int threads, nb::handle loads) {
+            return self.jacobian_vector(Want::solve, q, nb::none(), tau, dq, nb::none(), dtau,
+                                        status, threads, nb::none(), loads);
+          },
+          "q"_a, "tau"_a, "dq"_a, "dtau"_a, options, KALMARM_OF_JVP, "loads"_a = nb::none(),
+          nb::sig("def solve_jvp(self, q: " KALMARM_ARRAY ", tau: " KALMARM_ARRAY
+                  ", dq: " KALMARM_ARRAY ", dtau: " KALMARM_ARRAY KALMARM_JVP
+                  ", loads: typing.Any = None)" KALMARM_RESULT),
+          R"(How x = M^-1 tau changes along dq and dtau (..., nv): dx (..., nv), in O(n).
+
+q (..., nq), tau (..., nv). Loads as of `forward_dynamics_jvp`.)")
       .def("factor", &Robot::factor, nb::keep_alive<0, 1>(), "q"_a, options,
            "contacts"_a = nb::none(), "axes"_a = "aligned", "loads"_a = nb::none(),
            nb::sig("def factor(self, q: " KALMARM_ARRAY

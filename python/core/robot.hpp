@@ -71,7 +71,7 @@ class Robot {
   nb::object derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out, bool status,
                          int threads, nb::handle forces, const std::string& axes, nb::handle loads);
   // The products of Gradients with w: of forward dynamics (x: tau), inverse dynamics (x: qdd) or, without qd, of solve. A
-  // tuple of arrays in the order of kalmarm.Gradients, or None.
+  // kalmarm.Gradients.
   nb::object vector_jacobian(Want of, nb::handle q, nb::handle qd, nb::handle x, nb::handle w,
                              bool inertias, bool armature, bool status, int threads,
                              nb::handle forces, nb::handle loads);

@@ -233,9 +233,7 @@ nb::object Step::vector_jacobian(nb::handle q, nb::handle qd, nb::handle tau, nb
       for (int i = 0; failed > 0 && i < count; ++i)
         if (!outcomes[i]) lose<T>(results, i);
     }
-    nb::list arrays;
-    for (const Result& one : results) arrays.append(one.array);
-    return answered(in, nb::tuple(arrays), status, outcomes.data(), model_.names);
+    return answered(in, named("StepGradients", results), status, outcomes.data(), model_.names);
   });
 }
 

@@ -35,7 +35,7 @@ class Step {
   nb::object derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out, bool status,
                          nb::handle forces, const std::string& axes, nb::handle loads);
 
-  // The products of StepGradients with w: a tuple of arrays in the order of kalmarm.StepGradients, or None.
+  // The products of StepGradients with w: kalmarm.StepGradients.
   nb::object vector_jacobian(nb::handle q, nb::handle qd, nb::handle tau, nb::handle w,
                              const Gains& gains, bool inertias, bool status, int threads,
                              nb::handle forces, nb::handle loads);

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _core
 from ._motors import Motors
 from ._names import as_array, number, numbers
-from .results import Derivatives, StepGradients
+from .results import Derivatives
 from .robot import CoupledRow, Robot
 
 if TYPE_CHECKING:
@@ -271,10 +271,9 @@ class ImplicitStep(_core.ImplicitStep):
         """
         gains = self._gains(damping, stiffness, reference, armature)
         tau = self._driven_alone("acceleration_vjp", q, qd, tau, ctrl, gains)
-        found = self._vector_jacobian(
+        return self._vector_jacobian(
             q, qd, tau, w, *gains, inertias, status, threads, forces, loads
         )
-        return (StepGradients(*found[0]), found[1]) if status else StepGradients(*found)
 
     def acceleration_jvp(
         self,
