@@ -9,8 +9,10 @@ import tarfile
 from functools import cache
 from pathlib import Path
 
-ARCHIVE = Path(__file__).parents[2] / "reports/example/data.tar.xz"
+ROOT = Path(__file__).parents[2]
+ARCHIVE = ROOT / "reports/example/data.tar.xz"
 OTHER_TOLERANCES = re.compile(r"Ladder<\d|Rung")  # exhibits, which the report draws by themselves
+KINDS = ("errors-", "times-", "batch-", "contacts-", "standing-")
 
 
 @cache
@@ -19,8 +21,17 @@ def files(archive: Path) -> dict[str, str]:
         return {
             Path(member.name).name: members.extractfile(member).read().decode()
             for member in members
-            if member.isfile() and Path(member.name).name.startswith(("errors-", "times-", "batch-"))
+            if member.isfile() and Path(member.name).name.startswith(KINDS)
         }
+
+
+def tables(page: str, root: Path = ROOT) -> list[list[list[str]]]:
+    """Cells of every table of a Markdown page, its head and the line below it among the rows."""
+    blocks = re.findall(r"(?:^\|.*\n)+", (root / page).read_text(encoding="utf-8"), re.MULTILINE)
+    return [
+        [re.split(r" *(?<!\\)\| *", line[1:-1].strip()) for line in block.splitlines()]
+        for block in blocks
+    ]
 
 
 def times(
@@ -37,17 +48,19 @@ def times(
     return found
 
 
-def errors(scene: str, precision: str) -> dict[tuple[str, str], float | None]:
-    """Median relative error by task and variant; None where half of the states or more have no answer."""
+def errors(
+    scene: str, precision: str, archive: Path = ARCHIVE, take=statistics.median
+) -> dict[tuple[str, str], float | None]:
+    """Median relative error by task and variant, or what else is taken; None where it is that of a state without an answer."""
     rows: dict[tuple[str, str], list[float]] = {}
-    for row in csv.DictReader(io.StringIO(files(ARCHIVE)[f"errors-{scene}.csv"])):
+    for row in csv.DictReader(io.StringIO(files(archive)[f"errors-{scene}.csv"])):
         if row["precision"] == precision and row["measure"] == "relative":
             answered = row["outcome"] == "ok"
             rows.setdefault((row["task"], row["variant"]), []).append(
                 float(row["value"]) if answered else float("inf")
             )
-    medians = {key: statistics.median(values) for key, values in rows.items()}
-    return {key: value if value < float("inf") else None for key, value in medians.items()}
+    taken = {key: take(values) for key, values in rows.items()}
+    return {key: value if value < float("inf") else None for key, value in taken.items()}
 
 
 def has(robot: str) -> bool:

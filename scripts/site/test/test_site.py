@@ -15,6 +15,7 @@ import pytest
 ROOT = Path(__file__).parents[3]
 sys.path.append(str(ROOT / "scripts/site"))
 import measured  # noqa: E402
+from measured import tables  # noqa: E402
 
 SITE = ROOT / "build/site"
 PACKAGE = ROOT / "python/src/kalmarm"
@@ -23,11 +24,6 @@ PACKAGE = ROOT / "python/src/kalmarm"
 HOLDERS = {"VectorView", "MatrixView", "RowsView", "Outcome", "Question", "Constraint", "RobotModel", "ImplicitStep::Numbers"}
 TOLD = {"nq", "nv", "asked", "tolerance", "frames", "h", "mass"}
 OF_TYPES = {"to_string", "all_rules", "is_of_frames", "takes_spring", "q_entries"}
-
-
-def tables(page: str) -> list[list[list[str]]]:
-    blocks = re.findall(r"(?:^\|.*\n)+", (ROOT / page).read_text(encoding="utf-8"), re.MULTILINE)
-    return [[re.split(r" *\| *", line[1:-1].strip()) for line in block.splitlines()] for block in blocks]
 
 
 def names(cell: str) -> list[str]:
@@ -101,6 +97,17 @@ def test_every_page_of_docs_is_in_the_navigation():
     pages += [page.relative_to(ROOT).with_suffix(".md") for page in (ROOT / "docs/notebooks").glob("*.py")]
     assert len(pages) > 20
     assert [str(page) for page in pages if f": {page}\n" not in shown] == []
+
+
+@pytest.mark.parametrize("page", sorted((ROOT / "docs/upstream").glob("*.md")), ids=lambda page: page.stem)
+def test_text_for_an_engines_authors_has_a_program_and_what_it_printed(page):
+    """The program needs the engine, what the engine is made of, and NumPy."""
+    found = re.search(r"```python\n(.*?)```\n\nPrinted:\n\n```\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
+    program, printed = found.groups()
+    imported = {one.names[0].name for one in ast.walk(ast.parse(program)) if isinstance(one, ast.Import)}
+    assert imported <= {"numpy", "jax", "jax.numpy", "mujoco", "mujoco_warp", "newton"}
+    assert "numpy" in imported and len(program.splitlines()) <= 40
+    assert re.search(r"\de-\d\d", printed)
 
 
 HEADERS = functions_of_headers()
