@@ -1,6 +1,6 @@
 """The site's pages are the Markdown files of the repository, at their own paths, so that links among them are good in both.
 Links to other files lead to the repository's pages, of the revision that the site is made from. Notebooks are pages too, and
-the page of a robot ends with what the example report measured of it.
+the page of a robot ends with what the example report measured of it. The article is a PDF.
 """
 
 import logging
@@ -14,11 +14,13 @@ import jupytext
 from mkdocs.structure.files import File
 
 sys.path.append(str(Path(__file__).parent))
+import article  # noqa: E402
 import measured  # noqa: E402
 
 ROOT = Path(__file__).parents[2]
 SHOWN = ("*.md", "docs/*.svg", "reports/example/*", ":!scripts/site")
 NOTEBOOKS = "docs/notebooks/*.py"
+ARTICLE = "docs/article/article.typ"
 ROBOT = re.compile(r"robots/models/(\w+)/SOURCE\.md")
 LINK = re.compile(r"(?<=\]\()([^()\s#]+)(?=[)#])")
 FENCED = re.compile(r"^ *```.*?^ *```", re.DOTALL | re.MULTILINE)
@@ -49,6 +51,8 @@ def on_files(files, config):
         for kind in ("md", "ipynb"):
             text = jupytext.writes(notebook, fmt=kind)
             files.append(File.generated(config, str(Path(name).with_suffix(f".{kind}")), content=text))
+    made = article.pdf(article.numbers())
+    files.append(File.generated(config, str(Path(ARTICLE).with_suffix(".pdf")), content=made))
     return files
 
 
@@ -60,6 +64,8 @@ def on_page_markdown(markdown, page, config, files):
         target = ROOT / name
         if ":" in link[0] or name in files.src_uris or not target.exists():
             return link[0]
+        if name == ARTICLE:
+            return str(Path(link[0]).with_suffix(".pdf"))
         if Path(name).match(NOTEBOOKS):
             return str(Path(link[0]).with_suffix(".md"))
         kind = "tree" if target.is_dir() else "blob"
