@@ -1,6 +1,6 @@
 #include "benchmarks/generated_code.hpp"
 
-#include <cstdlib>
+#include "algorithms/generate/compiled_task.hpp"
 
 namespace kalmarm {
 namespace {
@@ -19,11 +19,7 @@ CLibrary made_of(const Package<T>& package) {
   auto files = package.files({});
   files.erase("robot.md");
   files.erase("robot_test.c");
-  const char* const asked = std::getenv("CC");
-  return make_library(files,
-                      {.command = {asked && *asked ? asked : "cc"},
-                       .flags = {"-O3", "-march=native", "-ffp-contract=fast", "-fno-math-errno"}},
-                      KALMARM_GENERATED_FOLDER);
+  return make_library(files, compiler_of({}), folder_of({}));
 }
 
 }  // namespace

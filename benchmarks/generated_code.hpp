@@ -1,5 +1,5 @@
-// A generated variant (algorithms/study/generated/generated_variants.hpp) as code that a C compiler has made: $CC, or cc where
-// that is not set. What it made stays in the build folder, and is taken again.
+// A generated variant (algorithms/study/generated/generated_variants.hpp) as code that a C compiler has made, by
+// $CC, cc, clang or gcc. What it made stays in folder_of({}), and is taken again.
 #pragma once
 
 #include <cstddef>

@@ -55,12 +55,14 @@ std::vector<std::string> command_of(const CodeOptions& options) {
   return given;
 }
 
+// Others may read kalmarm/, where programs keep truth: code stands in a folder of its own there.
 fs::path cache_of(const CodeOptions& options) {
   if (!options.folder.empty()) return options.folder;
-  if (const std::string own = environment("KALMARM_CACHE"); !own.empty()) return own;
-  if (const fs::path all = environment("XDG_CACHE_HOME"); all.is_absolute()) return all / "kalmarm";
+  if (const fs::path own = environment("KALMARM_CACHE"); !own.empty()) return own / "code";
+  if (const fs::path all = environment("XDG_CACHE_HOME"); all.is_absolute())
+    return all / "kalmarm" / "code";
   if (const fs::path home = environment("HOME"); home.is_absolute())
-    return home / ".cache" / "kalmarm";
+    return home / ".cache" / "kalmarm" / "code";
   throw std::runtime_error(
       "no folder for compiled code: none of KALMARM_CACHE, XDG_CACHE_HOME and HOME is set");
 }

@@ -287,8 +287,8 @@ class Robot(_core.Robot):
             as it always is, without generated code.
         compiler: a C compiler (gcc 12 or later, clang), or a list of it and its first arguments; unless told $CC, else
             cc, clang or gcc, else the package ziglang.
-        cache: a folder of this user alone (mode 0700) where code stays for the next time; unless told $KALMARM_CACHE,
-            else kalmarm in $XDG_CACHE_HOME or ~/.cache.
+        cache: a folder of this user alone (mode 0700) where code stays for the next time; unless told code in
+            $KALMARM_CACHE or in kalmarm in $XDG_CACHE_HOME or ~/.cache.
         timeout: seconds that the compiler may take for a file.
         """
         command = [compiler] if isinstance(compiler, str) else compiler or ()
