@@ -46,6 +46,18 @@ def test_says_what_was_compiled(compiled, cache):
     assert stat.S_IMODE(cache.stat().st_mode) == 0o700
 
 
+def test_code_stands_where_others_may_read_what_programs_keep(tmp_path, monkeypatch):
+    """They make kalmarm/ for truth, with a mode of 0755."""
+    monkeypatch.delenv("KALMARM_CACHE", raising=False)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    kept = tmp_path / "kalmarm"
+    kept.mkdir(mode=0o755)
+    robot = load("iiwa14").compile(["mass_matrix"], dtypes=["float64"])
+    (line,) = robot.compiled
+    assert "generated code" in line and str(kept / "code") in line
+    assert stat.S_IMODE((kept / "code").stat().st_mode) == 0o700
+
+
 def test_what_is_made_of_factors(cache):
     tasks = ("inverse_mass_matrix", "diagonal", "solve")
     robot, loops = load("panda").compile(tasks, dtypes=["float64"], cache=cache), load("panda")

@@ -20,7 +20,7 @@ struct CodeOptions {
   // A program and its first arguments, such as {"python3", "-m", "ziglang", "cc"}; empty: $CC, else cc, clang or gcc.
   std::vector<std::string> compiler = {};
   // What is compiled stays there, and is taken again by the next process: a folder that this user alone may read and
-  // write. Empty: $KALMARM_CACHE, else kalmarm in $XDG_CACHE_HOME, else ~/.cache/kalmarm.
+  // write. Empty: `code` in $KALMARM_CACHE, or in kalmarm in $XDG_CACHE_HOME or ~/.cache.
   std::string folder = {};
   double limit = 120;  // seconds that the compiler may take for a file
 };
