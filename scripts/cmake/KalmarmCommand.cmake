@@ -1,5 +1,5 @@
 # kalmarm_command: programs in one executable, which holds what they share once. The Python wheel carries it; a program
-# joins with its name in this list.
+# joins with its name in this list. Every whole build makes it, so that what breaks it is seen before a wheel is made.
 set(programs
   bench_batch
   bench_dynamics
@@ -12,7 +12,7 @@ set(programs
   recommend
   scaling)
 
-add_executable(kalmarm_command EXCLUDE_FROM_ALL accuracy/programs/command.cpp)
+add_executable(kalmarm_command accuracy/programs/command.cpp)
 target_link_options(kalmarm_command PRIVATE -Wl,--gc-sections)  # of scripts/flint's archive, whose sections are functions
 set(list)
 foreach(program IN LISTS programs)
