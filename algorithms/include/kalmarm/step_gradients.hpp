@@ -81,7 +81,7 @@ class KALMARM_EXPORT StepGradients {
                                      const GainRows<T>& gains = {},
                                      const ForceRows<T>& forces = {});
 
-  // da (nv) of (4) along dq, dv and dtau (nv each), and, where they are given, along gains, targets and armatures. 1650 n.
+  // da (nv) of (4) along dq, dv and dtau (nv each), and, where they are given, along gains, targets and armatures. 1450 n.
   Outcome acceleration_jvp(VectorView<const T> q, VectorView<const T> v, VectorView<const T> tau,
                            VectorView<const T> dq, VectorView<const T> dv, VectorView<const T> dtau,
                            VectorView<T> da, const StateForces<T>& forces = {});
