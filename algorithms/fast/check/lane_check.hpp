@@ -17,7 +17,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -97,9 +96,8 @@ class LaneCheck {
   using P = StateLanes<double>;
   static constexpr int lanes = Lanes<P>::count;
   static constexpr double cu2 = rounding_constant * roundoff_of_pairs;
-  // Constants, since nothing of a kernel may run when it is loaded, whatever the processor is.
-  static constexpr double u = std::numeric_limits<double>::epsilon() / 2,
-                          cu = rounding_constant * u;
+  // Not static: nothing of a kernel may run when it is loaded, whatever the processor is.
+  const double u = unit_roundoff<double>(), cu = rounding_constant * u;
 
   // Rows that are looked at together; open: their errors are not known yet.
   struct Block {
