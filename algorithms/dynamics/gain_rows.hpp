@@ -5,8 +5,8 @@
 // is joint noise of a lane (fast/covariance/forward_dynamics.hpp): it changes D and P+ alone. What
 // does not depend on its value, but on whether there is any, is settled when the sweep's model is
 // lowered: HP+ = r g' is no row of zeros, and DoF of ball and free joints are crossed one by one. So
-// the model has the robot's own armature where there is some and no row has had less, and where a row has less, or noise
-// and the robot none, one that vanishes beside any inertia. It is made again where another DoF gets noise, or less.
+// the model has the robot's own armature, unless a row has less, or has noise where the robot has none: then
+// one that vanishes beside any inertia. The model is made again when a DoF changes from one to the other.
 #pragma once
 
 #include <Eigen/Dense>

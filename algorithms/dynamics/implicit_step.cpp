@@ -350,22 +350,25 @@ int ImplicitStep<T>::acceleration(RowsView<const T> q, RowsView<const T> v, Rows
   if (forces.loads && !forces.loads->fits(count, loads_))
     refuse("acceleration: rows of loads are " + forces.loads->shape() + ", needed " +
            detail::shape(count, loads_));
-  const auto numbers_of = [&](const char* what, const RowsView<const T>& given,
-                              const std::vector<T>& own, bool positive) -> Numbers {
-    if (!given.data()) return {own.data(), false};
-    if (!given.fits(count, nv))
-      refuse(std::string("acceleration: rows of ") + what + " are " + given.shape() + ", needed " +
+  const auto is_given = [&](const char* what, const RowsView<const T>& rows, bool positive) {
+    if (!rows.data()) return false;
+    if (!rows.fits(count, nv))
+      refuse(std::string("acceleration: rows of ") + what + " are " + rows.shape() + ", needed " +
              detail::shape(count, nv));
-    gains_->check(what, given.data(), count, positive);
-    return {given.data(), true};
+    gains_->check(what, rows.data(), count, positive);
+    return true;
+  };
+  const auto numbers_of = [&](const char* what, const RowsView<const T>& rows,
+                              const std::vector<T>& own, bool positive) -> Numbers {
+    if (is_given(what, rows, positive)) return {rows.data(), true};
+    return {own.data(), false};
   };
   const Numbers b = numbers_of("damping", gains.damping, damping_, true);
   const Numbers k = numbers_of("stiffness", gains.stiffness, stiffness_, true);
   const Numbers q0 = numbers_of("reference", gains.reference, reference_, false);
   if (k.of_rows) gains_->check_springs(k.at, count);
-  if (gains.armature.data())
-    static_cast<void>(numbers_of("armature", gains.armature, damping_, true));
-  const bool has_noise = b.of_rows || k.of_rows || gains.armature.data();
+  const bool has_armature = is_given("armature", gains.armature, true);
+  const bool has_noise = b.of_rows || k.of_rows || has_armature;
   if (static_cast<std::ptrdiff_t>(rows_.size()) < count * nv) rows_.resize(count * nv);
   set_torque(count, q.data(), v.data(), tau.data(), b, k, q0, k.of_rows ? all_springs_ : springs_,
              rows_.data());
