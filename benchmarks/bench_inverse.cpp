@@ -110,8 +110,12 @@ void add_code(const std::string& task, const GeneratedVariant& variant, Generate
                                                                                      run) {
       std::vector<T> out(states * width, std::numeric_limits<T>::quiet_NaN());
       std::string flaw = c->flaw;
+      const int nv = c->scene.model.nv();
+      if (nv > most_recorded_dofs)
+        flaw = "code is recorded of at most " + std::to_string(most_recorded_dofs) +
+               " degrees of freedom, of which it has " + std::to_string(nv);
       try {
-        if (!*code)
+        if (!*code && flaw.empty())
           *code = std::make_unique<const GeneratedCode<T>>(variant, generated,
                                                            c->scene.model.cast<T>());
         for (int i = 0; i < c->verified() && flaw.empty(); ++i) {
@@ -137,7 +141,6 @@ void add_code(const std::string& task, const GeneratedVariant& variant, Generate
 template <class T>
 void add_generated(std::shared_ptr<const Case> c, std::shared_ptr<const Pool<T>> pool) {
   const int nv = c->scene.model.nv();
-  if (nv > most_recorded_dofs) return;
   using Code = GeneratedCode<T>;
   using States = Pool<T>;
   for (const GeneratedVariant& variant : generated_variants()) {

@@ -2,7 +2,7 @@
 
 from charts.text import TASKS, thousands_text, time_text
 from page.section import Section, Table
-from read.data import Call, Data, scene_size
+from read.data import Call, Data, Time, scene_size
 from sections.method import distinct
 
 PLAIN = "Generated<Sequential<Conventional>>"
@@ -28,7 +28,10 @@ def section(data: Data) -> Section | None:
             "the robot is folded, and the C is compiled by the same compiler with the same flags: "
             "they differ in nothing but their equations. The code does not test for singularity."
         ],
-        statements=[f"A timed call: {it}" for it in distinct(data.generated_contexts, "timed_call")],
+        statements=[
+            *(f"A timed call: {it}" for it in distinct(data.generated_contexts, "timed_call")),
+            *_refusals([call.time for call in data.generated]),
+        ],
         tables=[
             table for task in ("acceleration", "inverse") if (table := _table(data.generated, task))
         ],
@@ -37,7 +40,9 @@ def section(data: Data) -> Section | None:
 
 def _table(calls: list[Call], task: str) -> Table | None:
     known = {call.time[:4]: call for call in calls}
-    series = {key[:2] for key in known if key[3].removesuffix("_batch") == task}
+    timed = {call.time.scene for call in calls if not call.time.refused}
+    of_task = [key for key in known if key[3].removesuffix("_batch") == task]
+    series = {key[:2] for key in of_task if key[0] in timed}
     if not series:
         return None
     rows = []
@@ -64,6 +69,11 @@ def _table(calls: list[Call], task: str) -> Table | None:
         rows,
         "llr" + "rr" * len(PRECISIONS) * len(FORMS),
     )
+
+
+def _refusals(times: list[Time]) -> list[str]:
+    refused = {(time.scene, time.refused) for time in times if time.refused}
+    return [f"Refused at {scene}: {reason}." for scene, reason in sorted(refused)]
 
 
 def _operations(known: dict, scene: str, variant: str, task: str) -> str:

@@ -49,8 +49,11 @@ def test_every_update_is_set_against_the_conventional_one(read):
 def test_what_was_not_compiled_is_refused(read):
     refused = {key: ROWS[0][key] for key in ("name", "run_name", "run_type", "time_unit")}
     refused |= {"error_occurred": True, "error_message": "no compiler"}
-    rows = square_roots.section(read(refused, ROWS[1])).tables[0].rows
-    assert rows[1] == ["arm:7", "Sequential<UD>", "–", "refused", *7 * "–"]
+    section = square_roots.section(read(refused, ROWS[1]))
+    assert section.tables[0].rows[1] == ["arm:7", "Sequential<UD>", "–", "refused", *7 * "–"]
+    assert section.statements[-1] == "Refused at arm:7: no compiler."
+    alone = square_roots.section(read(refused))
+    assert not alone.tables and alone.statements == section.statements
 
 
 def test_code_for_one_robot_is_of_the_first_figure_alone(read):

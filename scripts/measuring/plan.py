@@ -6,7 +6,6 @@ from pathlib import Path
 from measuring.effort import Effort
 from measuring.scene import Scene
 
-GENERATED_SIZE = 20  # largest robot whose code is compiled by every variant: of each some minutes
 PEERS_SIZE = 500  # largest member of a family on which peers are timed
 STANDING = {  # robots that stand, in a run of all, and on what
     "g1": ("--feet=left_ankle_roll_joint,right_ankle_roll_joint", "--points=4"),
@@ -159,9 +158,9 @@ def plan(
     if everything:
         fast = [scene for scene in scenes if scene.label in effort.dynamics]
         rivalled = [scene for scene in scenes if scene.label in effort.peers]
-    generated = [scene for scene in robots if scene.size <= GENERATED_SIZE]
+    generated = robots
     if everything:
-        generated = [scene for scene in generated if scene.label in effort.generated]
+        generated = [scene for scene in robots if scene.label in effort.generated]
     simulated = [scene for scene in robots if scene.label == SIMULATED] or robots
     differentiated = [scene for scene in scenes if scene.size <= JACOBIANS_SIZE]
     if everything:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from children import end_with_parent
 from measuring.effort import FULL, Effort
-from measuring.plan import GENERATED_SIZE, KINDS, SCANNED
+from measuring.plan import KINDS, SCANNED
 from measuring.scene import BadInput, Scene
 
 MUJOCO_STATES = 100
@@ -97,9 +97,8 @@ class Unit:
 
     @property
     def generated(self) -> list[str]:
-        """Of a robot whose code may be timed its errors, too."""
-        timed = self.scene.model and self.scene.size <= GENERATED_SIZE
-        return ["--generated"] if timed else []
+        """Of a robot, whose code is timed, its errors too."""
+        return ["--generated"] if self.scene.model else []
 
     def options(self, effort: Effort) -> list[str]:
         match self.kind:
