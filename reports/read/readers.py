@@ -262,26 +262,16 @@ def _check_agreement(robot: dict) -> None:
         optional("max", entry["max"], 0), optional("median", entry["median"], 0)
 
 
-def read_fit(path: Path, data: Data) -> None:
-    document = read_json(path)
-    with refusing(path, "a record of a fit"):
-        fit = identification(document)
-        checked_scene(fit.scene)
-        data.fits.append(fit)
+def _robot_reader(name: str, what: str, record):
+    """A reader of documents, each of one robot, into the list `name` of Data."""
 
+    def read(path: Path, data: Data) -> None:
+        document = read_json(path)
+        with refusing(path, what):
+            checked_scene(document["robot"])
+            getattr(data, name).append(record(document))
 
-def read_advice(path: Path, data: Data) -> None:
-    document = read_json(path)
-    with refusing(path, "what recommend writes"):
-        checked_scene(document["robot"])
-        data.advice.append(advice.advice(document))
-
-
-def read_limits(path: Path, data: Data) -> None:
-    document = read_json(path)
-    with refusing(path, "what limits writes"):
-        checked_scene(document["robot"])
-        data.limits.append(advice.limits(document))
+    return read
 
 
 def _campaign_reader(name: str, record):
@@ -320,9 +310,9 @@ READERS = {
     "contacts": _csv_reader("contact_errors", contacts.COLUMNS, _contact),
     "standing": _benchmark_reader("contact_times", benchmarks.times_of_scenes),
     "pruning": read_questions,
-    "identify": read_fit,
-    "recommend": read_advice,
-    "limits": read_limits,
+    "identify": _robot_reader("fits", "a record of a fit", identification),
+    "recommend": _robot_reader("advice", "what recommend writes", advice.advice),
+    "limits": _robot_reader("limits", "what limits writes", advice.limits),
     "stress": read_stress,
     "families": read_families,
     "adversary": _csv_reader("finds", search.COLUMNS, search.find),
