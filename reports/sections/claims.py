@@ -85,7 +85,7 @@ def _numbers(claims: list[Claim]) -> Table:
     words = {True: "✓", False: "✗ not so", None: "–"}
     return Table(
         "All numbers of the claims",
-        ["Claim", "Number", "Measured", "Claimed", ""],
+        ["Claim", "Number", "Measured", "Claimed", "Holds"],
         [
             [claim.id, check.what, check.measured, check.wanted, words[check.holds]]
             for claim in claims
