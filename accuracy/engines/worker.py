@@ -41,11 +41,8 @@ from protocol import (
 
 REPETITIONS = 7  # of a timing; the median counts
 FEWER, LONG = 3, 1.0  # of a call that takes longer than so many seconds
-FEWER, LONG = 3, 1.0  # of a call that takes more seconds
 BATCH = "batch:"  # begins a task that is to answer so many states at once
 BATCHED = "acceleration"  # by that task
-WITHOUT_ARMATURE = "model differs: without armature"
-BATCHED = "acceleration"
 WITHOUT_ARMATURE = "model differs: without armature"
 
 
