@@ -20,8 +20,8 @@
 namespace kalmarm {
 
 // Where forces and loads can do something.
+inline bool is_on_link(const Frame& frame) { return frame.link >= 0; }
 inline bool are_on_links(const Question& question) {
-  const auto is_on_link = [](const Frame& frame) { return frame.link >= 0; };
   return std::ranges::all_of(question.acted_on, is_on_link) &&
          std::ranges::all_of(question.loaded, is_on_link);
 }

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "algorithms/dynamics/gradient_rows.hpp"
+#include "kalmarm/kinematics.hpp"
 
 namespace kalmarm {
 namespace {
@@ -35,14 +36,72 @@ RowsOfVectorJacobian<T> row(const StateVectorJacobian<T>& out) {
           row(out.armature), row(out.forces), row(out.loads), row(out.result)};
 }
 
+Question acted_on_frames(const Question& question) {
+  Question out;
+  out.acted_on = question.frames;
+  out.loaded = question.loaded;
+  return out;
+}
+
 }  // namespace
+
+// (5) of rows that are worked on at once.
+template <class T>
+struct OperationalRows {
+  static constexpr std::ptrdiff_t rows_at_once = 1024;
+
+  Kinematics<T> kinematics;
+  GradientRows<T> sweeps;
+  std::ptrdiff_t nv, k;
+  std::vector<T> Jt;             // of every row nv x k
+  std::vector<T> forces;         // k of every row
+  std::vector<T> torques, x, y;  // nv of every row
+  std::vector<T> still;
+  std::vector<T> by_q, by_inertias, by_armature, by_loads;  // of one column
+
+  OperationalRows(const RobotModel& model, const Question& question)
+      : kinematics(model, question.frames),
+        sweeps(model, acted_on_frames(question)),
+        nv(model.nv()),
+        k(sweeps.width().f) {}
+
+  void reserve(std::ptrdiff_t rows) {
+    const auto grow = [rows](std::vector<T>& to, std::ptrdiff_t numbers) {
+      to.resize(std::max<std::size_t>(to.size(), rows * numbers));
+    };
+    grow(Jt, nv * k);
+    grow(forces, k);
+    for (std::vector<T>* of_dofs : {&torques, &x, &y, &still, &by_q, &by_armature})
+      grow(*of_dofs, nv);
+    grow(by_inertias, numbers_of_load * nv);
+    grow(by_loads, sweeps.width().l);
+  }
+
+  // J' of column j of W (rows x k k), or of the unit matrix where it is null.
+  void set_forces(const T* W, std::ptrdiff_t j, std::ptrdiff_t rows) {
+    std::fill(torques.begin(), torques.begin() + rows * nv, T(0));
+    for (std::ptrdiff_t row = 0; row < rows; ++row) {
+      T* const f = &forces[row * k];
+      T* const tau = &torques[row * nv];
+      for (std::ptrdiff_t i = 0; i < k; ++i) {
+        f[i] = W ? W[(row * k + j) * k + i] : T(i == j);
+        const T* const column = &Jt[(row * k + i) * nv];
+        for (std::ptrdiff_t dof = 0; dof < nv; ++dof) tau[dof] += f[i] * column[dof];
+      }
+    }
+  }
+};
 
 template <class T>
 Gradients<T>::Gradients(const RobotModel& model, const DynamicsOptions& options)
     : nq_(model.nq),
       nv_(model.nv()),
       dynamics_(model, of_factors(options)),
-      sweeps_(std::make_unique<GradientRows<T>>(model, options.question)) {}
+      sweeps_(std::make_unique<GradientRows<T>>(model, options.question)) {
+  const std::vector<Frame>& frames = options.question.frames;
+  if (!frames.empty() && std::ranges::all_of(frames, is_on_link))
+    operational_ = std::make_unique<OperationalRows<T>>(model, options.question);
+}
 
 template <class T>
 Gradients<T>::~Gradients() = default;
@@ -73,6 +132,13 @@ template <class T>
 GradientRows<T>& Gradients<T>::sweeps() const {
   if (!sweeps_) throw std::logic_error("Gradients: was moved from, and answers nothing");
   return *sweeps_;
+}
+
+template <class T>
+OperationalRows<T>& Gradients<T>::operational() const {
+  if (!operational_)
+    throw std::logic_error("operational_vjp: the question has no frames, or one on the fixed base");
+  return *operational_;
 }
 
 // (4)
@@ -274,6 +340,85 @@ int Gradients<T>::solve_jvp(RowsView<const T> q, RowsView<const T> tau, RowsView
   return failed;
 }
 
+// --- operational
+
+template <class T>
+int Gradients<T>::operational_vjp(RowsView<const T> q, RowsView<const T> W,
+                                  const RowsOfVectorJacobian<T>& out, std::span<Outcome> outcomes,
+                                  int threads, const LoadRows<T>& loads) {
+  constexpr const char* name = "operational_vjp";
+  const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
+  static_cast<void>(checked(name, count, false, out));
+  if (out.dtau || out.forces || out.result)
+    throw std::invalid_argument(std::string(name) + ": of dq, inertias, armature and loads alone");
+  OperationalRows<T>& of = operational();
+  check_sizes<T>(name, count, {{"q", q, nq_}, {"W", W, of.k * of.k}});
+  sweeps().check(name, count, loads);
+  of.reserve(std::min(count, of.rows_at_once));
+  outcomes_.resize(std::max<std::size_t>(outcomes_.size(), std::min(count, of.rows_at_once)));
+  const std::ptrdiff_t l = sweeps().width().l;
+  struct Sum {
+    T* to;
+    const T* from;
+    std::ptrdiff_t width;
+  };
+  int failed = 0;
+  for (std::ptrdiff_t first = 0; first < count; first += of.rows_at_once) {
+    const std::ptrdiff_t rows = std::min(of.rows_at_once, count - first);
+    const std::span<Outcome> of_rows = outcomes.subspan(first, rows);
+    const RowsView<const T> at = part_of(q, first, rows, nq_);
+    const LoadRows<T> loaded = sweeps().part(loads, first, rows);
+    const Sum of_q{data_of(out.dq), of.by_q.data(), nv_};
+    const Sum of_column[] = {of_q,
+                             {data_of(out.inertias), of.by_inertias.data(), numbers_of_load * nv_},
+                             {data_of(out.armature), of.by_armature.data(), nv_},
+                             {data_of(out.loads), of.by_loads.data(), l}};
+    for (const Sum& sum : of_column)
+      if (sum.to) std::fill_n(sum.to + first * sum.width, rows * sum.width, T(0));
+    const auto add = [&](const Sum& sum) {
+      if (!sum.to) return;
+      T* const to = sum.to + first * sum.width;
+      for (std::ptrdiff_t i = 0; i < rows * sum.width; ++i) to[i] += sum.from[i];
+    };
+    std::fill(of_rows.begin(), of_rows.end(), Outcome{.rung = Outcome::Rung::float_lanes});
+    const auto solve = [&](std::vector<T>& x) {
+      const std::span<Outcome> of_x = std::span(outcomes_).first(rows);
+      static_cast<void>(  // counted below
+          dynamics_.solve(at, RowsView<const T>(of.torques.data(), rows, nv_),
+                          RowsView<T>(x.data(), rows, nv_), of_x, threads, {.loads = loaded}));
+      for (std::ptrdiff_t i = 0; i < rows; ++i) of_rows[i] = worse(of_rows[i], of_x[i]);
+    };
+    GradientCall<T> call{.moves = false, .q = at.data(), .forces = of.forces.data()};
+    call.loads = data_of(loaded);
+    call.sign = T(-1);
+    of.kinematics.compute_rows(
+        at, {.axes = Axes::local, .jacobians = RowsView<T>(of.Jt.data(), rows, nv_ * of.k)},
+        threads);
+    for (std::ptrdiff_t j = 0; j < of.k; ++j) {
+      of.set_forces(W.data() + first * of.k * of.k, j, rows);
+      solve(of.y);
+      of.set_forces(nullptr, j, rows);
+      solve(of.x);
+      call.qdd = of.x.data();
+      call.lambda = of.y.data();
+      call.by = {.q = of.by_q.data(),
+                 .inertias = out.inertias ? of.by_inertias.data() : nullptr,
+                 .armature = out.armature ? of.by_armature.data() : nullptr,
+                 .loads = out.loads ? of.by_loads.data() : nullptr};
+      of.sweeps.run(rows, call, threads);
+      for (const Sum& sum : of_column) add(sum);
+      of.set_forces(W.data() + first * of.k * of.k, j, rows);
+      call.qdd = of.still.data();
+      call.lambda = of.x.data();
+      call.by = {.q = of.by_q.data()};
+      of.sweeps.run(rows, call, threads);
+      add(of_q);
+    }
+    for (const Outcome& one : of_rows) failed += !one;
+  }
+  return failed;
+}
+
 // --- one state
 
 template <class T>
@@ -333,6 +478,20 @@ Outcome Gradients<T>::solve_jvp(VectorView<const T> q, VectorView<const T> tau,
   Outcome one;
   static_cast<void>(
       solve_jvp(row(q), row(tau), row(dq), row(dtau), row(dx), std::span(&one, 1), 1, row(loads)));
+  return one;
+}
+
+template <class T>
+Outcome Gradients<T>::operational_vjp(VectorView<const T> q, MatrixView<const T> W,
+                                      const StateVectorJacobian<T>& out,
+                                      const StateLoads<T>& loads) {
+  Outcome one;
+  const std::ptrdiff_t k = operational().k;
+  if (!W.fits(k, k) || W.is_row_major())
+    throw std::invalid_argument("operational_vjp: W has size " + W.shape() + ", " +
+                                detail::shape(k, k) + ", column-major, is needed");
+  static_cast<void>(operational_vjp(row(q), RowsView<const T>(W.data(), 1, k * k), row(out),
+                                    std::span(&one, 1), 1, row(loads)));
   return one;
 }
 

@@ -10,8 +10,10 @@
 #include <vector>
 
 #include "algorithms/dynamics/test/door_support.hpp"
+#include "algorithms/spatial/inertia.hpp"
 #include "algorithms/test/refusal.hpp"
 #include "algorithms/test/singular.hpp"
+#include "kalmarm/configuration.hpp"
 #include "kalmarm/gradients.hpp"
 #include "kalmarm/kinematics.hpp"
 
@@ -277,6 +279,78 @@ TYPED_TEST(GradientsOf, ForcesAndLoadsAreGivenAndDerivedBy) {
   }
 }
 
+// Of S = tr(W'J M^-1 J'): by q as differences of fourth order of S itself have it, of step h = 2^-10, wrong by h^4 / 30 of
+// its fifth derivative and by u / h. M is linear in inertias and armatures together, so that S is homogeneous of degree -1.
+TYPED_TEST(GradientsOf, OperationalProductsAreDerivativesOfTheirTrace) {
+  using T = TypeParam;
+  for (const Family& family : families_and_robots()) {
+    const Model<double> model = rounded<T>(family.make(30));
+    const RobotModel robot = plain(model);
+    const int n = model.nv();
+    const State<T> state = random_state(model, 31).template cast<T>();
+    Question question = on_last_link(model);
+    std::swap(question.frames, question.acted_on);
+    const VectorX<T> loads = two_loads<T>(), weight = weights<T>(144, 32);
+    const Eigen::Map<const MatrixX<T>> W(weight.data(), 12, 12);
+    Gradients<T> gradients = gradients_of<T>(model, question);
+    Products<T> by(n, 0, 2);
+    ASSERT_TRUE(gradients.operational_vjp(
+        state.q, W,
+        {.dq = by.dq, .inertias = by.inertias, .armature = by.armature, .loads = by.loads},
+        VectorView<const T>(loads)));
+
+    // Of rows of the same state they are the same.
+    MatrixX<T> dq_of_rows = MatrixX<T>::Constant(n, 2, std::numeric_limits<T>::quiet_NaN());
+    const MatrixX<T> twice_q = state.q.replicate(1, 2), twice_W = weight.replicate(1, 2),
+                     twice_loads = loads.replicate(1, 2);
+    const auto rows = [](auto& X) {
+      return RowsView<std::remove_pointer_t<decltype(X.data())>>(X.data(), X.cols(), X.rows());
+    };
+    std::vector<Outcome> outcomes(2);
+    ASSERT_EQ(gradients.operational_vjp(rows(twice_q), rows(twice_W), {.dq = rows(dq_of_rows)},
+                                        outcomes, 2, rows(twice_loads)),
+              0);
+    EXPECT_EQ(dq_of_rows.col(0), dq_of_rows.col(1)) << family.name;
+
+    Dynamics<double> dynamics(robot, {.question = question});
+    const VectorX<double> given = loads.template cast<double>(),
+                          q = state.q.template cast<double>();
+    const MatrixX<double> wide = W.template cast<double>();
+    MatrixX<double> X(12, 12);
+    const auto trace = [&](const VectorX<double>& at) {
+      EXPECT_TRUE(dynamics.operational(at, X, {.loads = VectorView<const double>(given)}));
+      return wide.cwiseProduct(X).sum();
+    };
+    const double S = trace(q), size = wide.norm() * X.norm(), h = 0x1p-10;
+    VectorX<double> exact(n), moved(model.nq());
+    for (int k = 0; k < n; ++k) {
+      const auto at = [&](double step) {
+        integrate(robot, q, VectorX<double>(step * VectorX<double>::Unit(n, k)), moved);
+        return trace(moved);
+      };
+      exact[k] = (8 * (at(h) - at(-h)) - (at(2 * h) - at(-2 * h))) / (12 * h);
+    }
+    const double condition = TrueDerivatives(model, state.template cast<double>()).condition(),
+                 u = static_cast<double>(unit_roundoff<T>());
+    EXPECT_LE(roundoffs<T>(by.dq, exact, size + exact.norm()), bound_of(condition) + 1e-9 / u)
+        << family.name;
+    double sum = S + by.loads.template cast<double>().dot(given), terms = std::abs(S);
+    for (int k = 0; k < n; ++k) {
+      const SpatialInertia<double> body(model.joint(k).body);
+      VectorX<double> pi(10);
+      pi << body.m, body.h, body.I.diagonal(), body.I(0, 1), body.I(0, 2), body.I(1, 2);
+      const VectorX<double> by_pi = by.inertias.segment(10 * k, 10).template cast<double>();
+      sum += by_pi.dot(pi) + by.armature[k] * model.joint(k).r;
+      terms +=
+          by_pi.cwiseProduct(pi).cwiseAbs().sum() + std::abs(by.armature[k] * model.joint(k).r);
+    }
+    EXPECT_LE(roundoffs<T>(dq_of_rows.col(0), exact, size + exact.norm()),
+              bound_of(condition) + 1e-9 / u)
+        << family.name;
+    EXPECT_LE(std::abs(sum), bound_of(condition) * u * (terms + size)) << family.name;
+  }
+}
+
 // Galileo: neither where a free robot is nor how fast it travels matters, to the bit.
 TYPED_TEST(GradientsOf, TravellingChangesNothing) {
   using T = TypeParam;
@@ -447,6 +521,13 @@ TEST(GradientsInput, IsRefusedByName) {
       "forward_dynamics_vjp: inertias has size 1 x 4, 1 x 40 is needed");
   EXPECT_EQ(message_of([&] { (void)gradients.solve_vjp(x, x, x, {.dqd = out}); }),
             "solve_vjp: dqd: of what does not move");
+  const MatrixX<double> W = MatrixX<double>::Zero(6, 6), less = MatrixX<double>::Zero(5, 6);
+  EXPECT_THROW((void)gradients.operational_vjp(x, W, {.dq = out}), std::logic_error);
+  Gradients<double> framed(robot, {.question = {.frames = {{3}}}});
+  EXPECT_EQ(message_of([&] { (void)framed.operational_vjp(x, less, {.dq = out}); }),
+            "operational_vjp: W has size 5 x 6, 6 x 6, column-major, is needed");
+  EXPECT_EQ(message_of([&] { (void)framed.operational_vjp(x, W, {.dtau = out}); }),
+            "operational_vjp: of dq, inertias, armature and loads alone");
   EXPECT_EQ(message_of([&] { gradients.inverse_dynamics_vjp(x, x, x, x, {.result = out}); }),
             "inverse_dynamics_vjp: result: is not worked out");
   EXPECT_EQ(message_of([&] {

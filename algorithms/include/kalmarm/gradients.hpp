@@ -8,6 +8,9 @@
 //   forward_dynamics_jvp   da = M^-1 (dtau - dID(q, qd, a)),  dID along dq and dqd                            (4)
 //   inverse_dynamics_jvp   dtau = dID along dq, dqd and dqdd
 //   solve_jvp              dx = M^-1 (dtau - d(M x))
+//   operational_vjp        d tr(W'X), X = J M^-1 J':  with J' of frames as forces' torques, ID(q, 0, x; f) = M x - J'f without
+//                          weight, and, of every column e of the unit matrix, x = M^-1 J'e and y = M^-1 J'W e, a sum of
+//                          -d(y'ID(q, 0, x; e)) - d(x'ID(q, 0, 0; W e)) at fixed x and y                           (5)
 // a and lambda are those of the filter and smoother, with their outcome; d(lambda'ID) is one sweep outward and one inward,
 // by the equations of algorithms/fast/derivatives/virtual_power.hpp, dID one each of dual numbers (tangent.hpp).
 //
@@ -62,12 +65,15 @@ template <class T>
 class GradientRows;
 template <class T>
 struct GradientCall;
+template <class T>
+struct OperationalRows;
 
 template <class T>
 class KALMARM_EXPORT Gradients {
  public:
-  // Of the options' question the frames of acted_on and loaded count. Throws std::invalid_argument where it leaves joints
-  // out or is at rest, where a frame of these is on the fixed base, and what Dynamics throws.
+  // Of the options' question the frames of acted_on and loaded count, and of operational_vjp its frames. Throws
+  // std::invalid_argument where it leaves joints out or is at rest, where a frame of acted_on or loaded is on the fixed base,
+  // and what Dynamics throws.
   explicit Gradients(const RobotModel& model, const DynamicsOptions& options = {});
   ~Gradients();
   Gradients(Gradients&&) noexcept;
@@ -132,10 +138,20 @@ class KALMARM_EXPORT Gradients {
                               RowsView<const T> dtau, RowsView<T> dx, std::span<Outcome> outcomes,
                               int threads = 1, const LoadRows<T>& loads = {});
 
+  // (5) of X (k x k) of Dynamics::operational, k six times the question's frames, by the weights W (k x k, by columns) of its
+  // entries: dq, inertias, armature and loads; std::invalid_argument where others are wanted. 1600 n k.
+  Outcome operational_vjp(VectorView<const T> q, MatrixView<const T> W,
+                          const StateVectorJacobian<T>& out, const StateLoads<T>& loads = {});
+  // Rows of states, W of each in a row.
+  [[nodiscard]] int operational_vjp(RowsView<const T> q, RowsView<const T> W,
+                                    const RowsOfVectorJacobian<T>& out, std::span<Outcome> outcomes,
+                                    int threads = 1, const LoadRows<T>& loads = {});
+
  private:
   GradientCall<T> checked(const char* call, std::ptrdiff_t count, bool moves,
                           const RowsOfVectorJacobian<T>& out) const;
   GradientRows<T>& sweeps() const;
+  OperationalRows<T>& operational() const;  // throws std::logic_error where there are no frames
   // Of so many rows dx = M^-1 (dtau - dID), and how many failed; dID is written to.
   int changed(std::ptrdiff_t first, std::ptrdiff_t rows, RowsView<const T> q,
               RowsView<const T> dtau, T* dID, RowsView<T> dx, std::span<Outcome> outcomes,
@@ -144,6 +160,7 @@ class KALMARM_EXPORT Gradients {
   int nq_ = 0, nv_ = 0;
   Dynamics<T> dynamics_;
   std::unique_ptr<GradientRows<T>> sweeps_;
+  std::unique_ptr<OperationalRows<T>> operational_;  // null: of no frames, or of one on the base
   std::vector<Outcome> outcomes_;
 };
 
