@@ -50,13 +50,18 @@ template <class T>
 struct OperationalRows {
   static constexpr std::ptrdiff_t rows_at_once = 1024;
 
+  // Of every row a column of forces (k), their torques, and what these accelerate a robot by that neither moves nor weighs
+  // anything (nv each).
+  struct Response {
+    std::vector<T> forces, torques, x;
+  };
+
   Kinematics<T> kinematics;
   GradientRows<T> sweeps;
   std::ptrdiff_t nv, k;
-  std::vector<T> Jt;             // of every row nv x k
-  std::vector<T> forces;         // k of every row
-  std::vector<T> torques, x, y;  // nv of every row
-  std::vector<T> still;
+  std::vector<T> Jt;  // of every row nv x k
+  Response unit, weighted;
+  std::vector<T> still;                                     // nv of every row
   std::vector<T> by_q, by_inertias, by_armature, by_loads;  // of one column
 
   OperationalRows(const RobotModel& model, const Question& question)
@@ -70,25 +75,26 @@ struct OperationalRows {
       to.resize(std::max<std::size_t>(to.size(), rows * numbers));
     };
     grow(Jt, nv * k);
-    grow(forces, k);
-    for (std::vector<T>* of_dofs : {&torques, &x, &y, &still, &by_q, &by_armature})
-      grow(*of_dofs, nv);
+    for (Response* const of : {&unit, &weighted}) {
+      grow(of->forces, k);
+      grow(of->torques, nv);
+      grow(of->x, nv);
+    }
+    for (std::vector<T>* const of_dofs : {&still, &by_q, &by_armature}) grow(*of_dofs, nv);
     grow(by_inertias, numbers_of_load * nv);
     grow(by_loads, sweeps.width().l);
   }
 
-  // J' of column j of W (rows x k k), or of the unit matrix where it is null.
-  void set_forces(const T* W, std::ptrdiff_t j, std::ptrdiff_t rows) {
-    std::fill(torques.begin(), torques.begin() + rows * nv, T(0));
-    for (std::ptrdiff_t row = 0; row < rows; ++row) {
-      T* const f = &forces[row * k];
-      T* const tau = &torques[row * nv];
+  // force(row, i) of every row, and J' of them.
+  template <class Force>
+  void set(Response& to, std::ptrdiff_t rows, const Force& force) const {
+    std::fill_n(to.torques.begin(), rows * nv, T(0));
+    for (std::ptrdiff_t row = 0; row < rows; ++row)
       for (std::ptrdiff_t i = 0; i < k; ++i) {
-        f[i] = W ? W[(row * k + j) * k + i] : T(i == j);
-        const T* const column = &Jt[(row * k + i) * nv];
-        for (std::ptrdiff_t dof = 0; dof < nv; ++dof) tau[dof] += f[i] * column[dof];
+        const T f = to.forces[row * k + i] = force(row, i);
+        for (std::ptrdiff_t dof = 0; dof < nv; ++dof)
+          to.torques[row * nv + dof] += f * Jt[(row * k + i) * nv + dof];
       }
-    }
   }
 };
 
@@ -136,6 +142,7 @@ GradientRows<T>& Gradients<T>::sweeps() const {
 
 template <class T>
 OperationalRows<T>& Gradients<T>::operational() const {
+  static_cast<void>(sweeps());
   if (!operational_)
     throw std::logic_error("operational_vjp: the question has no frames, or one on the fixed base");
   return *operational_;
@@ -381,35 +388,40 @@ int Gradients<T>::operational_vjp(RowsView<const T> q, RowsView<const T> W,
       for (std::ptrdiff_t i = 0; i < rows * sum.width; ++i) to[i] += sum.from[i];
     };
     std::fill(of_rows.begin(), of_rows.end(), Outcome{.rung = Outcome::Rung::float_lanes});
-    const auto solve = [&](std::vector<T>& x) {
+    const auto solve = [&](OperationalRows<T>::Response& response) {
       const std::span<Outcome> of_x = std::span(outcomes_).first(rows);
       static_cast<void>(  // counted below
-          dynamics_.solve(at, RowsView<const T>(of.torques.data(), rows, nv_),
-                          RowsView<T>(x.data(), rows, nv_), of_x, threads, {.loads = loaded}));
+          dynamics_.solve(at, RowsView<const T>(response.torques.data(), rows, nv_),
+                          RowsView<T>(response.x.data(), rows, nv_), of_x, threads,
+                          {.loads = loaded}));
       for (std::ptrdiff_t i = 0; i < rows; ++i) of_rows[i] = worse(of_rows[i], of_x[i]);
     };
-    GradientCall<T> call{.moves = false, .q = at.data(), .forces = of.forces.data()};
-    call.loads = data_of(loaded);
-    call.sign = T(-1);
+    const T* const weights = W.data() + first * of.k * of.k;
     of.kinematics.compute_rows(
         at, {.axes = Axes::local, .jacobians = RowsView<T>(of.Jt.data(), rows, nv_ * of.k)},
         threads);
     for (std::ptrdiff_t j = 0; j < of.k; ++j) {
-      of.set_forces(W.data() + first * of.k * of.k, j, rows);
-      solve(of.y);
-      of.set_forces(nullptr, j, rows);
-      solve(of.x);
-      call.qdd = of.x.data();
-      call.lambda = of.y.data();
+      of.set(of.unit, rows, [j](std::ptrdiff_t, std::ptrdiff_t i) { return T(i == j); });
+      of.set(of.weighted, rows, [&](std::ptrdiff_t row, std::ptrdiff_t i) {
+        return weights[(row * of.k + j) * of.k + i];
+      });
+      solve(of.unit);
+      solve(of.weighted);
+      GradientCall<T> call{.moves = false, .q = at.data()};
+      call.loads = data_of(loaded);
+      call.sign = T(-1);
+      call.qdd = of.unit.x.data();
+      call.forces = of.unit.forces.data();
+      call.lambda = of.weighted.x.data();
       call.by = {.q = of.by_q.data(),
                  .inertias = out.inertias ? of.by_inertias.data() : nullptr,
                  .armature = out.armature ? of.by_armature.data() : nullptr,
                  .loads = out.loads ? of.by_loads.data() : nullptr};
       of.sweeps.run(rows, call, threads);
       for (const Sum& sum : of_column) add(sum);
-      of.set_forces(W.data() + first * of.k * of.k, j, rows);
       call.qdd = of.still.data();
-      call.lambda = of.x.data();
+      call.forces = of.weighted.forces.data();
+      call.lambda = of.unit.x.data();
       call.by = {.q = of.by_q.data()};
       of.sweeps.run(rows, call, threads);
       add(of_q);

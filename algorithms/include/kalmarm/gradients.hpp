@@ -151,7 +151,7 @@ class KALMARM_EXPORT Gradients {
   GradientCall<T> checked(const char* call, std::ptrdiff_t count, bool moves,
                           const RowsOfVectorJacobian<T>& out) const;
   GradientRows<T>& sweeps() const;
-  OperationalRows<T>& operational() const;  // throws std::logic_error where there are no frames
+  OperationalRows<T>& operational() const;  // throws std::logic_error where there is none
   // Of so many rows dx = M^-1 (dtau - dID), and how many failed; dID is written to.
   int changed(std::ptrdiff_t first, std::ptrdiff_t rows, RowsView<const T> q,
               RowsView<const T> dtau, T* dID, RowsView<T> dx, std::span<Outcome> outcomes,
