@@ -388,7 +388,7 @@ int Gradients<T>::operational_vjp(RowsView<const T> q, RowsView<const T> W,
       for (std::ptrdiff_t i = 0; i < rows * sum.width; ++i) to[i] += sum.from[i];
     };
     std::fill(of_rows.begin(), of_rows.end(), Outcome{.rung = Outcome::Rung::float_lanes});
-    const auto solve = [&](OperationalRows<T>::Response& response) {
+    const auto solve = [&](typename OperationalRows<T>::Response& response) {
       const std::span<Outcome> of_x = std::span(outcomes_).first(rows);
       static_cast<void>(  // counted below
           dynamics_.solve(at, RowsView<const T>(response.torques.data(), rows, nv_),
