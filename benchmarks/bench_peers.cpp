@@ -15,13 +15,11 @@
 // add
 //   --benchmark_repetitions=9 --benchmark_enable_random_interleaving=true
 #include <benchmark/benchmark.h>
-#include <dlfcn.h>
 
 #include <algorithm>
 #include <limits>
 #include <memory>
 #include <set>
-#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -34,14 +32,12 @@
 #include "benchmarks/kinematics_check.hpp"
 #include "benchmarks/peak.hpp"
 #include "benchmarks/peers/mechanism.hpp"
+#include "benchmarks/peers/modules.hpp"
 #include "benchmarks/peers/peer.hpp"
-#include "robots/loader/input_error.hpp"
 #include "robots/scene/mujoco_solver.hpp"
 
 namespace kalmarm {
 namespace {
-
-using Module = decltype(&kalmarm_peers);
 
 constexpr const char* timed_call =
     "From q, qd and tau (inverse, mass, frame, momentum, operational: q; inverse_dynamics "
@@ -153,18 +149,6 @@ struct Contest {
         std::make_unique<MujocoSolver>(mujoco_of(truth.scene)));
   }
 };
-
-std::vector<Module> load_modules() {
-  std::vector<Module> out{kalmarm_peers};  // our own: peers/fast.cpp
-  std::istringstream paths(KALMARM_PEER_MODULES);
-  for (std::string path; std::getline(paths, path, ':');) {
-    void* module = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
-    void* entry = module ? dlsym(module, "kalmarm_peers") : nullptr;
-    if (!entry) throw InputError(dlerror());
-    out.push_back(reinterpret_cast<Module>(entry));
-  }
-  return out;
-}
 
 // "" where the peer's last result for state i is right.
 template <class T>
