@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <cstring>
 
-#define KALMARM_PROGRAM(name) int name##_main(int argc, char** argv);
+#define KALMARM_PROGRAM(name) extern "C" int name##_main(int argc, char** argv);
 KALMARM_PROGRAMS
 #undef KALMARM_PROGRAM
 

@@ -16,19 +16,16 @@ add_executable(kalmarm_command accuracy/programs/command.cpp)
 target_link_options(kalmarm_command PRIVATE -Wl,--gc-sections)  # of scripts/flint's archive, whose sections are functions
 set(list)
 foreach(program IN LISTS programs)
-  get_target_property(folder ${program} SOURCE_DIR)
+  # Nothing is compiled twice: its objects are the program's, as one in which main has another name.
+  set(object ${CMAKE_CURRENT_BINARY_DIR}/called/${program}.o)
+  add_custom_command(OUTPUT ${object}
+    COMMAND ${CMAKE_COMMAND} -E make_directory ${CMAKE_CURRENT_BINARY_DIR}/called
+    COMMAND ${CMAKE_LINKER} -r -o ${object} $<TARGET_OBJECTS:${program}>
+    COMMAND ${CMAKE_OBJCOPY} --redefine-sym main=${program}_main ${object}
+    DEPENDS $<TARGET_OBJECTS:${program}> COMMAND_EXPAND_LISTS VERBATIM)
   get_target_property(libraries ${program} LINK_LIBRARIES)
-  get_target_property(sources ${program} SOURCES)
-  set(paths)
-  foreach(source IN LISTS sources)
-    cmake_path(ABSOLUTE_PATH source BASE_DIRECTORY ${folder})
-    list(APPEND paths ${source})
-  endforeach()
-  add_library(${program}_called OBJECT EXCLUDE_FROM_ALL ${paths})
-  target_compile_definitions(${program}_called PRIVATE main=${program}_main)
-  target_compile_options(${program}_called PRIVATE -O1)
-  target_link_libraries(${program}_called PRIVATE ${libraries})
-  target_link_libraries(kalmarm_command PRIVATE ${program}_called ${libraries})
+  target_sources(kalmarm_command PRIVATE ${object})
+  target_link_libraries(kalmarm_command PRIVATE ${libraries})
   string(APPEND list "KALMARM_PROGRAM(${program}) ")
 endforeach()
 target_compile_definitions(kalmarm_command PRIVATE "KALMARM_PROGRAMS=${list}")
