@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "algorithms/dynamics/rows.hpp"
 #include "algorithms/dynamics/threads.hpp"
 #include "algorithms/fast/derivatives/gradient_engine.hpp"
 #include "algorithms/fast/engine/engine.hpp"
@@ -26,49 +27,11 @@ inline bool are_on_links(const Question& question) {
          std::ranges::all_of(question.loaded, is_on_link);
 }
 
-template <class View>
-auto* data_of(const View& rows) {
-  return rows ? rows->data() : nullptr;
-}
-
-// One state as a row.
 template <class T>
-RowsView<T> row(const VectorView<T>& x) {
-  return {x.data(), 1, x.size()};
-}
-template <class T>
-std::optional<RowsView<T>> row(const std::optional<VectorView<T>>& x) {
-  if (!x) return {};
-  return row(*x);
-}
-template <class T>
-ForceRows<T> row(const StateForces<T>& forces) {
-  return {row(forces.on), forces.axes, row(forces.loads)};
-}
-
-template <class T>
-RowsView<T> part_of(const RowsView<T>& rows, std::ptrdiff_t first, std::ptrdiff_t count,
-                    std::ptrdiff_t width) {
-  return {rows.data() + first * width, count, width};
-}
-
-template <class View>
-void check_size(const char* call, const char* name, const View& rows, std::ptrdiff_t count,
-                std::ptrdiff_t width) {
-  if (!rows.fits(count, width))
-    throw std::invalid_argument(std::string(call) + ": " + name + " has size " + rows.shape() +
-                                ", " + detail::shape(count, width) + " is needed");
-}
-
-template <class T>
-struct Given {
-  const char* name;
-  RowsView<const T> rows;
-  std::ptrdiff_t width;
-};
-template <class T>
-void check_sizes(const char* call, std::ptrdiff_t count, std::initializer_list<Given<T>> all) {
-  for (const auto& [name, rows, width] : all) check_size(call, name, rows, count, width);
+void act(GradientCall<T>& call, const ForceRows<T>& forces) {
+  call.forces = data_of(forces.on);
+  call.loads = data_of(forces.loads);
+  call.gravity = data_of(forces.gravity);
 }
 
 template <class T>
@@ -91,16 +54,14 @@ class GradientRows {
           std::string(call) + ": forces that do not turn with their frames: Axes::local is needed");
     if (forces.on) check_size(call, "forces", *forces.on, count, width_.f);
     check(call, count, forces.loads);
+    if (forces.gravity) check_size(call, "gravity", *forces.gravity, count, numbers_of_gravity);
   }
 
   LoadRows<T> part(const LoadRows<T>& loads, std::ptrdiff_t first, std::ptrdiff_t rows) const {
-    if (!loads) return {};
-    return part_of(*loads, first, rows, width_.l);
+    return part_of(loads, first, rows, width_.l);
   }
   ForceRows<T> part(const ForceRows<T>& forces, std::ptrdiff_t first, std::ptrdiff_t rows) const {
-    ForceRows<T> out{.axes = forces.axes, .loads = part(forces.loads, first, rows)};
-    if (forces.on) out.on = part_of(*forces.on, first, rows, width_.f);
-    return out;
+    return part_of(forces, first, rows, width_.f, width_.l);
   }
 
   void run(std::ptrdiff_t count, const GradientCall<T>& call, int threads) {

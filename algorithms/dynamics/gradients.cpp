@@ -32,8 +32,8 @@ DynamicsOptions of_factors(DynamicsOptions options) {
 
 template <class T>
 RowsOfVectorJacobian<T> row(const StateVectorJacobian<T>& out) {
-  return {row(out.dq),       row(out.dqd),    row(out.dtau),  row(out.inertias),
-          row(out.armature), row(out.forces), row(out.loads), row(out.result)};
+  return {row(out.dq),     row(out.dqd),   row(out.dtau),    row(out.inertias), row(out.armature),
+          row(out.forces), row(out.loads), row(out.gravity), row(out.result)};
 }
 
 Question acted_on_frames(const Question& question) {
@@ -127,11 +127,14 @@ GradientCall<T> Gradients<T>::checked(const char* call, std::ptrdiff_t count, bo
   const Widths& width = sweeps().width();
   if (!moves && out.dqd)
     throw std::invalid_argument(std::string(call) + ": dqd: of what does not move");
-  return {.moves = moves,
-          .by = {size("dq", out.dq, nv_), size("dqd", out.dqd, nv_), size("dtau", out.dtau, nv_),
-                 size("inertias", out.inertias, numbers_of_load * nv_),
-                 size("armature", out.armature, nv_), size("forces", out.forces, width.f),
-                 size("loads", out.loads, width.l)}};
+  if (!moves && out.gravity)
+    throw std::invalid_argument(std::string(call) + ": gravity: of what does not weigh");
+  return {
+      .moves = moves,
+      .by = {size("dq", out.dq, nv_), size("dqd", out.dqd, nv_), size("dtau", out.dtau, nv_),
+             size("inertias", out.inertias, numbers_of_load * nv_),
+             size("armature", out.armature, nv_), size("forces", out.forces, width.f),
+             size("loads", out.loads, width.l), size("gravity", out.gravity, numbers_of_gravity)}};
 }
 
 template <class T>
@@ -185,8 +188,7 @@ int Gradients<T>::forward_dynamics_vjp(RowsView<const T> q, RowsView<const T> qd
   sweeps().check(name, count, forces);
   call.q = q.data();
   call.qd = qd.data();
-  call.forces = data_of(forces.on);
-  call.loads = data_of(forces.loads);
+  act(call, forces);
   const auto solved = [&](std::ptrdiff_t first, std::ptrdiff_t rows, RowsView<T> a,
                           RowsView<T> lambda) {
     const auto some = [&](const RowsView<const T>& x, int width) {
@@ -218,8 +220,7 @@ int Gradients<T>::forward_dynamics_jvp(RowsView<const T> q, RowsView<const T> qd
                   {"da", da, nv_}});
   sweeps().check(name, count, forces);
   GradientCall<T> call{.q = q.data(), .qd = qd.data()};
-  call.forces = data_of(forces.on);
-  call.loads = data_of(forces.loads);
+  act(call, forces);
   call.dq = dq.data();
   call.dqd = dqd.data();
   const auto moved = [&](std::ptrdiff_t first, std::ptrdiff_t rows, RowsView<T> a) {
@@ -253,8 +254,7 @@ void Gradients<T>::inverse_dynamics_vjp(RowsView<const T> q, RowsView<const T> q
   call.qd = qd.data();
   call.qdd = qdd.data();
   call.lambda = w.data();
-  call.forces = data_of(forces.on);
-  call.loads = data_of(forces.loads);
+  act(call, forces);
   sweeps().run(count, call, threads);
 }
 
@@ -275,8 +275,7 @@ void Gradients<T>::inverse_dynamics_jvp(RowsView<const T> q, RowsView<const T> q
                   {"dtau", dtau, nv_}});
   sweeps().check(name, count, forces);
   GradientCall<T> call{.q = q.data(), .qd = qd.data(), .qdd = qdd.data()};
-  call.forces = data_of(forces.on);
-  call.loads = data_of(forces.loads);
+  act(call, forces);
   call.dq = dq.data();
   call.dqd = dqd.data();
   call.dqdd = dqdd.data();

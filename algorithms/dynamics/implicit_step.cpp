@@ -11,6 +11,7 @@
 #include "algorithms/dynamics/coupled_rows.hpp"
 #include "algorithms/dynamics/displacement.hpp"
 #include "algorithms/dynamics/gain_rows.hpp"
+#include "algorithms/dynamics/rows.hpp"
 #include "algorithms/model/short_text.hpp"
 #include "algorithms/spatial/spatial.hpp"
 
@@ -311,16 +312,10 @@ int ImplicitStep<T>::standing(RowsView<const T> q, RowsView<const T> v, RowsView
   int failed = 0;
   for (std::ptrdiff_t i = 0; i < count; ++i) {
     std::copy_n(rows_.data() + i * nv, nv, tau_.data());
-    const auto row = [i](const auto& given,
-                         std::ptrdiff_t size) -> std::optional<VectorView<const T>> {
-      if (!given) return {};
-      return VectorView<const T>(given->data() + i * size, size);
-    };
-    outcomes[i] =
-        standing(VectorView<const T>(q.data() + i * nq, nq),
-                 VectorView<const T>(v.data() + i * nv, nv), VectorView<T>(a.data() + i * nv, nv),
-                 {row(forces.on, forces_), forces.axes, row(forces.loads, loads_)},
-                 {row(contacts.on, contacts_), contacts.axes});
+    outcomes[i] = standing(
+        VectorView<const T>(q.data() + i * nq, nq), VectorView<const T>(v.data() + i * nv, nv),
+        VectorView<T>(a.data() + i * nv, nv), state_of(forces, i, forces_, loads_),
+        {state_of(contacts.on, i, contacts_), contacts.axes});
     failed += !outcomes[i];
   }
   return failed;
@@ -350,6 +345,9 @@ int ImplicitStep<T>::acceleration(RowsView<const T> q, RowsView<const T> v, Rows
   if (forces.loads && !forces.loads->fits(count, loads_))
     refuse("acceleration: rows of loads are " + forces.loads->shape() + ", needed " +
            detail::shape(count, loads_));
+  if (forces.gravity && !forces.gravity->fits(count, numbers_of_gravity))
+    refuse("acceleration: rows of gravity are " + forces.gravity->shape() + ", needed " +
+           detail::shape(count, numbers_of_gravity));
   const auto is_given = [&](const char* what, const RowsView<const T>& rows, bool positive) {
     if (!rows.data()) return false;
     if (!rows.fits(count, nv))
@@ -389,8 +387,9 @@ int ImplicitStep<T>::acceleration(RowsView<const T> q, RowsView<const T> v, Rows
                                  .qd = v.data(),
                                  .tau = rows_.data(),
                                  .out = a.data(),
-                                 .forces = forces.on ? forces.on->data() : nullptr,
-                                 .loads = forces.loads ? forces.loads->data() : nullptr,
+                                 .forces = data_of(forces.on),
+                                 .loads = data_of(forces.loads),
+                                 .gravity = data_of(forces.gravity),
                                  .axes = forces.axes},
                                 gains, outcomes.data(), threads);
   }
@@ -404,16 +403,14 @@ int ImplicitStep<T>::acceleration(RowsView<const T> q, RowsView<const T> v, Rows
   for (std::ptrdiff_t first = 0; first < count; first += rows_at_once) {
     const std::ptrdiff_t n = std::min(rows_at_once, count - first);
     const auto of = outcomes.subspan(first, n);
-    ForceRows<T> acting{.axes = forces.axes};
-    if (forces.on) acting.on.emplace(forces.on->data() + first * forces_, n, forces_);
-    if (forces.loads) acting.loads.emplace(forces.loads->data() + first * loads_, n, loads_);
     // Those that failed are counted below.
     static_cast<void>(
         dynamics_.forward_dynamics(RowsView<const T>(q.data() + first * nq, n, nq),
                                    RowsView<const T>(v.data() + first * nv, n, nv),
                                    RowsView<const T>(rows_.data() + first * nv, n, nv),
                                    RowsView<T>(a.data() + first * nv, n, nv), coupled_->B(),
-                                   MatrixView<T>(Y_.data(), nv, n * m), of, threads, acting));
+                                   MatrixView<T>(Y_.data(), nv, n * m), of, threads,
+                                   part_of(forces, first, n, forces_, loads_)));
     for (std::ptrdiff_t i = 0; i < n; ++i) {
       const std::ptrdiff_t at = first + i;
       if (of[i])

@@ -292,6 +292,7 @@ Call<T> PartState<T>::gather(Worker& w, int states, const Call<T>& call,
   if (call.forces) out.forces = w.forces.data();
   if (call.contacts) out.contacts = w.contacts.data();
   if (call.loads) out.loads = w.loads.data();
+  out.gravity = call.gravity;  // in the base's axes, which are those of every part
   out.axes = call.axes;
   if (call.r) out.r = w.r.data();
   for (std::size_t i = 0; i < call.derivatives.size(); ++i)

@@ -55,7 +55,7 @@ template <class T>
 RowsOfStepVectorJacobian<T> row(const StateStepVectorJacobian<T>& out) {
   return {row(out.dq),        row(out.dv),        row(out.dtau),     row(out.damping),
           row(out.stiffness), row(out.reference), row(out.inertias), row(out.armature),
-          row(out.forces),    row(out.loads),     row(out.result)};
+          row(out.forces),    row(out.loads),     row(out.gravity),  row(out.result)};
 }
 
 }  // namespace
@@ -156,17 +156,16 @@ int StepGradients<T>::acceleration_vjp(RowsView<const T> q, RowsView<const T> v,
   sized("damping", out.damping, nv_);
   sized("stiffness", out.stiffness, nv_);
   sized("reference", out.reference, nv_);
-  const GradientCall<T> call{
-      .q = q.data(),
-      .qd = v.data(),
-      .forces = data_of(forces.on),
-      .loads = data_of(forces.loads),
-      .by = {.q = sized("dq", out.dq, nv_),
-             .qd = sized("dv", out.dv, nv_),
-             .inertias = sized("inertias", out.inertias, numbers_of_load * nv_),
-             .armature = sized("armature", out.armature, nv_),
-             .forces = sized("forces", out.forces, width.f),
-             .loads = sized("loads", out.loads, width.l)}};
+  GradientCall<T> call{.q = q.data(),
+                       .qd = v.data(),
+                       .by = {.q = sized("dq", out.dq, nv_),
+                              .qd = sized("dv", out.dv, nv_),
+                              .inertias = sized("inertias", out.inertias, numbers_of_load * nv_),
+                              .armature = sized("armature", out.armature, nv_),
+                              .forces = sized("forces", out.forces, width.f),
+                              .loads = sized("loads", out.loads, width.l),
+                              .gravity = sized("gravity", out.gravity, numbers_of_gravity)}};
+  act(call, forces);
   const auto solved = [&](std::ptrdiff_t first, std::ptrdiff_t rows, RowsView<T> a,
                           RowsView<T> lambda) {
     const auto some = [&](const RowsView<const T>& x, int numbers) {
@@ -229,8 +228,8 @@ int StepGradients<T>::acceleration_jvp(RowsView<const T> q, RowsView<const T> v,
   check(name, count, gains);
   check(name, count, along);
   sweeps().check(name, count, forces);
-  GradientCall<T> call{
-      .q = q.data(), .qd = v.data(), .forces = data_of(forces.on), .loads = data_of(forces.loads)};
+  GradientCall<T> call{.q = q.data(), .qd = v.data()};
+  act(call, forces);
   call.dq = dq.data();
   call.dqd = dv.data();
   int failed = 0;

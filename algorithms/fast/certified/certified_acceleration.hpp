@@ -161,7 +161,8 @@ class CertifiedAcceleration {
     const Widths width = models.lowered.widths();
     if (!all_finite(width.nq, call.q) || !all_finite(width.nv, call.qd) ||
         !all_finite(width.nv, call.tau) || (call.forces && !all_finite(width.f, call.forces)) ||
-        (call.loads && !all_finite(width.l, call.loads)))
+        (call.loads && !all_finite(width.l, call.loads)) ||
+        (call.gravity && !all_finite(numbers_of_gravity, call.gravity)))
       return {.status = Outcome::Status::not_finite};
     Outcome out = wide_.acceleration(call);
     out.rung = Outcome::Rung::two_doubles;

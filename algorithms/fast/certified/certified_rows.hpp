@@ -22,6 +22,7 @@ class CertifiedRows {
         tau_(qd_),
         forces_(lanes * width_.f),
         loads_(lanes * width_.l),
+        gravity_(lanes * numbers_of_gravity),
         a_(qd_) {
     chosen_.reserve(lanes);
   }
@@ -43,6 +44,7 @@ class CertifiedRows {
     gather(call.tau, width_.nv, tau_);
     if (call.forces) gather(call.forces, width_.f, forces_);
     if (call.loads) gather(call.loads, width_.l, loads_);
+    if (call.gravity) gather(call.gravity, numbers_of_gravity, gravity_);
     const Call<double> gathered{.want = call.want,
                                 .q = q_.data(),
                                 .qd = qd_.data(),
@@ -50,6 +52,7 @@ class CertifiedRows {
                                 .out = a_.data(),
                                 .forces = call.forces ? forces_.data() : nullptr,
                                 .loads = call.loads ? loads_.data() : nullptr,
+                                .gravity = call.gravity ? gravity_.data() : nullptr,
                                 .axes = call.axes};
     lanes_.load(models_.lowered, gathered, states, lanes);
     RefinedAnswer refined[lanes];
@@ -73,7 +76,8 @@ class CertifiedRows {
   Widths width_;
   CertifiedSweep<StateLanes<double>> sweep_;
   Block lanes_;
-  std::vector<double> q_, qd_, tau_, forces_, loads_, a_;  // of as many rows as there are lanes
+  std::vector<double> q_, qd_, tau_, forces_, loads_, gravity_,
+      a_;  // of as many rows as there are lanes
   std::vector<int> chosen_;
 };
 

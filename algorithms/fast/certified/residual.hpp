@@ -35,6 +35,7 @@ class TwiceResidual {
         torque_(model.nv()),
         forces_(std::max(model.widths().f, model.widths().c)),
         loads_(model.widths().l),
+        gravity_(numbers_of_gravity),
         tau_(model.nv()) {
     contacts_.reserve(model.contacts().size());
   }
@@ -54,13 +55,14 @@ class TwiceResidual {
   Acting<Wide> widened(const Acting<T>& acting, std::ptrdiff_t forces) {
     if (acting.forces) std::copy_n(acting.forces, forces, forces_.begin());
     if (acting.loads) std::copy_n(acting.loads, loads_.size(), loads_.begin());
+    if (acting.gravity) std::copy_n(acting.gravity, gravity_.size(), gravity_.begin());
     return {acting.forces ? forces_.data() : nullptr, acting.axes,
-            acting.loads ? loads_.data() : nullptr};
+            acting.loads ? loads_.data() : nullptr, acting.gravity ? gravity_.data() : nullptr};
   }
 
   bool moving_ = false;  // (1), else (2)
   InverseDynamicsWorkspace<Wide> workspace_;
-  std::vector<Wide> q_, qd_, x_, torque_, forces_, loads_;
+  std::vector<Wide> q_, qd_, x_, torque_, forces_, loads_, gravity_;
   Acting<Wide> acting_;
   std::vector<std::pair<int, Sixfold<Wide>>> contacts_;
   std::vector<T> tau_;
@@ -74,6 +76,7 @@ void TwiceResidual<T>::set_motion(const Model& model, const T* q, const T* qd, c
   set_torque(tau);
   std::copy_n(qd, qd_.size(), qd_.begin());
   acting_ = widened(acting, model.widths().f);
+  workspace_.gravity = acting_.gravity;
 }
 
 template <class T>

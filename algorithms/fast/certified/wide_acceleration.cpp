@@ -33,6 +33,7 @@ struct WideAcceleration::Sweeps {
         d(qd),
         forces(model.widths().f),
         loads(model.widths().l),
+        given_gravity(numbers_of_gravity),
         gravity(std::hypot(robot.gravity[0], robot.gravity[1], robot.gravity[2])) {
     for (int k = 0; k < model.nv(); ++k) own_noise.push_back(model.body(k).r);
   }
@@ -58,7 +59,7 @@ struct WideAcceleration::Sweeps {
   InverseDynamicsWorkspace<T> inverse_dynamics;
   BoundedSolve<T> solve;
   WideTest test;
-  std::vector<T> q, qd, tau, a, r, d, forces, loads;
+  std::vector<T> q, qd, tau, a, r, d, forces, loads, given_gravity;
   std::vector<T> own_noise;
   bool noisy = false;  // the model has that of a call
   double gravity;
@@ -79,8 +80,10 @@ Outcome WideAcceleration::acceleration(const Call<double>& call) {
   std::copy_n(call.tau, nv, w.tau.begin());
   if (call.forces) std::copy_n(call.forces, w.forces.size(), w.forces.begin());
   if (call.loads) std::copy_n(call.loads, w.loads.size(), w.loads.begin());
+  if (call.gravity) std::copy_n(call.gravity, numbers_of_gravity, w.given_gravity.begin());
   const Acting<DoubleDouble> acting = {call.forces ? w.forces.data() : nullptr, call.axes,
-                                       call.loads ? w.loads.data() : nullptr};
+                                       call.loads ? w.loads.data() : nullptr,
+                                       call.gravity ? w.given_gravity.data() : nullptr};
   if (const Outcome out = w.test.of_D(w.model, w.q.data(), acting); !out) return out;
   covariance_acceleration(w.model, w.q.data(), w.qd.data(), w.tau.data(), w.sweep, w.a.data(),
                           acting);

@@ -20,6 +20,7 @@ struct PowerAdjoints {
   T* armature = nullptr;  // nv
   T* forces = nullptr;    // six of every frame that is acted on
   T* loads = nullptr;     // ten of every frame that is loaded
+  T* gravity = nullptr;   // three
 };
 
 // Null: not given or not wanted. Forces are in the axes of their frames.
@@ -31,6 +32,7 @@ struct GradientCall {
   const T* qdd = nullptr;
   const T* forces = nullptr;
   const T* loads = nullptr;
+  const T* gravity = nullptr;  // else the model's
   // Adjoints of sign * lambda.
   T sign = T(1);
   const T* lambda = nullptr;
@@ -57,6 +59,8 @@ struct GradientCall {
     skip(rest.by.forces, width.f);
     skip(rest.loads, width.l);
     skip(rest.by.loads, width.l);
+    skip(rest.gravity, numbers_of_gravity);
+    skip(rest.by.gravity, numbers_of_gravity);
     return rest;
   }
 };

@@ -3,7 +3,7 @@
 //   d sin = cos dq,  d cos = -sin dq of a hinge,  d d = dq of a slide,  dp = R dq of a free joint's position,
 //   dR = R dq~ of a ball joint, dq about the axes of its body                                               (1)
 // so that dq is along the velocity of the joints. Of forward dynamics da = M^-1 (dtau - dID) at fixed a. About 500 flops a
-// hinge. Forces, which turn with their frames, and loads do not change by themselves.
+// hinge. Forces, which turn with their frames, loads and gravity do not change by themselves.
 #pragma once
 
 #include <vector>
@@ -25,7 +25,8 @@ class Tangent {
         qdd_(model.nv()),
         tau_(model.nv()),
         forces_(model.widths().f),
-        loads_(model.widths().l) {}
+        loads_(model.widths().l),
+        gravity_(numbers_of_gravity) {}
 
   // dtau (nv). turning: with velocities and gravity, else qd and dqd are not looked at. dqdd: null where it is zero.
   template <bool turning>
@@ -37,7 +38,9 @@ class Tangent {
       qdd_[k] = {qdd[k], dqdd ? dqdd[k] : T(S(0))};
     }
     const Acting<Dual<T>> given = {constant(acting.forces, forces_), acting.axes,
-                                   constant(acting.loads, loads_)};
+                                   constant(acting.loads, loads_),
+                                   constant(acting.gravity, gravity_)};
+    ws_.gravity = given.gravity;
     detail::set_link_forces<turning>(model, qd_.data(), qdd_.data(), ws_);
     detail::sum_forces<turning>(model, qdd_.data(), ws_, tau_.data(), given);
     for (int k = 0; k < model.nv(); ++k) dtau[k] = tau_[k].dx;
@@ -94,7 +97,7 @@ class Tangent {
 
   Placed placed_;
   InverseDynamicsWorkspace<Dual<T>> ws_;
-  std::vector<Dual<T>> qd_, qdd_, tau_, forces_, loads_;
+  std::vector<Dual<T>> qd_, qdd_, tau_, forces_, loads_, gravity_;
 };
 
 }  // namespace kalmarm

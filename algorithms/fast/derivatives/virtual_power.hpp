@@ -1,5 +1,5 @@
 // Derivatives of inverse dynamics tau = ID(q, q', q''), contracted with lambda: of
-//   S = lambda'tau,  by q, q', q'', inertias, armatures r, forces from outside and loads                 (1)
+//   S = lambda'tau,  by q, q', q'', inertias, armatures r, forces from outside, loads and gravity        (1)
 // in O(n), without a matrix, for one state or, with T a Pack, one state in every lane.
 //
 // lambda is a velocity of the joints. Let it give link k's origin the velocity u and the link the rate mu, both
@@ -31,9 +31,13 @@
 //   w'da = lambda'dtau - dS at fixed lambda and a                                                           (10)
 // and x = M^-1 tau of a robot that neither moves nor weighs anything likewise. Both are (1) of -lambda.
 //
+// Gravity g is an acceleration -g of the base, which its children have as -E0'g, E0 that of their placement:
+//   dS/dg = -sum of E0 (R y)_a over children of the base                                                    (11)
+//
 // About 500 flops a hinge: 170 for the motions, 66 + 40 for (3), 85 for (4), 130 on the way to the parent.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "algorithms/fast/kinematics/loads.hpp"
@@ -67,7 +71,8 @@ struct VirtualPowerWorkspace : Placements<T> {
   std::vector<Joint> joints;
   std::vector<Triple<S>> offsets,
       axes;  // o of links on screws, without a slide's d; e_z in the parent's axes
-  const T* gravity = nullptr;  // as the last call's Acting has it
+  const T* gravity = nullptr;   // as the last call's Acting has it
+  std::array<T, 3> by_gravity;  // (11)
 
   explicit VirtualPowerWorkspace(const LoweredModel<S>& model)
       : Placements<T>(model),
@@ -180,7 +185,7 @@ KALMARM_NOINLINE void at_ball(int k, const T* qd, const T* qdd, const T* lambda,
   put(dq, out.q);
 }
 
-// (3) to (8); ws.branches have begun.
+// (3) to (8) and (11); ws.branches have begun.
 template <bool turning, class T, class S>
 KALMARM_SWEEP void add_adjoints(const LoweredModel<S>& model, const T* qd, const T* qdd,
                                 const T* lambda, VirtualPowerWorkspace<T>& ws,
@@ -190,6 +195,7 @@ KALMARM_SWEEP void add_adjoints(const LoweredModel<S>& model, const T* qd, const
   Sixfold<T> z, y;
   Triple<T> W;
   bool carried = false;  // they come from link k + 1
+  ws.by_gravity = {T(S(0)), T(S(0)), T(S(0))};
   for (int k = model.nv() - 1; k >= 0; --k) {
     const LoweredLink<S>& link = model.link(k);
     const auto& at = ws.motions[k];
@@ -247,7 +253,16 @@ KALMARM_SWEEP void add_adjoints(const LoweredModel<S>& model, const T* qd, const
         break;
     }
     carried = link.hangs_on_previous;
-    if (link.parent < 0) continue;
+    if (link.parent < 0) {  // (11)
+      if constexpr (turning) {
+        Triple<T> of_a = linear(y);
+        turn_to_parent(model, link, ws, of_a);
+        const auto& E0 = model.uncommon(link).E0;
+        for (int i = 0; i < 3; ++i)
+          ws.by_gravity[i] -= (T(E0(i, 0)) * of_a.x + T(E0(i, 1)) * of_a.y) + T(E0(i, 2)) * of_a.z;
+      }
+      continue;
+    }
     force_to_parent(model, link, ws, ws.links[k].d, z);
     force_to_parent(model, link, ws, ws.links[k].d, y);
     if constexpr (turning) {  // (5)

@@ -45,7 +45,7 @@ class Differentiated {
  private:
   template <bool moves>
   void answer(const GradientCall<T>& call) {
-    const Acting<T> acting = {call.forces, Axes::local, call.loads};
+    const Acting<T> acting = {call.forces, Axes::local, call.loads, call.gravity};
     if (!call.lambda)
       return tangent_.template fill<moves>(model_, call.q, call.qd, call.qdd, call.dq, call.dqd,
                                            call.dqdd, acting, call.dtau);
@@ -64,6 +64,8 @@ class Differentiated {
     };
     each(model_.acted_on(), call.by.forces, numbers_of_force, force_adjoints<T, S>);
     each(model_.loaded(), call.by.loads, numbers_of_load, body_adjoints<T, S>);
+    if constexpr (moves)
+      if (call.by.gravity) std::ranges::copy(power_.by_gravity, call.by.gravity);
   }
 
   const LoweredModel<S>& model_;
@@ -75,8 +77,9 @@ class Differentiated {
 // Memory for what a call has of one state, or of one in every lane, and for what it wants.
 template <class T>
 struct CallNumbers {
-  std::vector<T> q, qd, qdd, lambda, dq, dqd, dqdd, forces, loads;
-  std::vector<T> by_q, by_qd, by_qdd, by_armature, dtau, by_inertias, by_forces, by_loads;
+  std::vector<T> q, qd, qdd, lambda, dq, dqd, dqdd, forces, loads, gravity;
+  std::vector<T> by_q, by_qd, by_qdd, by_armature, dtau, by_inertias, by_forces, by_loads,
+      by_gravity;
 
   explicit CallNumbers(const Widths& width)
       : q(width.nq),
@@ -88,6 +91,7 @@ struct CallNumbers {
         dqdd(qd),
         forces(width.f),
         loads(width.l),
+        gravity(numbers_of_gravity),
         by_q(qd),
         by_qd(qd),
         by_qdd(qd),
@@ -95,7 +99,8 @@ struct CallNumbers {
         dtau(qd),
         by_inertias(numbers_of_load * width.nv),
         by_forces(forces),
-        by_loads(loads) {}
+        by_loads(loads),
+        by_gravity(gravity) {}
 
   // The call on this memory; load(from, to) of all that is given.
   template <class S, class Load>
@@ -111,6 +116,7 @@ struct CallNumbers {
     out.qdd = loaded(call.qdd, qdd);
     out.forces = loaded(call.forces, forces);
     out.loads = loaded(call.loads, loads);
+    out.gravity = loaded(call.gravity, gravity);
     out.lambda = loaded(call.lambda, lambda);
     out.dq = loaded(call.dq, dq);
     out.dqd = loaded(call.dqd, dqd);
@@ -125,6 +131,7 @@ struct CallNumbers {
     out.by.armature = wanted(call.by.armature, by_armature);
     out.by.forces = wanted(call.by.forces, by_forces);
     out.by.loads = wanted(call.by.loads, by_loads);
+    out.by.gravity = wanted(call.by.gravity, by_gravity);
     out.dtau = dtau.data();
     return out;
   }
@@ -142,6 +149,7 @@ struct CallNumbers {
     stored(by_armature, call.by.armature);
     stored(by_forces, call.by.forces);
     stored(by_loads, call.by.loads);
+    stored(by_gravity, call.by.gravity);
     stored(dtau, call.dtau);
   }
 };

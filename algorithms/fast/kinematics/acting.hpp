@@ -36,7 +36,7 @@ struct Acting {
 
 template <class T>
 Acting<T> forces_of(const Call<T>& call) {
-  return {call.forces, call.axes, call.loads};
+  return {call.forces, call.axes, call.loads, call.gravity};
 }
 template <class T>
 Acting<T> contacts_of(const Call<T>& call) {

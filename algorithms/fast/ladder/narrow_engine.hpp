@@ -99,7 +99,7 @@ class NarrowEngine final : public Engine<float> {
 
     void reserve(Want want, int rows, const Widths& width) {
       const std::ptrdiff_t of_derivatives = want == Want::derivatives ? 3 * width.n * width.n : 0;
-      grow(in, rows * (width.nq + 3 * width.nv + width.f + width.c + width.l));
+      grow(in, rows * (width.nq + 3 * width.nv + width.f + width.c + width.l + numbers_of_gravity));
       grow(out, rows * (width.out(want) + of_derivatives));
     }
 
@@ -119,6 +119,7 @@ class NarrowEngine final : public Engine<float> {
       wide.forces = widen(call.forces, width.f);
       wide.contacts = widen(call.contacts, width.c);
       wide.loads = widen(call.loads, width.l);
+      wide.gravity = widen(call.gravity, numbers_of_gravity);
       wide.axes = call.axes;
       wide.r = widen(call.r, width.nv);
       wide.out = out.data();

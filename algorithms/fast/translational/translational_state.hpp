@@ -37,7 +37,8 @@ class TranslationalState : public RigidState {
 
   Outcome acceleration(const Call<T>& call) {
     if (!refusal_) return refusal_;
-    if (answered()) return certified_->answer(call);
+    // What weighs otherwise is rare here.
+    if (answered() || call.gravity) return certified_->answer(call);
     T squares = T(0), size = T(0), rounding = T(0);
     const auto force = [&](int k) { return call.tau[k]; };
     factors_.solve(force, [&](int k, const T& x) {

@@ -14,8 +14,8 @@
 //
 // To a, torques and derivatives forces from outside may be given, six numbers of every frame of
 // Question::acted_on; to what is made of factors alone, contacts, six of every frame of Question::contacts, which
-// make H = M + J'DJ of M; to all of them loads, ten of every frame of Question::loaded. Accelerations also take joint
-// noise r and columns B.
+// make H = M + J'DJ of M; to all of them loads, ten of every frame of Question::loaded. What weighs also takes
+// gravity, three numbers, accelerations also joint noise r and columns B.
 //
 // Matrices are column-major. n: DoF that are asked about, of an engine all; k: rows of J, of an engine
 // those of its selection. qd and tau have nv numbers a row, tau of `solve` n.
@@ -36,7 +36,7 @@ struct CallFrames {
 };
 
 // Of a force, or a row of a contact, and of a load.
-inline constexpr std::ptrdiff_t numbers_of_force = 6, numbers_of_load = 10;
+inline constexpr std::ptrdiff_t numbers_of_force = 6, numbers_of_load = 10, numbers_of_gravity = 3;
 
 // Numbers a row.
 struct Widths {
@@ -84,9 +84,10 @@ struct Call {
   const T* forces = nullptr;
   const T* contacts = nullptr;
   const T* loads = nullptr;
-  Axes axes = Axes::local;  // of forces, and of contacts
-  const T* r = nullptr;     // joint noise in the place of the robot's
-  int m = 0;                // columns of B, the same of every row, and of X
+  const T* gravity = nullptr;  // else the robot's
+  Axes axes = Axes::local;     // of forces, and of contacts
+  const T* r = nullptr;        // joint noise in the place of the robot's
+  int m = 0;                   // columns of B, the same of every row, and of X
   const T* B = nullptr;
   T* X = nullptr;
   bool B_of_rows = false;  // every row has its own B, of one column
@@ -105,6 +106,7 @@ struct Call {
     skip(rest.forces, width.f);
     skip(rest.contacts, width.c);
     skip(rest.loads, width.l);
+    skip(rest.gravity, numbers_of_gravity);
     skip(rest.r, width.nv);
     skip(rest.X, width.n * m);
     if (B_of_rows) skip(rest.B, width.n * m);

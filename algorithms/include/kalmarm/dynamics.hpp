@@ -70,12 +70,14 @@ struct DerivativeRows {
 // bias and all that is made of them: of each ten numbers about the frame's origin and in its axes, as
 // Kinematics::regressor has them,
 //   (m, h_x, h_y, h_z, I_xx, I_yy, I_zz, I_xy, I_xz, I_yz),   h = m c                      [kg, kg m, kg m^2]
-// of a body that can be: else what is made of factors is refused as indefinite. Left out: none.
+// of a body that can be: else what is made of factors is refused as indefinite. Left out: none. `gravity`: three
+// numbers in the base's axes [m/s^2] in the place of the model's.
 template <class View>
 struct OnFrames {
   std::optional<View> on = {};
   Axes axes = Axes::aligned;
   std::optional<View> loads = {};
+  std::optional<View> gravity = {};
 };
 
 // Forces from outside on the frames of Question::acted_on, in their order: with J of the same axes (kinematics.hpp)
@@ -142,14 +144,13 @@ class KALMARM_EXPORT Dynamics {
   Outcome forward_dynamics(VectorView<const T> q, VectorView<const T> qd, VectorView<const T> tau,
                            VectorView<T> a, const StateForces<T>& forces = {}) {
     check("forward_dynamics", q, qd, "tau", tau, a.size(), asked_);
-    return answer({.want = Want::acceleration,
-                   .q = q.data(),
-                   .qd = qd.data(),
-                   .tau = tau.data(),
-                   .out = a.data(),
-                   .forces = checked_forces("forward_dynamics", forces),
-                   .loads = checked_loads("forward_dynamics", forces.loads),
-                   .axes = forces.axes});
+    return answer(acted("forward_dynamics",
+                        {.want = Want::acceleration,
+                         .q = q.data(),
+                         .qd = qd.data(),
+                         .tau = tau.data(),
+                         .out = a.data()},
+                        forces));
   }
 
   // Rows of states, one outcome each, on `threads` cores. Returns how many failed, whose rows are
@@ -161,14 +162,13 @@ class KALMARM_EXPORT Dynamics {
     const auto count = static_cast<std::ptrdiff_t>(outcomes.size());
     check("forward_dynamics", count, q, qd, "tau", tau, a, asked_);
     return answer_rows(count,
-                       {.want = Want::acceleration,
-                        .q = q.data(),
-                        .qd = qd.data(),
-                        .tau = tau.data(),
-                        .out = a.data(),
-                        .forces = checked_forces("forward_dynamics", forces, count),
-                        .loads = checked_loads("forward_dynamics", forces.loads, count),
-                        .axes = forces.axes},
+                       acted("forward_dynamics",
+                             {.want = Want::acceleration,
+                              .q = q.data(),
+                              .qd = qd.data(),
+                              .tau = tau.data(),
+                              .out = a.data()},
+                             forces, count),
                        outcomes.data(), threads);
   }
 
@@ -180,17 +180,16 @@ class KALMARM_EXPORT Dynamics {
                            const StateForces<T>& forces = {}) {
     check("forward_dynamics", q, qd, "tau", tau, a.size(), asked_);
     const int m = checked_columns("forward_dynamics", "B", B, "X", X);
-    return answer({.want = Want::acceleration,
-                   .q = q.data(),
-                   .qd = qd.data(),
-                   .tau = tau.data(),
-                   .out = a.data(),
-                   .forces = checked_forces("forward_dynamics", forces),
-                   .loads = checked_loads("forward_dynamics", forces.loads),
-                   .axes = forces.axes,
-                   .m = m,
-                   .B = B.data(),
-                   .X = X.data()});
+    return answer(acted("forward_dynamics",
+                        {.want = Want::acceleration,
+                         .q = q.data(),
+                         .qd = qd.data(),
+                         .tau = tau.data(),
+                         .out = a.data(),
+                         .m = m,
+                         .B = B.data(),
+                         .X = X.data()},
+                        forces));
   }
 
   // Rows of states: X (asked x rows m) has the m columns of a row side by side. Those that are suspect
@@ -203,17 +202,16 @@ class KALMARM_EXPORT Dynamics {
     check("forward_dynamics", count, q, qd, "tau", tau, a, asked_);
     const int m = checked_columns("forward_dynamics", "B", B, "X", X, count);
     return answer_rows(count,
-                       {.want = Want::acceleration,
-                        .q = q.data(),
-                        .qd = qd.data(),
-                        .tau = tau.data(),
-                        .out = a.data(),
-                        .forces = checked_forces("forward_dynamics", forces, count),
-                        .loads = checked_loads("forward_dynamics", forces.loads, count),
-                        .axes = forces.axes,
-                        .m = m,
-                        .B = B.data(),
-                        .X = X.data()},
+                       acted("forward_dynamics",
+                             {.want = Want::acceleration,
+                              .q = q.data(),
+                              .qd = qd.data(),
+                              .tau = tau.data(),
+                              .out = a.data(),
+                              .m = m,
+                              .B = B.data(),
+                              .X = X.data()},
+                             forces, count),
                        outcomes.data(), threads);
   }
 
@@ -229,18 +227,17 @@ class KALMARM_EXPORT Dynamics {
     check("forward_dynamics_and_solve", "x", count, x, asked_);
     refuse_overlap("forward_dynamics_and_solve", "b", b.data(), b.size(), "x", x.data(), x.size());
     return answer_rows(count,
-                       {.want = Want::acceleration,
-                        .q = q.data(),
-                        .qd = qd.data(),
-                        .tau = tau.data(),
-                        .out = a.data(),
-                        .forces = checked_forces("forward_dynamics_and_solve", forces, count),
-                        .loads = checked_loads("forward_dynamics_and_solve", forces.loads, count),
-                        .axes = forces.axes,
-                        .m = 1,
-                        .B = b.data(),
-                        .X = x.data(),
-                        .B_of_rows = true},
+                       acted("forward_dynamics_and_solve",
+                             {.want = Want::acceleration,
+                              .q = q.data(),
+                              .qd = qd.data(),
+                              .tau = tau.data(),
+                              .out = a.data(),
+                              .m = 1,
+                              .B = b.data(),
+                              .X = x.data(),
+                              .B_of_rows = true},
+                             forces, count),
                        outcomes.data(), threads);
   }
 
@@ -257,14 +254,13 @@ class KALMARM_EXPORT Dynamics {
     const std::ptrdiff_t count = nq_ > 0 ? q.size() / nq_ : 0;
     check("inverse_dynamics", count, q, qd, "qdd", qdd, tau, asked_);
     (void)answer_rows(count,
-                      {.want = Want::inverse_dynamics,
-                       .q = q.data(),
-                       .qd = qd.data(),
-                       .tau = qdd.data(),
-                       .out = tau.data(),
-                       .forces = checked_forces("inverse_dynamics", forces, count),
-                       .loads = checked_loads("inverse_dynamics", forces.loads, count),
-                       .axes = forces.axes},
+                      acted("inverse_dynamics",
+                            {.want = Want::inverse_dynamics,
+                             .q = q.data(),
+                             .qd = qd.data(),
+                             .tau = qdd.data(),
+                             .out = tau.data()},
+                            forces, count),
                       nullptr, threads);
   }
 
@@ -275,7 +271,7 @@ class KALMARM_EXPORT Dynamics {
     torques(q.data(), qd.data(), nullptr, tau.data(), "bias", forces);
   }
 
-  // tau (asked): the torques that hold the robot against gravity. 171 n.
+  // tau (asked): the torques that hold the robot against the model's gravity. 171 n.
   void gravity(VectorView<const T> q, VectorView<T> tau, const StateLoads<T>& loads = {}) {
     check("gravity", "q", q.size(), nq_);
     check("gravity", "tau", tau.size(), asked_);
@@ -369,14 +365,14 @@ class KALMARM_EXPORT Dynamics {
     check("derivatives", q, qd, "tau", tau, a.size(), asked_);
     check_derivatives(out);
     check_turning(forces.on.has_value(), forces.axes);
-    return answer({.want = Want::derivatives,
-                   .q = q.data(),
-                   .qd = qd.data(),
-                   .tau = tau.data(),
-                   .out = a.data(),
-                   .derivatives = {out.dq.data(), out.dqd.data(), out.dtau.data()},
-                   .forces = checked_forces("derivatives", forces),
-                   .loads = checked_loads("derivatives", forces.loads)});
+    return answer(acted("derivatives",
+                        {.want = Want::derivatives,
+                         .q = q.data(),
+                         .qd = qd.data(),
+                         .tau = tau.data(),
+                         .out = a.data(),
+                         .derivatives = {out.dq.data(), out.dqd.data(), out.dtau.data()}},
+                        forces));
   }
 
   // Rows of states, one outcome each, on `threads` cores; a (asked) of each in a row. Returns how many
@@ -393,14 +389,14 @@ class KALMARM_EXPORT Dynamics {
       return rows ? rows->data() : nullptr;
     };
     return answer_rows(count,
-                       {.want = Want::derivatives,
-                        .q = q.data(),
-                        .qd = qd.data(),
-                        .tau = tau.data(),
-                        .out = a.data(),
-                        .derivatives = {data(out.dq), data(out.dqd), data(out.dtau)},
-                        .forces = checked_forces("derivatives", forces, count),
-                        .loads = checked_loads("derivatives", forces.loads, count)},
+                       acted("derivatives",
+                             {.want = Want::derivatives,
+                              .q = q.data(),
+                              .qd = qd.data(),
+                              .tau = tau.data(),
+                              .out = a.data(),
+                              .derivatives = {data(out.dq), data(out.dqd), data(out.dtau)}},
+                             forces, count),
                        outcomes.data(), threads);
   }
 
@@ -532,10 +528,6 @@ class KALMARM_EXPORT Dynamics {
     return given->data();
   }
   template <class Given>
-  const T* checked_forces(const char* call, const Given& forces, std::ptrdiff_t count = 1) const {
-    return checked(call, "forces", forces.on, forces_, count);
-  }
-  template <class Given>
   const T* checked_loads(const char* call, const Given& loads, std::ptrdiff_t count = 1) const {
     return checked(call, "loads", loads, loads_, count);
   }
@@ -546,15 +538,20 @@ class KALMARM_EXPORT Dynamics {
   // The torques of qdd, the last two null where they are zero.
   void torques(const T* q, const T* qd, const T* qdd, T* tau, const char* call,
                const StateForces<T>& forces) {
-    (void)answer({.want = Want::inverse_dynamics,
-                  .q = q,
-                  .qd = qd,
-                  .tau = qdd,
-                  .out = tau,
-                  .forces = checked_forces(call, forces),
-                  .loads = checked_loads(call, forces.loads),
-                  .axes = forces.axes});
+    (void)answer(acted(
+        call, {.want = Want::inverse_dynamics, .q = q, .qd = qd, .tau = qdd, .out = tau}, forces));
   }
+  // With what acts from outside.
+  template <class Given>
+  Call<T> acted(const char* call, Call<T> given, const Given& forces,
+                std::ptrdiff_t count = 1) const {
+    given.forces = checked(call, "forces", forces.on, forces_, count);
+    given.loads = checked_loads(call, forces.loads, count);
+    given.gravity = checked(call, "gravity", forces.gravity, numbers_of_gravity, count);
+    given.axes = forces.axes;
+    return given;
+  }
+  // With contacts; what is made of M alone does not see gravity.
   template <class Given>
   Call<T> resisted(const char* call, Call<T> given, const Given& contacts,
                    std::ptrdiff_t count = 1) const {

@@ -7,7 +7,7 @@
 // is ID(q, v, a) = tau - B (v + h a) - K (p + h h' a). For weights w and lambda = M^^-1 w therefore, per DoF,
 //   w'da:  dtau = lambda,  db = -lambda (v + h a),  dk = -lambda (p + h h' a),  dq0 = k lambda               (2)
 //          dq = -k lambda - d(lambda'ID)/dq,  dv = -(b + h' k) lambda - d(lambda'ID)/dv                      (3)
-// and inertias, armatures (-lambda a), forces and loads by -d(lambda'ID) alone. Along a direction
+// and inertias, armatures (-lambda a), forces, loads and gravity by -d(lambda'ID) alone. Along a direction
 //   M^ da = dtau - B dv - K (dq - dq0 + h' dv) - db (v + h a) - dk (p + h h' a) - d(armature) a - dID        (4)
 // with dID of fast/derivatives/virtual_power.hpp and tangent.hpp. M^^-1 w is the step's own acceleration of a robot that
 // neither weighs anything nor moves, with its springs at ease.
@@ -43,8 +43,9 @@ struct StepVectorJacobian {
   View reference = {};
   View inertias = {};  // nv x 10, as of VectorJacobian
   View armature = {};
-  View forces = {};  // 6 of every frame of Question::acted_on, in its axes
-  View loads = {};   // 10 of every frame of Question::loaded
+  View forces = {};   // 6 of every frame of Question::acted_on, in its axes
+  View loads = {};    // 10 of every frame of Question::loaded
+  View gravity = {};  // 3
 
   View result = {};  // a, which is worked out anyway
 };
