@@ -86,18 +86,21 @@ CLibrary made(const Package<T>& package, bool one_state, bool rows, const CCompi
 }  // namespace
 
 template <class T>
-CompiledTask<T>::CompiledTask(const CodeFor& of, const Model<double>& model, double tolerance,
-                              bool one_state, bool rows, const CCompiler& compiler,
-                              const fs::path& folder)
+CompiledTask<T>::CompiledTask(const CodeFor& of, const Model<double>& model,
+                              const std::vector<Frame>& loaded, double tolerance, bool one_state,
+                              bool rows, const CCompiler& compiler, const fs::path& folder)
     : CompiledTask(of,
                    Package<T>(model, std::vector<double>(model.nq(), 0.0),
-                              {"robot", {of.task}, rows, tolerance}),
-                   one_state && of.of_one_state, rows, compiler, folder) {}
+                              {"robot", {of.task}, rows, tolerance, {.loaded = loaded}}),
+                   one_state && of.of_one_state, rows, compiler, folder) {
+  loaded_ = !loaded.empty();
+}
 
 template <class T>
 CompiledTask<T>::CompiledTask(const CodeFor& of, const Package<T>& package, bool one_state,
                               bool rows, const CCompiler& compiler, const fs::path& folder)
     : of_(of),
+      loaded_(false),
       library_(
           made(package, one_state && is_faster_of_one_state(package), rows, compiler, folder)) {
   const std::string name = "robot_" + to_string(of.task);

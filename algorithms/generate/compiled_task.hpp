@@ -35,12 +35,15 @@ template <class T>
 class CompiledTask {
  public:
   // Throws std::runtime_error, in one line, where there is no such code: a function longer than compilers take, a
-  // compiler that fails. one_state: a function of one state too, where the loops are not faster.
-  CompiledTask(const CodeFor& of, const Model<double>& model, double tolerance, bool one_state,
-               bool rows, const CCompiler& compiler, const std::filesystem::path& folder);
+  // compiler that fails. loaded: frames of which every call has loads. one_state: a function of one state too, where the
+  // loops are not faster.
+  CompiledTask(const CodeFor& of, const Model<double>& model, const std::vector<Frame>& loaded,
+               double tolerance, bool one_state, bool rows, const CCompiler& compiler,
+               const std::filesystem::path& folder);
 
   Want want() const { return of_.want; }
   bool judged() const { return of_.judged; }
+  bool loaded() const { return loaded_; }
   bool has_one() const { return one_; }
   bool has_rows() const { return rows_; }
   const CLibrary& library() const { return library_; }
@@ -59,20 +62,21 @@ class CompiledTask {
   // The arguments of a task's function are those of its record (task.cpp): inputs, result, error and margin.
   template <class... Rows>
   void run(void (*code)(), const Call<T>& call, T* error, T* margin, Rows... rows) const {
-    const auto with = [&](auto... in) {
-      if (judged())
-        reinterpret_cast<void (*)(Rows..., decltype(in)..., T*, T*, T*)>(code)(
-            rows..., in..., call.out, error, margin);
-      else
-        reinterpret_cast<void (*)(Rows..., decltype(in)..., T*)>(code)(rows..., in..., call.out);
+    const auto of = [&](auto... x) {
+      reinterpret_cast<void (*)(Rows..., decltype(x)...)>(code)(rows..., x...);
     };
+    const auto answer = [&](auto... in) {
+      const auto& [dq, dqd, dtau] = call.derivatives;
+      if (call.want == Want::derivatives)
+        of(in..., call.out, dq, dqd, dtau, margin);
+      else if (judged())
+        of(in..., call.out, error, margin);
+      else
+        of(in..., call.out);
+    };
+    const auto with = [&](auto... in) { loaded_ ? answer(in..., call.loads) : answer(in...); };
     switch (call.want) {
-      case Want::derivatives: {
-        const auto& [dq, dqd, dtau] = call.derivatives;
-        using Function = void(Rows..., const T*, const T*, const T*, T*, T*, T*, T*, T*);
-        return reinterpret_cast<Function*>(code)(rows..., call.q, call.qd, call.tau, call.out, dq,
-                                                 dqd, dtau, margin);
-      }
+      case Want::derivatives:
       case Want::acceleration:
       case Want::inverse_dynamics:
         return with(call.q, call.qd, call.tau);
@@ -84,6 +88,7 @@ class CompiledTask {
   }
 
   CodeFor of_;
+  bool loaded_;
   CLibrary library_;
   void (*one_)() = nullptr;
   void (*rows_)() = nullptr;

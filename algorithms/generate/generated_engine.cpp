@@ -65,7 +65,7 @@ bool overlap(const Call<T>& call, std::ptrdiff_t rows, const Widths& width) {
            });
   };
   return meets(call.q, width.nq) || meets(call.qd, width.nv) ||
-         meets(call.tau, width.tau(call.want));
+         meets(call.tau, width.tau(call.want)) || meets(call.loads, width.l);
 }
 
 template <class T>
@@ -81,7 +81,8 @@ bool all_finite(std::ptrdiff_t count, const T* x) {
 }
 
 // What functions depend on, but for their task: equal texts are the same robot, whatever its names are.
-std::string numbers_of(const RobotModel& robot, double tolerance) {
+std::string numbers_of(const RobotModel& robot, double tolerance,
+                       const std::vector<Frame>& loaded) {
   std::string out;
   const auto add = [&out](const auto&... x) {
     (out.append(reinterpret_cast<const char*>(&x), sizeof x), ...);
@@ -91,6 +92,7 @@ std::string numbers_of(const RobotModel& robot, double tolerance) {
     add(link.parent, link.coordinate, link.slides, link.q_index, link.reference, link.rotation,
         link.translation, link.armature, link.mass, link.center_of_mass, link.inertia_axes,
         link.principal_moments);
+  for (const Frame& frame : loaded) add(frame.link, frame.rotation, frame.translation);
   return out;
 }
 
@@ -176,14 +178,14 @@ class GeneratedEngine final : public Engine<T> {
     std::array<T, rows_at_once> error, margin;
     // Of the rows that climb, side by side.
     std::vector<int> chosen;
-    std::vector<T> q, qd, tau, out;
+    std::vector<T> q, qd, tau, loads, out;
     std::vector<Outcome> outcomes;
   };
 
   const CompiledTask<T>* code_of(const Call<T>& call, std::ptrdiff_t rows) const {
     const CompiledTask<T>* const code = tasks_[static_cast<int>(call.want)].get();
-    if (!code || call.forces || call.contacts || call.loads || call.r || call.B ||
-        overlap(call, rows, width_))
+    if (!code || call.forces || call.contacts || code->loaded() != bool(call.loads) ||
+        call.gravity || call.r || call.B || overlap(call, rows, width_))
       return nullptr;
     const auto& [dq, dqd, dtau] = call.derivatives;
     return call.want != Want::derivatives || (dq && dqd && dtau) ? code : nullptr;
@@ -236,6 +238,7 @@ class GeneratedEngine final : public Engine<T> {
     rows.q = gather(call.q, width_.nq, w.q);
     rows.qd = gather(call.qd, width_.nv, w.qd);
     rows.tau = gather(call.tau, width_.tau(call.want), w.tau);
+    rows.loads = gather(call.loads, width_.l, w.loads);
     loops_->answer_rows(worker, static_cast<int>(count), rows, w.outcomes.data());
     const auto from = results(rows, width_), to = results(call, width_);
     for (std::size_t i = 0; i < count; ++i) {
@@ -255,8 +258,8 @@ class GeneratedEngine final : public Engine<T> {
       throw std::runtime_error("a mechanism of slides alone has sweeps of its own");
     const CCompiler compiler = compiler_of(code);
     const std::filesystem::path folder = folder_of(code);
-    std::string key =
-        numbers_of(robot, options.tolerance) + folder.string() + (code.rows ? " rows" : "");
+    std::string key = numbers_of(robot, options.tolerance, options.frames.loaded) +
+                      folder.string() + (code.rows ? " rows" : "");
     for (const std::string& word : compiler.command) key += ' ' + word;
     for (const CodeFor& of : code_for) {
       if (!options.wants(of.want) || (!code.tasks.empty() && !code.tasks.contains(of.want)))
@@ -269,9 +272,9 @@ class GeneratedEngine final : public Engine<T> {
         auto task = InUse<T>::all().find(name);
         if (!task) {
           // The library answers one state of float in double.
-          task = std::make_shared<CompiledTask<T>>(of, model_of(robot), options.tolerance,
-                                                   std::is_same_v<T, double>, code.rows, compiler,
-                                                   folder);
+          task = std::make_shared<CompiledTask<T>>(of, model_of(robot), options.frames.loaded,
+                                                   options.tolerance, std::is_same_v<T, double>,
+                                                   code.rows, compiler, folder);
           test(*task, robot, options);
           InUse<T>::all().keep(name, task);
         }
@@ -309,14 +312,15 @@ class GeneratedEngine final : public Engine<T> {
   void test(const CompiledTask<T>& code, const RobotModel& robot, const EngineOptions& options) {
     constexpr int count = 37;  // more than two registers hold, and no multiple
     constexpr std::ptrdiff_t apart = 64;
-    const TrialStates<T> states(robot, count);
+    const TrialStates<T> states(robot, count, options.frames.loaded.size());
     constexpr T unset = std::numeric_limits<T>::quiet_NaN(), untouched = -77;
     T wanted = 0;
     Call<T> call{.want = code.want(),
                  .q = states.q.data(),
                  .qd = states.qd.data(),
                  .tau = states.tau.data(),
-                 .out = &wanted};
+                 .out = &wanted,
+                 .loads = code.loaded() ? states.loads.data() : nullptr};
     if (code.want() == Want::derivatives) call.derivatives = {&wanted, &wanted, &wanted};
     const std::ptrdiff_t size =
         count * numbers_of_row(call, width_) + apart * std::ssize(results(call, width_));

@@ -9,7 +9,8 @@
 //   mass               the same, of rows where the result is finite too
 //
 // of one state in double, and of rows in both precisions. One state of float is answered in double, as the loops do.
-// Forces, contacts, loads, joint noise and columns of a call are the loops', and a result that overlaps what is given.
+// A question with frames that are loaded has code of calls with loads, which leaves those without to the loops. Forces,
+// contacts, gravity, joint noise and columns of a call are the loops', and a result that overlaps what is given.
 //
 // One state is the loops' too where code has more operations than most_operations_of_one_state (task.hpp).
 //

@@ -419,6 +419,75 @@ TYPED_TEST(GeneratedRows, LeaveToTheLoopsWhatTheyCannotAnswer) {
   });
 }
 
+// Every row has bodies of its own on two frames, and answers that agree with the loops' to what both may be wrong; without
+// loads the loops answer.
+TYPED_TEST(GeneratedRows, TakeLoadsOfEveryRow) {
+  using T = TypeParam;
+  constexpr int count = 21;
+  int by_code = 0;
+  for (const Asked& asked : mechanisms()) {
+    if (asked.model.nv() == 0) continue;
+    SCOPED_TRACE(asked.name);
+    const Model<double> model = rounded<T>(asked.model);
+    const int n = model.nv(), last = n - 1;
+    const DynamicsOptions options = this->generated(
+        {.question = {.want = {Want::acceleration, Want::inverse_dynamics, Want::mass,
+                               Want::inverse, Want::derivatives},
+                      .loaded = {{last, {1, -0.5, 0.25, 0}, {0.125, 0, 0.25}}, {n / 2}}},
+         .rules = rules_of_sweeps()});
+    Dynamics<T> robot(plain(model), options), by_loops(plain(model), this->loops(options));
+    const double own[] = {1.25, .125,  .25,   -.25, .5,   .625, .75,   .03125, .0625,    .03125,
+                          0.75, -.125, .0625, .25,  .375, .25,  .3125, .03125, -.015625, .015625};
+    std::vector<T> loads;
+    for (int i = 0; i < count; ++i)
+      for (const double x : own) loads.push_back(T(x * (1 + i) / 8));
+    const auto answers = [&](Dynamics<T>& by, const LoadRows<T>& given) {
+      Rows<T> rows(model, count);
+      const ForceRows<T> extra{.axes = Axes::local, .loads = given};
+      std::vector<VectorX<T>> all;
+      std::vector<bool> failed;
+      const auto keep = [&](const std::vector<T>& x, std::size_t width) {
+        VectorX<T>& part = all.emplace_back(x.size());
+        for (std::size_t i = 0; i < x.size(); ++i) part[i] = rows.outcomes[i / width] ? x[i] : T(0);
+        for (const Outcome& one : rows.outcomes) failed.push_back(!one);
+      };
+      std::vector<T> a(count * n), M(count * n * n), X(M), dq(M), dqd(M), dtau(M);
+      (void)by.forward_dynamics(rows.q, rows.qd, rows.tau, a, rows.outcomes, 1, extra);
+      keep(a, n);
+      (void)by.inverse_mass(rows.q, X, rows.outcomes, 1, {.loads = given});
+      keep(X, n * n);
+      (void)by.derivatives(rows.q, rows.qd, rows.tau,
+                           {.dq = RowsView<T>(dq.data(), count, n * n),
+                            .dqd = RowsView<T>(dqd.data(), count, n * n),
+                            .dtau = RowsView<T>(dtau.data(), count, n * n)},
+                           a, rows.outcomes, 1, extra);
+      keep(dq, n * n), keep(dqd, n * n), keep(dtau, n * n);
+      (void)by.mass(rows.q, M, rows.outcomes, 1, given);
+      keep(M, n * n);
+      by.inverse_dynamics(rows.q, rows.qd, rows.tau, a, 1, extra);
+      keep(a, n);
+      return std::pair(all, failed);
+    };
+    const auto agree = [&](const LoadRows<T>& given, bool exactly) {
+      const auto [x, failed] = answers(robot, given);
+      const auto [y, failed_there] = answers(by_loops, given);
+      EXPECT_EQ(failed, failed_there);
+      for (std::size_t i = 0; i < x.size(); ++i) {
+        SCOPED_TRACE(i);
+        // Derivatives, which tell no error, are as near as those without loads.
+        if (exactly)
+          EXPECT_EQ(x[i], y[i]);
+        else
+          EXPECT_LE((x[i] - y[i]).norm(), T(64 * default_tolerance<T>) * y[i].norm());
+        by_code += x[i] != y[i];
+      }
+    };
+    agree(RowsView<const T>(loads.data(), count, 20), false);
+    agree({}, true);
+  }
+  EXPECT_GT(by_code, 20);
+}
+
 // Factors that are kept are not touched by what generated code answers.
 TEST_F(GeneratedKernels, LeaveFactorsThatAreKept) {
   const Model<double> model = chain(1, 5);
