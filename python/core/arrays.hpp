@@ -33,7 +33,7 @@ struct Argument {
 // copied; lists take the dtype of the arrays, float64 where there are none.
 class Inputs {
  public:
-  static constexpr int most_arguments = 16;  // of acceleration_jvp of a step
+  static constexpr int most_arguments = 17;  // of acceleration_jvp of a step
   static constexpr int most = 10 + 11;       // with the results, of acceleration_vjp of a step
 
   // Throws TypeError and ValueError, with the call, the argument and both shapes.

@@ -1,9 +1,10 @@
-// Forces from outside, or rows of contacts, and loads among the arguments of a call.
+// Forces from outside, or rows of contacts, loads and gravity among the arguments of a call.
 #pragma once
 
 #include <algorithm>
 #include <array>
 #include <initializer_list>
+#include <kalmarm/call.hpp>
 #include <kalmarm/dynamics.hpp>
 #include <span>
 #include <string>
@@ -30,23 +31,24 @@ constexpr OfFrames forces_argument{"forces", "forces (of a robot without acted_o
 constexpr OfFrames contacts_argument{"contacts", "contacts (of a robot without contacts)"};
 constexpr OfFrames loads_argument{"loads", "loads (of a robot without loaded)"};
 
-// The arguments of a call, and after them forces or contacts, and loads, where they are given; widths: their numbers
-// of a state.
+// The arguments of a call, and after them forces or contacts, loads and gravity, where they are given; widths: their
+// numbers of a state.
 class WithForces {
  public:
   WithForces(const char* call, std::span<const Argument> arguments, nb::handle forces, int width,
              const std::string& axes, nb::handle loads, int loads_width,
-             const OfFrames& what = forces_argument)
+             nb::handle gravity = nb::none(), const OfFrames& what = forces_argument)
       : count_(static_cast<int>(arguments.size())), axes_(axes_of(call, axes)) {
     std::copy(arguments.begin(), arguments.end(), all_.begin());
     on_ = add(forces, width, what);
     loads_ = add(loads, loads_width, loads_argument);
+    gravity_ = add(gravity, numbers_of_gravity, {"gravity", ""});
   }
   WithForces(const char* call, std::initializer_list<Argument> arguments, nb::handle forces,
              int width, const std::string& axes, nb::handle loads, int loads_width,
-             const OfFrames& what = forces_argument)
+             nb::handle gravity = nb::none(), const OfFrames& what = forces_argument)
       : WithForces(call, std::span(arguments.begin(), arguments.size()), forces, width, axes, loads,
-                   loads_width, what) {}
+                   loads_width, gravity, what) {}
 
   std::span<const Argument> all() const { return {all_.data(), std::size_t(count_)}; }
 
@@ -55,6 +57,7 @@ class WithForces {
     StateForces<T> out{.axes = axes_};
     if (on_.given()) out.on.emplace(vector<T>(in, on_.at, row, on_.width));
     if (loads_.given()) out.loads.emplace(vector<T>(in, loads_.at, row, loads_.width));
+    if (gravity_.given()) out.gravity.emplace(vector<T>(in, gravity_.at, row, gravity_.width));
     return out;
   }
   template <class T>
@@ -62,6 +65,7 @@ class WithForces {
     ForceRows<T> out{.axes = axes_};
     if (on_.given()) out.on.emplace(rows_of<T>(in, on_.at, on_.width));
     if (loads_.given()) out.loads.emplace(rows_of<T>(in, loads_.at, loads_.width));
+    if (gravity_.given()) out.gravity.emplace(rows_of<T>(in, gravity_.at, gravity_.width));
     return out;
   }
 
@@ -81,7 +85,7 @@ class WithForces {
   std::array<Argument, Inputs::most_arguments> all_;
   int count_;
   Axes axes_;
-  Place on_, loads_;
+  Place on_, loads_, gravity_;
 };
 
 }  // namespace kalmarm::python

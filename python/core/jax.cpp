@@ -1,5 +1,6 @@
 #include "jax.hpp"
 
+#include "kinematics.hpp"
 #include "robot.hpp"
 #include "step.hpp"
 
@@ -14,6 +15,7 @@
 #include <exception>
 #include <limits>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -28,8 +30,8 @@ namespace kalmarm::python {
 namespace ffi = xla::ffi;
 
 // Of each argument and each result how many numbers a row has, q: nq, v: nv, n: DoF that are asked about, m: n x n, l: of
-// loads, and of outcomes e: the error, s: the status. Loads follow `given` where they are given, and the results of a
-// derivative where it is by them too.
+// loads, g: of gravity, of all frames p: positions, o: rotations and j: Jacobians, and of outcomes e: the error, s: the status. What is given beside follows `given`, and the results
+// of a derivative what it is by of that.
 struct Task {
   const char* name;
   std::string_view given, linear, results;
@@ -48,28 +50,33 @@ constexpr std::array tasks = {
     Task{"step_acceleration", "qvvvvvv", "", "ves"},
     Task{"step_acceleration_vjp", "qvvvvvv", "v", "vvvvvvv"},
     Task{"step_acceleration_jvp", "qvvvvvv", "vvvvvvv", "v"},
+    Task{"poses", "q", "", "poj"},
 };
-constexpr std::size_t most = 15;  // arguments or results, with loads
+constexpr std::size_t most = 16;  // arguments or results, with loads and gravity
 
-// Whom a call asks: one of both.
+// Whom a call asks: one of these.
 struct Asked {
   Robot* robot = nullptr;
   Step* step = nullptr;
+  KinematicsOfRobot* kinematics = nullptr;
+
+  const RobotModel& model() const {
+    return robot ? robot->model() : step ? step->model() : kinematics->model();
+  }
+  int frames() const { return kinematics ? kinematics->frames() : 0; }
 };
 
 // A call of rows: looks at the shapes of its buffers, and answers it.
 class RobotRows {
  public:
-  RobotRows(Asked asked, const Task& task, int threads)
-      : asked_(asked), task_(task), threads_(threads) {}
+  // beside, by: letters of what is given beside, and of what of that is derived by.
+  RobotRows(Asked asked, const Task& task, int threads, std::string_view beside,
+            std::string_view by)
+      : asked_(asked), task_(task), threads_(threads), beside_(beside), by_(by) {}
 
   ffi::Error run(ffi::RemainingArgs arguments, ffi::RemainingRets results) {
-    std::string given(task_.given), returned(task_.results);
-    if (arguments.size() > given.size() + task_.linear.size()) given += 'l';
-    if (results.size() > returned.size()) returned += 'l';
-    has_loads_ = given.size() > task_.given.size();
-    by_loads_ = returned.size() > task_.results.size();
-    given += task_.linear;
+    const std::string given = std::string(task_.given).append(beside_).append(task_.linear),
+                      returned = std::string(task_.results).append(by_);
     if (arguments.size() != given.size() || results.size() != returned.size())
       return refused("the number of arguments or results");
     for (std::size_t i = 0; i < arguments.size(); ++i) {
@@ -97,7 +104,7 @@ class RobotRows {
   }
 
   std::int64_t width(char of) const {
-    const RobotModel& model = asked_.robot ? asked_.robot->model() : asked_.step->model();
+    const RobotModel& model = asked_.model();
     const std::int64_t n = asked_.robot ? asked_.robot->asked() : model.nv();
     switch (of) {
       case 'q':
@@ -106,6 +113,14 @@ class RobotRows {
         return model.nv();
       case 'm':
         return n * n;
+      case 'p':
+        return 3 * asked_.frames();
+      case 'o':
+        return 9 * asked_.frames();
+      case 'j':
+        return 6 * asked_.frames() * model.nv();
+      case 'g':
+        return numbers_of_gravity;
       case 'l':
         return asked_.robot ? asked_.robot->loads_ : asked_.step->loads_;
       case 'n':
@@ -135,19 +150,34 @@ class RobotRows {
   }
   template <class T>
   RowsView<const T> linear(std::size_t i) const {
-    return {static_cast<const T*>(in_[task_.given.size() + has_loads_ + i]), count_,
+    return {static_cast<const T*>(in_[task_.given.size() + beside_.size() + i]), count_,
             width(task_.linear[i])};
   }
   template <class T>
   RowsView<T> out(std::size_t i) const {
     return {static_cast<T*>(out_[i]), count_, width(task_.results[i])};
   }
+  // What is given beside, or derived by: of a letter, after the first so many of all.
   template <class T>
-  ForceRows<T> loads() const {
-    ForceRows<T> rows{.axes = Axes::local};
-    if (has_loads_)
-      rows.loads.emplace(static_cast<const T*>(in_[task_.given.size()]), count_, width('l'));
-    return rows;
+  std::optional<RowsView<T>> of_letter(char letter, std::string_view letters,
+                                       const std::array<void*, most>& all,
+                                       std::size_t first) const {
+    const std::size_t at = letters.find(letter);
+    if (at == letters.npos) return {};
+    return RowsView<T>(static_cast<T*>(all[first + at]), count_, width(letter));
+  }
+  template <class T>
+  ForceRows<T> beside() const {
+    const auto given = [&](char letter) {
+      return of_letter<const T>(letter, beside_, in_, task_.given.size());
+    };
+    return {.axes = Axes::local, .loads = given('l'), .gravity = given('g')};
+  }
+  // Of a derivative, of robots or of steps.
+  template <class T, class Rows>
+  void add_beside(Rows& rows) const {
+    rows.loads = of_letter<T>('l', by_, out_, task_.results.size());
+    rows.gravity = of_letter<T>('g', by_, out_, task_.results.size());
   }
   template <class T>
   GainRows<T> gains() const {
@@ -159,8 +189,7 @@ class RobotRows {
     rows.dq.emplace(out<T>(0));
     if (task_.given.size() == 3) rows.dqd.emplace(out<T>(1));
     rows.dtau.emplace(out<T>(task_.given.size() - 1));
-    if (by_loads_)
-      rows.loads.emplace(static_cast<T*>(out_[task_.results.size()]), count_, width('l'));
+    add_beside<T>(rows);
     return rows;
   }
 
@@ -179,8 +208,10 @@ class RobotRows {
     };
     if (asked_.robot)
       ask(*asked_.robot);
-    else
+    else if (asked_.step)
       ask(*asked_.step);
+    else
+      with(asked_.kinematics->workers_.of<T>().take());
   }
 
   template <class T>
@@ -205,16 +236,16 @@ class RobotRows {
   void call(Dynamics<T>& dynamics, std::span<Outcome> outcomes) const {
     if (is("forward_dynamics")) {
       static_cast<void>(dynamics.forward_dynamics(given<T>(0), given<T>(1), given<T>(2), out<T>(0),
-                                                  outcomes, used(), loads<T>()));
+                                                  outcomes, used(), beside<T>()));
     } else if (is("inverse_dynamics")) {
       dynamics.inverse_dynamics(given<T>(0), given<T>(1), given<T>(2), out<T>(0), used(),
-                                loads<T>());
+                                beside<T>());
       look_at<T>(outcomes);
     } else if (is("mass_matrix")) {
-      static_cast<void>(dynamics.mass(given<T>(0), out<T>(0), outcomes, used(), loads<T>().loads));
+      static_cast<void>(dynamics.mass(given<T>(0), out<T>(0), outcomes, used(), beside<T>().loads));
     } else {
       static_cast<void>(
-          dynamics.solve(given<T>(0), given<T>(1), out<T>(0), outcomes, used(), loads<T>()));
+          dynamics.solve(given<T>(0), given<T>(1), out<T>(0), outcomes, used(), beside<T>()));
     }
   }
   template <class T>
@@ -222,32 +253,32 @@ class RobotRows {
     if (is("forward_dynamics_vjp")) {
       static_cast<void>(gradients.forward_dynamics_vjp(given<T>(0), given<T>(1), given<T>(2),
                                                        linear<T>(0), derivatives<T>(), outcomes,
-                                                       used(), loads<T>()));
+                                                       used(), beside<T>()));
     } else if (is("forward_dynamics_jvp")) {
       static_cast<void>(gradients.forward_dynamics_jvp(given<T>(0), given<T>(1), given<T>(2),
                                                        linear<T>(0), linear<T>(1), linear<T>(2),
-                                                       out<T>(0), outcomes, used(), loads<T>()));
+                                                       out<T>(0), outcomes, used(), beside<T>()));
     } else if (is("inverse_dynamics_vjp")) {
       gradients.inverse_dynamics_vjp(given<T>(0), given<T>(1), given<T>(2), linear<T>(0),
-                                     derivatives<T>(), used(), loads<T>());
+                                     derivatives<T>(), used(), beside<T>());
       look_at<T>(outcomes);
     } else if (is("inverse_dynamics_jvp")) {
       gradients.inverse_dynamics_jvp(given<T>(0), given<T>(1), given<T>(2), linear<T>(0),
-                                     linear<T>(1), linear<T>(2), out<T>(0), used(), loads<T>());
+                                     linear<T>(1), linear<T>(2), out<T>(0), used(), beside<T>());
       look_at<T>(outcomes);
     } else if (is("solve_vjp")) {
       static_cast<void>(gradients.solve_vjp(given<T>(0), given<T>(1), linear<T>(0),
-                                            derivatives<T>(), outcomes, used(), loads<T>().loads));
+                                            derivatives<T>(), outcomes, used(), beside<T>().loads));
     } else {
       static_cast<void>(gradients.solve_jvp(given<T>(0), given<T>(1), linear<T>(0), linear<T>(1),
-                                            out<T>(0), outcomes, used(), loads<T>().loads));
+                                            out<T>(0), outcomes, used(), beside<T>().loads));
     }
   }
 
   template <class T>
   void call(ImplicitStep<T>& step, std::span<Outcome> outcomes) const {
     static_cast<void>(step.acceleration(given<T>(0), given<T>(1), given<T>(2), gains<T>(),
-                                        out<T>(0), outcomes, used(), loads<T>()));
+                                        out<T>(0), outcomes, used(), beside<T>()));
   }
   template <class T>
   void call(StepGradients<T>& step, std::span<Outcome> outcomes) const {
@@ -255,7 +286,7 @@ class RobotRows {
       static_cast<void>(step.acceleration_jvp(
           given<T>(0), given<T>(1), given<T>(2), linear<T>(0), linear<T>(1), linear<T>(2),
           out<T>(0), outcomes, used(), gains<T>(),
-          {linear<T>(3), linear<T>(4), linear<T>(5), linear<T>(6)}, loads<T>()));
+          {linear<T>(3), linear<T>(4), linear<T>(5), linear<T>(6)}, beside<T>()));
       return;
     }
     RowsOfStepVectorJacobian<T> rows{.dq = out<T>(0),
@@ -265,9 +296,18 @@ class RobotRows {
                                      .stiffness = out<T>(4),
                                      .reference = out<T>(5),
                                      .armature = out<T>(6)};
-    if (by_loads_) rows.loads.emplace(static_cast<T*>(out_[7]), count_, width('l'));
+    add_beside<T>(rows);
     static_cast<void>(step.acceleration_vjp(given<T>(0), given<T>(1), given<T>(2), linear<T>(0),
-                                            rows, outcomes, used(), gains<T>(), loads<T>()));
+                                            rows, outcomes, used(), gains<T>(), beside<T>()));
+  }
+
+  template <class T>
+  void call(Kinematics<T>& kinematics, std::span<Outcome>) const {
+    RowsOfKinematics<T> rows{.axes = Axes::aligned};
+    rows.positions = out<T>(0);
+    rows.rotations = out<T>(1);
+    rows.jacobians = out<T>(2);
+    kinematics.compute_rows(given<T>(0), rows, used());
   }
 
   // Of results that come without outcomes.
@@ -287,7 +327,7 @@ class RobotRows {
   Asked asked_;
   const Task& task_;
   int threads_;
-  bool has_loads_ = false, by_loads_ = false;
+  std::string_view beside_, by_;
   ffi::DataType type_ = ffi::DataType::INVALID;
   std::int64_t count_ = -1;
   std::array<void*, most> in_ = {}, out_ = {};
@@ -295,7 +335,7 @@ class RobotRows {
 
 namespace {
 
-// Robots and steps by number, from 1 on; kalmarm.jax keeps them.
+// Robots, steps and kinematics by number, from 1 on; kalmarm.jax keeps them.
 class Table {
  public:
   std::int64_t number(Asked asked) {
@@ -315,14 +355,15 @@ class Table {
 
 template <std::size_t i>
 ffi::Error run(ffi::RemainingArgs arguments, ffi::RemainingRets results, std::int64_t robot,
-               std::int64_t threads) {
+               std::int64_t threads, std::string_view beside, std::string_view by) {
   const Asked found = table.find(robot);
-  const bool is_of_step = std::string_view(tasks[i].name).starts_with("step_");
-  if (is_of_step ? !found.step : !found.robot)
+  const std::string_view name = tasks[i].name;
+  if (name == "poses" ? !found.kinematics : name.starts_with("step_") ? !found.step : !found.robot)
     return ffi::Error::InvalidArgument(
         "kalmarm.jax: a program of another process, whose robot is not known here");
   try {
-    return RobotRows(found, tasks[i], static_cast<int>(threads)).run(arguments, results);
+    return RobotRows(found, tasks[i], static_cast<int>(threads), beside, by)
+        .run(arguments, results);
   } catch (const std::exception& exception) {
     return ffi::Error::Internal(exception.what());
   }
@@ -335,6 +376,8 @@ XLA_FFI_Error* handle(XLA_FFI_CallFrame* frame) {
                                    .RemainingRets()
                                    .template Attr<std::int64_t>("robot")
                                    .template Attr<std::int64_t>("threads")
+                                   .template Attr<std::string_view>("beside")
+                                   .template Attr<std::string_view>("by")
                                    .To(&run<i>)
                                    .release();
   return handler->Call(frame);
@@ -358,9 +401,13 @@ void bind_jax(nb::module_& m) {
       "Handlers of XLA by the names of calls.");
   m.def(
       "_jax_number", [](Robot& robot) { return table.number({.robot = &robot}); }, nb::arg("robot"),
-      "By which handlers find a robot or a step, which from now on has to stay.");
+      "By which handlers find a robot, a step or kinematics, which from now on have to stay.");
   m.def(
       "_jax_number", [](Step& step) { return table.number({.step = &step}); }, nb::arg("step"));
+  m.def(
+      "_jax_number",
+      [](KinematicsOfRobot& kinematics) { return table.number({.kinematics = &kinematics}); },
+      nb::arg("kinematics"));
 }
 
 #else

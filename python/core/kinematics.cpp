@@ -16,12 +16,12 @@ using Field = std::optional<RowsView<T>> RowsOfKinematics<T>::*;
 // How many numbers of a state a result has, of F frames, nv DoF and a regressor of so many bodies, and where it goes: in the order of
 // KinematicResults.
 template <class T>
-struct Result {
+struct Named {
   int numbers;
   Field<T> field;
 };
 template <class T>
-std::vector<Result<T>> results_of(int F, int nv, int bodies) {
+std::vector<Named<T>> results_of(int F, int nv, int bodies) {
   using R = RowsOfKinematics<T>;
   return {{3 * F, &R::positions},
           {9 * F, &R::rotations},
@@ -64,7 +64,7 @@ nb::list KinematicsOfRobot::compute(const std::vector<int>& results, nb::handle 
     const int count = in.count();
     RowsOfKinematics<T> out{.axes = axes_of("kinematics", axes)};
     nb::list arrays;
-    const std::vector<Result<T>> all =
+    const std::vector<Named<T>> all =
         results_of<T>(frames(), nv, bodies_.empty() ? nv : static_cast<int>(bodies_.size()));
     for (const int i : results) {
       const auto& [numbers, field] = all.at(i);

@@ -15,6 +15,7 @@ class KinematicsOfRobot {
   // bodies: of the regressor, by their links; empty: all.
   KinematicsOfRobot(RobotModel model, std::vector<Frame> frames, std::vector<int> bodies);
 
+  const RobotModel& model() const { return model_; }
   int frames() const { return static_cast<int>(frames_.size()); }
   double mass();
 
@@ -24,6 +25,8 @@ class KinematicsOfRobot {
                    const std::string& axes, int threads);
 
  private:
+  friend class RobotRows;  // of JAX
+
   RobotModel model_;
   std::vector<Frame> frames_;
   std::vector<int> bodies_;

@@ -328,15 +328,17 @@ void bind_answers(nb::module_& m) {
 #define KALMARM_ARRAY "numpy.typing.ArrayLike"
 #define KALMARM_OPTIONS "out: typing.Any = None, *, status: bool = False, threads: int = 1"
 #define KALMARM_RESULT " -> typing.Any"
-#define KALMARM_CALL_OF_Q(name)                                       \
+#define KALMARM_CALL_OF_Q(name, more)                                 \
   nb::sig("def " name "(self, q: " KALMARM_ARRAY ", " KALMARM_OPTIONS \
-          ", loads: typing.Any = None)" KALMARM_RESULT)
+          ", loads: typing.Any = None" more ")" KALMARM_RESULT)
 #define KALMARM_CONTACTS \
   KALMARM_OPTIONS ", contacts: typing.Any = None, axes: str = 'aligned', loads: typing.Any = None"
 #define KALMARM_CALL_WITH_CONTACTS(name, more) \
   nb::sig("def " name "(self, q: " KALMARM_ARRAY more ", " KALMARM_CONTACTS ")" KALMARM_RESULT)
-#define KALMARM_FORCES \
-  KALMARM_OPTIONS ", forces: typing.Any = None, axes: str = 'aligned', loads: typing.Any = None"
+#define KALMARM_FORCES                                                                      \
+  KALMARM_OPTIONS                                                                           \
+  ", forces: typing.Any = None, axes: str = 'aligned', loads: typing.Any = None, gravity: " \
+  "typing.Any = None"
 #define KALMARM_CALL_WITH_FORCES(name, more)                                                     \
   nb::sig("def " name "(self, q: " KALMARM_ARRAY ", qd: " KALMARM_ARRAY more ", " KALMARM_FORCES \
           ")" KALMARM_RESULT)
@@ -346,11 +348,12 @@ void bind_answers(nb::module_& m) {
 // Of products with vectors: arguments after the arrays.
 #define KALMARM_OF_JVP "status"_a = false, "threads"_a = 1
 #define KALMARM_OF_VJP "inertias"_a = false, "armature"_a = false, KALMARM_OF_JVP
-#define KALMARM_OF_FORCES "forces"_a = nb::none(), "loads"_a = nb::none()
+#define KALMARM_OF_FORCES "forces"_a = nb::none(), "loads"_a = nb::none(), "gravity"_a = nb::none()
 #define KALMARM_JVP ", *, status: bool = False, threads: int = 1"
 #define KALMARM_VJP \
   ", *, inertias: bool = False, armature: bool = False, status: bool = False, threads: int = 1"
-#define KALMARM_TURNING ", forces: typing.Any = None, loads: typing.Any = None"
+#define KALMARM_TURNING \
+  ", forces: typing.Any = None, loads: typing.Any = None, gravity: typing.Any = None"
 
 void bind_robot(nb::module_& m) {
   nb::class_<Factors>(m, "Factors",
@@ -432,35 +435,37 @@ void bind_robot(nb::module_& m) {
       .def("forward_dynamics", &Robot::forward_dynamics, "q"_a, "qd"_a, "tau"_a,
            "out"_a = nb::none(), options, "status"_a = false, "threads"_a = 1,
            "forces"_a = nb::none(), "axes"_a = "aligned", "loads"_a = nb::none(),
-           KALMARM_CALL_OF_STATE("forward_dynamics", "tau"),
+           "gravity"_a = nb::none(), KALMARM_CALL_OF_STATE("forward_dynamics", "tau"),
            R"(a = M(q)^-1 (tau + J' forces - bias(q, qd)), gravity and armature included.
 
 q (..., nq), qd and tau (..., nv) -> a (..., n). Hinges: rad, rad/s, Nm, rad/s^2; slides: m, m/s,
 N, m/s^2. forces (..., 6 f): of every frame of `acted_on` the moment about the origin of `axes` and the
 force [Nm, N], with the axes of `Kinematics`. loads (..., 10 l), here and below: bodies that hang on the frames of
 `loaded`, of each m, m c (3), Ixx, Iyy, Izz, Ixy, Ixz, Iyz about the frame's origin in its axes [kg, kg m, kg m^2], which
-`kalmarm.load_of` makes of a mass, a centre and moments: they change M, bias and all that is made of them.)")
+`kalmarm.load_of` makes of a mass, a centre and moments: they change M, bias and all that is made of them. gravity (..., 3): in the base's axes [m/s^2], in the place of the
+model's.)")
       .def("inverse_dynamics", &Robot::inverse_dynamics, "q"_a, "qd"_a, "qdd"_a,
            "out"_a = nb::none(), options, "status"_a = false, "threads"_a = 1,
            "forces"_a = nb::none(), "axes"_a = "aligned", "loads"_a = nb::none(),
-           KALMARM_CALL_OF_STATE("inverse_dynamics", "qdd"),
+           "gravity"_a = nb::none(), KALMARM_CALL_OF_STATE("inverse_dynamics", "qdd"),
            R"(tau = M(q) qdd + bias(q, qd) - J' forces, gravity and armature included.
 
-q (..., nq), qd and qdd (..., nv) -> tau (..., n) [Nm or N]. forces: as of `forward_dynamics`.)")
+q (..., nq), qd and qdd (..., nv) -> tau (..., n) [Nm or N]. forces, loads and gravity: as of `forward_dynamics`.)")
       .def("bias", &Robot::bias, "q"_a, "qd"_a, "out"_a = nb::none(), options, "status"_a = false,
            "threads"_a = 1, "forces"_a = nb::none(), "axes"_a = "aligned", "loads"_a = nb::none(),
-           KALMARM_CALL_WITH_FORCES("bias", ""),
+           "gravity"_a = nb::none(), KALMARM_CALL_WITH_FORCES("bias", ""),
            R"(Velocity terms and gravity, less J' forces: the torques of qdd = 0.
 
-q (..., nq), qd (..., nv) -> (..., n) [Nm or N]. forces: as of `forward_dynamics`.)")
+q (..., nq), qd (..., nv) -> (..., n) [Nm or N]. forces, loads and gravity: as of `forward_dynamics`.)")
       .def("gravity", &Robot::gravity, "q"_a, "out"_a = nb::none(), options, "status"_a = false,
-           "threads"_a = 1, "loads"_a = nb::none(), KALMARM_CALL_OF_Q("gravity"),
+           "threads"_a = 1, "loads"_a = nb::none(), "gravity"_a = nb::none(),
+           KALMARM_CALL_OF_Q("gravity", ", gravity: typing.Any = None"),
            R"(The torques that hold the robot against gravity.
 
 q (..., nq) -> (..., n) [Nm or N].)")
       .def("mass_matrix", &Robot::mass_matrix, "q"_a, "out"_a = nb::none(), options,
            "status"_a = false, "threads"_a = 1, "loads"_a = nb::none(),
-           KALMARM_CALL_OF_Q("mass_matrix"),
+           KALMARM_CALL_OF_Q("mass_matrix", ""),
            R"(M, armature included, both triangles.
 
 q (..., nq) -> (..., n, n) [kg m^2, kg m or kg].)")
@@ -530,7 +535,7 @@ its stiffness [kg], so that H = M + sum of (w'J)'(w'J), what contact simulators 
       .def("forward_dynamics_derivatives", &Robot::derivatives, "q"_a, "qd"_a, "tau"_a,
            "out"_a = nb::none(), options, "status"_a = false, "threads"_a = 1,
            "forces"_a = nb::none(), "axes"_a = "aligned", "loads"_a = nb::none(),
-           KALMARM_CALL_OF_STATE("forward_dynamics_derivatives", "tau"),
+           "gravity"_a = nb::none(), KALMARM_CALL_OF_STATE("forward_dynamics_derivatives", "tau"),
            R"(Derivatives of forward dynamics, analytically, and a itself.
 
 q (..., nq), qd and tau (..., nv) -> Derivatives(dq, dqd, dtau, a): three (..., n, n) and (..., n).
@@ -540,9 +545,10 @@ axes "local" is needed.)")
       .def(
           "forward_dynamics_vjp",
           [](Robot& self, nb::handle q, nb::handle qd, nb::handle tau, nb::handle w, bool inertias,
-             bool armature, bool status, int threads, nb::handle forces, nb::handle loads) {
+             bool armature, bool status, int threads, nb::handle forces, nb::handle loads,
+             nb::handle gravity) {
             return self.vector_jacobian(Want::acceleration, q, qd, tau, w, inertias, armature,
-                                        status, threads, forces, loads);
+                                        status, threads, forces, loads, gravity);
           },
           "q"_a, "qd"_a, "tau"_a, "w"_a, options, KALMARM_OF_VJP, KALMARM_OF_FORCES,
           nb::sig("def forward_dynamics_vjp(self, q: " KALMARM_ARRAY ", qd: " KALMARM_ARRAY
@@ -551,16 +557,16 @@ axes "local" is needed.)")
           R"(Derivatives of w'a, a = M^-1 (tau - bias), by all that a depends on, in O(n): no matrix is formed.
 
 q (..., nq), qd, tau and w (..., nv) -> `Gradients`. About 2.5 times the time of a. inertias, armature: those by
-these are worked out too. forces and loads: as of `forward_dynamics`, forces in the axes of their frames, with
+these are worked out too. forces, loads and gravity: as of `forward_dynamics`, forces in the axes of their frames, with
 which they turn; those by them are returned. Outcomes: of a and M^-1 w, the worse of both. Not of a robot that
 leaves joints out (asked, locked) or is at rest.)")
       .def(
           "forward_dynamics_jvp",
           [](Robot& self, nb::handle q, nb::handle qd, nb::handle tau, nb::handle dq,
              nb::handle dqd, nb::handle dtau, bool status, int threads, nb::handle forces,
-             nb::handle loads) {
+             nb::handle loads, nb::handle gravity) {
             return self.jacobian_vector(Want::acceleration, q, qd, tau, dq, dqd, dtau, status,
-                                        threads, forces, loads);
+                                        threads, forces, loads, gravity);
           },
           "q"_a, "qd"_a, "tau"_a, "dq"_a, "dqd"_a, "dtau"_a, options, KALMARM_OF_JVP,
           KALMARM_OF_FORCES,
@@ -569,13 +575,14 @@ leaves joints out (asked, locked) or is at rest.)")
                   ", dtau: " KALMARM_ARRAY KALMARM_JVP KALMARM_TURNING ")" KALMARM_RESULT),
           R"(How a changes along dq, dqd and dtau (..., nv), dq along the velocities of the joints: da (..., nv), in O(n).
 
-q (..., nq), qd and tau (..., nv). Forces, which turn with their frames, and loads stay as they are.)")
+q (..., nq), qd and tau (..., nv). Forces, which turn with their frames, loads and gravity stay as they are.)")
       .def(
           "inverse_dynamics_vjp",
           [](Robot& self, nb::handle q, nb::handle qd, nb::handle qdd, nb::handle w, bool inertias,
-             bool armature, bool status, int threads, nb::handle forces, nb::handle loads) {
+             bool armature, bool status, int threads, nb::handle forces, nb::handle loads,
+             nb::handle gravity) {
             return self.vector_jacobian(Want::inverse_dynamics, q, qd, qdd, w, inertias, armature,
-                                        status, threads, forces, loads);
+                                        status, threads, forces, loads, gravity);
           },
           "q"_a, "qd"_a, "qdd"_a, "w"_a, options, KALMARM_OF_VJP, KALMARM_OF_FORCES,
           nb::sig("def inverse_dynamics_vjp(self, q: " KALMARM_ARRAY ", qd: " KALMARM_ARRAY
@@ -588,9 +595,9 @@ q (..., nq), qd, qdd and w (..., nv) -> `Gradients`, of which dqdd is M w. Else 
           "inverse_dynamics_jvp",
           [](Robot& self, nb::handle q, nb::handle qd, nb::handle qdd, nb::handle dq,
              nb::handle dqd, nb::handle dqdd, bool status, int threads, nb::handle forces,
-             nb::handle loads) {
+             nb::handle loads, nb::handle gravity) {
             return self.jacobian_vector(Want::inverse_dynamics, q, qd, qdd, dq, dqd, dqdd, status,
-                                        threads, forces, loads);
+                                        threads, forces, loads, gravity);
           },
           "q"_a, "qd"_a, "qdd"_a, "dq"_a, "dqd"_a, "dqdd"_a, options, KALMARM_OF_JVP,
           KALMARM_OF_FORCES,
@@ -599,13 +606,13 @@ q (..., nq), qd, qdd and w (..., nv) -> `Gradients`, of which dqdd is M w. Else 
                   ", dqdd: " KALMARM_ARRAY KALMARM_JVP KALMARM_TURNING ")" KALMARM_RESULT),
           R"(How tau changes along dq, dqd and dqdd (..., nv): dtau (..., nv), in O(n).
 
-q (..., nq), qd and qdd (..., nv). Forces and loads as of `forward_dynamics_jvp`.)")
+q (..., nq), qd and qdd (..., nv). Forces, loads and gravity as of `forward_dynamics_jvp`.)")
       .def(
           "solve_vjp",
           [](Robot& self, nb::handle q, nb::handle tau, nb::handle w, bool inertias, bool armature,
              bool status, int threads, nb::handle loads) {
             return self.vector_jacobian(Want::solve, q, nb::none(), tau, w, inertias, armature,
-                                        status, threads, nb::none(), loads);
+                                        status, threads, nb::none(), loads, nb::none());
           },
           "q"_a, "tau"_a, "w"_a, options, KALMARM_OF_VJP, "loads"_a = nb::none(),
           nb::sig("def solve_vjp(self, q: " KALMARM_ARRAY ", tau: " KALMARM_ARRAY
@@ -613,12 +620,14 @@ q (..., nq), qd and qdd (..., nv). Forces and loads as of `forward_dynamics_jvp`
           R"(Derivatives of w'x, x = M^-1 tau, by q, tau and what M depends on, in O(n).
 
 q (..., nq), tau and w (..., nv) -> `Gradients`, of which dtau is M^-1 w. Else as `forward_dynamics_vjp`.)")
+      .def("_operational_vjp", &Robot::operational_vjp, "q"_a, "W"_a, "inertias"_a, "armature"_a,
+           "status"_a, "threads"_a, "loads"_a.none())
       .def(
           "solve_jvp",
           [](Robot& self, nb::handle q, nb::handle tau, nb::handle dq, nb::handle dtau, bool status,
              int threads, nb::handle loads) {
             return self.jacobian_vector(Want::solve, q, nb::none(), tau, dq, nb::none(), dtau,
-                                        status, threads, nb::none(), loads);
+                                        status, threads, nb::none(), loads, nb::none());
           },
           "q"_a, "tau"_a, "dq"_a, "dtau"_a, options, KALMARM_OF_JVP, "loads"_a = nb::none(),
           nb::sig("def solve_jvp(self, q: " KALMARM_ARRAY ", tau: " KALMARM_ARRAY

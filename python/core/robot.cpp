@@ -115,12 +115,12 @@ nb::object Robot::rows(const Inputs& inputs, int threads, bool status, const nb:
 
 nb::object Robot::forward_dynamics(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
                                    bool status, int threads, nb::handle forces,
-                                   const std::string& axes, nb::handle loads) {
+                                   const std::string& axes, nb::handle loads, nb::handle gravity) {
   constexpr const char* call = "forward_dynamics";
   need(call, Want::acceleration);
   const int nq = model_.nq, nv = model_.nv();
   const WithForces given(call, {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}}, forces, forces_,
-                         axes, loads, loads_);
+                         axes, loads, loads_, gravity);
   Inputs in(call, given.all());
   return rows(
       in, threads, status, in.result(out, {asked_}), asked_,
@@ -188,26 +188,28 @@ nb::object Robot::newton_euler(const char* call, const Given& given, nb::handle 
 
 nb::object Robot::inverse_dynamics(nb::handle q, nb::handle qd, nb::handle qdd, nb::handle out,
                                    bool status, int threads, nb::handle forces,
-                                   const std::string& axes, nb::handle loads) {
+                                   const std::string& axes, nb::handle loads, nb::handle gravity) {
   constexpr const char* call = "inverse_dynamics";
   const int nv = model_.nv();
   const WithForces given(call, {{"q", q, model_.nq}, {"qd", qd, nv}, {"qdd", qdd, nv}}, forces,
-                         forces_, axes, loads, loads_);
+                         forces_, axes, loads, loads_, gravity);
   return newton_euler(call, given, out, status, threads, 1, 2);
 }
 
 nb::object Robot::bias(nb::handle q, nb::handle qd, nb::handle out, bool status, int threads,
-                       nb::handle forces, const std::string& axes, nb::handle loads) {
+                       nb::handle forces, const std::string& axes, nb::handle loads,
+                       nb::handle gravity) {
   constexpr const char* call = "bias";
   const WithForces given(call, {{"q", q, model_.nq}, {"qd", qd, model_.nv()}}, forces, forces_,
-                         axes, loads, loads_);
+                         axes, loads, loads_, gravity);
   return newton_euler(call, given, out, status, threads, 1, -1);
 }
 
-nb::object Robot::gravity(nb::handle q, nb::handle out, bool status, int threads,
-                          nb::handle loads) {
+nb::object Robot::gravity(nb::handle q, nb::handle out, bool status, int threads, nb::handle loads,
+                          nb::handle gravity) {
   constexpr const char* call = "gravity";
-  const WithForces given(call, {{"q", q, model_.nq}}, nb::none(), 0, "local", loads, loads_);
+  const WithForces given(call, {{"q", q, model_.nq}}, nb::none(), 0, "local", loads, loads_,
+                         gravity);
   return newton_euler(call, given, out, status, threads, -1, -1);
 }
 
@@ -236,7 +238,7 @@ nb::object Robot::inverse_mass_matrix(nb::handle q, nb::handle out, bool status,
                                       nb::handle loads) {
   need("inverse_mass_matrix", Want::inverse);
   const WithForces given("inverse_mass_matrix", {{"q", q, model_.nq}}, contacts, contacts_, axes,
-                         loads, loads_, contacts_argument);
+                         loads, loads_, nb::none(), contacts_argument);
   Inputs in("inverse_mass_matrix", given.all());
   return rows(
       in, threads, status, in.result(out, {asked_, asked_}), npy_intp(asked_) * asked_,
@@ -254,7 +256,7 @@ nb::object Robot::diagonal(nb::handle q, nb::handle out, bool status, int thread
                            nb::handle contacts, const std::string& axes, nb::handle loads) {
   need("diagonal", Want::diagonal);
   const WithForces given("diagonal", {{"q", q, model_.nq}}, contacts, contacts_, axes, loads,
-                         loads_, contacts_argument);
+                         loads_, nb::none(), contacts_argument);
   Inputs in("diagonal", given.all());
   return rows(
       in, threads, status, in.result(out, {asked_}), asked_,
@@ -272,7 +274,7 @@ nb::object Robot::log_det(nb::handle q, nb::handle out, bool status, int threads
                           nb::handle contacts, const std::string& axes, nb::handle loads) {
   need("log_det", Want::log_det);
   const WithForces given("log_det", {{"q", q, model_.nq}}, contacts, contacts_, axes, loads, loads_,
-                         contacts_argument);
+                         nb::none(), contacts_argument);
   Inputs in("log_det", given.all());
   return rows(
       in, threads, status, in.result(out, {}), 1,
@@ -289,7 +291,7 @@ nb::object Robot::operational(nb::handle q, nb::handle out, bool status, int thr
                               nb::handle contacts, const std::string& axes, nb::handle loads) {
   need("operational", Want::operational);
   const WithForces given("operational", {{"q", q, model_.nq}}, contacts, contacts_, axes, loads,
-                         loads_, contacts_argument);
+                         loads_, nb::none(), contacts_argument);
   Inputs in("operational", given.all());
   return rows(
       in, threads, status, in.result(out, {rows_, rows_}), npy_intp(rows_) * rows_,
@@ -391,7 +393,7 @@ nb::object Robot::operational_diagonal(nb::handle q, nb::handle out, bool status
                                        nb::handle loads) {
   need("operational_diagonal", Want::operational_diagonal);
   const WithForces given("operational_diagonal", {{"q", q, model_.nq}}, contacts, contacts_, axes,
-                         loads, loads_, contacts_argument);
+                         loads, loads_, nb::none(), contacts_argument);
   Inputs in("operational_diagonal", given.all());
   return rows(
       in, threads, status, in.result(out, {rows_}), rows_,
@@ -409,7 +411,7 @@ nb::object Robot::solve(nb::handle q, nb::handle tau, nb::handle out, bool statu
                         nb::handle contacts, const std::string& axes, nb::handle loads) {
   need("solve", Want::solve);
   const WithForces given("solve", {{"q", q, model_.nq}, {"tau", tau, asked_}}, contacts, contacts_,
-                         axes, loads, loads_, contacts_argument);
+                         axes, loads, loads_, nb::none(), contacts_argument);
   Inputs in("solve", given.all());
   return rows(
       in, threads, status, in.result(out, {asked_}), asked_,
@@ -428,12 +430,12 @@ nb::object Robot::solve(nb::handle q, nb::handle tau, nb::handle out, bool statu
 
 nb::object Robot::derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
                               bool status, int threads, nb::handle forces, const std::string& axes,
-                              nb::handle loads) {
+                              nb::handle loads, nb::handle gravity) {
   constexpr const char* call = "forward_dynamics_derivatives";
   need(call, Want::derivatives);
   const int nq = model_.nq, nv = model_.nv();
   const WithForces given(call, {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}}, forces, forces_,
-                         axes, loads, loads_);
+                         axes, loads, loads_, gravity);
   Inputs in(call, given.all());
   DerivativeArrays arrays(in, out, asked_);
   const auto& fields = arrays.fields;
@@ -476,7 +478,7 @@ std::unique_ptr<Factors> Robot::factor(nb::handle q, nb::handle contacts, const 
                                        nb::handle loads) {
   need("factor", Want::solve);
   const WithForces given("factor", {{"q", q, model_.nq}}, contacts, contacts_, axes, loads, loads_,
-                         contacts_argument);
+                         nb::none(), contacts_argument);
   Inputs in("factor", given.all());
   if (!in.is_single()) throw nb::value_error("factor: of one state; solve(q, tau) takes many");
   return in.with_scalar([&]<class T>(T) {

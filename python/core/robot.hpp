@@ -16,6 +16,7 @@
 #include <kalmarm/recommend.hpp>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <string>
 #include <type_traits>
 #include <variant>
@@ -26,6 +27,7 @@
 
 namespace kalmarm::python {
 
+struct Result;  // gradients.hpp
 class Factors;
 
 class Robot {
@@ -43,13 +45,14 @@ class Robot {
   // None, or ten numbers of every frame that is loaded.
   nb::object forward_dynamics(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
                               bool status, int threads, nb::handle forces, const std::string& axes,
-                              nb::handle loads);
+                              nb::handle loads, nb::handle gravity);
   nb::object inverse_dynamics(nb::handle q, nb::handle qd, nb::handle qdd, nb::handle out,
                               bool status, int threads, nb::handle forces, const std::string& axes,
-                              nb::handle loads);
+                              nb::handle loads, nb::handle gravity);
   nb::object bias(nb::handle q, nb::handle qd, nb::handle out, bool status, int threads,
-                  nb::handle forces, const std::string& axes, nb::handle loads);
-  nb::object gravity(nb::handle q, nb::handle out, bool status, int threads, nb::handle loads);
+                  nb::handle forces, const std::string& axes, nb::handle loads, nb::handle gravity);
+  nb::object gravity(nb::handle q, nb::handle out, bool status, int threads, nb::handle loads,
+                     nb::handle gravity);
   nb::object mass_matrix(nb::handle q, nb::handle out, bool status, int threads, nb::handle loads);
   nb::object inverse_mass_matrix(nb::handle q, nb::handle out, bool status, int threads,
                                  nb::handle contacts, const std::string& axes, nb::handle loads);
@@ -69,16 +72,20 @@ class Robot {
   nb::object solve(nb::handle q, nb::handle tau, nb::handle out, bool status, int threads,
                    nb::handle contacts, const std::string& axes, nb::handle loads);
   nb::object derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out, bool status,
-                         int threads, nb::handle forces, const std::string& axes, nb::handle loads);
+                         int threads, nb::handle forces, const std::string& axes, nb::handle loads,
+                         nb::handle gravity);
   // The products of Gradients with w: of forward dynamics (x: tau), inverse dynamics (x: qdd) or, without qd, of solve. A
   // kalmarm.Gradients.
   nb::object vector_jacobian(Want of, nb::handle q, nb::handle qd, nb::handle x, nb::handle w,
                              bool inertias, bool armature, bool status, int threads,
-                             nb::handle forces, nb::handle loads);
+                             nb::handle forces, nb::handle loads, nb::handle gravity);
+  // Of tr(W'J M^-1 J'), W k x k.
+  nb::object operational_vjp(nb::handle q, nb::handle W, bool inertias, bool armature, bool status,
+                             int threads, nb::handle loads);
   // Its changes along dq, dqd and dx.
   nb::object jacobian_vector(Want of, nb::handle q, nb::handle qd, nb::handle x, nb::handle dq,
                              nb::handle dqd, nb::handle dx, bool status, int threads,
-                             nb::handle forces, nb::handle loads);
+                             nb::handle forces, nb::handle loads, nb::handle gravity);
   std::unique_ptr<Factors> factor(nb::handle q, nb::handle contacts, const std::string& axes,
                                   nb::handle loads);
   Recommendation recommend(double tolerance, nb::handle q, nb::handle qd, nb::handle tau) const;
@@ -99,6 +106,10 @@ class Robot {
   nb::object rows(const Inputs& inputs, int threads, bool status, const nb::object& result,
                   npy_intp width, const One& one, const All& all,
                   const std::vector<std::string>* names = nullptr);
+  // value, that is made of these results: call(gradients, outcomes, threads) fills them.
+  template <class Call>
+  nb::object products(Inputs& in, std::span<const Result> results, const nb::object& value,
+                      bool status, int threads, const Call& call);
   // What (J M^-1 J')^-1 is told beside `given`, that of what is inverted. Rows of J are numbered after the DoF.
   Outcome of_inertia(Outcome outcome, const Outcome& given) const;
   // tau of rows or of one state; qd, qdd: inputs, -1: zero.

@@ -96,15 +96,16 @@ RobotModel Step::stiff_model() const {
 
 nb::object Step::acceleration(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
                               const Gains& gains, bool status, int threads, nb::handle forces,
-                              const std::string& axes, nb::handle loads, nb::handle contacts) {
+                              const std::string& axes, nb::handle loads, nb::handle gravity,
+                              nb::handle contacts) {
   constexpr const char* call = "acceleration";
   const int nq = model_.nq, nv = model_.nv();
   std::vector<Argument> arguments = {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}};
   const GainArguments given(arguments, gains, nv);
   const bool has_gains = arguments.size() > 3;
-  const WithForces standing(call, arguments, contacts, contacts_, axes, nb::none(), 0,
+  const WithForces standing(call, arguments, contacts, contacts_, axes, nb::none(), 0, nb::none(),
                             contacts_argument);
-  const WithForces acting(call, standing.all(), forces, forces_, axes, loads, loads_);
+  const WithForces acting(call, standing.all(), forces, forces_, axes, loads, loads_, gravity);
   Inputs in(call, acting.all());
   const nb::object result = in.result(out, {nv});
   const int count = in.count();
@@ -135,11 +136,11 @@ nb::object Step::acceleration(nb::handle q, nb::handle qd, nb::handle tau, nb::h
 
 nb::object Step::derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
                              bool status, nb::handle forces, const std::string& axes,
-                             nb::handle loads) {
+                             nb::handle loads, nb::handle gravity) {
   constexpr const char* call = "derivatives";
   const int nq = model_.nq, nv = model_.nv();
   const WithForces acting(call, {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}}, forces, forces_,
-                          axes, loads, loads_);
+                          axes, loads, loads_, gravity);
   Inputs in(call, acting.all());
   DerivativeArrays arrays(in, out, nv);
   const int count = in.count();
@@ -171,12 +172,12 @@ nb::object Step::derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::ha
 
 nb::object Step::vector_jacobian(nb::handle q, nb::handle qd, nb::handle tau, nb::handle w,
                                  const Gains& gains, bool inertias, bool status, int threads,
-                                 nb::handle forces, nb::handle loads) {
+                                 nb::handle forces, nb::handle loads, nb::handle gravity) {
   constexpr const char* call = "acceleration_vjp";
   const int nq = model_.nq, nv = model_.nv();
   std::vector<Argument> arguments = {{"q", q, nq}, {"qd", qd, nv}, {"tau", tau, nv}, {"w", w, nv}};
   const GainArguments given(arguments, gains, nv);
-  const WithForces acting(call, arguments, forces, forces_, "local", loads, loads_);
+  const WithForces acting(call, arguments, forces, forces_, "local", loads, loads_, gravity);
   Inputs in(call, acting.all());
   // In the order of kalmarm.StepGradients.
   enum {
@@ -190,6 +191,7 @@ nb::object Step::vector_jacobian(nb::handle q, nb::handle qd, nb::handle tau, nb
     by_armature,
     by_forces,
     by_loads,
+    by_gravity,
     a,
     fields
   };
@@ -207,6 +209,7 @@ nb::object Step::vector_jacobian(nb::handle q, nb::handle qd, nb::handle tau, nb
     results[by_inertias] = {in.result(nb::none(), {nv, 10}, "inertias"), 10 * npy_intp(nv)};
   if (!forces.is_none()) results[by_forces] = {in.result(nb::none(), {forces_}, "forces"), forces_};
   if (!loads.is_none()) results[by_loads] = {in.result(nb::none(), {loads_}, "loads"), loads_};
+  if (!gravity.is_none()) results[by_gravity] = {in.result(nb::none(), {3}, "gravity"), 3};
   return in.with_scalar([&]<class T>(T) {
     const auto worker = gradients_.of<T>().take();
     const int count = in.count(), used = cores(in.call(), threads, count);
@@ -228,6 +231,7 @@ nb::object Step::vector_jacobian(nb::handle q, nb::handle qd, nb::handle tau, nb
            .armature = field(by_armature),
            .forces = field(by_forces),
            .loads = field(by_loads),
+           .gravity = field(by_gravity),
            .result = field(a)},
           outcomes, used, given.of_rows<T>(in, nv), acting.of_rows<T>(in));
       for (int i = 0; failed > 0 && i < count; ++i)
@@ -240,14 +244,14 @@ nb::object Step::vector_jacobian(nb::handle q, nb::handle qd, nb::handle tau, nb
 nb::object Step::jacobian_vector(nb::handle q, nb::handle qd, nb::handle tau, nb::handle dq,
                                  nb::handle dqd, nb::handle dtau, const Gains& gains,
                                  const Gains& along, bool status, int threads, nb::handle forces,
-                                 nb::handle loads) {
+                                 nb::handle loads, nb::handle gravity) {
   constexpr const char* call = "acceleration_jvp";
   const int nq = model_.nq, nv = model_.nv();
   std::vector<Argument> arguments = {{"q", q, nq},   {"qd", qd, nv},   {"tau", tau, nv},
                                      {"dq", dq, nv}, {"dqd", dqd, nv}, {"dtau", dtau, nv}};
   const GainArguments given(arguments, gains, nv),
       directions(arguments, along, nv, {"ddamping", "dstiffness", "dreference", "darmature"});
-  const WithForces acting(call, arguments, forces, forces_, "local", loads, loads_);
+  const WithForces acting(call, arguments, forces, forces_, "local", loads, loads_, gravity);
   Inputs in(call, acting.all());
   const std::array<Result, 1> result{{{in.result(nb::none(), {nv}), nv}}};
   return in.with_scalar([&]<class T>(T) {
@@ -292,8 +296,9 @@ nb::tuple Step::advance(nb::handle q, nb::handle qd, nb::handle a, nb::handle ou
 
 #define KALMARM_STATE \
   "(self, q: numpy.typing.ArrayLike, qd: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, "
-#define KALMARM_FORCES \
-  ", forces: typing.Any = None, axes: str = 'aligned', loads: typing.Any = None"
+#define KALMARM_FORCES                                                                      \
+  ", forces: typing.Any = None, axes: str = 'aligned', loads: typing.Any = None, gravity: " \
+  "typing.Any = None"
 
 void bind_step(nb::module_& m) {
   const nb::kw_only options;
@@ -328,14 +333,14 @@ void bind_step(nb::module_& m) {
           [](Step& self, nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
              nb::handle damping, nb::handle stiffness, nb::handle reference, nb::handle armature,
              bool status, int threads, nb::handle forces, const std::string& axes, nb::handle loads,
-             nb::handle contacts) {
+             nb::handle gravity, nb::handle contacts) {
             return self.acceleration(q, qd, tau, out, {damping, stiffness, reference, armature},
-                                     status, threads, forces, axes, loads, contacts);
+                                     status, threads, forces, axes, loads, gravity, contacts);
           },
           "q"_a, "qd"_a, "tau"_a, "out"_a = nb::none(), options, "damping"_a = nb::none(),
           "stiffness"_a = nb::none(), "reference"_a = nb::none(), "armature"_a = nb::none(),
           "status"_a = false, "threads"_a = 1, "forces"_a = nb::none(), "axes"_a = "aligned",
-          "loads"_a = nb::none(), "contacts"_a = nb::none(),
+          "loads"_a = nb::none(), "gravity"_a = nb::none(), "contacts"_a = nb::none(),
           nb::sig("def acceleration" KALMARM_STATE
                   "out: typing.Any = None, *, damping: typing.Any = None, stiffness: typing.Any = "
                   "None, reference: typing.Any = None, armature: typing.Any = None, status: bool = "
@@ -351,11 +356,11 @@ state then is a robot that is made anew. ValueError with the row and the DoF whe
 negative or not finite, where a ball or free joint has a spring, and where dampers, springs or
 armatures stand beside rows of the step.
 
-forces (..., 6 f): as of Robot.forward_dynamics, where the step begins. contacts (..., 6 c): rows of
+forces (..., 6 f), loads and gravity: as of Robot.forward_dynamics, where the step begins. contacts (..., 6 c): rows of
 (M + h B + h^2 K + J'DJ) a = tau - bias, as of Robot.solve.)")
       .def("derivatives", &Step::derivatives, "q"_a, "qd"_a, "tau"_a, "out"_a = nb::none(), options,
            "status"_a = false, "forces"_a = nb::none(), "axes"_a = "aligned",
-           "loads"_a = nb::none(),
+           "loads"_a = nb::none(), "gravity"_a = nb::none(),
            nb::sig("def derivatives" KALMARM_STATE
                    "out: typing.Any = None, *, status: bool = False" KALMARM_FORCES
                    ") -> typing.Any"),
@@ -368,27 +373,30 @@ frames: axes "local" is needed.)")
           "_vector_jacobian",
           [](Step& self, nb::handle q, nb::handle qd, nb::handle tau, nb::handle w,
              nb::handle damping, nb::handle stiffness, nb::handle reference, nb::handle armature,
-             bool inertias, bool status, int threads, nb::handle forces, nb::handle loads) {
+             bool inertias, bool status, int threads, nb::handle forces, nb::handle loads,
+             nb::handle gravity) {
             return self.vector_jacobian(q, qd, tau, w, {damping, stiffness, reference, armature},
-                                        inertias, status, threads, forces, loads);
+                                        inertias, status, threads, forces, loads, gravity);
           },
           "q"_a, "qd"_a, "tau"_a, "w"_a, "damping"_a.none(), "stiffness"_a.none(),
           "reference"_a.none(), "armature"_a.none(), "inertias"_a, "status"_a, "threads"_a,
-          "forces"_a.none(), "loads"_a.none())
+          "forces"_a.none(), "loads"_a.none(), "gravity"_a.none())
       .def(
           "_jacobian_vector",
           [](Step& self, nb::handle q, nb::handle qd, nb::handle tau, nb::handle dq, nb::handle dqd,
              nb::handle dtau, nb::handle damping, nb::handle stiffness, nb::handle reference,
              nb::handle armature, nb::handle ddamping, nb::handle dstiffness, nb::handle dreference,
-             nb::handle darmature, bool status, int threads, nb::handle forces, nb::handle loads) {
-            return self.jacobian_vector(
-                q, qd, tau, dq, dqd, dtau, {damping, stiffness, reference, armature},
-                {ddamping, dstiffness, dreference, darmature}, status, threads, forces, loads);
+             nb::handle darmature, bool status, int threads, nb::handle forces, nb::handle loads,
+             nb::handle gravity) {
+            return self.jacobian_vector(q, qd, tau, dq, dqd, dtau,
+                                        {damping, stiffness, reference, armature},
+                                        {ddamping, dstiffness, dreference, darmature}, status,
+                                        threads, forces, loads, gravity);
           },
           "q"_a, "qd"_a, "tau"_a, "dq"_a, "dqd"_a, "dtau"_a, "damping"_a.none(),
           "stiffness"_a.none(), "reference"_a.none(), "armature"_a.none(), "ddamping"_a.none(),
           "dstiffness"_a.none(), "dreference"_a.none(), "darmature"_a.none(), "status"_a,
-          "threads"_a, "forces"_a.none(), "loads"_a.none())
+          "threads"_a, "forces"_a.none(), "loads"_a.none(), "gravity"_a.none())
       .def("advance", &Step::advance, "q"_a, "qd"_a, "a"_a, "out"_a = nb::none(),
            nb::sig("def advance(self, q: numpy.typing.ArrayLike, qd: numpy.typing.ArrayLike, a: "
                    "numpy.typing.ArrayLike, out: tuple[numpy.typing.NDArray[typing.Any], "

@@ -31,18 +31,20 @@ class Step {
   // contacts: or rows of contacts, in `axes` too.
   nb::object acceleration(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out,
                           const Gains& gains, bool status, int threads, nb::handle forces,
-                          const std::string& axes, nb::handle loads, nb::handle contacts);
+                          const std::string& axes, nb::handle loads, nb::handle gravity,
+                          nb::handle contacts);
   nb::object derivatives(nb::handle q, nb::handle qd, nb::handle tau, nb::handle out, bool status,
-                         nb::handle forces, const std::string& axes, nb::handle loads);
+                         nb::handle forces, const std::string& axes, nb::handle loads,
+                         nb::handle gravity);
 
   // The products of StepGradients with w: kalmarm.StepGradients.
   nb::object vector_jacobian(nb::handle q, nb::handle qd, nb::handle tau, nb::handle w,
                              const Gains& gains, bool inertias, bool status, int threads,
-                             nb::handle forces, nb::handle loads);
+                             nb::handle forces, nb::handle loads, nb::handle gravity);
   nb::object jacobian_vector(nb::handle q, nb::handle qd, nb::handle tau, nb::handle dq,
                              nb::handle dqd, nb::handle dtau, const Gains& gains,
                              const Gains& along, bool status, int threads, nb::handle forces,
-                             nb::handle loads);
+                             nb::handle loads, nb::handle gravity);
 
   // (q, qd) after h with a. out: such a pair, or None.
   nb::tuple advance(nb::handle q, nb::handle qd, nb::handle a, nb::handle out) const;

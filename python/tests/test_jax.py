@@ -1,5 +1,6 @@
 """kalmarm.jax: operators against the robot's own calls, to the bit, and their derivatives against differences and matrices."""
 
+import functools
 import re
 import subprocess
 import sys
@@ -61,7 +62,7 @@ def given(robot, call, rows=5, dtype=np.float64, seed=0):
 
 
 def operator(robot, call, **options):
-    return lambda *x: getattr(operators, call)(robot, *x, **options)
+    return lambda *x, **more: getattr(operators, call)(robot, *x, **options, **more)
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
@@ -177,6 +178,37 @@ def test_float32_gradients_are_float64_ones_within_its_digits(g1):
     assert np.abs(found - truth).max() < 1e-2 * np.abs(truth).max()
 
 
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_poses_are_the_kinematics_to_the_bit(g1, dtype):
+    kinematics = g1.kinematics(["torso_link", "left_ankle_roll_link"])
+    q = g1.random_state(3, 33, dtype=dtype).q
+    truth = kinematics.compute(["positions", "rotations"], q)
+    one = lambda q: operators.poses(kinematics, q)  # noqa: E731
+    for found in (one(q), jax.jit(one)(q), jax.vmap(one)(q), jax.jit(one)(q.reshape(3, 11, -1))):
+        for ours, theirs in zip(found, truth.values()):
+            assert ours.dtype == dtype
+            np.testing.assert_array_equal(np.asarray(ours).reshape(theirs.shape), theirs)
+
+
+def test_derivatives_of_poses_are_those_of_differences(chain, g1):
+    for robot, names in ((chain, ["slide", "ball"]), (g1, ["torso_link"])):
+        kinematics = robot.kinematics(names)
+        q = robot.random_state(4, 3).q
+        check_grads(lambda q: operators.poses(kinematics, q), (q,), 1, rtol=1e-6)  # noqa: B023
+        # From the left J'w, from the right J v, of positions.
+        w = np.random.default_rng(5).standard_normal((3, len(names), 3))
+        J = kinematics.compute(["jacobians"], q)["jacobians"][:, :, 3:]
+        by_q = jax.grad(lambda q: (operators.poses(kinematics, q)[0] * w).sum())(q)  # noqa: B023
+        if robot.nq == robot.nv:
+            np.testing.assert_allclose(by_q, np.einsum("rfkn,rfk->rn", J, w), rtol=1e-12)
+    with pytest.raises(NotImplementedError, match="poses: there are no derivatives of second order"):
+        jax.hessian(lambda q: operators.poses(kinematics, q)[0].sum())(q[0])
+    with pytest.raises(TypeError, match="poses: kinematics is a Robot, a kalmarm.Kinematics is needed"):
+        operators.poses(g1, q)
+    with pytest.raises(ValueError, match="poses: q has shape"):
+        operators.poses(kinematics, q[:, 1:])
+
+
 def test_gradients_by_loads_are_those_of_differences():
     robot = load("panda", loaded=["hand"])
     q, qd, tau = given(robot, "forward_dynamics", 3)
@@ -193,8 +225,27 @@ def test_gradients_by_loads_are_those_of_differences():
         )
     along = jax.jvp(lambda q: operators.forward_dynamics(robot, q, qd, tau, loads=load_of), (q,), (q,))[1]
     assert np.all(np.isfinite(along))
-    with pytest.raises(NotImplementedError, match="by loads are in reverse mode alone"):
+    with pytest.raises(NotImplementedError, match="loads: derivatives by these are in reverse mode alone"):
         jax.jvp(lambda x: operators.solve(robot, q, tau, loads=x), (load_of,), (load_of,))
+
+
+def test_gravity_of_rows_is_the_robots_to_the_bit_and_derived_by():
+    robot = load("g1", loaded=["torso_link"])
+    load_of = kalmarm.payload(1.5, (0.01, 0.02, 0.1), (0.01, 0.012, 0.006))
+    for call in ("forward_dynamics", "inverse_dynamics"):
+        x = given(robot, call, 3)
+        gravity = 5 * np.random.default_rng(1).standard_normal((3, 3))
+        for loads in (None, load_of):
+            f = lambda gravity: operator(robot, call, loads=loads)(*x, gravity=gravity)  # noqa: B023, E731
+            truth = getattr(robot, call)(*x, gravity=gravity, loads=loads)
+            np.testing.assert_array_equal(jax.jit(f)(gravity), truth)
+            check_grads(f, (gravity,), 1, modes=("rev",), rtol=1e-5)
+        by_both = jax.grad(
+            lambda loads, gravity: operator(robot, call)(*x, loads=loads, gravity=gravity).sum(), (0, 1)  # noqa: B023
+        )(load_of, gravity)
+        one = getattr(robot, f"{call}_vjp")(*x, np.ones((3, robot.nv)), loads=load_of, gravity=gravity)
+        np.testing.assert_allclose(by_both[0], one.loads.sum(0), rtol=1e-12)
+        np.testing.assert_array_equal(by_both[1], one.gravity)
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
@@ -311,7 +362,7 @@ def test_a_program_of_another_process_says_so(g1):
     x = given(g1, "forward_dynamics", 2)
     rows, error, status = (2, g1.nv), (2,), jax.ShapeDtypeStruct((2,), jnp.int32)
     results = [*(jax.ShapeDtypeStruct(shape, jnp.float64) for shape in (rows, error)), status]
-    call = jax.ffi.ffi_call("kalmarm.forward_dynamics", results)
+    call = functools.partial(jax.ffi.ffi_call("kalmarm.forward_dynamics", results), beside="", by="")
     with pytest.raises(Exception, match="a program of another process"):
         jax.block_until_ready(call(*x, robot=np.int64(10**9), threads=np.int64(1)))
     with pytest.raises(Exception, match="argument 2 does not fit the robot"):

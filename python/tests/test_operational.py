@@ -6,6 +6,7 @@ import kalmarm
 import numpy as np
 import pytest
 from conftest import load
+from kalmarm.robot import _parameters
 
 FEET = ["left_ankle_roll_link", "right_ankle_roll_link"]
 
@@ -130,3 +131,26 @@ def test_a_frame_that_no_joint_moves_is_named():
         robot.operational_inertia(robot.q0, clamp=0.5)
     with pytest.raises(ValueError, match="no frames are asked about"):
         load("iiwa14").operational_inertia(robot.q0)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_derivatives_of_it_are_homogeneous_and_of_rows(g1, dtype):
+    """M is linear in inertias and armatures together, so that tr(W'X) is homogeneous of degree -1 in them."""
+    robot = g1.replace(frames=FEET)
+    q = robot.random_state(4, 19, dtype=dtype).q
+    W = np.random.default_rng(5).standard_normal((19, 12, 12)).astype(dtype)
+    found, outcomes = robot.operational_vjp(q, W, inertias=True, armature=True, status=True)
+    assert np.all(outcomes["status"] == kalmarm.Status.OK)
+    assert found.dq.shape == (19, robot.nv) and found.inertias.shape == (19, robot.nv, 10)
+    assert found.dqd is found.dtau is found.gravity is None
+    S = (W * robot.operational(q)).sum(axis=(1, 2))
+    pi = np.array([_parameters(robot.model, k) for k in range(robot.nv)])
+    r = kalmarm.ImplicitStep(robot, 0.01)._armature
+    sums = (found.inertias * pi).sum(axis=(1, 2)) + found.armature @ r
+    assert np.abs(sums + S).max() <= (1e-10 if dtype == np.float64 else 1e-2) * np.abs(S).max()
+    one = robot.operational_vjp(q[7], W[7])
+    assert np.linalg.norm(one.dq - found.dq[7]) <= 1e-3 * np.linalg.norm(one.dq)
+    with pytest.raises(ValueError, match=r"operational_vjp: W has the shape \(19, 12\), needed \(..., 12, 12\)"):
+        robot.operational_vjp(q, W[:, 0])
+    with pytest.raises(ValueError, match="operational_vjp: no frames are asked about"):
+        g1.operational_vjp(q, np.zeros((0, 0)))

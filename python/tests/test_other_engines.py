@@ -926,6 +926,25 @@ def _(at):
             yield found, J @ inverse_of_mujoco(at, J).T
 
 
+@check("operational_vjp(q, W)")
+def _(at):
+    """By differences of computeFrameJacobian and computeMinverse along a way of integrate."""
+    i, _ = last_moved(at)
+    (dq,) = random_vectors(at, 1)
+    W = np.random.default_rng(59).standard_normal((6, 6))
+    data = at.pinocchio.createData()
+
+    def trace(step):
+        q = pin.integrate(at.pinocchio, at.q_pin, step * at.T @ dq)
+        J = pin.computeFrameJacobian(at.pinocchio, data, q, at.frames[i], pin.LOCAL)[LINEAR_FIRST]
+        return (W * (J @ pin.computeMinverse(at.pinocchio, data, q) @ J.T)).sum()
+
+    h = 2.0**-10
+    far, near = (trace(k * h) - trace(-k * h) for k in (2, 1))
+    found = at.robot.replace(frames=[at.bodies[i]]).operational_vjp(at.q, W).dq
+    yield found @ dq, (8 * near - far) / (12 * h), np.linalg.norm(found) * np.linalg.norm(dq)
+
+
 @check("operational_inertia(q)")
 def _(at):
     i, J = last_moved(at)

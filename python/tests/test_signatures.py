@@ -36,7 +36,7 @@ def test_every_public_call_has_a_signature_and_a_docstring(name):
 
 def test_signatures_of_compiled_calls_are_their_arguments(iiwa):
     signature = inspect.signature(iiwa.forward_dynamics)
-    on_frames = ["forces", "axes", "loads"]
+    on_frames = ["forces", "axes", "loads", "gravity"]
     assert list(signature.parameters) == ["q", "qd", "tau", "out", "status", "threads", *on_frames]
     assert signature.parameters["threads"].default == 1
     assert signature.parameters["status"].kind == inspect.Parameter.KEYWORD_ONLY
@@ -64,11 +64,11 @@ def test_calls_take_forces_and_loads_alike():
         for way in ("vjp", "jvp")
     }
     for name in turning:
-        assert list(taking.pop(name))[-2:] == ["forces", "loads"]
+        assert list(taking.pop(name))[-3:] == ["forces", "loads", "gravity"]
     assert set(taking) == {f"Robot.{name}" for name in robots} | set(steps) | held
     for name, some in taking.items():
         names = list(some)[list(some).index("forces") :]
-        on_frames = ["forces", "axes", *([] if name in held else ["loads"])]
+        on_frames = ["forces", "axes", *([] if name in held else ["loads", "gravity"])]
         assert names in (on_frames, [*on_frames, "contacts"])
         assert {some[one].kind for one in names} == {inspect.Parameter.KEYWORD_ONLY}
         assert (some["forces"].default, some["axes"].default) == (None, "aligned")

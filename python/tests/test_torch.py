@@ -101,6 +101,17 @@ def test_gradient_is_orthogonal_to_quaternions(ball):
     assert gradient[:, :4].norm() > 0
 
 
+def test_gradients_by_gravity():
+    robot = load("panda")
+    for call in ("forward_dynamics", "inverse_dynamics"):
+        x = given(robot, call, 3)
+        gravity = torch.as_tensor(5 * np.random.default_rng(1).standard_normal((3, 3))).requires_grad_()
+        one = lambda gravity: getattr(operators, call)(robot, *x, gravity=gravity)  # noqa: B023, E731
+        truth = getattr(robot, call)(*(part.numpy() for part in x), gravity=gravity.detach().numpy())
+        np.testing.assert_array_equal(one(gravity).detach(), truth)
+        assert torch.autograd.gradcheck(one, gravity, eps=1e-6, atol=1e-5, rtol=1e-5)
+
+
 def test_gradients_by_loads():
     robot = load("panda", loaded=["hand"])
     x = given(robot, "forward_dynamics", 3)

@@ -217,7 +217,7 @@ class Robot:
         """What is left out, and by which rule."""
 
     @overload
-    def forward_dynamics(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1, forces: ArrayLike | None = None, axes: str = "aligned", loads: ArrayLike | None = None) -> NDArray[Any]:
+    def forward_dynamics(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1, forces: ArrayLike | None = None, axes: str = "aligned", loads: ArrayLike | None = None, gravity: ArrayLike | None = None) -> NDArray[Any]:
         """
         a = M(q)^-1 (tau + J' forces - bias(q, qd)), gravity and armature included.
 
@@ -225,40 +225,41 @@ class Robot:
         N, m/s^2. forces (..., 6 f): of every frame of `acted_on` the moment about the origin of `axes` and the
         force [Nm, N], with the axes of `Kinematics`. loads (..., 10 l), here and below: bodies that hang on the frames of
         `loaded`, of each m, m c (3), Ixx, Iyy, Izz, Ixy, Ixz, Iyz about the frame's origin in its axes [kg, kg m, kg m^2], which
-        `kalmarm.load_of` makes of a mass, a centre and moments: they change M, bias and all that is made of them.
+        `kalmarm.load_of` makes of a mass, a centre and moments: they change M, bias and all that is made of them. gravity (..., 3): in the base's axes [m/s^2], in the place of the
+        model's.
         """
     @overload
-    def forward_dynamics(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1, forces: ArrayLike | None = None, axes: str = "aligned", loads: ArrayLike | None = None) -> tuple[NDArray[Any], NDArray[Any]]: ...
+    def forward_dynamics(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1, forces: ArrayLike | None = None, axes: str = "aligned", loads: ArrayLike | None = None, gravity: ArrayLike | None = None) -> tuple[NDArray[Any], NDArray[Any]]: ...
 
     @overload
-    def inverse_dynamics(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1, forces: ArrayLike | None = None, axes: str = "aligned", loads: ArrayLike | None = None) -> NDArray[Any]:
+    def inverse_dynamics(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1, forces: ArrayLike | None = None, axes: str = "aligned", loads: ArrayLike | None = None, gravity: ArrayLike | None = None) -> NDArray[Any]:
         """
         tau = M(q) qdd + bias(q, qd) - J' forces, gravity and armature included.
 
-        q (..., nq), qd and qdd (..., nv) -> tau (..., n) [Nm or N]. forces: as of `forward_dynamics`.
+        q (..., nq), qd and qdd (..., nv) -> tau (..., n) [Nm or N]. forces, loads and gravity: as of `forward_dynamics`.
         """
     @overload
-    def inverse_dynamics(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1, forces: ArrayLike | None = None, axes: str = "aligned", loads: ArrayLike | None = None) -> tuple[NDArray[Any], NDArray[Any]]: ...
+    def inverse_dynamics(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1, forces: ArrayLike | None = None, axes: str = "aligned", loads: ArrayLike | None = None, gravity: ArrayLike | None = None) -> tuple[NDArray[Any], NDArray[Any]]: ...
 
     @overload
-    def bias(self, q: ArrayLike, qd: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1, forces: ArrayLike | None = None, axes: str = "aligned", loads: ArrayLike | None = None) -> NDArray[Any]:
+    def bias(self, q: ArrayLike, qd: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1, forces: ArrayLike | None = None, axes: str = "aligned", loads: ArrayLike | None = None, gravity: ArrayLike | None = None) -> NDArray[Any]:
         """
         Velocity terms and gravity, less J' forces: the torques of qdd = 0.
 
-        q (..., nq), qd (..., nv) -> (..., n) [Nm or N]. forces: as of `forward_dynamics`.
+        q (..., nq), qd (..., nv) -> (..., n) [Nm or N]. forces, loads and gravity: as of `forward_dynamics`.
         """
     @overload
-    def bias(self, q: ArrayLike, qd: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1, forces: ArrayLike | None = None, axes: str = "aligned", loads: ArrayLike | None = None) -> tuple[NDArray[Any], NDArray[Any]]: ...
+    def bias(self, q: ArrayLike, qd: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1, forces: ArrayLike | None = None, axes: str = "aligned", loads: ArrayLike | None = None, gravity: ArrayLike | None = None) -> tuple[NDArray[Any], NDArray[Any]]: ...
 
     @overload
-    def gravity(self, q: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1, loads: ArrayLike | None = None) -> NDArray[Any]:
+    def gravity(self, q: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1, loads: ArrayLike | None = None, gravity: ArrayLike | None = None) -> NDArray[Any]:
         """
         The torques that hold the robot against gravity.
 
         q (..., nq) -> (..., n) [Nm or N].
         """
     @overload
-    def gravity(self, q: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1, loads: ArrayLike | None = None) -> tuple[NDArray[Any], NDArray[Any]]: ...
+    def gravity(self, q: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1, loads: ArrayLike | None = None, gravity: ArrayLike | None = None) -> tuple[NDArray[Any], NDArray[Any]]: ...
 
     @overload
     def mass_matrix(self, q: ArrayLike, out: Any = None, *, status: Literal[False] = False, threads: int = 1, loads: ArrayLike | None = None) -> NDArray[Any]:
@@ -347,7 +348,7 @@ class Robot:
     def solve(self, q: ArrayLike, tau: ArrayLike, out: Any = None, *, status: Literal[True], threads: int = 1, contacts: ArrayLike | None = None, axes: str = "aligned", loads: ArrayLike | None = None) -> tuple[NDArray[Any], NDArray[Any]]: ...
 
     @overload
-    def forward_dynamics_derivatives(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, out: Derivatives | None = None, *, status: Literal[False] = False, threads: int = 1, forces: ArrayLike | None = None, axes: str = "aligned", loads: ArrayLike | None = None) -> Derivatives:
+    def forward_dynamics_derivatives(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, out: Derivatives | None = None, *, status: Literal[False] = False, threads: int = 1, forces: ArrayLike | None = None, axes: str = "aligned", loads: ArrayLike | None = None, gravity: ArrayLike | None = None) -> Derivatives:
         """
         Derivatives of forward dynamics, analytically, and a itself.
 
@@ -357,50 +358,50 @@ class Robot:
         axes "local" is needed.
         """
     @overload
-    def forward_dynamics_derivatives(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, out: Derivatives | None = None, *, status: Literal[True], threads: int = 1, forces: ArrayLike | None = None, axes: str = "aligned", loads: ArrayLike | None = None) -> tuple[Derivatives, NDArray[Any]]: ...
+    def forward_dynamics_derivatives(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, out: Derivatives | None = None, *, status: Literal[True], threads: int = 1, forces: ArrayLike | None = None, axes: str = "aligned", loads: ArrayLike | None = None, gravity: ArrayLike | None = None) -> tuple[Derivatives, NDArray[Any]]: ...
 
     @overload
-    def forward_dynamics_vjp(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, w: ArrayLike, *, inertias: bool = False, armature: bool = False, status: Literal[False] = False, threads: int = 1, forces: ArrayLike | None = None, loads: ArrayLike | None = None) -> Gradients:
+    def forward_dynamics_vjp(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, w: ArrayLike, *, inertias: bool = False, armature: bool = False, status: Literal[False] = False, threads: int = 1, forces: ArrayLike | None = None, loads: ArrayLike | None = None, gravity: ArrayLike | None = None) -> Gradients:
         """
         Derivatives of w'a, a = M^-1 (tau - bias), by all that a depends on, in O(n): no matrix is formed.
 
         q (..., nq), qd, tau and w (..., nv) -> `Gradients`. About 2.5 times the time of a. inertias, armature: those by
-        these are worked out too. forces and loads: as of `forward_dynamics`, forces in the axes of their frames, with
+        these are worked out too. forces, loads and gravity: as of `forward_dynamics`, forces in the axes of their frames, with
         which they turn; those by them are returned. Outcomes: of a and M^-1 w, the worse of both. Not of a robot that
         leaves joints out (asked, locked) or is at rest.
         """
     @overload
-    def forward_dynamics_vjp(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, w: ArrayLike, *, inertias: bool = False, armature: bool = False, status: Literal[True], threads: int = 1, forces: ArrayLike | None = None, loads: ArrayLike | None = None) -> tuple[Gradients, NDArray[Any]]: ...
+    def forward_dynamics_vjp(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, w: ArrayLike, *, inertias: bool = False, armature: bool = False, status: Literal[True], threads: int = 1, forces: ArrayLike | None = None, loads: ArrayLike | None = None, gravity: ArrayLike | None = None) -> tuple[Gradients, NDArray[Any]]: ...
 
     @overload
-    def forward_dynamics_jvp(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, dq: ArrayLike, dqd: ArrayLike, dtau: ArrayLike, *, status: Literal[False] = False, threads: int = 1, forces: ArrayLike | None = None, loads: ArrayLike | None = None) -> NDArray[Any]:
+    def forward_dynamics_jvp(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, dq: ArrayLike, dqd: ArrayLike, dtau: ArrayLike, *, status: Literal[False] = False, threads: int = 1, forces: ArrayLike | None = None, loads: ArrayLike | None = None, gravity: ArrayLike | None = None) -> NDArray[Any]:
         """
         How a changes along dq, dqd and dtau (..., nv), dq along the velocities of the joints: da (..., nv), in O(n).
 
-        q (..., nq), qd and tau (..., nv). Forces, which turn with their frames, and loads stay as they are.
+        q (..., nq), qd and tau (..., nv). Forces, which turn with their frames, loads and gravity stay as they are.
         """
     @overload
-    def forward_dynamics_jvp(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, dq: ArrayLike, dqd: ArrayLike, dtau: ArrayLike, *, status: Literal[True], threads: int = 1, forces: ArrayLike | None = None, loads: ArrayLike | None = None) -> tuple[NDArray[Any], NDArray[Any]]: ...
+    def forward_dynamics_jvp(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike, dq: ArrayLike, dqd: ArrayLike, dtau: ArrayLike, *, status: Literal[True], threads: int = 1, forces: ArrayLike | None = None, loads: ArrayLike | None = None, gravity: ArrayLike | None = None) -> tuple[NDArray[Any], NDArray[Any]]: ...
 
     @overload
-    def inverse_dynamics_vjp(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, w: ArrayLike, *, inertias: bool = False, armature: bool = False, status: Literal[False] = False, threads: int = 1, forces: ArrayLike | None = None, loads: ArrayLike | None = None) -> Gradients:
+    def inverse_dynamics_vjp(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, w: ArrayLike, *, inertias: bool = False, armature: bool = False, status: Literal[False] = False, threads: int = 1, forces: ArrayLike | None = None, loads: ArrayLike | None = None, gravity: ArrayLike | None = None) -> Gradients:
         """
         Derivatives of w'tau, tau = M qdd + bias, by all that tau depends on, in O(n).
 
         q (..., nq), qd, qdd and w (..., nv) -> `Gradients`, of which dqdd is M w. Else as `forward_dynamics_vjp`.
         """
     @overload
-    def inverse_dynamics_vjp(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, w: ArrayLike, *, inertias: bool = False, armature: bool = False, status: Literal[True], threads: int = 1, forces: ArrayLike | None = None, loads: ArrayLike | None = None) -> tuple[Gradients, NDArray[Any]]: ...
+    def inverse_dynamics_vjp(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, w: ArrayLike, *, inertias: bool = False, armature: bool = False, status: Literal[True], threads: int = 1, forces: ArrayLike | None = None, loads: ArrayLike | None = None, gravity: ArrayLike | None = None) -> tuple[Gradients, NDArray[Any]]: ...
 
     @overload
-    def inverse_dynamics_jvp(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, dq: ArrayLike, dqd: ArrayLike, dqdd: ArrayLike, *, status: Literal[False] = False, threads: int = 1, forces: ArrayLike | None = None, loads: ArrayLike | None = None) -> NDArray[Any]:
+    def inverse_dynamics_jvp(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, dq: ArrayLike, dqd: ArrayLike, dqdd: ArrayLike, *, status: Literal[False] = False, threads: int = 1, forces: ArrayLike | None = None, loads: ArrayLike | None = None, gravity: ArrayLike | None = None) -> NDArray[Any]:
         """
         How tau changes along dq, dqd and dqdd (..., nv): dtau (..., nv), in O(n).
 
-        q (..., nq), qd and qdd (..., nv). Forces and loads as of `forward_dynamics_jvp`.
+        q (..., nq), qd and qdd (..., nv). Forces, loads and gravity as of `forward_dynamics_jvp`.
         """
     @overload
-    def inverse_dynamics_jvp(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, dq: ArrayLike, dqd: ArrayLike, dqdd: ArrayLike, *, status: Literal[True], threads: int = 1, forces: ArrayLike | None = None, loads: ArrayLike | None = None) -> tuple[NDArray[Any], NDArray[Any]]: ...
+    def inverse_dynamics_jvp(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, dq: ArrayLike, dqd: ArrayLike, dqdd: ArrayLike, *, status: Literal[True], threads: int = 1, forces: ArrayLike | None = None, loads: ArrayLike | None = None, gravity: ArrayLike | None = None) -> tuple[NDArray[Any], NDArray[Any]]: ...
 
     @overload
     def solve_vjp(self, q: ArrayLike, tau: ArrayLike, w: ArrayLike, *, inertias: bool = False, armature: bool = False, status: Literal[False] = False, threads: int = 1, loads: ArrayLike | None = None) -> Gradients:
@@ -478,7 +479,7 @@ class ImplicitStep:
     @property
     def scheme(self) -> str: ...
 
-    def acceleration(self, q: numpy.typing.ArrayLike, qd: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, out: Any = None, *, damping: Any = None, stiffness: Any = None, reference: Any = None, armature: Any = None, status: bool = False, threads: int = 1, forces: Any = None, axes: str = 'aligned', loads: Any = None, contacts: Any = None) -> Any:
+    def acceleration(self, q: numpy.typing.ArrayLike, qd: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, out: Any = None, *, damping: Any = None, stiffness: Any = None, reference: Any = None, armature: Any = None, status: bool = False, threads: int = 1, forces: Any = None, axes: str = 'aligned', loads: Any = None, gravity: Any = None, contacts: Any = None) -> Any:
         """
         a = (qd+ - qd) / h of the step.
 
@@ -490,11 +491,11 @@ class ImplicitStep:
         negative or not finite, where a ball or free joint has a spring, and where dampers, springs or
         armatures stand beside rows of the step.
 
-        forces (..., 6 f): as of Robot.forward_dynamics, where the step begins. contacts (..., 6 c): rows of
+        forces (..., 6 f), loads and gravity: as of Robot.forward_dynamics, where the step begins. contacts (..., 6 c): rows of
         (M + h B + h^2 K + J'DJ) a = tau - bias, as of Robot.solve.
         """
 
-    def derivatives(self, q: numpy.typing.ArrayLike, qd: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, out: Any = None, *, status: bool = False, forces: Any = None, axes: str = 'aligned', loads: Any = None) -> Any:
+    def derivatives(self, q: numpy.typing.ArrayLike, qd: numpy.typing.ArrayLike, tau: numpy.typing.ArrayLike, out: Any = None, *, status: bool = False, forces: Any = None, axes: str = 'aligned', loads: Any = None, gravity: Any = None) -> Any:
         """
         Derivatives of the step's acceleration by q, qd and tau, analytically, and a itself.
 

@@ -6,15 +6,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .kinematics import Kinematics
 from .robot import Robot
 from .step import ImplicitStep
+
+Asked = Robot | ImplicitStep | Kinematics
 
 
 class Call(NamedTuple):
     want: str  # of a question
     names: tuple[str, ...]  # of its arguments
     given: str  # of each how many numbers a row has, q: nq, v: nv, n: DoF that are asked about
-    results: str  # the same; m: n x n, e: error, s: status
+    results: str  # the same; m: n x n, p, o, j: positions, rotations and Jacobians of frames, e: error, s: status
 
 
 CALLS = {
@@ -22,9 +25,11 @@ CALLS = {
     "inverse_dynamics": Call("inverse_dynamics", ("q", "qd", "qdd"), "qvv", "nes"),
     "mass_matrix": Call("mass", ("q",), "q", "mes"),
     "solve": Call("solve", ("q", "tau"), "qn", "nes"),
+    "poses": Call("", ("q",), "q", "poj"),
     "step_acceleration": Call("", ("q", "qd", "tau", "damping", "stiffness", "reference", "armature"), "qvvvvvv", "ves"),
 }
-VALUES = tuple(CALLS)  # whose last result is the status
+BESIDE = {"loads": "l", "gravity": "g"}  # what a call may be given beside, and how many numbers a row has
+VALUES = tuple(name for name, call in CALLS.items() if call.results.endswith("s"))  # the status
 DIFFERENTIABLE = ("forward_dynamics", "inverse_dynamics", "solve", "step_acceleration")
 # da of q, ..., dq, ..., and dq, ... of q, ..., w; dq along the axes of qd
 for _name in DIFFERENTIABLE:
@@ -33,22 +38,29 @@ for _name in DIFFERENTIABLE:
     CALLS[f"{_name}_vjp"] = _call._replace(results=_call.given.replace("q", "v"))
 
 
-def width(robot: Robot | ImplicitStep, letter: str) -> int:
+def width(robot: Asked, letter: str) -> int:
     return robot._widths[letter]
 
 
-def shapes(name: str, robot: Robot | ImplicitStep, rows: tuple[int, ...], by_loads: bool = False) -> list[tuple[int, ...]]:
-    """Of what a call returns."""
-    rests = {"m": 2 * (width(robot, "n"),), "e": (), "s": ()}
-    letters = CALLS[name].results + ("l" if by_loads and name.endswith("_vjp") else "")
-    return [rows + (rests[one] if one in rests else (width(robot, one),)) for one in letters]
+def shapes(name: str, robot: Asked, rows: tuple[int, ...], by: str = "") -> list[tuple[int, ...]]:
+    """Of what a call returns; by: letters of what it is derived by of what is given beside."""
+
+    def of_row(letter: str) -> tuple[int, ...]:
+        if letter in "es":
+            return ()
+        return 2 * (width(robot, "n"),) if letter == "m" else (width(robot, letter),)
+
+    letters = CALLS[name].results + (by if name.endswith("_vjp") else "")
+    return [rows + of_row(one) for one in letters]
 
 
 def arguments(
-    name: str, robot: Any, values: tuple[Any, ...], loads: Any, threads: int
+    name: str, robot: Any, values: tuple[Any, ...], beside: dict[str, Any], threads: int
 ) -> list[tuple[str, Any, int]]:
-    """Names, values and widths, of a robot or a step that can be asked."""
-    asked, needed = ("step", ImplicitStep) if name == "step_acceleration" else ("robot", Robot)
+    """Names, values and widths, of a robot, a step or kinematics that can be asked."""
+    asked, needed = {"step_acceleration": ("step", ImplicitStep), "poses": ("kinematics", Kinematics)}.get(
+        name, ("robot", Robot)
+    )
     if not isinstance(robot, needed):
         raise TypeError(
             f"{name}: {asked} is a {type(robot).__name__}, a kalmarm.{needed.__name__} is needed"
@@ -59,10 +71,14 @@ def arguments(
         raise ValueError(f"{name}: {threads} threads")
     call = CALLS[name]
     out = [(one, x, width(robot, of)) for one, x, of in zip(call.names, values, call.given)]
-    if loads is not None:
-        size = width(robot, "l")
-        out.append(("loads" if size else "loads (of a robot without loaded)", loads, size))
+    for one, x in beside.items():
+        size = width(robot, BESIDE[one])
+        out.append((one if size else f"{one} (of a robot without loaded)", x, size))
     return out
+
+
+def given_beside(loads: Any, gravity: Any = None) -> dict[str, Any]:
+    return {one: x for one, x in (("loads", loads), ("gravity", gravity)) if x is not None}
 
 
 def leading(name: str, given: list[tuple[str, Any, int]]) -> tuple[int, ...]:
@@ -99,7 +115,9 @@ def gains(step: Any, *given: Any) -> list[Any]:
     ]
 
 
-def check_differentiable(name: str, robot: Robot | ImplicitStep) -> None:
+def check_differentiable(name: str, robot: Asked) -> None:
+    if name == "poses":  # those of first order are made of its results
+        raise NotImplementedError(f"{name}: there are no derivatives of second order")
     if name not in DIFFERENTIABLE:
         raise NotImplementedError(
             f"{name} has no derivatives: take those of M v = inverse_dynamics(q, 0, v) - "

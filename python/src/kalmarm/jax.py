@@ -40,13 +40,12 @@ from jax.interpreters import ad, batching, mlir
 
 from . import _core, _operators
 from .loads import ten_numbers
+from .kinematics import Kinematics
 from .results import Outcomes
 from .robot import Robot
 from .step import ImplicitStep
 
-__all__ = ["Outcomes", "forward_dynamics", "inverse_dynamics", "mass_matrix", "payload", "solve", "step_acceleration"]
-
-_Asked = Robot | ImplicitStep
+__all__ = ["Outcomes", "forward_dynamics", "inverse_dynamics", "mass_matrix", "payload", "poses", "solve", "step_acceleration"]
 
 
 def _register() -> None:
@@ -66,15 +65,16 @@ def forward_dynamics(
     tau: Any,
     *,
     loads: Any = None,
+    gravity: Any = None,
     status: bool = False,
     threads: int = 1,
 ) -> Any:
     """a = M(q)^-1 (tau - bias(q, qd)), (..., n) of q (..., nq), qd and tau (..., nv): `Robot.forward_dynamics`.
 
-    loads (..., 10 l), here and below: bodies on frames of the robot's `loaded`, as `kalmarm.payload` makes them.
-    Gradients by them are in reverse mode alone.
+    loads (..., 10 l), here and below: bodies on frames of the robot's `loaded`, as `kalmarm.payload` makes them;
+    gravity (..., 3), in the base's axes [m/s^2]: in the place of the model's. Gradients by both are in reverse mode alone.
     """
-    return _apply("forward_dynamics", robot, (q, qd, tau), loads, status, threads)
+    return _apply("forward_dynamics", robot, (q, qd, tau), _operators.given_beside(loads, gravity), status, threads)
 
 
 def inverse_dynamics(
@@ -84,18 +84,19 @@ def inverse_dynamics(
     qdd: Any,
     *,
     loads: Any = None,
+    gravity: Any = None,
     status: bool = False,
     threads: int = 1,
 ) -> Any:
     """tau = M(q) qdd + bias(q, qd), (..., n) of q (..., nq), qd and qdd (..., nv): `Robot.inverse_dynamics`."""
-    return _apply("inverse_dynamics", robot, (q, qd, qdd), loads, status, threads)
+    return _apply("inverse_dynamics", robot, (q, qd, qdd), _operators.given_beside(loads, gravity), status, threads)
 
 
 def solve(
     robot: Robot, q: Any, tau: Any, *, loads: Any = None, status: bool = False, threads: int = 1
 ) -> Any:
     """x = M(q)^-1 tau, (..., n) of q (..., nq), tau (..., n): `Robot.solve`."""
-    return _apply("solve", robot, (q, tau), loads, status, threads)
+    return _apply("solve", robot, (q, tau), _operators.given_beside(loads), status, threads)
 
 
 def mass_matrix(
@@ -103,7 +104,7 @@ def mass_matrix(
 ) -> Any:
     """M(q), (..., n, n) of q (..., nq): `Robot.mass_matrix`. It has no derivatives: NotImplementedError names the calls
     whose derivatives are those of M v and of M^-1 b."""
-    return _apply("mass_matrix", robot, (q,), loads, status, threads)
+    return _apply("mass_matrix", robot, (q,), _operators.given_beside(loads), status, threads)
 
 
 def step_acceleration(
@@ -117,6 +118,7 @@ def step_acceleration(
     reference: Any = None,
     armature: Any = None,
     loads: Any = None,
+    gravity: Any = None,
     status: bool = False,
     threads: int = 1,
 ) -> Any:
@@ -127,7 +129,37 @@ def step_acceleration(
     compensates gravity. A gain that is negative or not finite is an error of the whole call, which names row and DoF.
     """
     values = (q, qd, tau, *_operators.gains(step, damping, stiffness, reference, armature))
-    return _apply("step_acceleration", step, values, loads, status, threads)
+    return _apply("step_acceleration", step, values, _operators.given_beside(loads, gravity), status, threads)
+
+
+def poses(kinematics: Kinematics, q: Any, *, threads: int = 1) -> tuple[jax.Array, jax.Array]:
+    """Where frames are: positions (..., F, 3) and rotations (..., F, 3, 3) in the base's axes, of q (..., nq), as
+    `Kinematics.compute` has them, kinematics: `robot.kinematics(frames)`. Derivatives are those of the Jacobians, which
+    are worked out with every call: of a rotation dR = omega x R."""
+    ((_, q, width),) = _operators.arguments("poses", kinematics, (q,), {}, threads)
+    (q,) = _arrays(q)
+    _operators.leading("poses", [("q", q, width)])
+    return _poses(kinematics, threads, q)
+
+
+@functools.partial(jax.custom_jvp, nondiff_argnums=(0, 1))
+def _poses(kinematics: Kinematics, threads: int, q: jax.Array) -> tuple[jax.Array, jax.Array]:
+    return _placed(kinematics, threads, q)[:2]
+
+
+@_poses.defjvp
+def _(kinematics: Kinematics, threads: int, primals: Any, tangents: Any) -> Any:
+    p, R, J = _placed(kinematics, threads, *primals)
+    twist = jnp.einsum("...fkn,...n->...fk", J, _velocity(kinematics, *primals, *tangents))
+    return (p, R), (twist[..., 3:], jnp.cross(twist[..., :3, None], R, axis=-2))
+
+
+def _placed(kinematics: Kinematics, threads: int, q: jax.Array) -> tuple[jax.Array, ...]:
+    """Positions, rotations and Jacobians (..., F, 6, nv)."""
+    found = _value.bind(q, name="poses", robot=kinematics, threads=threads, beside="")
+    count, rows = len(kinematics.frames), q.shape[:-1]
+    p, R, J = (x.reshape(*rows, count, *rest) for x, rest in zip(found, ((3,), (3, 3), (6, -1))))
+    return p, R.swapaxes(-1, -2), J
 
 
 def payload(mass: Any, center: Any = (0.0, 0.0, 0.0), inertia: Any = 0.0) -> Any:
@@ -144,42 +176,45 @@ def _arrays(*given: Any) -> list[jax.Array]:
 
 
 def _apply(
-    name: str, robot: _Asked, values: tuple[Any, ...], loads: Any, status: bool, threads: int
+    name: str, robot: _operators.Asked, values: tuple[Any, ...], beside: dict[str, Any], status: bool, threads: int
 ) -> Any:
-    arguments = _operators.arguments(name, robot, values, loads, threads)
+    arguments = _operators.arguments(name, robot, values, beside, threads)
     names, values, widths = zip(*arguments)
     given = list(zip(names, _arrays(*values), widths))
     rows = _operators.leading(name, given)
     arrays = [jnp.broadcast_to(x, (*rows, width)) for _, x, width in given]
-    result, error, state = _value.bind(*arrays, name=name, robot=robot, threads=threads)
+    letters = "".join(_operators.BESIDE[one] for one in beside)
+    result, error, state = _value.bind(*arrays, name=name, robot=robot, threads=threads, beside=letters)
     return (result, Outcomes(state, error)) if status else result
 
 
 @functools.cache
-def _number(robot: _Asked) -> int:
+def _number(robot: _operators.Asked) -> int:
     """By which programs name a robot, which stays from now on: a program may outlive all else that holds it."""
     return _core._jax_number(robot)
 
 
 def _results(
-    name: str, robot: _Asked, of: jax.Array, by_loads: bool = False
+    name: str, robot: _operators.Asked, of: jax.Array, by: str = ""
 ) -> list[jax.ShapeDtypeStruct]:
     """What a call returns of its first argument's rows."""
-    shapes = _operators.shapes(name, robot, of.shape[:-1], by_loads)
+    shapes = _operators.shapes(name, robot, of.shape[:-1], by)
     is_value = name in _operators.VALUES
     dtypes = [of.dtype] * (len(shapes) - is_value) + [jnp.dtype("int32")] * is_value
     return [jax.ShapeDtypeStruct(*one) for one in zip(shapes, dtypes)]
 
 
 def _call_xla(
-    *arrays: jax.Array, name: str, robot: _Asked, threads: int, by_loads: bool = False
+    *arrays: jax.Array, name: str, robot: _operators.Asked, threads: int, beside: str, by: str = ""
 ) -> list[jax.Array]:
-    if by_loads and name.endswith("_jvp"):
+    if by and name.endswith("_jvp"):
+        moved = " and ".join(one for one, letter in _operators.BESIDE.items() if letter in by)
         raise NotImplementedError(
-            f"kalmarm.jax.{name}: loads are moved, and derivatives by loads are in reverse mode alone"
+            f"kalmarm.jax.{name}: {moved}: derivatives by these are in reverse mode alone"
         )
-    call = jax.ffi.ffi_call(f"kalmarm.{name}", _results(name, robot, arrays[0], by_loads))
-    return list(call(*arrays, robot=np.int64(_number(robot)), threads=np.int64(threads)))
+    call = jax.ffi.ffi_call(f"kalmarm.{name}", _results(name, robot, arrays[0], by))
+    numbers = {"robot": np.int64(_number(robot)), "threads": np.int64(threads)}
+    return list(call(*arrays, **numbers, beside=beside, by=by))
 
 
 def _refuse(_: Any, *__: Any, name: str, **___: Any) -> Any:
@@ -203,8 +238,8 @@ def _primitive(kind: str) -> Primitive:
         return compiled(**params)(*arrays)
 
     @primitive.def_abstract_eval
-    def _(*arrays: Any, name: str, robot: _Asked, threads: int, by_loads: bool = False) -> Any:
-        results = _results(name, robot, arrays[0], by_loads)
+    def _(*arrays: Any, name: str, robot: _operators.Asked, by: str = "", **_params: Any) -> Any:
+        results = _results(name, robot, arrays[0], by)
         return [jax.core.ShapedArray(x.shape, x.dtype) for x in results]
 
     def batched(arrays: Any, axes: Any, **params: Any) -> Any:
@@ -224,31 +259,35 @@ def _primitive(kind: str) -> Primitive:
 
 # Primitives, since no public function has both directions and vmap: custom_vjp has no forward mode, and linear_call of
 # jax.custom_derivatives, which a custom_jvp could use, has no rule for vmap (JAX 0.10). The arguments of derivatives are those
-# of the call, then directions or weights, in which they are linear; by_loads: loads are among the directions and results.
+# of the call, then directions or weights, in which they are linear. beside: letters of what is given beside, by: of what of that is
+# among the directions and results.
 _value = _primitive("value")
 _tangent = _primitive("tangent")
 _gradient = _primitive("gradient")
 
 
-def _value_jvp(primals: Any, tangents: Any, *, name: str, robot: _Asked, threads: int) -> Any:
+def _value_jvp(
+    primals: Any, tangents: Any, *, name: str, robot: _operators.Asked, threads: int, beside: str
+) -> Any:
     _operators.check_differentiable(name, robot)
-    names = _operators.CALLS[name].names
-    out = _value.bind(*primals, name=name, robot=robot, threads=threads)
-    by_loads = len(primals) > len(names) and type(tangents[-1]) is not ad.Zero
-    dq, *rest = map(ad.instantiate_zeros, tangents[: len(names) + by_loads])
+    params = {"robot": robot, "threads": threads, "beside": beside}
+    out = _value.bind(*primals, name=name, **params)
+    count = len(primals) - len(beside)
+    moved = [x for x in tangents[count:] if type(x) is not ad.Zero]
+    by = "".join(letter for letter, x in zip(beside, tangents[count:]) if type(x) is not ad.Zero)
+    dq, *rest = map(ad.instantiate_zeros, [*tangents[:count], *moved])
     (result,) = _tangent.bind(
         *primals,
         _velocity(robot, primals[0], dq),
         *rest,
         name=f"{name}_jvp",
-        robot=robot,
-        threads=threads,
-        by_loads=by_loads,
+        by=by,
+        **params,
     )
     return out, [result, *(ad.Zero(jax.typeof(x).to_tangent_aval()) for x in out[1:])]
 
 
-def _velocity(robot: _Asked, q: jax.Array, dq: jax.Array) -> jax.Array:
+def _velocity(robot: _operators.Asked, q: jax.Array, dq: jax.Array) -> jax.Array:
     """Along the axes of qd, (..., nv), of dq (..., nq): (1)."""
     parts, at = [], 0
     for i in robot.model.quaternions:
@@ -260,26 +299,26 @@ def _velocity(robot: _Asked, q: jax.Array, dq: jax.Array) -> jax.Array:
     return jnp.concatenate([*parts, dq[..., at:]], axis=-1)
 
 
-def _linear_jvp(primitive: Primitive, count: Callable[[str, bool], int]) -> Any:
-    """count: of linear arguments, by the name and by_loads."""
+def _linear_jvp(primitive: Primitive, count: Callable[[str, str], int]) -> Any:
+    """count: of linear arguments, by the name and `by`."""
 
-    def jvp(primals: Any, tangents: Any, *, name: str, by_loads: bool, **params: Any) -> Any:
-        given = len(primals) - count(name, by_loads)
+    def jvp(primals: Any, tangents: Any, *, name: str, by: str, **params: Any) -> Any:
+        given = len(primals) - count(name, by)
         if not all(type(x) is ad.Zero for x in tangents[:given]):
             raise NotImplementedError(
                 f"kalmarm.jax: derivatives of {name} are asked for, of second order: there are none"
             )
-        bind = functools.partial(primitive.bind, *primals[:given], name=name, by_loads=by_loads, **params)
+        bind = functools.partial(primitive.bind, *primals[:given], name=name, by=by, **params)
         return bind(*primals[given:]), bind(*map(ad.instantiate_zeros, tangents[given:]))
 
     return jvp
 
 
-def _tangent_transpose(cotangents: Any, *arrays: Any, name: str, by_loads: bool, **params: Any) -> Any:
-    given = len(arrays) - _directions(name, by_loads)
+def _tangent_transpose(cotangents: Any, *arrays: Any, name: str, by: str, **params: Any) -> Any:
+    given = len(arrays) - _directions(name, by)
     (w,) = map(ad.instantiate_zeros, cotangents)
     name = name.replace("_jvp", "_vjp")
-    out = _gradient.bind(*arrays[:given], w, name=name, by_loads=by_loads, **params)
+    out = _gradient.bind(*arrays[:given], w, name=name, by=by, **params)
     wanted = map(ad.is_undefined_primal, arrays[given:])
     return [None] * given + [x if is_wanted else None for x, is_wanted in zip(out, wanted)]
 
@@ -290,8 +329,8 @@ def _gradient_transpose(cotangents: Any, *arrays: Any, name: str, **params: Any)
     return [None] * (len(arrays) - 1) + _tangent.bind(*arrays[:-1], *directions, name=name, **params)
 
 
-def _directions(name: str, by_loads: bool) -> int:
-    return len(_operators.CALLS[name].names) + by_loads
+def _directions(name: str, by: str) -> int:
+    return len(_operators.CALLS[name].names) + len(by)
 
 
 ad.primitive_jvps[_value] = _value_jvp

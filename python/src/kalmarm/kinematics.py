@@ -54,6 +54,8 @@ class Kinematics(_core.Kinematics):
         self.frames: tuple[str, ...] = tuple(names)
         self._made = (model, self.frames, placed, chosen)
         count, nv = len(self.frames), model.nv
+        self.model = model
+        self._widths = {"q": model.nq, "p": 3 * count, "o": 9 * count, "j": 6 * count * nv}  # of operators
         self._shapes: dict[str, tuple[int, ...]] = {
             "positions": (count, 3),
             "rotations": (count, 3, 3),

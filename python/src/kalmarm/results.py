@@ -35,6 +35,7 @@ class Gradients(NamedTuple):
     armature: (..., nv); None unless asked for.
     forces: by the forces that were given, (..., 6 f), in the axes of their frames; None without any.
     loads: by the loads that were given, (..., 10 l); None without any.
+    gravity: by the gravity that was given, (..., 3), in the base's axes; None without any.
     """
 
     dq: NDArray[Any]
@@ -45,6 +46,7 @@ class Gradients(NamedTuple):
     armature: NDArray[Any] | None
     forces: NDArray[Any] | None
     loads: NDArray[Any] | None
+    gravity: NDArray[Any] | None
 
 
 class StepGradients(NamedTuple):
@@ -54,7 +56,7 @@ class StepGradients(NamedTuple):
     damping, stiffness, reference: by the gains and targets that the step has, or the state, (..., nv) each; those by
         springs and targets are zero at balls and free joints.
     armature: (..., nv).
-    inertias, forces, loads: as of `Gradients`.
+    inertias, forces, loads, gravity: as of `Gradients`.
     a: (..., nv), (qd+ - qd) / h.
     """
 
@@ -68,6 +70,7 @@ class StepGradients(NamedTuple):
     armature: NDArray[Any]
     forces: NDArray[Any] | None
     loads: NDArray[Any] | None
+    gravity: NDArray[Any] | None
     a: NDArray[Any]
 
 

@@ -257,7 +257,7 @@ class Robot(_core.Robot):
         self._options = options
         # What operators of PyTorch see of a robot while they are traced: Python's own objects.
         loads = 10 * len(options["loaded"])
-        self._widths = {"q": self.nq, "v": self.nv, "n": self.n, "l": loads}
+        self._widths = {"q": self.nq, "v": self.nv, "n": self.n, "l": loads, "g": 3}
         self._number = next(_numbers)
         _by_number[self._number] = self
 
@@ -432,6 +432,31 @@ class Robot(_core.Robot):
         space = OperationalSpace(*results)
         return (space, outcomes) if status else space
 
+    def operational_vjp(
+        self,
+        q: ArrayLike,
+        W: ArrayLike,
+        *,
+        inertias: bool = False,
+        armature: bool = False,
+        status: bool = False,
+        threads: int = 1,
+        loads: ArrayLike | None = None,
+    ) -> Any:
+        """Derivatives of tr(W'X), X = J M^-1 J' of the k rows of `frames` as `operational` has it, by q, loads and what M
+        depends on, in O(n k): no matrix is formed.
+
+        q (..., nq), W (..., k, k) -> `Gradients`, of which dqd and dtau are None. inertias, armature: those by these are
+        worked out too. loads: as of `forward_dynamics`; those by them are returned. Outcomes: the worst of M^-1 J' and
+        M^-1 J'W.
+        """
+        weights = np.asarray(W)
+        k = 6 * len(self._options["frames"])
+        if weights.shape[-2:] != (k, k):
+            raise ValueError(f"operational_vjp: W has the shape {weights.shape}, needed (..., {k}, {k})")
+        weights = weights.reshape(*weights.shape[:-2], k * k)
+        return self._operational_vjp(q, weights, inertias, armature, status, threads, loads)
+
     def with_model(self, model: Model) -> Robot:
         """The same question of another robot with the same joints: ValueError where a DoF or an
         entry of q is another."""
@@ -462,8 +487,8 @@ class Robot(_core.Robot):
 
         They are the first 10 b numbers of `loads`, (..., 10 b), before those of `loaded`. A row is refused by itself
         where what it has beyond `rest` is no body. Gradients by them are `Gradients.loads`. Of a robot that keeps
-        nothing of heavy links few rows are answered in lanes: kept=0 takes up to 40 times as long. Gravity is the same in
-        all rows; springs, dampers and armatures of rows are those of `ImplicitStep`, with h = 0 too.
+        nothing of heavy links few rows are answered in lanes: kept=0 takes up to 40 times as long. Gravity of rows is
+        `gravity` of a call; springs, dampers and armatures of rows are those of `ImplicitStep`, with h = 0 too.
         """
         if not 0 <= kept < 1:
             raise ValueError(f"with_parameters: kept is {kept}, from 0 to below 1 is needed")

@@ -119,6 +119,7 @@ class ImplicitStep(_core.ImplicitStep):
         forces: ArrayLike | None = None,
         axes: str = "aligned",
         loads: ArrayLike | None = None,
+        gravity: ArrayLike | None = None,
         contacts: ArrayLike | None = None,
     ) -> Any:
         """The state after h. Of many states, those that failed are NaN; of one, DynamicsError.
@@ -127,8 +128,8 @@ class ImplicitStep(_core.ImplicitStep):
 
         ctrl: (..., nu), of every state its own, in place of the step's.
         damping, stiffness, reference, armature: (..., nv), of every state its own, as `acceleration` has it.
-        forces: (..., 6 f), loads: (..., 10 l), and contacts: (..., 6 c), as `acceleration` has
-            them.
+        forces: (..., 6 f), loads: (..., 10 l), gravity: (..., 3), and contacts: (..., 6 c), as
+            `acceleration` has them.
         out: what an earlier call of the same shape returned, apart from the inputs.
         """
         if out is not None and (not isinstance(out, tuple) or len(out) != 3):
@@ -147,6 +148,7 @@ class ImplicitStep(_core.ImplicitStep):
             threads=threads,
             forces=forces,
             loads=loads,
+            gravity=gravity,
             contacts=contacts,
             axes=axes,
         )
@@ -171,6 +173,7 @@ class ImplicitStep(_core.ImplicitStep):
         forces: ArrayLike | None = None,
         axes: str = "aligned",
         loads: ArrayLike | None = None,
+        gravity: ArrayLike | None = None,
         contacts: ArrayLike | None = None,
     ) -> Any:
         """a = (qd+ - qd) / h of the step.
@@ -191,6 +194,8 @@ class ImplicitStep(_core.ImplicitStep):
             `acted_on`.
         loads: (..., 10 l), bodies on the l frames of the robot's `loaded`, as those of
             `Robot.forward_dynamics`.
+        gravity: (..., 3), in the base's axes [m/s^2], in the place of the model's, also of what the
+            file compensates.
         contacts: (..., 6 c), a row w = sqrt(d) (p x f; f) of each of the c frames of the robot's
             `contacts`, as of `Robot.solve`: springs k and dampers b at bodies, d = h b + h^2 k,
             whose known forces are among `forces`. (M + h B + h^2 K + J'DJ) a = tau - bias.
@@ -200,10 +205,10 @@ class ImplicitStep(_core.ImplicitStep):
         given = zip(names, self._gains(damping, stiffness, reference, armature))
         gains = {name: x for name, x in given if x is not None}
         tau, held = self._driven(
-            q, qd, tau, ctrl, threads, self._springless if gains else self._motors
+            q, qd, tau, ctrl, threads, self._springless if gains else self._motors, gravity
         )
         arguments = {"q": q, "qd": qd, "tau": tau, "forces": forces, "loads": loads}
-        arguments["contacts"] = contacts
+        arguments |= {"gravity": gravity, "contacts": contacts}
         options: dict[str, Any] = {"status": status, "threads": threads, "axes": axes}
         if held and not gains and self._rows:
             arrays = {
@@ -224,6 +229,7 @@ class ImplicitStep(_core.ImplicitStep):
         forces: ArrayLike | None = None,
         axes: str = "aligned",
         loads: ArrayLike | None = None,
+        gravity: ArrayLike | None = None,
     ) -> Any:
         """Derivatives of the step's acceleration by q, qd and tau, analytically, and a itself.
 
@@ -233,14 +239,16 @@ class ImplicitStep(_core.ImplicitStep):
         damping is at a force limit.
 
         forces: (..., 6 f), as `acceleration` has it, that turn with their frames: ValueError in
-            other axes than "local". loads: (..., 10 l), likewise.
+            other axes than "local". loads: (..., 10 l), and gravity: (..., 3), likewise.
         """
-        tau = self._driven_freely("derivatives", q, qd, tau, ctrl, self._motors)
-        found = super().derivatives(q, qd, tau, out, status=status, forces=forces, axes=axes, loads=loads)
+        tau = self._driven_freely("derivatives", q, qd, tau, ctrl, self._motors, gravity)
+        found = super().derivatives(
+            q, qd, tau, out, status=status, forces=forces, axes=axes, loads=loads, gravity=gravity
+        )
         weights = self._robot.terms.compensated
         if weights is not None:
             d = found[0] if status else found
-            d.dq[...] += d.dtau @ _gravity_by_q(weights, q).astype(d.dq.dtype)
+            d.dq[...] += d.dtau @ _gravity_by_q(weights, q, gravity).astype(d.dq.dtype)
         return found
 
     def acceleration_vjp(
@@ -260,19 +268,20 @@ class ImplicitStep(_core.ImplicitStep):
         threads: int = 1,
         forces: ArrayLike | None = None,
         loads: ArrayLike | None = None,
+        gravity: ArrayLike | None = None,
     ) -> Any:
         """Derivatives of w'a, a = (qd+ - qd) / h of the step, by all that a depends on, in O(n): no matrix is formed.
 
         q (..., nq), qd, tau and w (..., nv) -> `StepGradients`. About 3.4 times the time of a step. damping, stiffness
-        and reference, armature: as of `acceleration`. inertias: those by these are worked out too. forces and loads: as
-        of `Robot.forward_dynamics_vjp`. Outcomes: of a and of the step's solve of w, the worse of both. ValueError
+        and reference, armature: as of `acceleration`. inertias: those by these are worked out too. forces, loads and
+        gravity: as of `Robot.forward_dynamics_vjp`. Outcomes: of a and of the step's solve of w, the worse of both. ValueError
         where the step has rows, where the robot's file compensates gravity, and where an actuator with stiffness or
         damping is at a force limit.
         """
         gains = self._gains(damping, stiffness, reference, armature)
         tau = self._driven_alone("acceleration_vjp", q, qd, tau, ctrl, gains)
         return self._vector_jacobian(
-            q, qd, tau, w, *gains, inertias, status, threads, forces, loads
+            q, qd, tau, w, *gains, inertias, status, threads, forces, loads, gravity
         )
 
     def acceleration_jvp(
@@ -297,6 +306,7 @@ class ImplicitStep(_core.ImplicitStep):
         threads: int = 1,
         forces: ArrayLike | None = None,
         loads: ArrayLike | None = None,
+        gravity: ArrayLike | None = None,
     ) -> Any:
         """How a of the step changes, (..., nv), along dq, dqd and dtau (..., nv), dq along the velocities of the joints,
         and along ddamping, dstiffness, dreference and darmature where they are given. About 3.6 times the time
@@ -305,7 +315,7 @@ class ImplicitStep(_core.ImplicitStep):
         tau = self._driven_alone("acceleration_jvp", q, qd, tau, ctrl, gains)
         along = (ddamping, dstiffness, dreference, darmature)
         return self._jacobian_vector(
-            q, qd, tau, dq, dqd, dtau, *gains, *along, status, threads, forces, loads
+            q, qd, tau, dq, dqd, dtau, *gains, *along, status, threads, forces, loads, gravity
         )
 
     def _beside_rows(
@@ -338,7 +348,7 @@ class ImplicitStep(_core.ImplicitStep):
         return (a, outcomes) if options["status"] else a
 
     def _driven(
-        self, q: Any, qd: Any, tau: Any, ctrl: Any, threads: int, motors: Motors
+        self, q: Any, qd: Any, tau: Any, ctrl: Any, threads: int, motors: Motors, gravity: Any
     ) -> tuple[Any, dict[str, Any]]:
         """tau with what the file adds, and gains in the place of the step's own."""
         weights = self._robot.terms.compensated
@@ -349,15 +359,15 @@ class ImplicitStep(_core.ImplicitStep):
         driven = motors.driven(like, as_array(qd), ctrl)
         added = driven.torque.astype(dtype)
         if weights is not None:  # with status: the step says what is wrong with q
-            added = added + weights.gravity(q, status=True, threads=threads)[0]
+            added = added + weights.gravity(q, status=True, threads=threads, gravity=gravity)[0]
         gains = {name: x.astype(dtype) for name, x in driven.gains().items()}
         return as_array(tau, dtype) + added, gains
 
     def _driven_freely(
-        self, call: str, q: Any, qd: Any, tau: Any, ctrl: Any, motors: Motors
+        self, call: str, q: Any, qd: Any, tau: Any, ctrl: Any, motors: Motors, gravity: Any = None
     ) -> Any:
         """tau with what the file adds, where no actuator with gains is at a limit."""
-        tau, held = self._driven(q, qd, tau, ctrl, 1, motors)
+        tau, held = self._driven(q, qd, tau, ctrl, 1, motors, gravity)
         if held:
             raise ValueError(
                 f"{call}: an actuator with stiffness or damping is at its force limit, or at a "
@@ -430,7 +440,7 @@ def _of_every_dof(robot: Robot, name: str, value: Any) -> list[float]:
     return [float(x) for x in given]
 
 
-def _gravity_by_q(weights: Robot, q: ArrayLike) -> NDArray[np.float64]:
+def _gravity_by_q(weights: Robot, q: ArrayLike, gravity: ArrayLike | None) -> NDArray[np.float64]:
     """Derivatives of the torque that bears the weights, (..., nv, nv).
 
     With that torque g(q) and dampers of one the robot of the weights stands still, so that by q its
@@ -438,6 +448,6 @@ def _gravity_by_q(weights: Robot, q: ArrayLike) -> NDArray[np.float64]:
     """
     q = np.asarray(q, float)
     still = ImplicitStep(weights, 1.0, damping=np.ones(weights.nv))
-    held, _ = weights.gravity(q, status=True)
-    d, _ = still.derivatives(q, np.zeros_like(held), held, status=True)
+    held, _ = weights.gravity(q, status=True, gravity=gravity)
+    d, _ = still.derivatives(q, np.zeros_like(held), held, status=True, gravity=gravity)
     return np.linalg.solve(d.dtau, -d.dq)

@@ -45,14 +45,16 @@ def forward_dynamics(
     tau: Any,
     *,
     loads: Any = None,
+    gravity: Any = None,
     status: bool = False,
     threads: int = 1,
 ) -> Any:
     """a = M(q)^-1 (tau - bias(q, qd)), (..., n) of q (..., nq), qd and tau (..., nv): `Robot.forward_dynamics`.
 
-    loads (..., 10 l), here and below: bodies on frames of the robot's `loaded`, as `kalmarm.payload` makes them.
+    loads (..., 10 l), here and below: bodies on frames of the robot's `loaded`, as `kalmarm.payload` makes them;
+    gravity (..., 3), in the base's axes [m/s^2]: in the place of the model's.
     """
-    return _apply("forward_dynamics", robot, (q, qd, tau), loads, status, threads)
+    return _apply("forward_dynamics", robot, (q, qd, tau), _operators.given_beside(loads, gravity), status, threads)
 
 
 def inverse_dynamics(
@@ -62,18 +64,19 @@ def inverse_dynamics(
     qdd: Any,
     *,
     loads: Any = None,
+    gravity: Any = None,
     status: bool = False,
     threads: int = 1,
 ) -> Any:
     """tau = M(q) qdd + bias(q, qd), (..., n) of q (..., nq), qd and qdd (..., nv): `Robot.inverse_dynamics`."""
-    return _apply("inverse_dynamics", robot, (q, qd, qdd), loads, status, threads)
+    return _apply("inverse_dynamics", robot, (q, qd, qdd), _operators.given_beside(loads, gravity), status, threads)
 
 
 def solve(
     robot: Robot, q: Tensor, tau: Any, *, loads: Any = None, status: bool = False, threads: int = 1
 ) -> Any:
     """x = M(q)^-1 tau, (..., n) of q (..., nq), tau (..., n): `Robot.solve`."""
-    return _apply("solve", robot, (q, tau), loads, status, threads)
+    return _apply("solve", robot, (q, tau), _operators.given_beside(loads), status, threads)
 
 
 def mass_matrix(
@@ -81,7 +84,7 @@ def mass_matrix(
 ) -> Any:
     """M(q), (..., n, n) of q (..., nq): `Robot.mass_matrix`. It has no gradients: NotImplementedError names the calls
     whose gradients are those of M v and of M^-1 b."""
-    return _apply("mass_matrix", robot, (q,), loads, status, threads)
+    return _apply("mass_matrix", robot, (q,), _operators.given_beside(loads), status, threads)
 
 
 def payload(mass: Any, center: Any = (0.0, 0.0, 0.0), inertia: Any = 0.0) -> Tensor:
@@ -98,9 +101,9 @@ def _tensors(*given: Any) -> list[Tensor]:
 
 
 def _apply(
-    name: str, robot: Robot, values: tuple[Any, ...], loads: Any, status: bool, threads: int
+    name: str, robot: Robot, values: tuple[Any, ...], beside: dict[str, Any], status: bool, threads: int
 ) -> Any:
-    arguments = _operators.arguments(name, robot, values, loads, threads)
+    arguments = _operators.arguments(name, robot, values, beside, threads)
     names, values, widths = zip(*arguments)
     given = list(zip(names, _tensors(*values), widths))
     for argument, x, _ in given:
@@ -108,9 +111,10 @@ def _apply(
             raise ValueError(f"{name}: {argument} is on {x.device}, the CPU is needed: {argument}.cpu()")
     rows = _operators.leading(name, given)
     tensors = [x.expand(*rows, width) for _, x, width in given]
-    none = [None] * (3 - len(values))
-    tensors = tensors[: len(values)] + none + tensors[len(values) :] + [None] * (loads is None)
-    result, error, state = _Differentiable.apply(name, robot._number, threads, *tensors)
+    own = tensors[: len(values)] + [None] * (3 - len(values))
+    given_beside = dict(zip(beside, tensors[len(values) :]))
+    rest = [given_beside.get(one) for one in _operators.BESIDE]
+    result, error, state = _Differentiable.apply(name, robot._number, threads, *own, *rest)
     return (result, Outcomes(state, error)) if status else result
 
 
@@ -127,10 +131,11 @@ def _value(
     x: Tensor | None,
     y: Tensor | None,
     loads: Tensor | None,
+    gravity: Tensor | None,
 ) -> tuple[Tensor, Tensor, Tensor]:
     given = [_array(part) for part in (q, x, y) if part is not None]
     call = getattr(numbered(robot), name)
-    result, outcomes = call(*given, loads=_array(loads), status=True, threads=threads)
+    result, outcomes = call(*given, **_beside(loads, gravity), status=True, threads=threads)
     error = torch.tensor(outcomes["error"], dtype=q.dtype)
     return torch.as_tensor(result), error, torch.tensor(outcomes["status"], dtype=torch.int32)
 
@@ -150,6 +155,7 @@ def _gradient(
     x: Tensor | None,
     y: Tensor | None,
     loads: Tensor | None,
+    gravity: Tensor | None,
     w: Tensor,
 ) -> list[Tensor]:
     """By each that is given."""
@@ -157,8 +163,9 @@ def _gradient(
     _operators.check_differentiable(name, known)
     given = [_array(part) for part in (q, x, y, w) if part is not None]
     call = getattr(known, f"{name}_vjp")
-    found, _ = call(*given, loads=_array(loads), status=True, threads=threads)
-    by = (_by_q(known, given[0], found.dq), found.dqd, found.dqdd, found.dtau, found.loads)
+    found, _ = call(*given, **_beside(loads, gravity), status=True, threads=threads)
+    by_q = _by_q(known, given[0], found.dq)
+    by = (by_q, found.dqd, found.dqdd, found.dtau, found.loads, found.gravity)
     return [torch.as_tensor(part) for part in by if part is not None]
 
 
@@ -171,9 +178,16 @@ def _(
     x: Tensor | None,
     y: Tensor | None,
     loads: Tensor | None,
+    gravity: Tensor | None,
     w: Tensor,
 ) -> list[Tensor]:
-    return [torch.empty_like(part, memory_format=torch.contiguous_format) for part in (q, x, y, loads) if part is not None]
+    given = (part for part in (q, x, y, loads, gravity) if part is not None)
+    return [torch.empty_like(part, memory_format=torch.contiguous_format) for part in given]
+
+
+def _beside(loads: Tensor | None, gravity: Tensor | None) -> dict[str, Any]:
+    """Of a call, not all of which take gravity."""
+    return {one: _array(x) for one, x in _operators.given_beside(loads, gravity).items()}
 
 
 def _array(x: Tensor | None) -> Any:
