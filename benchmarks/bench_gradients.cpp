@@ -1,9 +1,9 @@
 // bench_gradients: time of products of Jacobians with vectors, of one state and of 1024 in one call, beside that of the
 // calls that they derive.
 //
-// Names are task/variant/scene/precision; tasks are acceleration, torque (inverse dynamics) and step (an implicit one of 2 ms,
-// each state with gains of its own), of one state and _batch; the variant is the call itself, `result`, or `vjp`, `vjp_inertias` (of all bodies too) and `jvp`. vjp and jvp of
-// accelerations are verified before they are timed against float64's matrices of derivatives, with the bounds of case.hpp.
+// Names are task/variant/scene/precision; tasks are acceleration, torque (inverse dynamics), step (an implicit one of 2 ms,
+// each state with gains of its own) and operational (J M^-1 J' of the last link), of one state and _batch; the variant is the call itself, `result`, or `vjp`, `vjp_inertias`
+// (of all bodies too) and `jvp`, of operational none. vjp and jvp of accelerations are verified before they are timed against float64's matrices of derivatives, with the bounds of case.hpp.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -29,10 +29,20 @@ constexpr const char* timed_call =
 
 constexpr double h = 0.002;  // of a step [s]
 
-enum class Task { acceleration, torque, step };
+enum class Task { acceleration, torque, step, operational };
 
 const char* name_of(Task task) {
-  return task == Task::acceleration ? "acceleration" : task == Task::torque ? "torque" : "step";
+  switch (task) {
+    case Task::acceleration:
+      return "acceleration";
+    case Task::torque:
+      return "torque";
+    case Task::step:
+      return "step";
+    case Task::operational:
+      return "operational";
+  }
+  return "?";
 }
 
 enum class Of { result, vjp, vjp_inertias, jvp };
@@ -60,19 +70,22 @@ struct Run {
   StepGradients<T> of_step;
   Pool<T> pool;
   int nq, nv, count;
-  std::vector<T> w, gains, dq, dqd, dtau, inertias, by_gains[3];
+  std::vector<T> w, of_matrix, X, gains, dq, dqd, dtau, inertias, by_gains[3];
   std::vector<Outcome> outcomes;
 
   Run(const Case& c, int states)
-      : dynamics(plain(c.scene.model),
-                 {.question = {.want = {Want::acceleration, Want::inverse_dynamics}}}),
-        gradients(plain(c.scene.model)),
+      : dynamics(
+            plain(c.scene.model),
+            {.question = {.want = {Want::acceleration, Want::inverse_dynamics, Want::operational},
+                          .frames = {{c.scene.model.nv() - 1}}}}),
+        gradients(plain(c.scene.model), {.question = {.frames = {{c.scene.model.nv() - 1}}}}),
         step(plain(c.scene.model), h, {}),
         of_step(plain(c.scene.model), h, {}),
         pool(c.states),
         nq(c.scene.model.nq()),
         nv(c.scene.model.nv()),
         count(states),
+        X(std::size_t(36) * states),
         dq(std::size_t(states) * nv, std::numeric_limits<T>::quiet_NaN()),
         dqd(dq),
         dtau(dq),
@@ -84,6 +97,7 @@ struct Run {
       gains.push_back(takes_spring(links[i % nv]) ? static_cast<T>(i % 5) : T(0));
     }
     for (std::vector<T>& x : by_gains) x = dq;
+    for (int i = 0; i < batch_size * 36; ++i) of_matrix.push_back(static_cast<T>(i % 11 - 5));
   }
 
   // Of the rows from state i on.
@@ -115,6 +129,12 @@ struct Run {
                                        .reference = by(2),
                                        .inertias = out.inertias},
                                       outcomes, 1, own);
+    }
+    if (task == Task::operational) {
+      if (what == Of::result)
+        return dynamics.operational(q, RowsView<T>(X.data(), count, 36), outcomes);
+      return gradients.operational_vjp(q, rows(of_matrix, 36),
+                                       {.dq = out.dq, .inertias = out.inertias}, outcomes);
     }
     switch (what) {
       case Of::result:
@@ -183,10 +203,10 @@ void add(std::shared_ptr<const Case> c, Task task, Of what, int states) {
 
 template <class T>
 void add_all(std::shared_ptr<const Case> c) {
-  for (const Task task : {Task::acceleration, Task::torque, Task::step})
+  for (const Task task : {Task::acceleration, Task::torque, Task::step, Task::operational})
     for (const int states : {1, batch_size})
       for (const Of what : {Of::result, Of::vjp, Of::vjp_inertias, Of::jvp})
-        add<T>(c, task, what, states);
+        if (task != Task::operational || what != Of::jvp) add<T>(c, task, what, states);
 }
 
 void add_scenes(const std::vector<Scene>& scenes, std::uint64_t seed) {
