@@ -2,8 +2,9 @@
 // calls that they derive.
 //
 // Names are task/variant/scene/precision; tasks are acceleration, torque (inverse dynamics), step (an implicit one of 2 ms,
-// each state with gains of its own) and operational (J M^-1 J' of the last link), of one state and _batch; the variant is the call itself, `result`, or `vjp`, `vjp_inertias`
-// (of all bodies too) and `jvp`, of operational none. vjp and jvp of accelerations are verified before they are timed against float64's matrices of derivatives, with the bounds of case.hpp.
+// each state with gains of its own) and operational (J M^-1 J' of the last link), of one state and _batch. The variant is
+// the call itself, `result`, or `vjp`, `vjp_inertias` (of all bodies too) or `jvp`, which operational has not. Those of
+// accelerations are verified before they are timed, against float64's matrices of derivatives with the bounds of case.hpp.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>

@@ -16,7 +16,7 @@ add_executable(kalmarm_command accuracy/programs/command.cpp)
 target_link_options(kalmarm_command PRIVATE -Wl,--gc-sections)  # of scripts/flint's archive, whose sections are functions
 set(list)
 foreach(program IN LISTS programs)
-  # Nothing is compiled twice: its objects are the program's, as one in which main has another name.
+  # Of the objects of the program itself, linked into one whose main has another name: nothing is compiled twice.
   set(object ${CMAKE_CURRENT_BINARY_DIR}/called/${program}.o)
   add_custom_command(OUTPUT ${object}
     COMMAND ${CMAKE_COMMAND} -E make_directory ${CMAKE_CURRENT_BINARY_DIR}/called

@@ -37,7 +37,7 @@ class TranslationalState : public RigidState {
 
   Outcome acceleration(const Call<T>& call) {
     if (!refusal_) return refusal_;
-    // What weighs otherwise is rare here.
+    // Gravity is among the constants of the slides.
     if (answered() || call.gravity) return certified_->answer(call);
     T squares = T(0), size = T(0), rounding = T(0);
     const auto force = [&](int k) { return call.tau[k]; };

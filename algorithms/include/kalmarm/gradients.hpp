@@ -53,7 +53,7 @@ struct VectorJacobian {
   View armature = {};  // nv
   View forces = {};    // 6 of every frame of Question::acted_on, in its axes
   View loads = {};     // 10 of every frame of Question::loaded
-  View gravity = {};   // 3; not of solve
+  View gravity = {};   // 3; not of solve, nor operational
 
   View result = {};  // nv: a, or x, which is worked out anyway; not of inverse dynamics
 };

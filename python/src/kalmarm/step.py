@@ -274,8 +274,8 @@ class ImplicitStep(_core.ImplicitStep):
 
         q (..., nq), qd, tau and w (..., nv) -> `StepGradients`. About 3.4 times the time of a step. damping, stiffness
         and reference, armature: as of `acceleration`. inertias: those by these are worked out too. forces, loads and
-        gravity: as of `Robot.forward_dynamics_vjp`. Outcomes: of a and of the step's solve of w, the worse of both. ValueError
-        where the step has rows, where the robot's file compensates gravity, and where an actuator with stiffness or
+        gravity: as of `Robot.forward_dynamics_vjp`. Outcomes: of a and of the step's solve of w, the worse of both.
+        ValueError where the step has rows, where the robot's file compensates gravity, and where an actuator with stiffness or
         damping is at a force limit.
         """
         gains = self._gains(damping, stiffness, reference, armature)

@@ -186,7 +186,7 @@ def _(
 
 
 def _beside(loads: Tensor | None, gravity: Tensor | None) -> dict[str, Any]:
-    """Of a call, not all of which take gravity."""
+    """What is given of these, since some calls take no gravity."""
     return {one: _array(x) for one, x in _operators.given_beside(loads, gravity).items()}
 
 
