@@ -50,7 +50,8 @@ constexpr std::array tasks = {
     Task{"step_acceleration", "qvvvvvv", "", "ves"},
     Task{"step_acceleration_vjp", "qvvvvvv", "v", "vvvvvvv"},
     Task{"step_acceleration_jvp", "qvvvvvv", "vvvvvvv", "v"},
-    Task{"poses", "q", "", "poj"},
+    Task{"poses", "q", "", "po"},
+    Task{"poses_and_jacobians", "q", "", "poj"},
 };
 constexpr std::size_t most = 16;  // arguments or results, with loads and gravity
 
@@ -306,7 +307,7 @@ class RobotRows {
     RowsOfKinematics<T> rows{.axes = Axes::aligned};
     rows.positions = out<T>(0);
     rows.rotations = out<T>(1);
-    rows.jacobians = out<T>(2);
+    if (task_.results.size() > 2) rows.jacobians = out<T>(2);
     kinematics.compute_rows(given<T>(0), rows, used());
   }
 
@@ -358,7 +359,9 @@ ffi::Error run(ffi::RemainingArgs arguments, ffi::RemainingRets results, std::in
                std::int64_t threads, std::string_view beside, std::string_view by) {
   const Asked found = table.find(robot);
   const std::string_view name = tasks[i].name;
-  if (name == "poses" ? !found.kinematics : name.starts_with("step_") ? !found.step : !found.robot)
+  if (name.starts_with("poses")   ? !found.kinematics
+      : name.starts_with("step_") ? !found.step
+                                  : !found.robot)
     return ffi::Error::InvalidArgument(
         "kalmarm.jax: a program of another process, whose robot is not known here");
   try {

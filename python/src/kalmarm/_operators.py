@@ -25,7 +25,8 @@ CALLS = {
     "inverse_dynamics": Call("inverse_dynamics", ("q", "qd", "qdd"), "qvv", "nes"),
     "mass_matrix": Call("mass", ("q",), "q", "mes"),
     "solve": Call("solve", ("q", "tau"), "qn", "nes"),
-    "poses": Call("", ("q",), "q", "poj"),
+    "poses": Call("", ("q",), "q", "po"),
+    "poses_and_jacobians": Call("", ("q",), "q", "poj"),
     "step_acceleration": Call("", ("q", "qd", "tau", "damping", "stiffness", "reference", "armature"), "qvvvvvv", "ves"),
 }
 BESIDE = {"loads": "l", "gravity": "g"}  # what a call may be given beside, and how many numbers a row has
@@ -116,8 +117,8 @@ def gains(step: Any, *given: Any) -> list[Any]:
 
 
 def check_differentiable(name: str, robot: Asked) -> None:
-    if name == "poses":  # those of first order are made of its results
-        raise NotImplementedError(f"{name}: there are no derivatives of second order")
+    if name.startswith("poses"):  # those of first order are made of Jacobians
+        raise NotImplementedError("poses: there are no derivatives of second order")
     if name not in DIFFERENTIABLE:
         raise NotImplementedError(
             f"{name} has no derivatives: take those of M v = inverse_dynamics(q, 0, v) - "

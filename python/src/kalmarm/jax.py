@@ -134,8 +134,8 @@ def step_acceleration(
 
 def poses(kinematics: Kinematics, q: Any, *, threads: int = 1) -> tuple[jax.Array, jax.Array]:
     """Where frames are: positions (..., F, 3) and rotations (..., F, 3, 3) in the base's axes, of q (..., nq), as
-    `Kinematics.compute` has them, kinematics: `robot.kinematics(frames)`. Derivatives are those of the Jacobians, which
-    are worked out with every call: of a rotation dR = omega x R."""
+    `Kinematics.compute` has them, kinematics: `robot.kinematics(frames)`. Derivatives are products with Jacobians,
+    O(n) a frame: of a rotation dR = omega x R."""
     ((_, q, width),) = _operators.arguments("poses", kinematics, (q,), {}, threads)
     (q,) = _arrays(q)
     _operators.leading("poses", [("q", q, width)])
@@ -144,22 +144,23 @@ def poses(kinematics: Kinematics, q: Any, *, threads: int = 1) -> tuple[jax.Arra
 
 @functools.partial(jax.custom_jvp, nondiff_argnums=(0, 1))
 def _poses(kinematics: Kinematics, threads: int, q: jax.Array) -> tuple[jax.Array, jax.Array]:
-    return _placed(kinematics, threads, q)[:2]
+    p, R = _placed("poses", kinematics, threads, q)
+    return p, R
 
 
 @_poses.defjvp
 def _(kinematics: Kinematics, threads: int, primals: Any, tangents: Any) -> Any:
-    p, R, J = _placed(kinematics, threads, *primals)
+    p, R, J = _placed("poses_and_jacobians", kinematics, threads, *primals)
     twist = jnp.einsum("...fkn,...n->...fk", J, _velocity(kinematics, *primals, *tangents))
     return (p, R), (twist[..., 3:], jnp.cross(twist[..., :3, None], R, axis=-2))
 
 
-def _placed(kinematics: Kinematics, threads: int, q: jax.Array) -> tuple[jax.Array, ...]:
-    """Positions, rotations and Jacobians (..., F, 6, nv)."""
-    found = _value.bind(q, name="poses", robot=kinematics, threads=threads, beside="")
+def _placed(name: str, kinematics: Kinematics, threads: int, q: jax.Array) -> list[jax.Array]:
+    """Positions, rotations and, where they are asked for, Jacobians (..., F, 6, nv)."""
+    found = _value.bind(q, name=name, robot=kinematics, threads=threads, beside="")
     count, rows = len(kinematics.frames), q.shape[:-1]
-    p, R, J = (x.reshape(*rows, count, *rest) for x, rest in zip(found, ((3,), (3, 3), (6, -1))))
-    return p, R.swapaxes(-1, -2), J
+    p, R, *J = (x.reshape(*rows, count, *rest) for x, rest in zip(found, ((3,), (3, 3), (6, -1))))
+    return [p, R.swapaxes(-1, -2), *J]
 
 
 def payload(mass: Any, center: Any = (0.0, 0.0, 0.0), inertia: Any = 0.0) -> Any:
