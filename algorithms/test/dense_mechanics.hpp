@@ -1,8 +1,9 @@
 // Truth of the tests, from the definitions of mechanics: dense Jacobians in world axes, 50 digits.
 // All that it shares with the library is the list of joints. Energy and momentum come with it.
 //
-//   M    = sum over bodies of m Jc'Jc + Jw' I Jw, and diag(r)
-//   bias = sum over bodies of Jc' m (ac - gravity) + Jw'(I dw + w x I w)         ac, dw at q'' = 0
+//   M   = sum over bodies of m Jc'Jc + Jw' I Jw, and diag(r)
+//   tau = r a + sum over bodies of Jc' m (Jc a + ac - gravity) + Jw'(I (Jw a + dw) + w x I w)
+// ac and dw at q'' = a = 0. So tau = M a + bias, and the bias is tau at a = 0.
 // A ball or free joint moves its body at once: there are no massless links here.
 #pragma once
 
@@ -117,13 +118,18 @@ class World {
     return M.selfadjointView<Eigen::Lower>();
   }
 
-  VectorX<Mp> bias() const {
-    VectorX<Mp> tau = VectorX<Mp>::Zero(model_.nv());
+  VectorX<Mp> bias() const { return torque(VectorX<Mp>::Zero(model_.nv())); }
+
+  // tau (nv) of the accelerations a (nv).
+  VectorX<Mp> torque(const VectorX<Mp>& a) const {
+    VectorX<Mp> tau(model_.nv());
+    for (int k = 0; k < model_.nv(); ++k) tau[k] = model_.joint(k).r * a[k];
     for (int k = 0; k < model_.nv(); ++k) {
       const WorldLink& link = links_[k];
       const WorldBody& b = bodies_[k];
-      const Vector3<Mp> force = model_.joint(k).body.mass * (b.ac - model_.gravity());
-      const Vector3<Mp> moment = b.I * link.dw + link.w.cross(b.I * link.w);
+      const Vector3<Mp> ac = b.Jc * a + b.ac, dw = link.Jw * a + link.dw;
+      const Vector3<Mp> force = model_.joint(k).body.mass * (ac - model_.gravity());
+      const Vector3<Mp> moment = b.I * dw + link.w.cross(b.I * link.w);
       tau += b.Jc.transpose() * force + link.Jw.transpose() * moment;
     }
     return tau;

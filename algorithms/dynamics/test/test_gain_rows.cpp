@@ -11,7 +11,7 @@
 #include "algorithms/dynamics/test/door_support.hpp"
 #include "algorithms/fast/engine/engine.hpp"
 #include "algorithms/fast/test/mechanisms_that_lose.hpp"
-#include "algorithms/test/dense_mechanics.hpp"
+#include "algorithms/fast/test/truth.hpp"
 #include "kalmarm/implicit_step.hpp"
 
 namespace kalmarm::test {
@@ -71,6 +71,16 @@ std::vector<double> numbers(const Rows<T>& rows, int i) {
 }
 
 template <class T>
+VectorX<double> wide(const Rows<T>& rows, int i) {
+  return rows.row(i).transpose().template cast<double>();
+}
+
+template <class T>
+State<double> state_of(const Batch<T>& batch, int i) {
+  return {wide(batch.q, i), wide(batch.v, i), wide(batch.tau, i)};
+}
+
+template <class T>
 JointTerms terms_of(const Batch<T>& batch, int i) {
   return {numbers(batch.damping, i), numbers(batch.stiffness, i), numbers(batch.reference, i)};
 }
@@ -102,26 +112,22 @@ TYPED_TEST(StepsOfGainRows, SolveEachTheirOwnEquation) {
       ASSERT_EQ(
           step.acceleration(batch.q, batch.v, batch.tau, batch.gains(), batch.a, batch.outcomes),
           0);
-      const Mp at_end = scheme == Scheme::springs_at_end ? h : 0;
+      const double at_end = scheme == Scheme::springs_at_end ? h : 0;
       for (int i = 0; i < batch.count(); ++i) {
-        const Model<Mp> exact =
-            model_of(robot_of(model, batch, i)).template cast<Mp>();  // World keeps it
-        const VectorX<Mp> q = batch.q.row(i).template cast<Mp>(),
-                          v = batch.v.row(i).template cast<Mp>(),
-                          a = batch.a.row(i).template cast<Mp>();
-        const World world(exact, q, v);
-        const MatrixX<Mp> M = world.mass_matrix();
-        const VectorX<Mp> bias = world.bias();
+        const State<double> state = state_of(batch, i);
+        const VectorX<double> &q = state.q, &v = state.qd, a = wide(batch.a, i);
+        const DenseMechanics truth = dense_mechanics(model_of(robot_of(model, batch, i)), state);
         for (int k = 0; k < nv; ++k) {
-          const Mp b = batch.damping(i, k), s = batch.stiffness(i, k), tau = batch.tau(i, k);
-          const Mp q_k = s > 0 ? q[model.joint(k).q_index] : Mp(0), q0 = batch.reference(i, k);
-          const Mp spring = s * (q_k - q0 + at_end * v[k]), r = h * (b + at_end * s);
-          const Mp flaw = M.row(k).dot(a) + r * a[k] - (tau - bias[k] - b * v[k] - spring);
-          const Mp size = M.row(k).cwiseAbs().dot(a.cwiseAbs()) + abs(r * a[k]) + abs(tau) +
-                          abs(bias[k]) + abs(b * v[k]) + s * (abs(q_k) + abs(q0)) + abs(spring) + 1;
-          EXPECT_LE(static_cast<double>(abs(flaw) / size),
-                    2000 * static_cast<double>(unit_roundoff<T>()))
-              << i << ' ' << k;
+          const double b = batch.damping(i, k), s = batch.stiffness(i, k), tau = state.tau[k];
+          const double q_k = s > 0 ? q[model.joint(k).q_index] : 0, q0 = batch.reference(i, k);
+          const double spring = s * (q_k - q0 + at_end * v[k]), r = h * (b + at_end * s);
+          const double bias = truth.bias[k];
+          const double flaw =
+              truth.M.row(k).dot(a) + r * a[k] - (tau - bias - b * v[k] - spring);
+          const double size = truth.M.row(k).cwiseAbs().dot(a.cwiseAbs()) + std::abs(r * a[k]) +
+                              std::abs(tau) + std::abs(bias) + std::abs(b * v[k]) +
+                              s * (std::abs(q_k) + std::abs(q0)) + std::abs(spring) + 1;
+          EXPECT_LE(std::abs(flaw) / size, 2000 * double(unit_roundoff<T>())) << i << ' ' << k;
         }
       }
     }
@@ -232,27 +238,19 @@ TYPED_TEST(StepsOfGainRows, AreRightWhereRoundingSpoilsASweep) {
             0);
   int looked_at = 0;
   for (int i = 0; i < count; ++i) {
-    const Model<Mp> exact =
-        model_of(robot_of(model, batch, i)).template cast<Mp>();  // World keeps it
-    const VectorX<Mp> q = batch.q.row(i).template cast<Mp>(),
-                      v = batch.v.row(i).template cast<Mp>(),
-                      b = batch.damping.row(i).template cast<Mp>(),
-                      k = batch.stiffness.row(i).template cast<Mp>();
-    const World world(exact, q, v);
-    MatrixX<Mp> M = world.mass_matrix();
-    M.diagonal() += Mp(h) * b + Mp(h) * Mp(h) * k;
-    VectorX<Mp> right = batch.tau.row(i).template cast<Mp>().transpose() - world.bias();
-    right -= b.cwiseProduct(v);
-    for (int dof = 0; dof < nv; ++dof)
-      right[dof] -=
-          k[dof] * (q[model.joint(dof).q_index] - Mp(batch.reference(i, dof)) + Mp(h) * v[dof]);
-    const VectorX<Mp> truth = M.llt().solve(right);
-    const VectorX<Mp> a = batch.a.row(i).template cast<Mp>();
-    // In |x|_M, the scale of what Outcome::error says (force_noise.hpp), beside which the torque's own
-    // rounding is small here.
-    const auto size = [&](const VectorX<Mp>& x) { return sqrt(x.dot(M * x)); };
-    EXPECT_LE(static_cast<double>(size(a - truth) / size(truth)),
-              4 * batch.outcomes[i].error + 1e3 * static_cast<double>(unit_roundoff<T>()))
+    // (2) is that of a robot with more armature, pushed by what springs and dampers do beside it.
+    RobotModel heavier = robot_of(model, batch, i);
+    State<double> state = state_of(batch, i);
+    for (int k = 0; k < nv; ++k) {
+      const double b = batch.damping(i, k), s = batch.stiffness(i, k), v = state.qd[k];
+      heavier.links[k].armature += h * b + h * h * s;
+      const double stretched = state.q[model.joint(k).q_index] - batch.reference(i, k) + h * v;
+      state.tau[k] -= b * v + s * stretched;
+    }
+    // In |x|_M, the scale of what Outcome::error says (force_noise.hpp), beside which the rounding of
+    // torque and armature is small here.
+    EXPECT_LE(Truth(model_of(heavier), state).energy(wide(batch.a, i)),
+              4 * batch.outcomes[i].error + 1e3 * double(unit_roundoff<T>()))
         << i;
     looked_at += batch.outcomes[i].rung > answered_in_lanes<T>().rung;
   }

@@ -75,7 +75,8 @@ inline double error(const AccelerationDerivatives<Mp>& x,
 // q moved by h along the velocity of DoF k.
 State<Mp> moved(const Model<Mp>& model, State<Mp> state, int k, const Mp& h);
 
-// Central differences: their error is about the square of the step, 1e-34.
+// tau = M a + bias - J'f does not change with q and qd, so that da = -M^-1 d(M a + bias - J'f) at this a, and da/dtau = M^-1.
+// By central differences of what stands in brackets, whose error is about the square of the step, 1e-34.
 AccelerationDerivatives<Mp> differences(const Model<Mp>& model, const State<Mp>& state,
                                         const Push& push = {});
 

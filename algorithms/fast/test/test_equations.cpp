@@ -131,6 +131,27 @@ TEST(Equations, OfDerivativesHold) {
   }
 }
 
+// What tests of derivatives are held against, by what a derivative is.
+TEST(Equations, DifferencesOfTorquesGiveThoseOfAccelerations) {
+  const Mp h("1e-17");
+  for (const Family& family : all_families()) {
+    const Model<double> drawn = family.make(5);
+    const Model<Mp> model = drawn.cast<Mp>();
+    const State<Mp> state = random_state(drawn, 6).cast<Mp>();
+    const AccelerationDerivatives<Mp> truth = differences(model, state);
+    const int k = model.nv() / 2;
+    const auto expect = [&](const State<Mp>& after, const State<Mp>& before, const auto& column) {
+      const VectorX<Mp> own = (Exact(model, after).a - Exact(model, before).a) / (2 * h);
+      EXPECT_LE(Mp((own - column).norm() / (own.norm() + 1)), 1e-28) << family.name;
+    };
+    expect(moved(model, state, k, h), moved(model, state, k, -h), truth.dq.col(k));
+    State<Mp> faster = state, slower = state;
+    faster.qd[k] += h;
+    slower.qd[k] -= h;
+    expect(faster, slower, truth.dqd.col(k));
+  }
+}
+
 // Of every size, by columns and by tiles.
 TEST(Derivatives, AgreeWithOneColumnAtATimeInMultiPrecision) {
   for (int n = 1; n <= 70; n += n < 40 ? 1 : 7) {

@@ -35,10 +35,11 @@ double worst_entry(const MatrixX<double>& X, const MatrixX<Mp>& exact) {
   return worst;
 }
 
-VectorX<Mp> acceleration(const Model<Mp>& model, const State<Mp>& state, const Push& push) {
+// What a mechanism in this state is pushed by beside tau, where it has the accelerations a.
+VectorX<Mp> torque(const Model<Mp>& model, const State<Mp>& state, const Push& push,
+                   const VectorX<Mp>& a) {
   const World world(model, state.q, state.qd);
-  return world.mass_matrix().llt().solve(state.tau + torques_of(push, world, model.nv()) -
-                                         world.bias());
+  return world.torque(a) - torques_of(push, world, model.nv());
 }
 
 }  // namespace
@@ -64,19 +65,24 @@ State<Mp> moved(const Model<Mp>& model, State<Mp> state, int k, const Mp& h) {
 AccelerationDerivatives<Mp> differences(const Model<Mp>& model, const State<Mp>& state,
                                         const Push& push) {
   const Mp h("1e-17");
+  const Exact exact(model, state, push);
   AccelerationDerivatives<Mp> out(model.nv());
-  out.a = acceleration(model, state, push);
-  out.dtau = World(model, state.q, state.qd).mass_matrix().inverse();
+  out.a = exact.a;
+  out.dtau = exact.inverse();
+  const auto difference = [&](const State<Mp>& after, const State<Mp>& before) {
+    return VectorX<Mp>(
+        (torque(model, after, push, out.a) - torque(model, before, push, out.a)) / (2 * h));
+  };
+  MatrixX<Mp> dq(model.nv(), model.nv()), dqd = dq;
   for (int k = 0; k < model.nv(); ++k) {
-    out.dq.col(k) = (acceleration(model, moved(model, state, k, h), push) -
-                     acceleration(model, moved(model, state, k, -h), push)) /
-                    (2 * h);
+    dq.col(k) = difference(moved(model, state, k, h), moved(model, state, k, -h));
     State<Mp> faster = state, slower = state;
     faster.qd[k] += h;
     slower.qd[k] -= h;
-    out.dqd.col(k) =
-        (acceleration(model, faster, push) - acceleration(model, slower, push)) / (2 * h);
+    dqd.col(k) = difference(faster, slower);
   }
+  out.dq = -exact.ldlt.solve(dq);
+  out.dqd = -exact.ldlt.solve(dqd);
   return out;
 }
 
