@@ -1,134 +1,259 @@
-"""What Google Benchmark's rows say: times, calls, Jacobians."""
+"""What Google Benchmark's rows say: times, calls, Jacobians, questions."""
 
-import math
+import re
 import statistics
+from collections import defaultdict
+from typing import Annotated, Literal, NamedTuple
 
-from read.checks import checked_scene
-from read.data import Bandwidth, Call, Jacobian, ScanCall, Time, scene_size
-from read.values import count, number, text
+from pydantic import AfterValidator, Field
+
+from read.values import LARGEST, Count, Size, at, checked_scene, reading, record, scene_size
 
 NO_SCENE = "none"
 PEAK = "peak/"  # begins the names of what measures the machine
 BANDWIDTH = "bandwidth/"  # and its memory
-MOST_THREADS = 10**6
+HOWS = ("whole", "pruned", "alone")  # ways to answer a question
 NANOSECONDS = {"ns": 1, "us": 1e3, "ms": 1e6, "s": 1e9}
+Span = Annotated[float, Field(ge=0, le=LARGEST / 1e9)]  # in one of these units
 
 
-def times(runs: dict[str, list[dict]]) -> list[Time]:
-    return [_time(name, rows) for name, rows in runs.items()]
+class Time(NamedTuple):
+    """One timed call, median. `nanoseconds` is None where it was not timed: `refused` says why."""
+
+    scene: str
+    variant: str
+    precision: str
+    task: str
+    nanoseconds: float | None
+    variation: float | None  # standard deviation / mean over the repetitions
+    repetitions: int
+    refused: str
 
 
-def times_of_scenes(runs: dict[str, list[dict]]) -> list[Time]:
-    return [time for time in times(runs) if time.scene != NO_SCENE]
+class Bandwidth(NamedTuple):
+    """Of memory, by a copy on so many threads."""
+
+    threads: int
+    rate: float  # bytes/s, read and written
+    bytes: int  # of both arrays; 0: not known, beyond all caches
 
 
-def calls(runs: dict[str, list[dict]]) -> list[Call]:
-    peaks = {
-        _parts(name)[3]: _counter(rows, "FLOP/s")
-        for name, rows in runs.items()
-        if name.startswith(PEAK)
-    }
-    copies = [_bandwidth(name, rows) for name, rows in runs.items() if name.startswith(BANDWIDTH)]
+class Call(NamedTuple):
+    """A timed call of the fast path or of a peer; of a batch, time, flops and bytes are by the
+    state. Peak and bandwidths are the machine's, as the same file measured them."""
+
+    time: Time
+    flops: float | None
+    rate: float | None  # FLOP/s
+    peak: float | None  # FLOP/s of fused multiply-adds alone
+    bytes: float | None = None  # that the call must move at least
+    states: int = 1
+    bandwidths: tuple[Bandwidth, ...] = ()  # of one thread, the smallest arrays first
+
+
+class Jacobian(NamedTuple):
+    """A timed Jacobian over inertial parameters, and its error; None where it was not timed."""
+
+    time: Time
+    error: float | None
+
+
+class ScanCall(NamedTuple):
+    """A call on so many threads, in wall time; task `kinematics`: what a scan has in sequence."""
+
+    time: Time
+    threads: int
+    bytes: float | None  # that the call has for itself
+
+    @property
+    def variant(self) -> str:
+        """Without its threads."""
+        return self.time.variant.partition("@")[0]
+
+
+class Question(NamedTuple):
+    """What is wanted of a scene, and the calls that answer it: whole, pruned or alone."""
+
+    title: str  # empty where a user asked it
+    scene: str
+    want: str
+    asked: str  # as the command line says it
+    rules: list[str]  # those that left something out
+    dofs: int
+    dofs_left: int
+    calls: list[Call]  # their variant says how
+
+
+@record
+class Row(NamedTuple):
+    """One repetition, or their mean, median, standard deviation or its ratio to the mean (cv)."""
+
+    name: str
+    run_name: str = ""
+    run_type: str = ""
+    aggregate_name: str = ""
+    repetitions: Count = 1
+    error_occurred: bool = False
+    error_message: str = ""
+    time_unit: Literal["ns", "us", "ms", "s"] = "ns"
+    real_time: Span | None = None
+    cpu_time: Span | None = None
+    per_state: Annotated[Size | None, at("s/state")] = None  # s
+    rate: Annotated[Size | None, at("FLOP/s")] = None
+    flops: Size | None = None
+    bytes: Size | None = None
+    bytes_per_second: Size | None = None
+    error: Size | None = None
+
+    @property
+    def measures(self) -> bool:
+        single = self.run_type != "aggregate" or self.aggregate_name == "median"
+        return single and not self.error_occurred
+
+    @property
+    def nanoseconds(self) -> float:
+        return self.real_time * NANOSECONDS[self.time_unit]
+
+    def checked(self) -> "Row":
+        if self.measures:
+            for name in self._fields[self._fields.index("real_time") :]:
+                if getattr(self, name) == 0:
+                    raise ValueError(f"{name} of '{self.name}' is 0")
+            if self.real_time is None or (self.per_state and not self.cpu_time):
+                raise ValueError(f"'{self.name}' has no time")
+        return self
+
+
+class Run:
+    """All rows of one benchmark, whose name is task/variant/scene/precision; its own settings may
+    follow."""
+
+    def __init__(self, name: str, rows: list[Row]):
+        self.name = name
+        self.rows = rows
+        self.refused = next((row.error_message for row in rows if row.error_occurred), "")
+        measured = [row for row in rows if row.measures and not self.refused]
+        self.measured = [row for row in measured if row.aggregate_name] or measured
+        parts = name.split("/")
+        if len(parts) < 4:
+            raise ValueError(f"name '{name}' is not task/variant/scene/precision")
+        self.task, self.variant, self.scene, self.precision = parts[:4]
+
+    def median(self, name: str) -> float | None:
+        """Of a counter; None where there is none."""
+        values = [getattr(row, name) for row in self.measured if getattr(row, name) is not None]
+        return statistics.median(values) if values else None
+
+    @property
+    def time(self) -> Time:
+        if not (self.refused or self.measured):
+            raise ValueError(f"'{self.name}' was neither timed nor refused")
+        if self.scene != NO_SCENE:
+            checked_scene(self.scene)
+        median = variation = None
+        if not self.refused:
+            median = statistics.median(row.nanoseconds for row in self.measured)
+            cvs = (row.real_time for row in self.rows if row.aggregate_name == "cv")
+            variation = next(cvs, None)
+        repetitions = max(row.repetitions for row in self.rows)
+        series = (self.scene, self.variant, self.precision, self.task)
+        return Time(*series, median, variation, repetitions, self.refused)
+
+    @property
+    def states(self) -> int:
+        """That a call takes: its counter `s/state` is in CPU time, unless the name says else."""
+        per_state = self.median("per_state")
+        if not per_state:
+            return 1
+        clock = self.median("real_time" if "/real_time" in self.name else "cpu_time")
+        return max(1, round(clock * NANOSECONDS[self.rows[0].time_unit] / (1e9 * per_state)))
+
+    @property
+    def threads(self) -> int:
+        """Variants end in them, as in Scan<Conventional>@2."""
+        _, at, threads = self.variant.partition("@")
+        if at and not re.fullmatch("[1-9][0-9]{0,5}", threads):
+            raise ValueError(f"'{self.name}' ran on {threads} threads")
+        return int(threads or 1)
+
+    @property
+    def bandwidth(self) -> Bandwidth:
+        time, rate = self.time, self.median("bytes_per_second")
+        if rate is None:
+            raise ValueError(f"'{self.name}' has no bytes_per_second")
+        return Bandwidth(self.threads, rate, scene_size(time.scene))
+
+
+@record
+class Benchmarks(NamedTuple):
+    """A file of Google Benchmark's."""
+
+    benchmarks: list[Row]
+    context: dict = {}
+
+    @property
+    def runs(self) -> list[Run]:
+        rows = defaultdict(list)
+        for row in self.benchmarks:
+            rows[row.run_name or row.name].append(row)
+        return [Run(name, own) for name, own in rows.items()]
+
+
+def times(runs: list[Run]) -> list[Time]:
+    """Of scenes alone."""
+    return [run.time for run in runs if run.scene != NO_SCENE]
+
+
+def calls(runs: list[Run]) -> list[Call]:
+    peaks = {run.precision: run.median("rate") for run in runs if run.name.startswith(PEAK)}
+    copies = [run.bandwidth for run in runs if run.name.startswith(BANDWIDTH)]
     bandwidths = tuple(sorted((it for it in copies if it.threads == 1), key=lambda it: it.bytes))
     calls = []
-    for name, rows in runs.items():
-        if name.startswith((PEAK, BANDWIDTH)):
+    for run in runs:
+        if run.name.startswith((PEAK, BANDWIDTH)):
             continue
-        time = _time(name, rows)
-        flops = rate = least = None
-        states = 1
+        time, states = run.time, run.states
         if not time.refused:
-            flops, rate = _counter(rows, "flops"), _counter(rows, "FLOP/s")
-            least, states = _counter(rows, "bytes"), _states(name, rows)
             time = time._replace(nanoseconds=time.nanoseconds / states)
-        peak = peaks.get(time.precision)
-        calls.append(Call(time, flops, rate, peak, least, states, bandwidths))
+        counters = (run.median("flops"), run.median("rate"), peaks.get(run.precision))
+        calls.append(Call(time, *counters, run.median("bytes"), states, bandwidths))
     return calls
 
 
-def jacobians(runs: dict[str, list[dict]]) -> list[Jacobian]:
-    return [Jacobian(_time(name, rows), _counter(rows, "error")) for name, rows in runs.items()]
+def jacobians(runs: list[Run]) -> list[Jacobian]:
+    return [Jacobian(run.time, run.median("error")) for run in runs]
 
 
-def scans(runs: dict[str, list[dict]]) -> list[ScanCall | Bandwidth]:
-    return [
-        _bandwidth(name, rows) if name.startswith(BANDWIDTH) else _scan(name, rows)
-        for name, rows in runs.items()
+def scans(runs: list[Run]) -> list[ScanCall]:
+    timed = (run for run in runs if not run.name.startswith(BANDWIDTH))
+    return [ScanCall(run.time, run.threads, run.median("bytes")) for run in timed]
+
+
+@record
+class Asking(NamedTuple):
+    """What the context of a question's benchmarks says of it, in texts."""
+
+    title: Annotated[str, at("title", default="")]
+    question: str
+    rules: Annotated[str, AfterValidator(lambda rules: [it for it in rules.split(",") if it])]
+    dofs: Count
+    dofs_left: Count
+
+
+_asking = reading(Asking, strict=False)
+
+
+def questions(measured: Benchmarks) -> dict[str, list]:
+    """What the context says of the question is no part of the context."""
+    asking = _asking(measured.context)
+    context = {k: it for k, it in measured.context.items() if k not in Asking._fields}
+    by_want = defaultdict(list)
+    for call in calls(measured.runs):
+        if call.time.variant not in HOWS:
+            raise ValueError(f"'{call.time.variant}' is none of {', '.join(HOWS)}")
+        by_want[call.time.scene, call.time.task].append(call)
+    asked = [
+        Question(asking.title, scene, want, *asking[1:], own)
+        for (scene, want), own in by_want.items()
     ]
-
-
-def _scan(name: str, rows: list[dict]) -> ScanCall:
-    time = _time(name, rows)
-    return ScanCall(time, _threads(name, time), _counter(rows, "bytes"))
-
-
-def _bandwidth(name: str, rows: list[dict]) -> Bandwidth:
-    time, rate = _time(name, rows), _counter(rows, "bytes_per_second")
-    if rate is None:
-        raise ValueError(f"'{name}' has no bytes_per_second")
-    return Bandwidth(_threads(name, time), rate, scene_size(time.scene))
-
-
-def _threads(name: str, time: Time) -> int:
-    """Variants end in them, as in Scan<Conventional>@2."""
-    _, at, threads = time.variant.partition("@")
-    count = int(threads) if at else 1
-    if not 1 <= count <= MOST_THREADS:
-        raise ValueError(f"'{name}' ran on {threads} threads")
-    return count
-
-
-def _time(name: str, rows: list[dict]) -> Time:
-    task, variant, scene, precision = _parts(name)
-    refused = text(next((row["error_message"] for row in rows if row.get("error_occurred")), ""))
-    single = [row for row in rows if row.get("run_type") != "aggregate"]
-    aggregates = {row["aggregate_name"]: row for row in rows if row.get("run_type") == "aggregate"}
-    median = variation = None
-    if not refused:
-        if "median" in aggregates:
-            median = _nanoseconds(aggregates["median"])
-        else:
-            median = statistics.median(_nanoseconds(row) for row in single)
-        if "cv" in aggregates:
-            variation = number("cv", aggregates["cv"]["real_time"], 0)
-    repetitions = max((count("repetitions", row.get("repetitions", 1)) for row in rows), default=1)
-    if scene != NO_SCENE:
-        checked_scene(scene)
-    return Time(scene, variant, precision, task, median, variation, repetitions, refused)
-
-
-def _parts(name: str) -> list[str]:
-    """The four; a benchmark's own settings may follow."""
-    parts = name.split("/")
-    if len(parts) < 4:
-        raise ValueError(f"name '{name}' is not task/variant/scene/precision")
-    return parts[:4]
-
-
-def _states(name: str, rows: list[dict]) -> int:
-    """How many a call takes: its counter `s/state` is in CPU time, unless the name says else."""
-    per_state = _counter(rows, "s/state")
-    if not per_state:
-        return 1
-    clock = _counter(rows, "real_time" if "/real_time" in name else "cpu_time")
-    return max(1, round(clock * NANOSECONDS[rows[0].get("time_unit", "ns")] / (1e9 * per_state)))
-
-
-def _counter(rows: list[dict], name: str) -> float | None:
-    """The median of a counter; None where there is none."""
-    medians = [row for row in rows if row.get("aggregate_name") == "median"]
-    single = [row for row in rows if row.get("run_type") != "aggregate"]
-    values = [float(row[name]) for row in medians or single if name in row]
-    if not all(math.isfinite(value) and value > 0 for value in values):
-        raise ValueError(f"{name} of '{rows[0]['name']}' is {values}")
-    return statistics.median(values) if values else None
-
-
-def _nanoseconds(row: dict) -> float:
-    unit = row.get("time_unit", "ns")
-    if unit not in NANOSECONDS:
-        raise ValueError(f"'{row['name']}' is in '{unit}'")
-    time = float(row["real_time"]) * NANOSECONDS[unit]
-    if not (math.isfinite(time) and time > 0):
-        raise ValueError(f"'{row['name']}' took {row['real_time']}")
-    return time
+    return {"questions": asked, "questions_contexts": [context]}

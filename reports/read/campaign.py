@@ -8,19 +8,25 @@ import bisect
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Annotated, Literal, NamedTuple
+
+from pydantic import AfterValidator, Field
+
+from read.values import Count, Number, Precision, Size, Whole, exact, record
 
 OCTAVE = 32  # bins of a factor of two
 SUMMABLE = ("kS", "mass_ratio")  # by which groups may be told apart, or not
+Power = Annotated[int, Field(ge=-700, le=700)]  # of ten
 
 
+@exact
 class Range(NamedTuple):
     """Mechanisms of a family: `count` seeds from `first` on."""
 
-    family: str
-    value: float
-    first: int
-    count: int
+    family: Annotated[str, Field(pattern="^[A-Za-z0-9_]+$")]
+    value: Number
+    first: Count
+    count: Whole
 
     @property
     def name(self) -> str:
@@ -31,17 +37,18 @@ class Range(NamedTuple):
         return self.first + self.count
 
 
+@record
 class Cell(NamedTuple):
     """What the mechanisms and answers of a group have in common."""
 
     family: str
-    value: float
+    value: Number
     task: str
     variant: str
-    precision: str
-    measure: str
-    kS: int | None  # noqa: N815, floor(log10 kS); None: unknown, or summed over
-    mass_ratio: int | None  # floor(log10(heaviest / lightest)); likewise
+    precision: Precision
+    measure: Literal["relative", "energy"]
+    kS: Power | None = None  # noqa: N815, floor(log10 kS); None: unknown, or summed over
+    mass_ratio: Power | None = None  # floor(log10(heaviest / lightest)); likewise
 
     @property
     def rank(self) -> tuple:
@@ -88,18 +95,19 @@ class Counts:
             self.beyond_claim = (self.beyond_claim or 0) + other.beyond_claim
 
 
+@exact
 class Worst(NamedTuple):
     """One answer without a warning, and the mechanism that it is of."""
 
     family: str
-    value: float
-    seed: int
+    value: Number
+    seed: Count
     task: str
     variant: str
-    precision: str
-    error: float
-    kS: float | None  # noqa: N815
-    mass_ratio: float | None
+    precision: Precision
+    error: Annotated[str, AfterValidator(float.fromhex), Field(ge=0)]
+    kS: Size | None  # noqa: N815
+    mass_ratio: Number | None
 
     @property
     def rank(self) -> tuple:

@@ -4,6 +4,10 @@ import json
 import re
 from collections import Counter
 from pathlib import Path
+from typing import Annotated, Literal, NamedTuple
+
+from pydantic import AfterValidator, Field, with_config
+from typing_extensions import TypedDict
 
 from read.campaign import (
     OCTAVE,
@@ -17,28 +21,151 @@ from read.campaign import (
     cut,
     joined,
 )
-from read.checks import expect, listed, read_document, refusing
-from read.stress import U
+from read.checks import read_document, refusing
 from read.stress_files import STATUSES
-from read.values import count, number, optional, text
+from read.values import Count, Of, Sha1, exact, reading, record
 
 UNIT, CAMPAIGN = "kalmarm unit", "kalmarm campaign"
 VERSION = 2
-MEASURES = ("relative", "energy")
-BINS = range(OCTAVE * -1074, OCTAVE * 1024)  # of all positive numbers
-KEY = {"program", "campaign", "compiler", "flags", "isa", "blas"}
-OPTIONS = {"variants", "precisions", "tasks", "worst"}
-GROUP = {*Cell._fields, "status", "recomputed", "errors"}
+
+
+def _counter(counts: dict) -> Counter:
+    """Zeros are left out: whether one was written leaves no trace."""
+    return Counter({name: value for name, value in counts.items() if value})
+
+
+Counted = Annotated[dict[Of, Count], AfterValidator(_counter)]
+Bin = Annotated[  # of all positive numbers
+    str,
+    Field(pattern="^(0|-?[1-9][0-9]{0,4})$"),
+    AfterValidator(int),
+    Field(ge=OCTAVE * -1074, lt=OCTAVE * 1024),
+]
+
+
+@with_config(extra="forbid")
+class Options(TypedDict):
+    variants: list[str]
+    precisions: list[str]
+    tasks: list[str]
+    worst: Count
+
+
+@with_config(extra="forbid")
+class Key(TypedDict):
+    program: Sha1
+    campaign: Options
+    compiler: str
+    flags: str
+    isa: str
+    blas: str
+
+
+@exact
+class Sizes(NamedTuple):
+    zero: Count
+    nan: Count
+    inf: Count
+    bins: Counted[Bin]
+
+    def checked(self) -> Errors:
+        return Errors(*self)
+
+
+@exact
+class BySilence(NamedTuple):
+    silent: Sizes
+    warned: Sizes
+
+
+@record
+class Outcomes(NamedTuple):
+    """Of a group, beside what its answers have in common."""
+
+    status: Counted[Literal[STATUSES]]
+    recomputed: Count
+    errors: BySilence
+    beyond_claim: Count = None
+
+    def checked(self) -> Counts:
+        counts = Counts(self.status, self.recomputed, *self.errors, self.beyond_claim)
+        answers, errors = counts.status["ok"], counts.silent.total + counts.warned.total
+        if errors != answers or (counts.beyond_claim or 0) > answers:
+            raise ValueError(f"{errors} errors of {answers} answers")
+        if not counts.recomputed <= counts.status.total() > 0:
+            raise ValueError(f"{counts.recomputed} recomputed of {counts.status.total()}")
+        return counts
+
+
+_cell, _outcomes, _range = reading(Cell), reading(Outcomes), reading(Range, strict=False)
+checked_key = reading(Key)
+
+
+def _group(group: dict) -> tuple[Cell, Counts, tuple[str, ...]]:
+    """With what it is summed over."""
+    if unknown := group.keys() - {*Cell._fields, *Outcomes._fields}:
+        raise ValueError(f"{min(unknown)!r} is not known")
+    summed = tuple(name for name in SUMMABLE if name not in group)
+    return _cell(group), _outcomes(group), summed
+
+
+def parse_name(name: str) -> Range:
+    """FAMILY/VALUE/FIRST+COUNT"""
+    pattern = r"(?P<family>[^/]*)/(?P<value>[^/]*)/(?P<first>[0-9]{1,15})\+(?P<count>[0-9]{1,15})"
+    match = re.fullmatch(pattern, name)
+    if not match:
+        raise ValueError(f"unit {name!r} is not FAMILY/VALUE/FIRST+COUNT")
+    return _range(match.groupdict())
+
+
+@exact
+class Document(NamedTuple):
+    """A unit, or units merged."""
+
+    format: Literal[UNIT, CAMPAIGN]
+    version: Literal[VERSION]
+    key: Key
+    mechanisms: Count
+    no_truth: Counted[str]
+    groups: list[Annotated[dict, AfterValidator(_group)]]
+    worst: list[Worst]
+    unit: Range = None
+    units: list[Annotated[str, AfterValidator(parse_name)]] = None
+    summed_over: list[Literal[SUMMABLE]] = None
+
+    def checked(self) -> Campaign:
+        needed = {"unit"} if self.format == UNIT else {"units", "summed_over"}
+        if needed != {name for name in self._fields[-3:] if getattr(self, name) is not None}:
+            raise ValueError(f"{' and '.join(sorted(needed))} is missing, or not alone")
+        units = [self.unit] if self.unit else joined([], self.units)
+        summed = tuple(self.summed_over or ())
+        campaign = Campaign(self.key, units, self.no_truth, {}, self.worst, summed)
+        if self.worst != cut(self.worst, self.key["campaign"]["worst"]):
+            raise ValueError("worst is not in order, or too long")
+        if self.mechanisms != campaign.mechanisms:
+            raise ValueError(f"mechanisms is {campaign.mechanisms} by its units")
+        for cell, counts, own in self.groups:
+            where = "/".join(map(str, cell))
+            if own != summed:
+                raise ValueError(f"{where} is summed over {list(own)}, not {list(summed)}")
+            if cell in campaign.groups:
+                raise ValueError(f"a group stands twice: {where}")
+            campaign.groups[cell] = counts
+        _check_totals(campaign)
+        return campaign
+
+
+_document = reading(Document)
 
 
 def read(path: Path) -> Campaign:
     """A unit, or units merged; DataError if it is neither."""
-    return record(path, read_document(path))
+    return from_document(path, read_document(path))
 
 
-def record(path: Path, document: dict) -> Campaign:
+def from_document(path: Path, document: dict) -> Campaign:
     with refusing(path, "a unit or a campaign"):
-        return _campaign(document)
+        return _document(document)
 
 
 def written(campaign: Campaign) -> str:
@@ -69,161 +196,6 @@ def _written_group(cell: Cell, counts: Counts, summed: tuple[str, ...]) -> dict:
     if counts.beyond_claim is not None:
         group["beyond_claim"] = counts.beyond_claim
     return group
-
-
-def _campaign(document: dict) -> Campaign:
-    if document.get("format") not in (UNIT, CAMPAIGN) or document.get("version") != VERSION:
-        raise ValueError(f"format is {document.get('format')!r} {document.get('version')!r}")
-    expected = {"format", "version", "key", "mechanisms", "no_truth", "groups", "worst"}
-    if document["format"] == UNIT:
-        expect(document, expected | {"unit"})
-        units, summed = [_unit(document["unit"])], ()
-    else:
-        expect(document, expected | {"units", "summed_over"})
-        units, summed = (
-            joined([], [parse_name(name) for name in listed(document, "units")]),
-            _summed(document),
-        )
-    key = checked_key(document["key"])
-    worst = [_worst(case) for case in listed(document, "worst")]
-    if worst != cut(worst, key["campaign"]["worst"]):
-        raise ValueError("worst is not in order, or too long")
-    campaign = Campaign(key, units, _counter(document["no_truth"]), {}, worst, summed)
-    if count("mechanisms", document["mechanisms"]) != campaign.mechanisms:
-        raise ValueError(f"mechanisms is {campaign.mechanisms} by its units")
-    for group in listed(document, "groups"):
-        cell, counts = _group(group, summed)
-        if cell in campaign.groups:
-            raise ValueError(f"a group stands twice: {'/'.join(map(str, cell))}")
-        campaign.groups[cell] = counts
-    _check_totals(campaign)
-    return campaign
-
-
-def checked_key(key: dict) -> dict:
-    expect(key, KEY)
-    for name in KEY - {"campaign"}:
-        text(key[name])
-    expect(key["campaign"], OPTIONS)
-    count("worst", key["campaign"]["worst"])
-    for name in OPTIONS - {"worst"}:
-        if not all(map(text, listed(key["campaign"], name))):
-            raise ValueError(f"{name} is {key['campaign'][name]!r}")
-    if not re.fullmatch("[0-9a-f]{40}", key["program"]):
-        raise ValueError(f"program is {key['program']!r}")
-    return key
-
-
-def _unit(unit: dict) -> Range:
-    expect(unit, set(Range._fields))
-    return _range(unit["family"], unit["value"], unit["first"], unit["count"])
-
-
-def _range(family, value, first, count_) -> Range:
-    if not re.fullmatch(r"\w+", text(family), re.ASCII):
-        raise ValueError(f"family is {family!r}")
-    unit = Range(family, number("value", value), count("first", first), count("count", count_))
-    if not unit.count:
-        raise ValueError(f"{unit.name} has no mechanism")
-    return unit
-
-
-def parse_name(name: str) -> Range:
-    """FAMILY/VALUE/FIRST+COUNT"""
-    match = re.fullmatch(r"([^/]*)/([^/]*)/([0-9]{1,15})\+([0-9]{1,15})", text(name))
-    if not match:
-        raise ValueError(f"unit {name!r} is not FAMILY/VALUE/FIRST+COUNT")
-    family, value, first, count_ = match.groups()
-    return _range(family, float(value), int(first), int(count_))
-
-
-def _summed(document: dict) -> tuple[str, ...]:
-    summed = tuple(listed(document, "summed_over"))
-    if list(summed) != sorted(set(summed) & set(SUMMABLE)):
-        raise ValueError(f"summed_over is {document['summed_over']!r}")
-    return summed
-
-
-def _counter(counts: dict) -> Counter[str]:
-    """Zeros are left out: whether one was written leaves no trace."""
-    checked = {text(name): count(name, value) for name, value in counts.items()}
-    return Counter({name: value for name, value in checked.items() if value})
-
-
-def _group(group: dict, summed: tuple[str, ...]) -> tuple[Cell, Counts]:
-    expect(group, GROUP - set(summed), {"beyond_claim"})
-    precision, measure = group["precision"], group["measure"]
-    if precision not in U or measure not in MEASURES:
-        raise ValueError(f"{measure!r} in {precision!r}")
-    cell = Cell(
-        text(group["family"]),
-        number("value", group["value"]),
-        text(group["task"]),
-        text(group["variant"]),
-        precision,
-        measure,
-        *(_power(name, group.get(name)) for name in SUMMABLE),
-    )
-    expect(group["errors"], {"silent", "warned"})
-    counts = Counts(
-        _counter(group["status"]),
-        count("recomputed", group["recomputed"]),
-        _errors(group["errors"]["silent"]),
-        _errors(group["errors"]["warned"]),
-        count("beyond_claim", group["beyond_claim"]) if "beyond_claim" in group else None,
-    )
-    if unknown := set(counts.status) - set(STATUSES):
-        raise ValueError(f"status '{min(unknown)}' is none of {', '.join(STATUSES)}")
-    if not counts.status:
-        raise ValueError(f"no outcome of {'/'.join(map(str, cell))}")
-    answers, errors = counts.status["ok"], counts.silent.total + counts.warned.total
-    if errors != answers or (counts.beyond_claim or 0) > answers:
-        raise ValueError(f"{errors} errors of {answers} answers")
-    if counts.recomputed > counts.status.total():
-        raise ValueError(f"{counts.recomputed} recomputed of {counts.status.total()}")
-    return cell, counts
-
-
-def _power(name: str, value) -> int | None:
-    """Of ten."""
-    if value is None:
-        return None
-    if isinstance(value, bool) or not isinstance(value, int) or abs(value) > 700:
-        raise ValueError(f"{name} is {value!r}")
-    return value
-
-
-def _errors(errors: dict) -> Errors:
-    expect(errors, {"zero", "nan", "inf", "bins"})
-    bins = Counter()
-    for name, value in errors["bins"].items():
-        if (
-            not re.fullmatch("-?[0-9]{1,5}", name)
-            or int(name) not in BINS
-            or str(int(name)) != name
-        ):
-            raise ValueError(f"no bin is {name!r}")
-        if count(name, value):
-            bins[int(name)] = value
-    return Errors(*(count(name, errors[name]) for name in ("zero", "nan", "inf")), bins)
-
-
-def _worst(case: dict) -> Worst:
-    expect(case, set(Worst._fields))
-    error = float.fromhex(text(case["error"]))
-    if not error >= 0 or case["precision"] not in U:
-        raise ValueError(f"error is {case['error']} in {case['precision']!r}")
-    return Worst(
-        text(case["family"]),
-        number("value", case["value"]),
-        count("seed", case["seed"]),
-        text(case["task"]),
-        text(case["variant"]),
-        case["precision"],
-        error,
-        optional("kS", case["kS"], 0),
-        optional("mass_ratio", case["mass_ratio"]),
-    )
 
 
 def _check_totals(campaign: Campaign) -> None:

@@ -1,28 +1,44 @@
 """What readers check: scenes, documents, and that nothing is recorded twice."""
 
 import json
-import re
 import stat
 from collections import Counter
 from contextlib import contextmanager
+from dataclasses import fields
 from pathlib import Path
 
+from pydantic import ValidationError
+
 from read.data import Data, DataError
-from read.motions import Case
 
 DEEPEST = 32  # our own files have six levels
 MOST_DIGITS = 20
 
 
 def name_of(cell: str) -> str:
-    """A name in a field of CSV, without the apostrophe for spreadsheets (accuracy/programs/common/csv.hpp)."""
-    return cell[1:] if re.match(r"'[=+\-@']", cell) else cell
+    """A field of CSV without the apostrophe for spreadsheets (accuracy/programs/common/csv.hpp)."""
+    return cell[1:] if cell[:1] == "'" and cell[1:2] in tuple("=+-@'") else cell
 
 
-def checked_scene(text: str) -> str:
-    if not re.fullmatch(r".+:[0-9]{1,9}", text):
-        raise ValueError(f"scene '{text}' is not NAME:NV")
-    return text
+WORDS = {
+    "missing": "'{place}' is missing",
+    "extra_forbidden": "'{place}' is not known",
+    "less_than_equal": "{place} is {value!r}, no number up to {le:g}",
+    "greater_than_equal": "{place} is {value!r}, no number from {ge:g} on",
+}
+
+
+def reason(error: Exception) -> str:
+    """In one line: the first field that is wrong, its value, and what is wrong with it."""
+    if not isinstance(error, ValidationError):
+        return f"{error} is missing" if isinstance(error, KeyError) else str(error)
+    first = error.errors(include_url=False)[0]
+    place, more = ".".join(map(str, first["loc"])), first.get("ctx", {})
+    if "error" in more:  # of a rule of ours, which says the value itself
+        return ": ".join(filter(None, (place, reason(more["error"]))))
+    words = WORDS.get(first["type"], "{place} is {value!r}: {message}")
+    told = {"place": place, "value": first["input"], "message": first["msg"]}
+    return words.format(**more | told).strip()
 
 
 @contextmanager
@@ -31,8 +47,7 @@ def refusing(path: Path, what: str):
     try:
         yield
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
-        reason = f"{error} is missing" if isinstance(error, KeyError) else str(error)
-        raise DataError(f"{path}: not {what}: {reason}") from None
+        raise DataError(f"{path}: not {what}: {reason(error)}") from None
 
 
 def opened(path: Path):
@@ -78,60 +93,15 @@ def _refuse_depth(document) -> None:
         raise ValueError(f"arrays and objects are nested more than {DEEPEST} deep")
 
 
-def expect(document: dict, known: set[str], also: set[str] = frozenset()) -> None:
-    """What is not known here would be lost in a merge."""
-    if unknown := sorted(document.keys() - known - also):
-        raise ValueError(f"{unknown[0]!r} is not known")
-    if missing := sorted(known - document.keys()):
-        raise ValueError(f"{missing[0]!r} is missing")
-
-
-def listed(document: dict, name: str) -> list:
-    if not isinstance(document[name], list):
-        raise ValueError(f"{name} is {document[name]!r}")
-    return document[name]
-
-
-# A file's kind is its name up to the first dash, or `errors-engines`, `times-engines`.
-
-
 def refuse_repeats(data: Data) -> None:
     """A measurement that stands twice would count twice in every median."""
-    keys = {
-        "error": (row[:6] for row in data.errors),
-        "time": (row[:4] for row in data.times),
-        "time of the recursions": (row[:4] for row in data.estimation),
-        "time of the fast path": (call.time[:4] for call in data.dynamics),
-        "time against peers": (call.time[:4] for call in data.peers),
-        "time of a Jacobian": (jacobian.time[:4] for jacobian in data.jacobians),
-        "time of a scan": (call.time[:4] for call in data.scan_calls),
-        "error of a scan": (row[:9] for row in data.scan_errors),
-        "flops of a scan": (row[:8] for row in data.scan_flops),
-        "error of contacts": (row[:6] for row in data.contact_errors),
-        "time of contacts": (row[:4] for row in data.contact_times),
-        "time of an answer": (
-            (question.asked, *call.time[:4])
-            for question in data.questions
-            for call in question.calls
-        ),
-        "advice": ((it.robot,) for it in data.advice),
-        "limits": ((it.robot,) for it in data.limits),
-        "fit": (fit[:4] for fit in data.fits),
-        "agreement": ((robot["scene"],) for robot in data.mujoco),
-        "check of the paper": ((paper.scene,) for paper in data.papers),
-        "sample": (row[:5] for row in data.samples),
-        "family": ((family.name,) for family in data.stress_families),
-        "variant": ((variant.name,) for variant in data.stress_variants),
-        "stress of a robot": ((it.name, it.stress) for it in data.robot_limits),
-        "motion": (
-            row if isinstance(row, Case) else (*row.case, *row[1:6]) for row in data.motions
-        ),
-        "integration": (row[:6] for row in data.integrations),
-        "answer of an engine": (row[:6] for row in data.engine_answers),
-        "time of an engine": (row[:5] for row in data.engine_times),
-    }
-    for what, recorded in keys.items():
-        for key, count in Counter(recorded).items():
+    answers = [(it.asked, *call.time[:4]) for it in data.questions for call in it.calls]
+    recorded = [("time of an answer", answers)]
+    for it in fields(data):
+        if it.metadata:
+            recorded.append((it.metadata["what"], map(it.metadata["key"], getattr(data, it.name))))
+    for what, keys in recorded:
+        for key, count in Counter(keys).items():
             if count > 1:
                 raise DataError(f"{what} of {'/'.join(map(str, key))} is recorded {count} times")
     if repeated := data.stress.repeated():

@@ -1,10 +1,11 @@
 """What `scripts/engines` recorded of other engines: errors and times, a row each."""
 
 import math
+from typing import Annotated, Literal, NamedTuple
 
-from read.checks import checked_scene
-from read.data import EngineAnswer, EngineTime
-from read.values import count_in, number, text
+from pydantic import AfterValidator, BeforeValidator
+
+from read.values import Count, SceneName, Size, at, record
 
 ERRORS = "scene,n,variant,precision,task,batch,state,measure,value,outcome".split(",")
 TIMES = (
@@ -17,56 +18,55 @@ FAILED = ("not finite", "failed", "crashed", "timed out")
 REFUSED = "refused"
 OUTCOMES = (*ANSWERED, REFUSED, *NOT_ASKED, *FAILED)
 
-
-def _outcome(row: dict) -> tuple[str, str]:
-    """Its word and, behind a colon, the reason."""
-    word, _, reason = row["outcome"].partition(":")
-    return word, " ".join(reason.split())
-
-
-def answer(row: dict) -> EngineAnswer:
-    word, reason = _outcome(row)
-    if word not in OUTCOMES:
-        raise ValueError(f"outcome '{row['outcome']}' is none of {', '.join(OUTCOMES)}")
-    value = number("value", float(row["value"]), 0) if word in ANSWERED else None
-    if value is None and not math.isnan(float(row["value"])):
-        raise ValueError(f"value {row['value']} of an answer that is {word}")
-    return EngineAnswer(
-        checked_scene(row["scene"]),
-        text(row["variant"]),
-        row["precision"],
-        row["task"],
-        count_in(row, "batch"),
-        count_in(row, "state"),
-        row["measure"],
-        value,
-        word,
-        reason,
-    )
+Known = Annotated[Size | None, BeforeValidator(lambda it: None if math.isnan(float(it)) else it)]
+Outcome = Annotated[Literal[OUTCOMES], BeforeValidator(lambda cell: cell.partition(":")[0])]
+Reason = Annotated[str, AfterValidator(lambda cell: " ".join(cell.partition(":")[2].split()))]
+Refusal = Annotated[str, AfterValidator(lambda outcome: "" if outcome == OK else outcome)]
 
 
-def time(row: dict) -> EngineTime:
-    known = row["outcome"] == OK
+@record
+class EngineAnswer(NamedTuple):
+    """One answer of an engine, or why there is none."""
 
-    def of(name: str) -> float | None:
-        return number(name, float(row[name]), 0) if known else None
+    scene: SceneName
+    variant: str
+    precision: str
+    task: str
+    batch: Count  # states of a call
+    state: Count
+    measure: str
+    value: Known
+    outcome: Outcome
+    reason: Annotated[Reason, at("outcome")]
 
-    def told(name: str) -> float | None:
-        """What was published may leave out."""
-        return None if math.isnan(float(row[name])) else of(name)
+    def checked(self) -> "EngineAnswer":
+        if (self.value is None) == (self.outcome in ANSWERED):
+            raise ValueError(f"value is {self.value} of an answer that is {self.outcome}")
+        return self
 
-    return EngineTime(
-        checked_scene(row["scene"]),
-        text(row["variant"]),
-        row["precision"],
-        row["task"],
-        count_in(row, "batch"),
-        row["engine"],
-        row["version"],
-        of("nanoseconds"),
-        of("with_copies"),
-        told("variation"),
-        told("first_call"),
-        row["cpu"],
-        "" if known else row["outcome"],
-    )
+
+@record
+class EngineTime(NamedTuple):
+    """A call of an engine, by the state; None where it was not timed: `refused` says why."""
+
+    scene: SceneName
+    variant: str
+    precision: str
+    task: str
+    batch: Count  # states of a call
+    engine: str  # that scripts/engines knows; empty: published by others
+    version: str
+    nanoseconds: Known
+    with_copies: Known  # the same from NumPy's arrays to NumPy's, ns
+    variation: Known  # what was published may leave it out, and the first call
+    first_call: Known  # s
+    cpu: str
+    refused: Annotated[Refusal, at("outcome")]
+
+    def checked(self) -> "EngineTime":
+        if self.refused:
+            unknown = ("nanoseconds", "with_copies", "variation", "first_call")
+            return self._replace(**dict.fromkeys(unknown))
+        if self.nanoseconds is None or self.with_copies is None:
+            raise ValueError(f"a call that took {self.nanoseconds} or {self.with_copies} ns")
+        return self

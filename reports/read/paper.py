@@ -1,55 +1,75 @@
-"""Reads the checks of the paper's equations."""
+"""The checks of the paper's equations."""
 
-import math
 from collections import Counter
-from pathlib import Path
+from typing import Annotated, Literal, NamedTuple
 
-from read.checks import checked_scene, read_json, refusing
-from read.data import Data, Equation, Paper, Precision, Residual
-from read.values import count, number, text
+from pydantic import Field
 
-VERDICTS = ("holds", "misprint", "fails")
+from read.values import Count, Number, Positive, SceneName, Size, at, record
 
 
-def read_paper(path: Path, data: Data) -> None:
-    document = read_json(path)
-    with refusing(path, "a record of the paper"):
-        precisions = [
-            Precision(
-                text(entry["precision"]),
-                count("digits", entry["digits"]),
-                number("condition", entry["condition"]),
-            )
-            for entry in document["precisions"]
-        ]
-        names = [precision.name for precision in precisions]
-        equations = [_equation(row, names) for row in document["rows"]]
-        for id, times in Counter(equation.id for equation in equations).items():
+@record
+class Residual(NamedTuple):
+    """How far both forms of an equation are from true, in one precision; None: not a number."""
+
+    printed: Size | None
+    corrected: Size | None
+    tolerance: Positive
+    verdict: Literal["holds", "misprint", "fails"]
+
+    @property
+    def holds(self) -> bool:
+        """The record's own verdict, and what its numbers say."""
+        within = self.corrected is not None and self.corrected <= self.tolerance
+        return self.verdict != "fails" and within
+
+
+@record
+class Equation(NamedTuple):
+    """An equation of the paper; `corrected` and `note` are empty where it is true as printed."""
+
+    id: str
+    section: str
+    result: str
+    statement: str
+    corrected: str
+    note: str
+    residuals: dict[str, Residual]  # by precision
+
+    def checked(self) -> "Equation":
+        if not self.corrected and any(r.verdict == "misprint" for r in self.residuals.values()):
+            raise ValueError(f"{self.id} is a misprint without a corrected form")
+        return self
+
+    @property
+    def holds(self) -> bool:
+        return all(residual.holds for residual in self.residuals.values())
+
+
+@record
+class Precision(NamedTuple):
+    name: Annotated[str, at("precision")]
+    digits: Count
+    condition: Number
+
+
+@record
+class Paper(NamedTuple):
+    """The paper's equations, each checked on one scene."""
+
+    scene: SceneName
+    # where what the paper does not say is checked; by default the scene
+    beyond_scene: Annotated[SceneName | None, at("beyond_scene", default=None)]
+    passed: Annotated[bool, at("pass")]
+    precisions: Annotated[list[Precision], Field(min_length=1)]
+    equations: Annotated[list[Equation], at("rows"), Field(min_length=1)]
+
+    def checked(self) -> "Paper":
+        names = {precision.name for precision in self.precisions}
+        for id, times in Counter(equation.id for equation in self.equations).items():
             if times > 1:
                 raise ValueError(f"{id} is recorded {times} times")
-        if not (precisions and equations):
-            raise ValueError("no equation in any precision")
-        scene = checked_scene(document["scene"])
-        beyond = checked_scene(document.get("beyond_scene", scene))
-        data.papers.append(Paper(scene, beyond, bool(document["pass"]), precisions, equations))
-
-
-def _equation(row: dict, precisions: list[str]) -> Equation:
-    texts = [text(row[name]) for name in Equation._fields[:-1]]
-    residuals = {name: _residual(row["id"], row["residuals"][name]) for name in precisions}
-    equation = Equation(*texts, residuals)
-    if not equation.corrected and any(r.verdict == "misprint" for r in residuals.values()):
-        raise ValueError(f"{equation.id} is a misprint without a corrected form")
-    return equation
-
-
-def _residual(id: str, entry: dict) -> Residual:
-    residual = Residual(*(entry[name] for name in Residual._fields))
-    if residual.verdict not in VERDICTS:
-        raise ValueError(f"verdict '{residual.verdict}' of {id}")
-    for value in (residual.printed, residual.corrected):
-        if value is not None and not (math.isfinite(value) and value >= 0):
-            raise ValueError(f"residual {value} of {id}")
-    if not (math.isfinite(residual.tolerance) and residual.tolerance > 0):
-        raise ValueError(f"tolerance {residual.tolerance} of {id}")
-    return residual
+        for equation in self.equations:
+            if equation.residuals.keys() != names:
+                raise ValueError(f"{equation.id} is not checked in {', '.join(sorted(names))}")
+        return self._replace(beyond_scene=self.beyond_scene or self.scene)

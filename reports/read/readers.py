@@ -2,88 +2,76 @@
 
 import csv
 import lzma
-import math
 import tarfile
 import tempfile
-from collections import defaultdict
 from dataclasses import fields
 from pathlib import Path
 
 from read import (
-    advice,
     benchmarks,
     campaign_files,
     contacts,
     engines,
     ladder,
     motions,
-    paper,
     replicate_files,
     robots,
     scans,
     search,
     stress_files,
 )
+from read.advice import Advice, Limits
+from read.benchmarks import BANDWIDTH, NO_SCENE, Benchmarks
 from read.campaign import MergeError
 from read.checks import (
-    checked_scene,
     name_of,
     opened,
     read_json,
+    reason,
     refuse_repeats,
     refuse_unlisted,
     refusing,
 )
-from read.data import (
-    Bandwidth,
-    Data,
-    DataError,
-    Error,
-    Question,
-    Sample,
-)
-from read.fits import identification
-from read.stress import Family, Integration, U, Variant
-from read.values import MOST, count, count_in, number_in, optional, text
+from read.data import Data, DataError, Error, Sample
+from read.fits import Identification
+from read.mujoco import Agreement
+from read.paper import Paper
+from read.stress import Described, Integration
+from read.values import reading
 
 COLUMNS = ["scene", "n", "variant", "precision", "task", "state", "measure", "value", "outcome"]
 SAMPLE_COLUMNS = "scene,n,quantity,method,samples,replica,error,seconds,threads".split(",")
 INTEGRATION_COLUMNS = list(Integration._fields)
-BOOLEANS = {"1": True, "0": False, "true": True, "false": False}
-LARGEST_OF_SAMPLES = 1e100  # errors, whose squares are taken
+GOOGLE = "Google Benchmark's JSON"
 BESIDE_RECORDS = ("harness", "bandwidths", "stress_families", "stress_variants", "unread")
-HOWS = ("whole", "pruned", "alone")  # ways to answer a question
 
 
-def _rows(path: Path, columns: list[str], record) -> list:
-    """What `record` makes of each row of a CSV file."""
-    with opened(path) as file:
-        reader = csv.DictReader(file)
-        if reader.fieldnames != columns:
-            raise DataError(f"{path}: header is not {','.join(columns)}")
-        records = []
-        for row in reader:
-            try:
-                if None in row or None in row.values():
-                    raise ValueError(f"not {len(columns)} values")
-                records.append(record({name: name_of(cell) for name, cell in row.items()}))
-            except ValueError as error:
-                raise DataError(f"{path}:{reader.line_num}: {error}") from None
-        return records
-
-
-def _csv_reader(name: str, columns: list[str], record):
-    """A reader of CSV files into the list `name` of Data."""
+def _table(name: str, columns: list[str], kind):
+    """A reader of CSV files into the list `name` of Data: of a row a record of this kind, or what
+    this function makes of it."""
+    record = reading(kind, strict=False) if isinstance(kind, type) else kind
 
     def read(path: Path, data: Data) -> None:
-        getattr(data, name).extend(_rows(path, columns, record))
+        records = []
+        with opened(path) as file:
+            rows = csv.reader(file)
+            if next(rows, None) != columns:
+                raise DataError(f"{path}: header is not {','.join(columns)}")
+            for row in filter(None, rows):
+                try:
+                    if len(row) != len(columns):
+                        raise ValueError(f"not {len(columns)} values")
+                    records.append(record(dict(zip(columns, map(name_of, row)))))
+                except ValueError as error:
+                    raise DataError(f"{path}:{rows.line_num}: {reason(error)}") from None
+        getattr(data, name).extend(records)
 
     return read
 
 
-def _engine_reader(name: str, columns: list[str], record):
+def _engine_table(name: str, columns: list[str], kind):
     """Of files of other versions, or half written, the page says so, and has the rest."""
-    read = _csv_reader(name, columns, record)
+    read = _table(name, columns, kind)
 
     def read_or_say(path: Path, data: Data) -> None:
         try:
@@ -94,187 +82,56 @@ def _engine_reader(name: str, columns: list[str], record):
     return read_or_say
 
 
-def _benchmark_reader(name: str, records):
-    """A reader of Google Benchmark's files into the lists `name` and `name`_contexts of Data."""
-
-    def read(path: Path, data: Data) -> None:
-        own, context = _benchmarks(path, records)
-        getattr(data, name).extend(own)
-        getattr(data, f"{name}_contexts").append(context)
-
-    return read
-
-
-def _error(row: dict) -> Error:
-    return Error(
-        checked_scene(row["scene"]),
-        row["variant"],
-        row["precision"],
-        row["task"],
-        count_in(row, "state"),
-        row["measure"],
-        float(row["value"]),
-        row["outcome"],
-    )
-
-
-def _sample(row: dict) -> Sample:
-    sample = Sample(
-        checked_scene(row["scene"]),
-        row["quantity"],
-        row["method"],
-        int(row["samples"]),
-        count_in(row, "replica"),
-        float(row["error"]),
-        float(row["seconds"]),
-        count_in(row, "threads"),
-    )
-    if not (0 <= sample.samples <= MOST and 0 <= sample.error <= LARGEST_OF_SAMPLES):
-        raise ValueError(f"error {row['error']} of {row['samples']} samples")
-    if not (math.isfinite(sample.seconds) and sample.seconds > 0):
-        raise ValueError(f"took {row['seconds']} s")
-    return sample
-
-
-def read_stress(path: Path, data: Data) -> None:
-    stress_files.read_rows(path, data.stress)
-
-
-def read_families(path: Path, data: Data) -> None:
-    document = read_json(path)
-    with refusing(path, "a list of families"):
-        data.stress_families += [_of_type(Family, entry) for entry in document["families"]]
-        data.stress_variants += [_of_type(Variant, entry) for entry in document["variants"]]
-
-
-def _of_type(record: type, entry: dict):
-    """A record of texts and truths; a text that says nothing may be null."""
-    values = []
-    for name, wanted in record.__annotations__.items():
-        value = entry[name]
-        value = "" if value is None and wanted is str else value
-        if not isinstance(value, wanted):
-            raise ValueError(f"{name} of {entry['name']} is {value!r}")
-        values.append(value)
-    return record(*values)
-
-
-def _integration(row: dict) -> Integration:
-    if row["precision"] not in U:
-        raise ValueError(f"precision '{row['precision']}' is none of {', '.join(U)}")
-    if row["finished"] not in BOOLEANS:
-        raise ValueError(f"finished is '{row['finished']}', none of {', '.join(BOOLEANS)}")
-    return Integration(
-        row["family"],
-        number_in(row, "value"),
-        count_in(row, "n"),
-        count_in(row, "seed"),
-        row["precision"],
-        row["variant"],
-        count_in(row, "calls"),
-        BOOLEANS[row["finished"]],
-        float(row["energy_drift"] or "nan"),
-    )
-
-
-def _contact(row: dict):
-    checked_scene(row["scene"])
-    return contacts.error(row)
-
-
-def _motion(row: dict):
-    checked_scene(row["robot"])
-    return motions.motion(row)
-
-
-def read_times(path: Path, data: Data) -> None:
-    times, context = _benchmarks(path, benchmarks.times)
-    data.times += [time for time in times if time.scene != benchmarks.NO_SCENE]
-    data.harness += [time for time in times if time.scene == benchmarks.NO_SCENE]
-    data.contexts.append(context)
-
-
-def read_scan_times(path: Path, data: Data) -> None:
-    measured, context = _benchmarks(path, benchmarks.scans)
-    data.bandwidths += [it for it in measured if isinstance(it, Bandwidth)]
-    data.scan_calls += [it for it in measured if not isinstance(it, Bandwidth)]
-    data.scan_contexts.append(context)
-
-
-def read_questions(path: Path, data: Data) -> None:
-    calls, context = _benchmarks(path, benchmarks.calls)
-    for call in calls:
-        if call.time.variant not in HOWS:
-            raise DataError(f"{path}: '{call.time.variant}' is none of {', '.join(HOWS)}")
-    by_want = defaultdict(list)
-    for call in calls:
-        by_want[call.time.scene, call.time.task].append(call)
-    with refusing(path, "a record of a question"):
-        title, asked = text(context.pop("title", "")), text(context.pop("question"))
-        rules = [rule for rule in text(context.pop("rules")).split(",") if rule]
-        dofs, left = int(context.pop("dofs")), int(context.pop("dofs_left"))
-    data.questions += [
-        Question(title, scene, want, asked, rules, dofs, left, own)
-        for (scene, want), own in by_want.items()
-    ]
-    data.questions_contexts.append(context)
-
-
-def _benchmarks(path: Path, records) -> tuple[list, dict]:
-    """What `records` makes of the rows of each benchmark, and the context."""
-    document = read_json(path)
-    runs = defaultdict(list)
-    with refusing(path, "Google Benchmark's JSON"):
-        for row in document["benchmarks"]:
-            runs[row.get("run_name", row["name"])].append(row)
-        context = document.get("context", {})
-        if not isinstance(context, dict):
-            raise ValueError(f"context is {context!r}")
-        return records(runs), context
-
-
-def read_mujoco(path: Path, data: Data) -> None:
-    document = read_json(path)
-    with refusing(path, "an agreement record"):
-        for robot in document["robots"]:
-            _check_agreement(robot)
-            version = text(document["mujoco"])
-            data.mujoco.append(robot | {"mujoco": version, "pass": bool(robot["pass"])})
-
-
-def _check_agreement(robot: dict) -> None:
-    checked_scene(robot["scene"])
-    if not all(isinstance(note, str) for note in robot["notes"]):
-        raise ValueError("a note is no text")
-    count("states", robot["states"])
-    measured, variants = [], robot["variants"]  # an error that is missing is null
-    for entry in (robot["mass"], *(variant["acceleration"] for variant in variants)):
-        optional("bound", entry["bound"], 0)
-        measured.append(entry)
-    for variant in robot["mass_variants"]:
-        text(variant["variant"])
-        measured.append(variant["mass"])
-    for variant in variants:
-        text(variant["variant"]), text(variant["precision"])
-        count("failures", variant["failures"])
-        measured.append(variant["inverse"])
-    for entry in measured:
-        optional("max", entry["max"], 0), optional("median", entry["median"], 0)
-
-
-def _robot_reader(name: str, what: str, record):
-    """A reader of documents, each of one robot, into the list `name` of Data."""
+def _document(kind, what: str, lists):
+    """A reader of JSON files, each a record of this kind; `lists` says what of it is added to which
+    list of Data."""
+    record = reading(kind)
 
     def read(path: Path, data: Data) -> None:
         document = read_json(path)
         with refusing(path, what):
-            checked_scene(document["robot"])
-            getattr(data, name).append(record(document))
+            for name, records in lists(record(document)).items():
+                getattr(data, name).extend(records)
 
     return read
 
 
-def _campaign_reader(name: str, record):
+def _robot(name: str, kind, what: str):
+    """The same of documents that are a record each."""
+    return _document(kind, what, lambda record: {name: [record]})
+
+
+def _agreements(agreement: Agreement) -> dict[str, list]:
+    version = {"mujoco": agreement["mujoco"]}
+    return {"mujoco": [robot | version for robot in agreement["robots"]]}
+
+
+def _benchmarks(name: str, records):
+    """A reader of Google Benchmark's files into the lists `name` and `name`_contexts of Data."""
+
+    def lists(measured: Benchmarks) -> dict[str, list]:
+        return {name: records(measured.runs), f"{name}_contexts": [measured.context]}
+
+    return _document(Benchmarks, GOOGLE, lists)
+
+
+def _times(measured: Benchmarks) -> dict[str, list]:
+    runs = measured.runs
+    harness = [run.time for run in runs if run.scene == NO_SCENE]
+    return {"times": benchmarks.times(runs), "harness": harness, "contexts": [measured.context]}
+
+
+def _described(described: Described) -> dict[str, list]:
+    return {"stress_families": described.families, "stress_variants": described.variants}
+
+
+def _scans(measured: Benchmarks) -> dict[str, list]:
+    copies = [run.bandwidth for run in measured.runs if run.name.startswith(BANDWIDTH)]
+    calls = benchmarks.scans(measured.runs)
+    return {"bandwidths": copies, "scan_calls": calls, "scan_contexts": [measured.context]}
+
+
+def _part(name: str, record):
     """A reader of what `record` makes of a file; several are one, if they are parts of one."""
 
     def read(path: Path, data: Data) -> None:
@@ -290,37 +147,38 @@ def _campaign_reader(name: str, record):
     return read
 
 
+# A file's kind is its name up to the first dash, or `errors-engines`, `times-engines`.
 READERS = {
-    "errors": _csv_reader("errors", COLUMNS, _error),
-    "errors-engines": _engine_reader("engine_answers", engines.ERRORS, engines.answer),
-    "times": read_times,
-    "times-engines": _engine_reader("engine_times", engines.TIMES, engines.time),
-    "mujoco": read_mujoco,
-    "paper": paper.read_paper,
-    "simulation": _csv_reader("samples", SAMPLE_COLUMNS, _sample),
-    "estimation": _benchmark_reader("estimation", benchmarks.times_of_scenes),
-    "dynamics": _benchmark_reader("dynamics", benchmarks.calls),
-    "batch": _benchmark_reader("dynamics", benchmarks.calls),
-    "generated": _benchmark_reader("generated", benchmarks.calls),
-    "peers": _benchmark_reader("peers", benchmarks.calls),
-    "jacobians": _benchmark_reader("jacobians", benchmarks.jacobians),
-    "scan": read_scan_times,
-    "scans": _csv_reader("scan_errors", scans.ERRORS, scans.error),
-    "spans": _csv_reader("scan_flops", scans.FLOPS, scans.flops),
-    "contacts": _csv_reader("contact_errors", contacts.COLUMNS, _contact),
-    "standing": _benchmark_reader("contact_times", benchmarks.times_of_scenes),
-    "pruning": read_questions,
-    "identify": _robot_reader("fits", "a record of a fit", identification),
-    "recommend": _robot_reader("advice", "what recommend writes", advice.advice),
-    "limits": _robot_reader("limits", "what limits writes", advice.limits),
-    "stress": read_stress,
-    "families": read_families,
-    "adversary": _csv_reader("finds", search.COLUMNS, search.find),
-    "campaign": _campaign_reader("campaign", campaign_files.read),
-    "claims": _campaign_reader("replicates", replicate_files.read),
-    "robots": _csv_reader("robot_limits", robots.COLUMNS, robots.kept),
-    "motions": _csv_reader("motions", motions.COLUMNS, _motion),
-    "integration": _csv_reader("integrations", INTEGRATION_COLUMNS, _integration),
+    "errors": _table("errors", COLUMNS, Error),
+    "errors-engines": _engine_table("engine_answers", engines.ERRORS, engines.EngineAnswer),
+    "times": _document(Benchmarks, GOOGLE, _times),
+    "times-engines": _engine_table("engine_times", engines.TIMES, engines.EngineTime),
+    "mujoco": _document(Agreement, "an agreement record", _agreements),
+    "paper": _robot("papers", Paper, "a record of the paper"),
+    "simulation": _table("samples", SAMPLE_COLUMNS, Sample),
+    "estimation": _benchmarks("estimation", benchmarks.times),
+    "dynamics": _benchmarks("dynamics", benchmarks.calls),
+    "batch": _benchmarks("dynamics", benchmarks.calls),
+    "generated": _benchmarks("generated", benchmarks.calls),
+    "peers": _benchmarks("peers", benchmarks.calls),
+    "jacobians": _benchmarks("jacobians", benchmarks.jacobians),
+    "scan": _document(Benchmarks, GOOGLE, _scans),
+    "scans": _table("scan_errors", scans.ERRORS, scans.ScanError),
+    "spans": _table("scan_flops", scans.FLOPS, scans.ScanFlops),
+    "contacts": _table("contact_errors", contacts.COLUMNS, contacts.ContactError),
+    "standing": _benchmarks("contact_times", benchmarks.times),
+    "pruning": _document(Benchmarks, "a record of a question", benchmarks.questions),
+    "identify": _robot("fits", Identification, "a record of a fit"),
+    "recommend": _robot("advice", Advice, "what recommend writes"),
+    "limits": _robot("limits", Limits, "what limits writes"),
+    "stress": lambda path, data: stress_files.read_rows(path, data.stress),
+    "families": _document(Described, "a list of families", _described),
+    "adversary": _table("finds", search.COLUMNS, search.find),
+    "campaign": _part("campaign", campaign_files.read),
+    "claims": _part("replicates", replicate_files.read),
+    "robots": _table("robot_limits", robots.COLUMNS, robots.Kept),
+    "motions": _table("motions", motions.COLUMNS, motions.motion),
+    "integration": _table("integrations", INTEGRATION_COLUMNS, Integration),
 }
 
 
@@ -358,9 +216,7 @@ def load_baseline(path: Path) -> Data:
         return load(Path(folder), unreadable=True)
 
 
-def load(
-    directory: Path | None, files: list[Path] | None = None, unreadable: bool = False
-) -> Data:
+def load(directory: Path | None, files: list[Path] | None = None, unreadable: bool = False) -> Data:
     """The records in `files`, or else in every data file of `directory`; where files may be
     unreadable, as those of other versions are, `data.unread` names them."""
     data = Data()

@@ -3,26 +3,127 @@
 import json
 import math
 import re
+from collections import Counter
 from pathlib import Path
+from typing import Annotated, Literal, NamedTuple
 
-from read.checks import expect, listed, read_document, refusing
+from pydantic import AfterValidator, with_config
+from typing_extensions import TypedDict
+
+from read.checks import read_document, refusing
 from read.replicates import MOST, VERDICTS, Numbers, Part, Repeated, Replicates
-from read.values import count, number, text
+from read.values import Count, Number, Sha1, exact, reading
 
 FORMAT, VERSION = "kalmarm claims", 1
-KEY = {"stress", "integrate", "effort", "variants", "compiler", "flags", "isa", "blas", "sources"}
-HASHES = {"stress", "integrate", "sources"}  # SHA-1
-CHECK = {"what", "low", "high", "holds", "fails", "absent", "measured"}
-UNUSUAL = {"inf": math.inf, "-inf": -math.inf, "nan": math.nan}
+
+
+@with_config(extra="forbid")
+class Key(TypedDict):
+    stress: Sha1
+    integrate: Sha1
+    effort: str
+    variants: list[str]
+    compiler: str
+    flags: str
+    isa: str
+    blas: str
+    sources: Sha1
+
+
+checked_key = reading(Key)
+
+
+class Measured(NamedTuple):
+    value: Annotated[Number | Literal["inf", "-inf", "nan"], AfterValidator(float)]
+    replicate: Count
+
+
+@exact
+class Check(NamedTuple):
+    what: str
+    low: Number | None
+    high: Number | None
+    holds: Count
+    fails: Count
+    absent: Count
+    measured: list[Measured]
+
+    def numbers(self, replicates: set[int]) -> Numbers:
+        low, high = self.low, self.high
+        check = Numbers(
+            self.what,
+            -math.inf if low is None else low,
+            math.inf if high is None else high,
+            {replicate: value for value, replicate in self.measured},
+        )
+        if len(check.values) != len(self.measured) or check.values.keys() - replicates:
+            raise ValueError(f"{self.what}: measured in a replicate that is not there, or twice")
+        counted = _written_check(check, len(replicates))
+        for name in ("holds", "fails", "absent"):
+            if getattr(self, name) != counted[name]:
+                said = f"{name} is {getattr(self, name)}, {counted[name]} by its numbers"
+                raise ValueError(f"{self.what}: {said}")
+        return check
+
+
+@exact
+class Claim(NamedTuple):
+    id: str
+    checks: list[Check]
+    confirmed: Count
+    refuted: Count
+    open: Count
+
+    def repeated(self, replicates: set[int]) -> Repeated:
+        verdicts = Counter({verdict: getattr(self, verdict) for verdict in VERDICTS})
+        if verdicts.total() != len(replicates):
+            raise ValueError(f"{self.id}: {verdicts.total()} verdicts of {len(replicates)}")
+        return Repeated(self.id, [check.numbers(replicates) for check in self.checks], verdicts)
+
+
+def part_of(name: str) -> Part:
+    """FIRST+COUNT"""
+    match = re.fullmatch(r"([1-9][0-9]{0,8})\+([1-9][0-9]{0,4})", name)
+    if not match or int(match[2]) > MOST:
+        raise ValueError(f"replicates {name!r} are not FIRST+COUNT")
+    return Part(int(match[1]), int(match[2]))
+
+
+@exact
+class Document(NamedTuple):
+    format: Literal[FORMAT]
+    version: Literal[VERSION]
+    key: Key
+    replicates: list[Annotated[str, AfterValidator(part_of)]]
+    claims: list[Claim]
+
+    def checked(self) -> Replicates:
+        numbers: set[int] = set()
+        for part in self.replicates:
+            own = set(range(part.first, part.end))
+            if both := own & numbers:
+                raise ValueError(f"replicate {min(both)} stands twice")
+            numbers |= own
+            if len(numbers) > MOST:
+                raise ValueError(f"more than {MOST} replicates")
+        if not numbers:
+            raise ValueError("it has no replicate")
+        for id, times in Counter(claim.id for claim in self.claims).items():
+            if times > 1:
+                raise ValueError(f"{id} stands twice")
+        return Replicates(self.key, numbers, [claim.repeated(numbers) for claim in self.claims])
+
+
+_document = reading(Document)
 
 
 def read(path: Path) -> Replicates:
-    return record(path, read_document(path))
+    return from_document(path, read_document(path))
 
 
-def record(path: Path, document: dict) -> Replicates:
+def from_document(path: Path, document: dict) -> Replicates:
     with refusing(path, "a campaign of claims"):
-        return _replicates(document)
+        return _document(document)
 
 
 def written(replicates: Replicates) -> str:
@@ -61,81 +162,3 @@ def _bounds(check: Numbers) -> tuple:
 
 def _written_number(value: float) -> float | str:
     return value if math.isfinite(value) else str(value)
-
-
-def _replicates(document: dict) -> Replicates:
-    if document.get("format") != FORMAT or document.get("version") != VERSION:
-        raise ValueError(f"format is {document.get('format')!r} {document.get('version')!r}")
-    expect(document, {"format", "version", "key", "replicates", "claims"})
-    result = Replicates(checked_key(document["key"]))
-    for name in listed(document, "replicates"):
-        part = part_of(name)
-        numbers = set(range(part.first, part.end))
-        if numbers & result.numbers:
-            raise ValueError(f"replicate {min(numbers & result.numbers)} stands twice")
-        result.numbers |= numbers
-        if result.count > MOST:
-            raise ValueError(f"more than {MOST} replicates")
-    if not result.numbers:
-        raise ValueError("it has no replicate")
-    for entry in listed(document, "claims"):
-        claim = _claim(entry, result.numbers)
-        if claim.id in {other.id for other in result.claims}:
-            raise ValueError(f"{claim.id} stands twice")
-        result.claims.append(claim)
-    return result
-
-
-def checked_key(key: dict) -> dict:
-    expect(key, KEY)
-    for name in KEY - {"variants"}:
-        text(key[name])
-    if not all(map(text, listed(key, "variants"))):
-        raise ValueError(f"variants is {key['variants']!r}")
-    for name in HASHES:
-        if not re.fullmatch("[0-9a-f]{40}", key[name]):
-            raise ValueError(f"{name} is {key[name]!r}")
-    return key
-
-
-def part_of(name: str) -> Part:
-    """FIRST+COUNT"""
-    match = re.fullmatch(r"([1-9][0-9]{0,8})\+([1-9][0-9]{0,4})", text(name))
-    if not match or int(match[2]) > MOST:
-        raise ValueError(f"replicates {name!r} are not FIRST+COUNT")
-    return Part(int(match[1]), int(match[2]))
-
-
-def _claim(entry: dict, numbers: set[int]) -> Repeated:
-    expect(entry, {"id", "checks", *VERDICTS})
-    claim = Repeated(text(entry["id"]), [])
-    claim.verdicts.update({verdict: count(verdict, entry[verdict]) for verdict in VERDICTS})
-    if claim.verdicts.total() != len(numbers):
-        raise ValueError(f"{claim.id}: {claim.verdicts.total()} verdicts of {len(numbers)}")
-    for check in listed(entry, "checks"):
-        claim.checks.append(_check(claim.id, check, numbers))
-    return claim
-
-
-def _check(claim: str, entry: dict, numbers: set[int]) -> Numbers:
-    expect(entry, CHECK)
-    low, high = (
-        unbounded if entry[name] is None else number(name, entry[name])
-        for name, unbounded in (("low", -math.inf), ("high", math.inf))
-    )
-    check = Numbers(text(entry["what"]), low, high)
-    measured = listed(entry, "measured")
-    for value, replicate in measured:
-        check.values[count("replicate", replicate)] = _number(value)
-    where = f"{claim}, {check.what}"
-    if len(check.values) != len(measured) or check.values.keys() - numbers:
-        raise ValueError(f"{where}: measured in a replicate that is not there, or twice")
-    counted = _written_check(check, len(numbers))
-    for name in ("holds", "fails", "absent"):
-        if count(name, entry[name]) != counted[name]:
-            raise ValueError(f"{where}: {name} is {entry[name]}, {counted[name]} by its numbers")
-    return check
-
-
-def _number(value) -> float:
-    return UNUSUAL[value] if value in UNUSUAL else number("measured", value)

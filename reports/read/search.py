@@ -1,55 +1,78 @@
 """What a search for the worst mechanisms has written."""
 
-from read.data import Asked, Find, FoundBody
-from read.stress import U
-from read.values import count_in, number, number_in
+from typing import Annotated, Literal, NamedTuple, get_args
+
+from pydantic import AfterValidator, BeforeValidator
+
+from read.values import Count, Maybe, Positive, Precision, Size, reading, record
 
 COLUMNS = (
     "variant,precision,task,objective,kernel,rows,seed,method,evaluations,error,kS,nv,file,bodies"
 ).split(",")
-TASKS = ("acceleration", "inverse", "solve", "diagonal", "log_det", "derivatives")
-OBJECTIVES = ("error", "claim")
-KERNELS = ("spatial", "spatial_at_rest", "translational")
+Task = Literal["acceleration", "inverse", "solve", "diagonal", "log_det", "derivatives"]
+Objective = Literal["error", "claim"]
+TASKS, OBJECTIVES = get_args(Task), get_args(Objective)
 ISLANDS = "islands"  # many searches, which exchange what they find: scripts/campaign adversary
-METHODS = ("search", "random", ISLANDS)
-JOINTS = ("hinge", "slide", "ball", "free")
+
+
+class FoundBody(NamedTuple):
+    """A body of a mechanism that was found, with the joint that holds it."""
+
+    parent: Count  # its number from 1; 0: the ground
+    joint: Literal["hinge", "slide", "ball", "free"]
+    mass: Size  # kg
+    length: Size  # from the parent's joint, m
+    armature: Size  # kg m^2 or kg
+
+
+def _in_order(bodies: tuple[FoundBody, ...]) -> tuple[FoundBody, ...]:
+    for before, body in enumerate(bodies):
+        if body.parent > before:
+            raise ValueError(f"body {before + 1} hangs on {body.parent}")
+    return bodies
+
+
+Bodies = Annotated[
+    tuple[FoundBody, ...],
+    BeforeValidator(lambda cell: [body.split() for body in cell.split(";")] if cell else ()),
+    AfterValidator(_in_order),
+]
+
+
+@record
+class Asked(NamedTuple):
+    """What a search asks of a variant, in the words of `adversary`'s options."""
+
+    task: Task = "acceleration"
+    objective: Objective = "error"  # or claim: the error over what is claimed
+    kernel: Literal["spatial", "spatial_at_rest", "translational"] = "spatial"
+    rows: bool = False  # of states, answered together
+
+
+@record
+class Find(NamedTuple):
+    """The worst silent error that so many mechanisms have shown, or its ratio to what was claimed;
+    None: none of them had any."""
+
+    variant: str
+    precision: Precision
+    asked: Asked
+    seed: Count
+    method: Literal["search", "random", ISLANDS]
+    evaluations: Count
+    error: Maybe[Positive]
+    kS: Maybe[Size]  # noqa: N815, the structured condition number; of the last alone
+    nv: Maybe[Count]  # of the last alone
+    bodies: Bodies  # of the last alone
+
+    def checked(self) -> "Find":
+        if self.error is None and self.bodies:
+            raise ValueError("bodies of nothing that was found")
+        return self
+
+
+_find = reading(Find, strict=False)
 
 
 def find(row: dict) -> Find:
-    if row["precision"] not in U or row["method"] not in METHODS:
-        raise ValueError(f"no search by {row['method']} in {row['precision']}")
-    asked = Asked(row["task"], row["objective"], row["kernel"], row["rows"] == "1")
-    known = asked.task in TASKS and asked.objective in OBJECTIVES and asked.kernel in KERNELS
-    if not known or row["rows"] not in ("0", "1"):
-        raise ValueError(f"nothing is asked as {' '.join(row[name] for name in COLUMNS[2:6])}")
-    error = number_in(row, "error", 0) if row["error"] else None
-    if error == 0:
-        raise ValueError(f"error is {row['error']}")
-    if error is None and row["bodies"]:
-        raise ValueError("bodies of nothing that was found")
-    return Find(
-        row["variant"],
-        row["precision"],
-        asked,
-        int(row["seed"]),
-        row["method"],
-        count_in(row, "evaluations"),
-        error,
-        number_in(row, "kS", 0) if row["kS"] else None,
-        count_in(row, "nv") if row["nv"] else None,
-        _bodies(row["bodies"]),
-    )
-
-
-def _bodies(text: str) -> tuple[FoundBody, ...]:
-    bodies = []
-    for words in map(str.split, text.split(";") if text else ()):
-        if len(words) != len(FoundBody._fields):
-            raise ValueError(f"no body is '{' '.join(words)}'")
-        parent, joint, *numbers = words
-        sizes = [number("a size", float(size), 0) for size in numbers]
-        body = FoundBody(int(parent), joint, *sizes)
-        if joint not in JOINTS or not 0 <= body.parent <= len(bodies):
-            raise ValueError(f"no body is '{' '.join(words)}'")
-        bodies.append(body)
-    return tuple(bodies)
+    return _find(row | {"asked": row})

@@ -1,8 +1,11 @@
 """The records of the program `stress`: up to a million rows, so they are kept by columns."""
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
+from pydantic import BeforeValidator
+
+from read.values import Count, Number, Precision, record
 
 TEXTS = ("family", "precision", "task", "variant", "status", "warning")
 COLUMNS = (
@@ -14,43 +17,55 @@ KEY = ("family", "value", "n", "seed", "precision", "task", "variant")
 U = {"float32": 2.0**-24, "float64": 2.0**-53}  # unit roundoff
 WRONG = 0.01  # a relative error above is no answer
 WILD = "wild"  # the kind of families drawn at random
+Said = Annotated[str, BeforeValidator(lambda text: "" if text is None else text)]
 
 
+@record
 class Family(NamedTuple):
     """What a family of mechanisms is; `singular`: exactly singular where its parameter is 0."""
 
-    name: str
-    kind: str  # such as "heavy_outboard" (FamilyKind in accuracy/stress/families.hpp)
-    parameter: str
-    describes: str
+    name: Said
+    kind: Said  # such as "heavy_outboard" (FamilyKind in accuracy/stress/families.hpp)
+    parameter: Said
+    describes: Said
     singular: bool
 
 
+@record
 class Variant(NamedTuple):
     """What a variant is and can do (algorithms/study/variant_traits.hpp)."""
 
-    name: str
-    equation: str
-    kind: str  # what factors M: such as "sequential"
+    name: Said
+    equation: Said
+    kind: Said  # what factors M: such as "sequential"
     contender: bool  # one to choose, else an exhibit of the laboratory
     in_world_frame: bool
     dense: bool
     mixed_precision: bool
-    citation: str
+    citation: Said
 
 
+@record
+class Described(NamedTuple):
+    """What `stress --list` writes."""
+
+    families: list[Family]
+    variants: list[Variant]
+
+
+@record
 class Integration(NamedTuple):
     """Calls of the right-hand side that an adaptive integrator made over a fixed time."""
 
     family: str
-    value: float
-    n: int
-    seed: int
-    precision: str
+    value: Number
+    n: Count
+    seed: Count
+    precision: Precision
     variant: str
-    calls: int
+    calls: Count
     finished: bool
-    energy_drift: float
+    energy_drift: Annotated[float, BeforeValidator(lambda cell: cell or "nan")]
 
 
 class Stress:

@@ -160,7 +160,7 @@ def test_a_load_is_followed_until_it_is_too_much(read):
             "worst",
         ),
         ("limits", lambda it: it["stresses"][0]["values"].pop(), "has not 8 values"),
-        ("limits", lambda it: it.update(stresses=None), "iterable"),
+        ("limits", lambda it: it.update(stresses=None), "stresses is None"),
     ],
 )
 def test_what_is_no_such_record_is_refused_by_name(read, kind, change, reason):

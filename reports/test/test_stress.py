@@ -129,7 +129,7 @@ def test_a_singular_mechanism_may_be_answered_without_a_right_answer(read):
     "row, message",
     [
         (INTEGRATION.replace("134,1", "134,maybe"), "integration-0.csv:2: finished is 'maybe'"),
-        (INTEGRATION.replace("64", "16"), "precision 'float16'"),
+        (INTEGRATION.replace("64", "16"), "precision is 'float16'"),
         (INTEGRATION.replace("134", "1.5"), "integration-0.csv:2: .*'1.5'"),
         (f"{INTEGRATION}\n{INTEGRATION}", "integration of heavy_tip.*2 times"),
     ],
@@ -145,11 +145,11 @@ FAMILY = fake_stress.described()["families"][0]
 @pytest.mark.parametrize(
     "change, message",
     [
-        ({"families": [{"name": "a"}]}, "'kind' is missing"),
-        ({"families": [FAMILY | {"singular": "no"}]}, "singular of straight is 'no'"),
+        ({"families": [{"name": "a"}]}, "kind' is missing"),
+        ({"families": [FAMILY | {"singular": "no"}]}, "singular is 'no'"),
         ({"families": [FAMILY]}, "'heavy_tip' stands in no families-"),
         ({"families": 2 * fake_stress.described()["families"][:1]}, "family of straight.*2 times"),
-        ({"variants": [{"name": "a"}]}, "'equation' is missing"),
+        ({"variants": [{"name": "a"}]}, "equation' is missing"),
         ({"variants": 2 * [fake_stress.variant(MGS)]}, "variant of Sequential.*2 times"),
     ],
 )

@@ -13,6 +13,7 @@ import subprocess
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from found import Found
 from plan import Plan, last_line, sha1
@@ -20,7 +21,7 @@ from read.checks import read_json, refusing
 from read.data import DataError
 from read.search import COLUMNS, ISLANDS, OBJECTIVES, TASKS
 from read.stress import U
-from read.values import count, number, optional
+from read.values import Count, Number, Size, reading, record
 from wild import whole
 
 NAME, HELP = "adversary", "searches for the worst that exchange what they find"
@@ -132,6 +133,19 @@ def _made(key: dict) -> dict:
     return {name: value for name, value in key.items() if name != "search"}
 
 
+@record
+class Worst(NamedTuple):
+    """Of the mechanisms that an island has judged."""
+
+    value: Number
+    error: Size | None
+    kS: Size | None  # noqa: N815
+    nv: Count
+
+
+_worst, _count = reading(Worst), reading(Count)
+
+
 class Best(Found):
     """The largest error of each generation, and the mechanisms judged until then."""
 
@@ -157,19 +171,14 @@ class Best(Found):
             ):
                 raise ValueError(f"it is the search of {search}, {document['unit']}")
             self.records[name] = {
-                "evaluations": count("evaluations", document["evaluations"]),
+                "evaluations": _count(document["evaluations"]),
                 "best": [self._checked(entry) for entry in document["best"]],
             }
 
     def _checked(self, entry: dict) -> dict:
         """The ratio to what was claimed, where that was searched for."""
         what = "excess" if self.plan.asked["objective"] == "claim" else "error"
-        return {
-            "value": number("value", entry["value"]),
-            "error": optional(what, entry[what], 0),
-            "kS": optional("kS", entry["kS"], 0),
-            "nv": count("nv", entry["nv"]),
-        }
+        return _worst(entry | {"error": entry[what]})._asdict()
 
     def result(self) -> str:
         """As `adversary --csv` writes it, a row a generation."""

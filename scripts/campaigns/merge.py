@@ -17,7 +17,7 @@ from read.replicates import Replicates
 def read(file: Path) -> Campaign | Replicates:
     document = read_document(file)
     of_claims = isinstance(document, dict) and document.get("format") == replicate_files.FORMAT
-    return (replicate_files if of_claims else campaign_files).record(file, document)
+    return (replicate_files if of_claims else campaign_files).from_document(file, document)
 
 
 def written(total: Campaign | Replicates) -> str:

@@ -5,14 +5,17 @@ import json
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
+from pydantic import with_config
+
 from page.output import write
 from read.checks import read_json, refusing
 from read.data import DataError
-from read.values import text
+from read.values import reading
 
 FORMAT = {"format": "kalmarm plan", "version": 1}
 
 
+@with_config(extra="forbid")
 @dataclass(frozen=True)
 class Plan:
     program: str  # SHA-1 of what measures, which is the worker's file
@@ -33,15 +36,15 @@ class Plan:
         with refusing(path, "a plan"):
             if FORMAT.items() - {name: document.pop(name) for name in FORMAT}.items():
                 raise ValueError("another format")
-            plan = Plan(**document)
-            if not (isinstance(plan.asked, dict) and plan.jobs and isinstance(plan.rows, bool)):
-                raise ValueError("something is missing")
+            plan = _plan(document)
+            if not plan.jobs:
+                raise ValueError("no job is there")
             if set(sum(plan.needs.values(), [])) - plan.jobs.keys():
                 raise ValueError("a job needs one that is not there")
-            given = sum(plan.jobs.values(), [])
-            for words in (plan.program, plan.out, plan.script, *plan.jobs, *given):
-                text(words)
             return plan
+
+
+_plan = reading(Plan, strict=False)
 
 
 def sha1(file: Path) -> str:

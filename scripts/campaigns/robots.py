@@ -8,11 +8,11 @@ from pathlib import Path
 from found import Found
 from names import fault_of_name
 from plan import Plan, last_line, sha1
-from read import advice
-from read.checks import checked_scene, read_json, refusing
+from read.advice import Limits
+from read.checks import read_json, refusing
 from read.data import DataError
 from read.robots import COLUMNS
-from read.values import number
+from read.values import Effort, Number, reading
 
 NAME, HELP = "robots", "robots' files, each loaded and changed until digits are lost"
 PROGRAMS = ("limits",)  # the worker first
@@ -21,7 +21,11 @@ RESULT = "robots-campaign.csv"
 
 
 def effort(text: str) -> float:
-    return number("effort", float(text), 1e-3)
+    return _effort(text)
+
+
+_effort = reading(Effort, strict=False)
+_limits, _kept = reading(Limits), reading(Number | None)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -67,13 +71,11 @@ class Judged(Found):
     def take(self, name: str, file: Path) -> None:
         document = read_json(file)
         with refusing(file, "what limits writes"):
-            checked_scene(document["robot"])
-            advice.limits(document)
+            _limits(document)
             self.rows[name] = [self._row(name, document, stress) for stress in document["stresses"]]
 
     def _row(self, name: str, document: dict, stress: dict) -> dict:
         promise = document.get("promise") or {}
-        kept = stress["kept"]
         curves = [curve for curves in stress["tasks"].values() for curve in curves]
         return {
             "name": name,
@@ -83,8 +85,8 @@ class Judged(Found):
             "digits": promise.get("digits"),
             "stress": stress["title"],
             "unit": stress["unit"],
-            "kept": None if kept is None else number("kept", kept),
-            "last": number("value", stress["values"][-1]),
+            "kept": _kept(stress["kept"]),
+            "last": stress["values"][-1],
             "silent": sum(sum(curve["silent"]) for curve in curves),
         }
 

@@ -12,7 +12,7 @@ from plan import Plan, last_line, sha1
 from read.campaign import Campaign, Range
 from read.campaign_files import checked_key, parse_name, read, written
 from read.data import DataError
-from read.values import MOST, number
+from read.values import MOST, Effort, reading
 
 NAME, HELP = "wild", "mechanisms drawn at random, of one family or several"
 PROGRAMS = ("stress",)  # the worker first
@@ -39,7 +39,10 @@ def whole(text: str) -> int:
 
 
 def minutes(text: str) -> float:
-    return number("minutes", float(text), 1e-3)
+    return _effort(text)
+
+
+_effort = reading(Effort, strict=False)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
