@@ -59,7 +59,7 @@ def page(data: Data, archived: Markup | str = "") -> str:
     environment.filters["packed"] = packed
     environment.policies["json.dumps_kwargs"] = {"separators": (",", ":")}
     sections = [section for make in SECTIONS if (section := make(data))]
-    variants = {variant for section in sections for variant in section.variants + section.coloured}
+    variants = {variant for section in sections for variant in section.variants}
     return environment.get_template("page.html.jinja").render(
         facts=facts(data) + ([("Data", archived)] if archived else []),
         sections=sections,

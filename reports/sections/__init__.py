@@ -2,39 +2,12 @@
 
 from importlib import import_module
 
-SECTIONS = [
-    import_module(f"sections.{name}").section
-    for name in (
-        "engines",
-        "answer",
-        "compared",
-        "stress",
-        "robots",
-        "over_robots",
-        "error_against_time",
-        "against_n",
-        "peers",
-        "peak",
-        "fast_path",
-        "square_roots",
-        "scans",
-        "questions",
-        "motions",
-        "contacts",
-        "mujoco",
-        "digits",
-        "claims",
-        "wild",
-        "rare",
-        "adversary",
-        "looking",
-        "choosing",
-        "paper",
-        "cost",
-        "simulation",
-        "identification",
-        "jacobians",
-        "method",
-        "limitations",
-    )
-]
+ORDER = """
+    engines answer compared stress robots over_robots
+    error_against_time against_n peers peak fast_path square_roots scans questions
+    motions contacts mujoco
+    digits claims wild rare adversary looking choosing
+    paper cost simulation identification jacobians
+    method limitations
+"""
+SECTIONS = [import_module(f"sections.{name}").section for name in ORDER.split()]

@@ -3,15 +3,16 @@
 import math
 
 from charts import advice as advice_charts
-from charts.common import SCENE, TOLERANCE, VIEW, Style
+from charts.common import SCENE, TOLERANCE, VIEW
 from charts.ladder import tolerance_name
 from charts.text import sentence, task_text, time_text, tolerance_text
-from page.section import Answer, Choice, Figure, Section
+from page.section import Section
 from read.advice import ADVISED, Advice, Contender, Limits, Pick
 from read.data import Data, scene_name
 from read.ladder import is_ladder
 from sections import advice_tables
 from sections.advice_tables import TITLE
+from sections.common import by, style_of
 from sections.fragment import fragment
 from summary.points import Point, points
 
@@ -29,13 +30,28 @@ def section(data: Data) -> Section | None:
     robots = {
         robot: tasks
         for robot in data.robots
-        if (tasks := _contenders(robot, advised.get(robot), measured))
+        if (tasks := advised[robot].contenders if robot in advised else _timed(robot, measured))
     }
     if not robots:
         return None
     tasks = [task for task in ADVISED if any(task in found for found in robots.values())]
-    tolerances = sorted({pick.tolerance for it in data.advice for pick in _picks(it)}, reverse=True)
-    choices = _choices(list(robots), tasks, tolerances)
+    picks = [pick for it in data.advice for own in it.picks.values() for pick in own]
+    tolerances = sorted({pick.tolerance for pick in picks}, reverse=True)
+    names = {tolerance_text(tolerance): tolerance for tolerance in tolerances}
+    near = min(names, key=lambda it: abs(math.log(names[it] / FIRST_TOLERANCE)), default="")
+    several = len(robots) > 1
+    page = Section(
+        TITLE if several else f"{TITLE} for {scene_name(next(iter(robots)))}", opened=True
+    )
+    page.choose(SCENE, "Robot", robots, scene_name)
+    page.choose(VIEW, "Task", tasks, task_text)
+    page.choose(TOLERANCE, "Error asked for", names, first=near)
+    for robot, found in robots.items():
+        _said(page, data, robot, advised.get(robot), limits.get(robot))
+        if robot in advised:
+            _picked(page, advised[robot])
+        else:
+            _measured(page, robot, found)
     rows = [
         row
         for robot, found in robots.items()
@@ -44,137 +60,84 @@ def section(data: Data) -> Section | None:
             robot, task, found.get(task, []), advised.get(robot), limits.get(robot)
         )
     ]
-    first = {choice.signal: choice.first for choice in choices}
-    answers = [
-        answer
-        for robot in robots
-        for answer in _answers(data, robot, robots[robot], advised.get(robot), limits.get(robot))
-    ]
-    for answer in answers:
-        answer.first = all(first[name] in values for name, values in answer.shown.items())
-    return Section(
-        TITLE if len(robots) > 1 else f"{TITLE} for {scene_name(next(iter(robots)))}",
-        choices=[choice for choice in choices if len(choice.options) > 1],
-        answers=answers,
-        figures=[_figure(rows, first, tolerances)] if rows else [],
-        tables=advice_tables.of_robots(robots, advised, tasks)
-        if len(robots) > 1
-        else advice_tables.of_tolerances(advised),
-        opened=True,
-    )
+    if rows:
+        _draw(page, rows, tolerances)
+    if not several:
+        advice_tables.of_tolerances(page, advised)
+    for task in tasks if several else ():
+        if advised:
+            advice_tables.advised_of_robots(page, robots, advised, task)
+        else:
+            advice_tables.measured_of_robots(page, robots, task)
+    return page
 
 
-def _choices(robots: list[str], tasks: list[str], tolerances: list[float]) -> list[Choice]:
-    choices = [
-        Choice(SCENE, "Robot", [(robot, scene_name(robot)) for robot in robots], robots[0]),
-        Choice(VIEW, "Task", [(task, task_text(task)) for task in tasks], tasks[0]),
-    ]
-    if tolerances:
-        names = list(map(tolerance_text, tolerances))
-        first = min(tolerances, key=lambda it: abs(math.log(it / FIRST_TOLERANCE)))
-        choices.append(
-            Choice(TOLERANCE, "Error asked for", [(it, it) for it in names], tolerance_text(first))
-        )
-    return choices
-
-
-def _figure(rows: list[dict], first: dict[str, str], tolerances: list[float]) -> Figure:
-    style = Style((row["variant"] for row in rows), (row["precision"] for row in rows))
+def _draw(page: Section, rows: list[dict], tolerances: list[float]) -> None:
     stressed = any(row["stressed"] for row in rows)
-    notes = [
-        "Dot: median error over the states; bar: the largest"
-        + ("; diamond: the largest under stress" if stressed else "")
-        + ("; ring: what is advised" if tolerances else "")
-        + ". Down and to the left is better. Circle: float64, triangle: float32."
-    ]
-    if stressed:
-        notes.append("The scale ends at an error of 10, where nothing is right.")
-    return Figure(
+    diamond = "; diamond: the largest under stress" if stressed else ""
+    ring = "; ring: what is advised" if tolerances else ""
+    page.figure(
         "Worst error beside the median",
-        advice_charts.median_and_worst(rows, style, first, tolerances),
+        advice_charts.median_and_worst(rows, style_of(rows), page.first, tolerances),
         advice_charts.ADVICE_TOOLTIPS,
-        notes=notes,
+        notes=f"""
+        Dot: median error over the states; bar: the largest{diamond}{ring}. Down and to the left is
+        better. Circle: float64, triangle: float32.
+
+        {"The scale ends at an error of 10, where nothing is right." if stressed else ""}
+        """,
     )
 
 
-def _contenders(
-    robot: str, advice: Advice | None, measured: list[Point]
-) -> dict[str, list[Contender]]:
-    """By task: the advisor's, or else what was timed and compared with the truth."""
-    if advice:
-        return advice.contenders
-    found = {}
-    for task in ADVISED:
-        own = [
-            Contender(
-                *(point.variant, point.precision, point.time, point.median, point.worst),
-                *(None, point.failures, 0),
-            )
-            for point in measured
-            if (point.scene, point.task, point.measure) == (robot, task, "relative")
-            and point.time is not None
-            and point.median is not None
+def _timed(robot: str, measured: list[Point]) -> dict[str, list[Contender]]:
+    """By task: what was timed and compared with the truth."""
+    found = [
+        point
+        for point in measured
+        if (point.scene, point.measure) == (robot, "relative")
+        and point.task in ADVISED
+        and None not in (point.time, point.median)
+    ]
+    return {
+        task: [
+            Contender(it.variant, it.precision, it.time, it.median, it.worst, None, it.failures, 0)
+            for it in own
         ]
-        if own:
-            found[task] = own
-    return found
-
-
-def _picks(advice: Advice) -> list[Pick]:
-    return [pick for picks in advice.picks.values() for pick in picks]
-
-
-def _answers(
-    data: Data,
-    robot: str,
-    contenders: dict[str, list[Contender]],
-    advice: Advice | None,
-    limits: Limits | None,
-) -> list[Answer]:
-    notes = {
-        sentence(note)
-        for record in data.mujoco
-        if record["scene"] == robot
-        for note in record["notes"]
+        for task, own in by(found, lambda point: point.task).items()
     }
-    said = [sentence(limits.sentence)] if limits else []
-    if not advice:
-        return [
-            Answer([NO_ADVICE, *said, *sorted(notes)], leads=True, shown={SCENE: [robot]}),
-            *_measured(robot, contenders),
-        ]
-    return [
-        Answer(
-            [sentence(advice.sentence), *said, *sorted(notes)], leads=True, shown={SCENE: [robot]}
-        ),
-        *(
-            answer
-            for task, picks in advice.picks.items()
-            for answer in _picked(advice, task, picks)
-        ),
-    ]
 
 
-def _picked(advice: Advice, task: str, picks: list[Pick]) -> list[Answer]:
+def _said(
+    page: Section, data: Data, robot: str, advice: Advice | None, limits: Limits | None
+) -> None:
+    records = [record for record in data.mujoco if record["scene"] == robot]
+    notes = {sentence(note) for record in records for note in record["notes"]}
+    said = [sentence(advice.sentence) if advice else NO_ADVICE]
+    said += [sentence(limits.sentence)] if limits else []
+    page.answer([*said, *sorted(notes)], leads=True, shown={SCENE: [robot]})
+
+
+def _picked(page: Section, advice: Advice) -> None:
     """A sentence a tolerance; numbers and code once for all that the same is picked for."""
-    own = {SCENE: [advice.robot], VIEW: [task]}
-    answers = [
-        Answer([_said(pick)], shown=own | {TOLERANCE: [tolerance_text(pick.tolerance)]})
-        for pick in picks
-    ]
-    for pick in dict.fromkeys(pick._replace(tolerance=0, enough=True, reason="") for pick in picks):
-        tolerances = [tolerance_text(it.tolerance) for it in picks if it[1:6] == pick[1:6]]
-        digits = f"{_digits(pick.predicted)} predicted, {_digits(pick.worst)} at worst"
-        numbers = [
-            _taken(pick),
-            (f"Digits, of {advice.states} states", digits),
-            ("Time of a state", time_text(pick.nanoseconds)),
-        ]
-        name = scene_name(advice.robot)
-        file = advice.file or f"{name}.xml"
-        code = fragment(name, file, advice.load_options, task, pick.variant, pick.precision)
-        answers.append(Answer([], numbers, code, shown=own | {TOLERANCE: tolerances}))
-    return answers
+    name = scene_name(advice.robot)
+    for task, picks in advice.picks.items():
+        own = {SCENE: [advice.robot], VIEW: [task]}
+        for pick in picks:
+            asked = tolerance_text(pick.tolerance)
+            warning = "" if pick.enough else f"Nothing is predicted to be within {asked}. "
+            page.answer([warning + sentence(pick.reason)], shown=own | {TOLERANCE: [asked]})
+        for same in by(picks, lambda pick: pick[1:6]).values():
+            pick = same[0]
+            digits = f"{_digits(pick.predicted)} predicted, {_digits(pick.worst)} at worst"
+            numbers = [
+                _taken(pick),
+                (f"Digits, of {advice.states} states", digits),
+                ("Time of a state", time_text(pick.nanoseconds)),
+            ]
+            file = advice.file or f"{name}.xml"
+            code = fragment(name, file, advice.load_options, task, pick.variant, pick.precision)
+            asked = [tolerance_text(pick.tolerance) for pick in same]
+            page.answer([], numbers, code, shown=own | {TOLERANCE: asked})
 
 
 def _taken(pick: Pick) -> tuple[str, str]:
@@ -184,14 +147,8 @@ def _taken(pick: Pick) -> tuple[str, str]:
     return "Variant", f"{pick.variant}, {pick.precision}"
 
 
-def _said(pick: Pick) -> str:
-    warning = f"Nothing is predicted to be within {tolerance_text(pick.tolerance)}. "
-    return ("" if pick.enough else warning) + sentence(pick.reason)
-
-
-def _measured(robot: str, contenders: dict[str, list[Contender]]) -> list[Answer]:
+def _measured(page: Section, robot: str, contenders: dict[str, list[Contender]]) -> None:
     """The fastest of each precision among those that failed on no state; no advice."""
-    answers = []
     for task, found in contenders.items():
         best = advice_tables.fastest(found)
         if not best:
@@ -206,8 +163,7 @@ def _measured(robot: str, contenders: dict[str, list[Contender]]) -> list[Answer
         name = scene_name(robot)
         precision, fastest = next(iter(best.items()))
         code = fragment(name, f"{name}.xml", "", task, fastest.variant, precision)
-        answers.append(Answer([], numbers, code, shown={SCENE: [robot], VIEW: [task]}))
-    return answers
+        page.answer([], numbers, code, shown={SCENE: [robot], VIEW: [task]})
 
 
 def _digits(error: float | None) -> str:

@@ -1,18 +1,23 @@
-"""What was measured of kinds of mechanisms: the cheapest variant that left the digits asked for."""
+"""Measured on the laboratory’s families; what to take for a robot of your own is said by recommend,
+which looks at that robot. Named is, of all variants and precisions that were tried on every family
+of the kind and whose largest relative error over all values and seeds is within the digits asked
+for, the cheapest. {measured} Task: {task}. The last column asks instead that η be at most {stable}
+throughout: as accurate as the robot’s parameters allow, within two digits.
+"""
 
 import math
-from collections import defaultdict
 from statistics import median
 from typing import NamedTuple
 
 from markupsafe import Markup
 
 from claims.claim import ABA
-from page.section import Section, Table
+from page.section import Column, Section, formula, left
 from read.data import Data
 from read.laboratory import Laboratory, Point
 from read.stress import WILD, U
-from sections.digits import FIRST, own_task
+from sections.common import by, spaced
+from sections.digits import FIRST, breakable, own_task
 
 DIGITS = (3, 6, 9, 12)
 STABLE = 100  # η
@@ -45,64 +50,58 @@ class Candidate(NamedTuple):
 
 def section(data: Data) -> Section | None:
     lab = data.laboratory
-    kinds = defaultdict(list)
-    for family in lab.families:
-        kinds[lab.kinds[family]].append(family)
+    kinds = by(lab.families, lab.kinds.get)
     costs = relative_costs(data)
-    rows = [
-        [
-            Markup("{}<br><small>{}</small>").format(
-                KINDS.get(kind, kind), ", ".join(name.replace("_", " ") for name in kinds[kind])
-            ),
-            *(_cheapest(found, lambda c, d=digits: c.error <= 10.0**-d) for digits in DIGITS),
-            _cheapest(found, lambda c: c.eta <= STABLE),
-        ]
+    found = {
+        kind: of_kind
         for kind in dict.fromkeys([*KINDS, *sorted(kinds)])
-        if kind in kinds and (found := candidates(lab, kinds[kind], costs))
-    ]
-    if not rows:
+        if kind in kinds and (of_kind := candidates(lab, kinds[kind], costs))
+    }
+    if not found:
         return None
     measured = (
-        f"Cost is a call’s time over that of {ABA} in float64 on the same scene, in the median "
-        "over all timed scenes; only variants that were timed are named."
+        f"""Cost is a call’s time over that of {ABA} in float64 on the same scene, in the median
+        over all timed scenes; only variants that were timed are named."""
         if costs
-        else "No times of these variants are in this run: the most accurate that qualifies is "
-        "named, and no cost."
+        else """No times of these variants are in this run: the most accurate that qualifies is
+        named, and no cost."""
     )
-    return Section(
+    kind = formula(
+        "Kind of robot",
+        lambda it: Markup("{}<br><small>{}</small>").format(
+            KINDS.get(it, it), ", ".join(map(spaced, kinds[it]))
+        ),
+    )
+
+    def cheapest(title: str, enough) -> Column:
+        return left(title, lambda kind: _cheapest(found[kind], enough))
+
+    page = Section(
         "Cheapest by kind of mechanism",
-        [
-            "Measured on the laboratory’s families; what to take for a robot of your own is said "
-            "by recommend, which looks at that robot. Named is, of all variants and precisions "
-            "that were tried on every family of the kind and whose largest relative error over all "
-            f"values and seeds is within the digits asked for, the cheapest. {measured} Task: "
-            f"{FIRST}. The last column asks instead that η be at most {STABLE} throughout: as "
-            "accurate as the robot’s parameters allow, within two digits.",
-        ],
-        tables=[
-            Table(
-                "The cheapest variant that left so many digits on every mechanism of its kind. "
-                "none: no variant did.",
-                ["Kind of robot", *(f"{digits} digits" for digits in DIGITS), f"η ≤ {STABLE}"],
-                rows,
-                "f" + "l" * (len(DIGITS) + 1),
-            )
-        ],
+        __doc__.format(measured=measured, task=FIRST, stable=STABLE),
     )
+    page.table(
+        """The cheapest variant that left so many digits on every mechanism of its kind. none: no
+        variant did.""",
+        [
+            kind,
+            [cheapest(f"{d} digits", lambda c, d=d: c.error <= 10.0**-d) for d in DIGITS],
+            cheapest(f"η ≤ {STABLE}", lambda c: c.eta <= STABLE),
+        ],
+        found,
+    )
+    return page
 
 
 def relative_costs(data: Data) -> dict[tuple[str, str], float]:
     """By variant and precision, in units of ABA's time in float64."""
-    times = {
-        (time.scene, time.variant, time.precision): time.nanoseconds
-        for time in data.times
-        if time.task == "acceleration" and time.nanoseconds
+    times = [time for time in data.times if time.task == "acceleration" and time.nanoseconds]
+    units = {it.scene: it.nanoseconds for it in times if it[1:3] == (ABA, "float64")}
+    on_these = [time for time in times if time.scene in units]
+    return {
+        key: median(time.nanoseconds / units[time.scene] for time in own)
+        for key, own in by(on_these, lambda time: (time.variant, time.precision)).items()
     }
-    ratios = defaultdict(list)
-    for (scene, variant, precision), nanoseconds in times.items():
-        if (scene, ABA, "float64") in times:
-            ratios[variant, precision].append(nanoseconds / times[scene, ABA, "float64"])
-    return {key: median(values) for key, values in ratios.items()}
 
 
 def candidates(lab: Laboratory, families: list[str], costs: dict) -> list[Candidate]:
@@ -117,12 +116,9 @@ def candidates(lab: Laboratory, families: list[str], costs: dict) -> list[Candid
             if not all(series) or (costs and (variant, precision) not in costs):
                 continue
             points = [point for points in series for point in points]
+            worst = [_worst(points, field) for field in ("worst", "worst_eta")]
             cost = costs.get((variant, precision))
-            found.append(
-                Candidate(
-                    variant, precision, _worst(points, "worst"), _worst(points, "worst_eta"), cost
-                )
-            )
+            found.append(Candidate(variant, precision, *worst, cost))
     return sorted(found, key=lambda c: (c.cost if costs else c.error, c.error))
 
 
@@ -137,4 +133,4 @@ def _cheapest(found: list[Candidate], enough) -> str | Markup:
     if not best:
         return "none"
     cost = f", {best.cost:.2g}×" if best.cost is not None else ""
-    return Markup("{}<br>{}{}").format(best.variant.replace("<", "<\u200b"), best.precision, cost)
+    return Markup("{}<br>{}{}").format(breakable(best.variant), best.precision, cost)

@@ -17,7 +17,7 @@ from charts.common import (
 from charts.groups import mark_first
 from charts.text import share_text, task_text
 from claims.claim import Plot, number_text
-from page.section import Choice, Figure
+from page.section import Choice, Section, first_of, several
 
 TASK = "task"
 TOOLTIPS = {
@@ -32,25 +32,20 @@ TOOLTIPS = {
 }
 
 
-def figure(
-    plot: Plot, title: str, style: Style, notes: list, scenes: str = "Family"
-) -> Figure | None:
+def draw(page: Section, plot: Plot, title: str, notes: list | str, scenes: str = "Family") -> None:
     """With a choice of task, and of family where lines of several would lie on each other."""
     rows = [row for row in plot.rows if row["x"] > 0 and (row["error"] is not None or row["share"])]
-    if not rows:
-        return None
-    choices = []
-    for signal, label in ((SCENE, scenes), (TASK, "Task"))[not plot.lines :]:
-        names = list(dict.fromkeys(row[signal] for row in rows))
-        if len(names) > 1:
-            options = [(name, task_text(name)) for name in names]
-            choices.append(Choice(signal, label, options, names[0]))
-    chart = _chart(plot, rows, style, {choice.signal: choice.first for choice in choices})
+    choices = several(
+        Choice(signal, label, dict.fromkeys(row[signal] for row in rows), task_text)
+        for signal, label in ((SCENE, scenes), (TASK, "Task"))[not plot.lines :]
+    )
     titles = TOOLTIPS | {"x_text": plot.x, "error_text": plot.y}
-    return Figure(title, chart, titles, choices, notes)
+    if rows:
+        chart = _chart(plot, rows, page.style, first_of(choices), titles)
+        page.figure(title, chart, titles, choices, notes)
 
 
-def _chart(plot: Plot, rows: list[dict], style: Style, choices: dict[str, str]):
+def _chart(plot: Plot, rows: list[dict], style: Style, choices: dict[str, str], titles: dict):
     """Lines through medians with crosses for failures, or a cloud of marks."""
     values = [
         {name: value for name, value in row.items() if name != "share" or value}
@@ -63,7 +58,6 @@ def _chart(plot: Plot, rows: list[dict], style: Style, choices: dict[str, str]):
         }
         for row in rows
     ]
-    tooltips = TOOLTIPS | {"x_text": plot.x, "error_text": plot.y}
     mark_first(values, "task")
     if plot.lines:
         mark_last(values, "error", "x", (SCENE, TASK))
@@ -71,7 +65,7 @@ def _chart(plot: Plot, rows: list[dict], style: Style, choices: dict[str, str]):
     x = alt.X("x:Q", axis=log_axis("x", plot.x, NUMBER), scale=scale)
     y = alt.Y("error:Q", axis=log_axis("y", plot.y, NUMBER), scale=error_scale(values))
     chart = filtered(choices)
-    encoding = variant_charts.series(style, tooltips)
+    encoding = variant_charts.series(style, titles)
     drawn = chart.transform_filter("datum.error > 0").encode(x=x, y=y, **encoding)
     lines = variant_charts.curves(drawn, style)
     layers = (

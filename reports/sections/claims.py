@@ -1,14 +1,22 @@
-"""Twelve claims about accuracy: their plots, the numbers that decide them, their verdicts."""
+"""Each claim is a prediction with numbers, tested by fixed rules: one number out of its range
+refutes it; it is open while a number is absent from this run, and confirmed otherwise. Here
+{counts}. ABA is Sequential<Conventional>, Cholesky Batch<EigenLLT>, MGS Sequential<ArrayMGS>,
+Givens Sequential<ArrayGivens>. u is the unit roundoff, κ the condition number of M, and kS the
+structured one: how much the answer changes with relative changes of the robot’s parameters. η is
+the error over u kS.
+"""
 
 from markupsafe import Markup
 
-from charts.common import Style
 from claims import CLAIMS
-from claims.claim import Claim
-from page.section import Figure, Section, Table
+from claims.claim import Check, Claim
+from page.section import Section, formula, left
 from read.data import Data
-from read.replicates import Replicates
 from sections import claim_charts, claim_replicates
+from sections.common import style_of
+
+WORDS = {True: "✓", False: "✗ not so", None: "–"}  # whether a check holds
+OPEN = "open: not in this run"
 
 
 def section(data: Data) -> Section | None:
@@ -16,81 +24,59 @@ def section(data: Data) -> Section | None:
     if not (len(data.stress) or data.integrations or replicates):
         return None
     claims = [decide(data) for decide in CLAIMS]
-    rows = [row for claim in claims for row in claim.plot.rows]
-    style = Style((row["variant"] for row in rows), (row["precision"] for row in rows))
     counts = [
         f"{sum(claim.verdict == verdict for claim in claims)} {verdict}"
         for verdict in ("confirmed", "refuted", "open")
     ]
-    return Section(
+    page = Section(
         "Twelve claims, decided by this run",
         [
-            "Each claim is a prediction with numbers, tested by fixed rules: one number out of "
-            "its range refutes it; it is open while a number is absent from this run, and "
-            f"confirmed otherwise. Here {', '.join(counts)}. ABA is Sequential<Conventional>, "
-            "Cholesky Batch<EigenLLT>, MGS Sequential<ArrayMGS>, Givens Sequential<ArrayGivens>. u is the unit roundoff, κ the "
-            "condition number of M, and kS the structured one: how much the answer changes with "
-            "relative changes of the robot’s parameters. η is the error over u kS.",
-            *([claim_replicates.paragraph(replicates)] if replicates else []),
+            __doc__.format(counts=", ".join(counts)),
+            replicates and claim_replicates.paragraph(replicates),
         ],
-        variants=style.variants,
-        precisions=style.precisions,
-        figures=[figure for claim in claims if (figure := _figure(claim, style, replicates))],
-        tables=[
-            _verdicts(claims),
-            _numbers(claims),
-            *(claim_replicates.tables(replicates) if replicates else []),
-        ],
+        style_of(row for claim in claims for row in claim.plot.rows),
     )
+    for claim in claims:
+        notes = [_verdict(claim), claim.sentence]
+        notes += claim_replicates.notes(replicates, claim.id) if replicates else []
+        claim_charts.draw(page, claim.plot, f"{claim.id} {claim.title}", notes)
+    name = left("Claim", lambda _, claim: claim.id)
+    number = [left("Number", "what"), left("Measured", "measured"), left("Claimed", "wanted")]
+    page.table(
+        "The verdicts of this run, each with the number that decides it",
+        [
+            name,
+            formula("Says", lambda _, claim: claim.sentence),
+            formula("Verdict", lambda _, claim: _word(claim)),
+            number,
+        ],
+        [(_deciding(claim), claim) for claim in claims],
+    )
+    page.table(
+        "All numbers of the claims",
+        [name, number, left("Holds", lambda check, _: WORDS[check.holds])],
+        [(check, claim) for claim in claims for check in claim.checks],
+        folded=True,
+    )
+    if replicates:
+        claim_replicates.tabulate(page, replicates)
+    return page
 
 
-def _figure(claim: Claim, style: Style, replicates: Replicates | None) -> Figure | None:
-    title = f"{claim.id} {claim.title}"
-    notes = [_verdict(claim), claim.sentence]
-    notes += claim_replicates.notes(replicates, claim.id) if replicates else []
-    return claim_charts.figure(claim.plot, title, style, notes)
+def _word(claim: Claim) -> Markup:
+    word = OPEN if claim.verdict == "open" else claim.verdict
+    return Markup('<span class="{}">{}</span>').format(claim.verdict, word)
 
 
 def _verdict(claim: Claim) -> Markup:
     """The verdict, and the number that decides it."""
-    texts = {"open": "Open: not in this run"}
-    text = texts.get(claim.verdict, claim.verdict.capitalize())
+    text = (OPEN if claim.verdict == "open" else claim.verdict).capitalize()
     check = _deciding(claim)
-    number = f": {check.what}: {check.measured}, claimed {check.wanted}." if check else "."
-    return Markup('<strong class="{}">{}</strong>{}').format(claim.verdict, text, number)
+    number = f"{check.what}: {check.measured}, claimed {check.wanted}."
+    return Markup('<strong class="{}">{}</strong>: {}').format(claim.verdict, text, number)
 
 
-def _deciding(claim: Claim):
+def _deciding(claim: Claim) -> Check:
     """The first check that refutes or is absent, or else the first."""
     wanted = {"refuted": False, "open": None, "confirmed": True}[claim.verdict]
-    return next((check for check in claim.checks if check.holds is wanted), None)
-
-
-def _verdicts(claims: list[Claim]) -> Table:
-    rows = []
-    for claim in claims:
-        check = _deciding(claim)
-        word = "open: not in this run" if claim.verdict == "open" else claim.verdict
-        verdict = Markup('<span class="{}">{}</span>').format(claim.verdict, word)
-        rows.append([claim.id, claim.sentence, verdict, check.what, check.measured, check.wanted])
-    return Table(
-        "The verdicts of this run, each with the number that decides it",
-        ["Claim", "Says", "Verdict", "Number", "Measured", "Claimed"],
-        rows,
-        "lfflll",
-    )
-
-
-def _numbers(claims: list[Claim]) -> Table:
-    words = {True: "✓", False: "✗ not so", None: "–"}
-    return Table(
-        "All numbers of the claims",
-        ["Claim", "Number", "Measured", "Claimed", "Holds"],
-        [
-            [claim.id, check.what, check.measured, check.wanted, words[check.holds]]
-            for claim in claims
-            for check in claim.checks
-        ],
-        "lllll",
-        folded=True,
-    )
+    return next(check for check in claim.checks if check.holds is wanted)

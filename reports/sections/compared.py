@@ -1,4 +1,8 @@
-"""This run against another: ratios of times with their noise, errors that changed, the machines."""
+"""Ratio: time now over time before, below 1 is faster. Noise: the standard error of the ratio, from
+the repetitions of both. A change counts if it is more than {noises} of these and more than
+{least:.0f} %; the bars in the figure are {noises} either way. Runs hours apart differ by more than
+their repetitions say: scripts/bench_compare takes turns.
+"""
 
 import math
 from collections import Counter
@@ -7,12 +11,12 @@ from statistics import geometric_mean
 from markupsafe import Markup
 
 from charts import aggregates as aggregate_charts
-from charts.common import VIEW, Style
+from charts.common import VIEW
 from charts.text import error_text, measure_text, task_rank, task_text, three_digits, time_text
-from page.section import Choice, Figure, Section, Table
+from page.section import Section, left, right
 from read.data import Data
+from sections.common import SERIES, ratio, style_of
 from sections.method import distinct
-from summary.engines import cells, changed
 from summary.baseline import (
     LEAST,
     NOISES,
@@ -24,203 +28,162 @@ from summary.baseline import (
     differences,
     worse_and_better,
 )
+from summary.engines import cells, changed
 
 MOST = 100  # rows of a table of changes
+MANY = 8  # rows of a table that is unfolded
 SLOWER = 1.5  # factor of a time from Python that is told
-OTHER_MACHINE = "machines differ"
 
 
 def section(data: Data) -> Section | None:
     if data.baseline is None:
         return None
-    found = changes(data, data.baseline)
     differ = differences(data, data.baseline)
-    foreign = "cpu" in differ
-    rows = [_row(change, foreign) for change in found]
-    views = _choice(rows)
-    figures, tables = [], []
-    style = Style((row["variant"] for row in rows), (row["precision"] for row in rows))
-    if rows:
-        chart = aggregate_charts.ratios(rows, style, {VIEW: views.first})
-        figures = [Figure("times now over before", chart, aggregate_charts.RATIO_TOOLTIPS)]
-        tables = [_summary(found, foreign), _largest(found, foreign)]
-    return Section(
+    found = [
+        (change, "machines differ" if "cpu" in differ else change.verdict)
+        for change in changes(data, data.baseline)
+    ]
+    rows = [_row(*it) for it in found]
+    page = Section(
         "This run against the baseline",
-        [
-            "Ratio: time now over time before, below 1 is faster. Noise: the standard error of the "
-            "ratio, from the repetitions of both. A change counts if it is more than "
-            f"{NOISES} of these and more than {100 * LEAST:.0f} %; the bars in the figure are "
-            f"{NOISES} either way. Runs hours apart differ by more than their repetitions say: "
-            "scripts/bench_compare takes turns.",
-        ],
-        statements=[*_runs(data), *_machines(differ), *_unread(data.baseline)],
-        choices=[views] if views and len(views.options) > 1 else [],
-        variants=style.variants,
-        precisions=style.precisions,
-        figures=figures,
-        tables=[*tables, *_engines(data), *_errors(data)],
+        __doc__.format(noises=NOISES, least=100 * LEAST),
+        style_of(rows),
         opened=True,
     )
+    for name, run in (("Baseline", data.baseline), ("This run", data)):
+        revision = ", ".join(distinct(run.all_contexts, "git_revision")) or "unknown"
+        days = dict.fromkeys(date[:10] for date in distinct(run.all_contexts, "date"))
+        page.say(f"{name}: revision {revision}, {', '.join(days)}.")
+    told = '<strong class="bad">The runs differ in {}:</strong> before {}; now {}.{}'
+    for key, (then, now) in differ.items():
+        values = (" | ".join(found) or "unknown" for found in (then, now))
+        unjudged = " No time is called faster or slower." if key == "cpu" else ""
+        page.say(Markup(told).format(key, *values, unjudged))
+    if files := data.baseline.unread + data.baseline.engine_faults:
+        page.say(f"Not read of the baseline: {'; '.join(files)}.")
+    page.choose(VIEW, "Show", dict.fromkeys(row[VIEW] for row in rows))
+    if rows:
+        chart = aggregate_charts.ratios(rows, page.style, page.first)
+        page.figure("times now over before", chart, aggregate_charts.RATIO_TOOLTIPS)
+        _summary(page, found)
+        _largest(page, found)
+    _engines(page, data)
+    _errors(page, data)
+    return page
 
 
-def _runs(data: Data) -> list[str]:
-    return [
-        f"{name}: revision {', '.join(distinct(run.all_contexts, 'git_revision')) or 'unknown'}, "
-        f"{', '.join(dict.fromkeys(date[:10] for date in distinct(run.all_contexts, 'date')))}."
-        for name, run in (("Baseline", data.baseline), ("This run", data))
-    ]
-
-
-def _machines(differ: dict) -> list[Markup]:
-    return [
-        Markup('<strong class="bad">The runs differ in {}:</strong> before {}; now {}.{}').format(
-            key,
-            " | ".join(then) or "unknown",
-            " | ".join(now) or "unknown",
-            " No time is called faster or slower." if key == "cpu" else "",
-        )
-        for key, (then, now) in differ.items()
-    ]
-
-
-def _unread(baseline: Data) -> list[str]:
-    files = baseline.unread + baseline.engine_faults
-    return [f"Not read of the baseline: {'; '.join(files)}."] if files else []
-
-
-def _engines(data: Data) -> list[Table]:
+def _engines(page: Section, data: Data) -> None:
     """What changed of engines, robot by robot."""
-    before = cells(data.baseline)
-    pairs = changed(cells(data), before, WORSE, SLOWER)
-    if not pairs:
-        return []
+
+    def both(name: str):
+        return lambda new, old: " → ".join(dict.fromkeys((getattr(old, name), getattr(new, name))))
+
+    pairs = changed(cells(data), cells(data.baseline), WORSE, SLOWER)
     pairs.sort(key=lambda pair: (pair[1].scene, pair[1].variant, pair[1].task, pair[1].batch))
-    rows = [
-        [new.scene, new.variant, new.precision, task_text(new.task), str(new.batch)]
-        + [f"{old.version} → {new.version}" if old.version != new.version else new.version]
-        + [f"{old.status} → {new.status}" if old.status != new.status else new.status]
-        + [error_text(old.worst), error_text(new.worst), time_text(old.time), time_text(new.time)]
-        for old, new in pairs
-    ]
-    return [
-        Table(
-            "Engines: cells of another status or version, whose worst error changed by more than a "
-            f"factor of {WORSE} or time by more than {SLOWER:g}",
-            ["Scene:N", "Engine", "Precision", "Task", "States", "Version", "Status"]
-            + ["Worst before", "Now", "Time before", "Now"],
-            rows,
-            "llllrllrrrr",
-            folded=len(rows) > 8,
-        )
-    ]
-
-
-def _verdict(change: Change, foreign: bool) -> str:
-    return OTHER_MACHINE if foreign else change.verdict
+    page.table(
+        f"""Engines: cells of another status or version, whose worst error changed by more than a
+        factor of {WORSE} or time by more than {SLOWER:g}""",
+        [
+            left("Scene:N", "scene"),
+            left("Engine", "variant"),
+            left("Precision", "precision"),
+            left("Task", "task", task_text),
+            right("States", "batch"),
+            left("Version", both("version")),
+            left("Status", both("status")),
+            right("Worst before", lambda _, old: old.worst, error_text),
+            right("Now", "worst", error_text),
+            right("Time before", lambda _, old: old.time, time_text),
+            right("Now", "time", time_text),
+        ],
+        [(new, old) for old, new in pairs],
+        folded=len(pairs) > MANY,
+    )
 
 
 def _percent(noise: float | None) -> str:
     return "–" if noise is None else f"± {100 * math.expm1(noise):.1f} %"
 
 
-def _view(change: Change) -> str:
-    return f"{change.program}: {task_text(change.after.task)}"
-
-
-def _row(change: Change, foreign: bool) -> dict:
-    time, ratio = change.after, change.ratio
+def _row(change: Change, verdict: str) -> dict:
+    time, factor = change.after, change.ratio
     reach = math.exp(NOISES * (change.noise or 0))
     return {
         "scene": time.scene,
-        VIEW: _view(change),
+        VIEW: f"{change.program}: {task_text(time.task)}",
         "variant": time.variant,
         "precision": time.precision,
         "before": change.before,
-        "ratio": float(f"{ratio:.5g}"),
-        "low": float(f"{ratio / reach:.5g}"),
-        "high": float(f"{ratio * reach:.5g}"),
+        "ratio": float(f"{factor:.5g}"),
+        "low": float(f"{factor / reach:.5g}"),
+        "high": float(f"{factor * reach:.5g}"),
         "before_text": time_text(change.before),
         "after_text": time_text(time.nanoseconds),
-        "ratio_text": f"{ratio:.3f}",
+        "ratio_text": f"{factor:.3f}",
         "noise_text": _percent(change.noise),
-        "verdict": _verdict(change, foreign),
+        "verdict": verdict,
     }
 
 
-def _choice(rows: list[dict]) -> Choice | None:
-    views = list(dict.fromkeys(row[VIEW] for row in rows))
-    return Choice(VIEW, "Show", [(view, view) for view in views], views[0]) if views else None
-
-
-def _summary(found: list[Change], foreign: bool) -> Table:
-    rows = []
-    for (program, task), own in sorted(by_task(found).items(), key=lambda it: task_rank(it[0][1])):
-        counts = Counter(_verdict(change, foreign) for change in own)
-        cells = [str(counts[name]) for name in ("faster", "slower", "same")]
-        mean = three_digits(geometric_mean(change.ratio for change in own))
-        rows.append([task_text(task), program, str(len(own)), mean, *cells])
-    return Table(
+def _summary(page: Section, found: list[tuple[Change, str]]) -> None:
+    counts = Counter((it.program, it.after.task, verdict) for it, verdict in found)
+    groups = sorted(by_task([it for it, _ in found]).items(), key=lambda it: task_rank(it[0][1]))
+    page.table(
         "Times by task: geometric mean of now over before, and how many changed",
-        ["Task", "Program", "Calls", "Ratio", "Faster", "Slower", "Same"],
-        rows,
-        "llrrrrr",
-    )
-
-
-def _largest(found: list[Change], foreign: bool) -> Table:
-    told = [change for change in found if foreign or change.verdict != "same"]
-    told.sort(key=lambda change: -abs(math.log(change.ratio)))
-    rows = [
         [
-            change.after.scene,
-            task_text(change.after.task),
-            change.after.variant,
-            change.after.precision,
-            time_text(change.before),
-            time_text(change.after.nanoseconds),
-            f"{change.ratio:.3f}",
-            _percent(change.noise),
-            _verdict(change, foreign),
-        ]
-        for change in told[:MOST]
-    ]
-    rest = f", the first {MOST} of {len(told)}" if len(told) > MOST else ""
-    return Table(
-        f"Times that changed, the largest first{rest}",
-        ["Scene:N", "Task", "Variant", "Precision", "Before", "Now", "Ratio", "Noise", "Verdict"],
-        rows,
-        "llllrrrrl",
-        folded=True,
+            left("Task", lambda key, _: key[1], task_text),
+            left("Program", lambda key, _: key[0]),
+            right("Calls", lambda _, own: len(own)),
+            right("Ratio", lambda _, own: geometric_mean(it.ratio for it in own), three_digits),
+            *(
+                right(name.capitalize(), lambda key, _, name=name: counts[*key, name])
+                for name in ("faster", "slower", "same")
+            ),
+        ],
+        groups,
     )
 
 
-def _errors(data: Data) -> list[Table]:
+def _largest(page: Section, found: list[tuple[Change, str]]) -> None:
+    told = [(change, verdict) for change, verdict in found if verdict != "same"]
+    told.sort(key=lambda it: -abs(math.log(it[0].ratio)))
+    rest = f", the first {MOST} of {len(told)}" if len(told) > MOST else ""
+    page.table(
+        f"Times that changed, the largest first{rest}",
+        [
+            left("Scene:N", "after.scene"),
+            left("Task", "after.task", task_text),
+            left("Variant", "after.variant"),
+            left("Precision", "after.precision"),
+            right("Before", "before", time_text),
+            right("Now", "after.nanoseconds", time_text),
+            right("Ratio", "ratio", "{:.3f}".format),
+            right("Noise", "noise", _percent),
+            left("Verdict", lambda _, verdict: verdict),
+        ],
+        told[:MOST],
+        folded=True,
+        stays=True,
+    )
+
+
+def _errors(page: Section, data: Data) -> None:
     pairs = worse_and_better(data, data.baseline)
     count = compared_errors(data, data.baseline)
-    if not count:
-        return []
-    rows = [
+    page.table(
+        f"""Errors: {len(pairs)} of {count} largest errors changed by more than a factor of
+        {WORSE}, or fail on another share of the states""",
         [
-            new.scene,
-            f"{task_text(new.task)}, {measure_text(new.measure)}",
-            new.variant,
-            new.precision,
-            error_text(old.worst),
-            error_text(new.worst),
-            three_digits(new.worst / old.worst) if old.worst and new.worst else "–",
-            f"{old.failures} of {old.states}",
-            f"{new.failures} of {new.states}",
-        ]
-        for old, new in pairs
-    ]
-    return [
-        Table(
-            f"Errors: {len(rows)} of {count} largest errors changed by more than a factor of "
-            f"{WORSE}, or fail on another share of the states",
-            ["Scene:N", "Error", "Variant", "Precision", "Before", "Now", "Ratio", "Failed before"]
-            + ["Failed now"],
-            rows,
-            "llllrrrrr",
-            folded=len(rows) > 8,
-        )
-    ]
+            left("Scene:N", "scene"),
+            left("Error", lambda it, _: f"{task_text(it.task)}, {measure_text(it.measure)}"),
+            SERIES,
+            right("Before", lambda _, old: old.worst, error_text),
+            right("Now", "worst", error_text),
+            right("Ratio", lambda new, old: ratio(new.worst, old.worst), three_digits),
+            right("Failed before", lambda _, old: f"{old.failures} of {old.states}"),
+            right("Failed now", lambda new, _: f"{new.failures} of {new.states}"),
+        ],
+        [(new, old) for old, new in pairs],
+        folded=len(pairs) > MANY,
+        stays=count > 0,
+    )

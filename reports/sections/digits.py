@@ -1,16 +1,26 @@
-"""The accuracy laboratory: how many digits each variant leaves on each family."""
+"""Families of mechanisms made to be difficult, each swept over one parameter (below). The truth is
+multi-precision for the parameters rounded to the working precision. The task named “dynamics, else
+random” is the full dynamics with gravity and velocities, or random torques at rest for a family
+without these, or white innovations.
+
+Digits left: −log₁₀ of the median relative error over the seeds, at the swept value where that is
+worst; above in float64, below in float32. A failure counts as an infinite error. “Wrong”: an error
+above 1 % without a warning; “warned”: with one; “refused”: called singular. * : the median is
+right, but a seed failed or is wrong.
+"""
 
 import math
-from collections import defaultdict
+from operator import attrgetter
 
 import numpy as np
 from markupsafe import Markup, escape
 
-from charts.text import TASKS, share_text, task_text
-from page.section import Choice, Section, Table
+from charts.text import share_text, task_rank, task_text
+from page.section import Column, Section, left, right
 from read.data import Data
 from read.laboratory import Laboratory, Point
-from read.stress import U, Variant
+from read.stress import Stress, U, Variant
+from sections.common import SERIES, Group, by, groups, spaced
 
 TASK, GROUP = "task", "group"
 FIRST = "dynamics, else random"
@@ -44,52 +54,36 @@ def section(data: Data) -> Section | None:
     lab = data.laboratory
     if not lab.points and not lab.impossible:
         return None
-    tasks = sorted(
-        lab.tasks,
-        key=lambda task: (task not in TASKS, list(TASKS).index(task) if task in TASKS else task),
-    )
+    tasks = sorted(lab.tasks, key=task_rank)
     if lab.tasks & set(NEAREST):
         tasks = [FIRST, *tasks]
-    groups = grouped(lab.variants, lab.known)
-    tables = [
-        table
-        for task in tasks
-        for group, variants in groups.items()
-        if (table := _digits(data, task, group, variants, (tasks[0], next(iter(groups)))))
-    ]
-    singular = _impossible(lab)
-    task = Choice(
-        TASK, "Task", [(name, task_text(name)) for name in tasks], tasks[0] if tasks else ""
-    )
-    group = Choice(GROUP, "Variants", [(name, name) for name in groups], next(iter(groups), ""))
-    return Section(
-        "The accuracy laboratory",
+    kinds = grouped(lab.variants, lab.known)
+    page = Section("The accuracy laboratory", __doc__)
+    page.choose(TASK, "Task", tasks, task_text)
+    page.choose(GROUP, "Variants", kinds)
+    for task in tasks:
+        for group, variants in kinds.items():
+            _digits(page, lab, task, group, variants)
+    page.table(
+        "What each family is swept over",
         [
-            "Families of mechanisms made to be difficult, each swept over one parameter (below). "
-            "The truth is multi-precision for the parameters rounded to the working precision. The "
-            "task named “dynamics, else random” is the full dynamics with gravity and velocities, "
-            "or random torques at rest for a family without these, or white innovations.",
-            "Digits left: −log₁₀ of the median relative error over the seeds, at the swept value "
-            "where that is worst; above in float64, below in float32. A failure counts as an "
-            "infinite error. “Wrong”: an error above 1 % without a warning; “warned”: with one; "
-            "“refused”: called singular. * : the median is right, but a seed failed or is wrong.",
+            left("Family", lambda family: escape(spaced(family.name))),
+            left("Swept over", "parameter", escape),
         ],
-        choices=[choice for choice in (task, group) if choice.options],
-        tables=[*tables, *_swept(data), *singular, *_health(data)],
+        [family for family in data.stress_families if family.parameter],
     )
+    _impossible(page, lab)
+    _health(page, data.stress)
+    return page
 
 
 def grouped(variants: list[str], known: dict[str, Variant]) -> dict[str, list[str]]:
     """Variants by kind; where there are many, those to choose from first."""
     if len(variants) <= MANY:
         return {"All": variants} if variants else {}
-    groups = defaultdict(list)
-    for variant in variants:
-        what = known.get(variant)
-        if what and what.contender:
-            groups[CHOSEN].append(variant)
-        groups[_group(what)].append(variant)
-    return {name: groups[name] for name in ORDER if name in groups}
+    kinds = by(variants, lambda variant: _group(known.get(variant)))
+    kinds[CHOSEN] = [it for it in variants if it in known and known[it].contender]
+    return {name: kinds[name] for name in ORDER if kinds.get(name)}
 
 
 def _group(variant: Variant | None) -> str:
@@ -98,34 +92,37 @@ def _group(variant: Variant | None) -> str:
     return GROUPS.get(variant.kind, OTHERS) if variant else OTHERS
 
 
-def _digits(data: Data, task: str, group: str, variants: list[str], first) -> Table | None:
-    lab = data.laboratory
-    rows, present = [], set()
-    for family in lab.families:
-        own = own_task(lab, family, task)
-        series = {
-            variant: {precision: lab.series(family, own, precision, variant) for precision in U}
-            for variant in variants
-        }
-        if not any(points for pair in series.values() for points in pair.values()):
-            continue
-        present |= {variant for variant, pair in series.items() if any(pair.values())}
-        rows.append((escape(family.replace("_", " ")), series))
-    if not rows:
-        return None
-    columns = [variant for variant in variants if variant in present]
+def breakable(variant: str) -> str:
+    """Where a line may end."""
+    return variant.replace("<", "<\u200b")
+
+
+def _digits(page: Section, lab: Laboratory, task: str, group: str, variants: list[str]) -> None:
     precisions = sorted(U, reverse=True)
-    return Table(
-        f"{task_text(task)}, {group}: digits left at the worst value of each family, above in "
-        f"{precisions[0]}, below in {precisions[1]}",
-        ["Family", *(variant.replace("<", "<\u200b") for variant in columns)],
+    series = {
+        (family, variant): [
+            lab.series(family, own_task(lab, family, task), precision, variant)
+            for precision in precisions
+        ]
+        for family in lab.families
+        for variant in variants
+    }
+    families, present = (
+        dict.fromkeys(key[i] for key, it in series.items() if any(it)) for i in (0, 1)
+    )
+    page.table(
+        f"""{task_text(task)}, {group}: digits left at the worst value of each family, above in
+        {precisions[0]}, below in {precisions[1]}""",
         [
-            [name, *(_pair([series[v][p] for p in precisions]) for v in columns)]
-            for name, series in rows
+            left("Family", lambda family: escape(spaced(family))),
+            [
+                left(breakable(variant), lambda family, it=variant: _pair(series[family, it]))
+                for variant in variants
+                if variant in present
+            ],
         ],
-        "l" * (len(columns) + 1),
+        families,
         shown={TASK: task, GROUP: group},
-        first=(task, group) == first,
         style="digits",
     )
 
@@ -170,86 +167,60 @@ def _cell(points: list[Point], usual: int) -> Markup:
     return Markup("<p{}>{:.1f}{}").format(Markup(look), number, some)
 
 
-def _swept(data: Data) -> list[Table]:
-    rows = [
-        [escape(family.name.replace("_", " ")), escape(family.parameter)]
-        for family in data.stress_families
-        if family.parameter
+def series_of(rows: Stress) -> list[Group]:
+    """By variant and precision."""
+    return [
+        Group(variant=variant, precision=precision, own=own)
+        for variant in rows.present("variant")
+        for precision in U
+        if len(own := rows.where(variant=variant, precision=precision))
     ]
-    if not rows:
-        return []
-    return [Table("What each family is swept over", ["Family", "Swept over"], rows, "ll")]
 
 
-def _health(data: Data) -> list[Table]:
+def _health(page: Section, stress: Stress) -> None:
     """What is left of a covariance that ought to be symmetric, positive and zero along its axis."""
-    stress = data.stress
     factors = stress.rows(stress.ok & ~np.isnan(stress["P_min"])).where(task="factors")
-    rows = []
-    for variant in factors.present("variant"):
-        for precision in factors.present("precision"):
-            own = factors.where(variant=variant, precision=precision)
-            if not len(own):
-                continue
-            lost = own["P_min"] < -own.u
-            rows.append(
-                [
-                    variant,
-                    precision,
-                    str(len(own)),
-                    share_text(float(lost.mean())),
-                    f"{min(own['P_min'].min(), 0.0):.1e}",
-                    f"{np.nanmax(own['P_constraint']):.1e}",
-                    f"{own['P_asymmetry'].max():.1e}",
-                ]
-            )
-    if not rows:
-        return []
-    return [
-        Table(
-            "Health of P⁺, the worst joint of every mechanism: share of mechanisms with a "
-            "negative eigenvalue beyond u; then the worst of all mechanisms: least over largest "
-            "eigenvalue, |H P⁺| / |P⁺| where there is no joint noise, asymmetry",
-            ["Variant", "Precision", "Mechanisms", "Lost", "λ min / λ max", "|H P⁺|", "Asymmetry"],
-            rows,
-            "llrrrrr",
-            folded=True,
-        )
-    ]
+    digits = "{:.1e}".format
+    page.table(
+        """Health of P⁺, the worst joint of every mechanism: share of mechanisms with a negative
+        eigenvalue beyond u; then the worst of all mechanisms: least over largest eigenvalue,
+        |H P⁺| / |P⁺| where there is no joint noise, asymmetry""",
+        [
+            SERIES,
+            right("Mechanisms", "own", len),
+            right("Lost", lambda it: (it.own["P_min"] < -it.own.u).mean(), share_text),
+            right("λ min / λ max", lambda it: min(it.own["P_min"].min(), 0.0), digits),
+            right("|H P⁺|", lambda it: np.nanmax(it.own["P_constraint"]), digits),
+            right("Asymmetry", lambda it: it.own["P_asymmetry"].max(), digits),
+        ],
+        series_of(factors),
+        folded=True,
+    )
 
 
-def _impossible(lab: Laboratory) -> list[Table]:
+def _impossible(page: Section, lab: Laboratory) -> None:
     """What becomes of mechanisms that have no answer."""
-    if not lab.impossible:
-        return []
-    counts = defaultdict(lambda: [0] * 5)
-    for point in lab.impossible:
-        if point.task == "factors":
-            continue
-        answered = point.seeds - point.failures
-        parts = (point.seeds, point.singular, point.indefinite + point.not_finite, answered)
-        total = counts[point.variant, point.precision]
-        for place, count in enumerate(parts):
-            total[place] += count
-    rows = []
-    for (variant, precision), (trials, refused, otherwise, answered, _) in sorted(counts.items()):
-        shares = (share_text(count / trials) for count in (refused, otherwise, answered))
-        rows.append([variant, precision, str(trials), *shares])
+
+    def total(what):
+        return lambda it: sum(map(what, it.own))
+
+    def share(title: str, what) -> Column:
+        return right(title, lambda it: total(what)(it) / total(seeds)(it), share_text)
+
+    seeds = attrgetter("seeds")
     families = sorted({point.family for point in lab.impossible})
-    return [
-        Table(
-            "Exactly singular mechanisms, which have no answer: what each variant does with them "
-            f"({', '.join(name.replace('_', ' ') for name in families)})",
-            [
-                "Variant",
-                "Precision",
-                "Trials",
-                "Refused as singular",
-                "Failed otherwise",
-                "Answered",
-            ],
-            rows,
-            "llrrrr",
-            folded=True,
-        )
-    ]
+    points = [point for point in lab.impossible if point.task != "factors"]
+    series = groups(points, "variant", "precision")
+    page.table(
+        f"""Exactly singular mechanisms, which have no answer: what each variant does with them
+        ({", ".join(map(spaced, families))})""",
+        [
+            SERIES,
+            right("Trials", total(seeds)),
+            share("Refused as singular", attrgetter("singular")),
+            share("Failed otherwise", lambda point: point.indefinite + point.not_finite),
+            share("Answered", lambda point: point.seeds - point.failures),
+        ],
+        sorted(series, key=lambda it: (it.variant, it.precision)),
+        folded=True,
+    )

@@ -1,17 +1,17 @@
 """The first section: which engine, precision and batch for a robot, and what every cell says."""
 
-import statistics
 from collections import Counter
-from itertools import groupby
+from statistics import median
 
 from charts import engines as engine_charts
-from charts.common import SCENE, VIEW, Style, view
+from charts.common import SCENE, VIEW, view
 from charts.engines import BATCH, batch_text
 from charts.text import error_text, measure_text, task_rank, task_text, time_text
-from page.section import Answer, Choice, Figure, Section, Table
-from read.data import Data, EngineAnswer, scene_name, scene_size
+from page.section import Section, left, right
+from read.data import Data, scene_name, scene_size
 from read.engines import WARNED
 from read.ladder import DEFAULT
+from sections.common import Group, by, groups, style_of
 from summary.engines import LADDER, STATUSES, WRONG, Cell, best, cells
 
 TITLE = "Which engine, precision and batch"
@@ -30,40 +30,38 @@ def section(data: Data) -> Section | None:
     plain = {it: "+" not in it for it in scenes}  # under no stress
     first = max(scenes, key=lambda it: (plain[it], counts[it], scene_name(it) == FIRST), default="")
     tasks = sorted({cell.task for cell in found}, key=task_rank)
-    choices = _choices(scenes, first, tasks, sorted({cell.batch for cell in found}))
-    shown = {choice.signal: choice.first for choice in choices}
+    texts = {view(task, "relative"): task_text(task) for task in tasks}
+    first_view = view(FIRST_TASK, "relative")
     rows = engine_charts.cell_rows(found)
-    style = Style((row["variant"] for row in rows), (row["precision"] for row in rows))
-    answers = [_answer(scene, found) for scene in scenes]
-    for answer in answers:
-        answer.first = answer.shown[SCENE] == first
-    return Section(
+    page = Section(
         TITLE if len(scenes) > 1 else f"{TITLE} for {scene_name(first)}",
-        statements=[f"Not read: {it}." for it in data.engine_faults],
-        choices=[it for it in choices if len(it.options) > 1],
-        variants=style.variants,
-        precisions=style.precisions,
-        answers=answers,
-        figures=[_figure(rows, style, shown, _notes(data))] if rows else [],
-        tables=_tables(data.engine_answers, shown.get(VIEW)),
+        style=style_of(rows),
         opened=True,
         wide=True,
     )
+    page.say(*(f"Not read: {it}." for it in data.engine_faults))
+    page.choose(SCENE, "Robot", scenes, scene_name, first)
+    page.choose(VIEW, "Task", texts, texts.get, first_view if first_view in texts else "")
+    batches = sorted({cell.batch for cell in found})
+    page.choose(BATCH, "States a call", batches, batch_text, slider=True)
+    for scene in scenes:
+        page.answer([_answer(scene, found)], leads=True, shown={SCENE: scene})
+    if rows:
+        page.figure(
+            "error against time",
+            engine_charts.error_against_time(rows, page.style, page.first),
+            engine_charts.COLUMNS,
+            notes=NOTES + (OF_ENGINES if data.engine_answers else NO_ENGINES),
+            table="Every cell: status, times, versions, command",
+        )
+    single = [it for it in data.engine_answers if it.batch == 1]  # else the error is its cell's
+    of_task = groups(single, "task", "measure")
+    for it in sorted(of_task, key=lambda it: (task_rank(it.task), it.measure)):
+        _over_mechanisms(page, it)
+    return page
 
 
-def _choices(scenes: list[str], first: str, tasks: list[str], batches: list[int]) -> list[Choice]:
-    task = FIRST_TASK if FIRST_TASK in tasks else next(iter(tasks), "")
-    counts = [(str(it), batch_text(it)) for it in batches]
-    names = [(it, scene_name(it)) for it in scenes]
-    tasks = [(view(it, "relative"), task_text(it)) for it in tasks]
-    return [
-        Choice(SCENE, "Robot", names, first),
-        Choice(VIEW, "Task", tasks, view(task, "relative")),
-        Choice(BATCH, "States a call", counts, counts[0][0] if counts else "", slider=True),
-    ]
-
-
-def _answer(scene: str, found: list[Cell]) -> Answer:
+def _answer(scene: str, found: list[Cell]) -> str:
     """What to call and what it costs, in twenty words."""
     own = [it for it in found if it.scene == scene and it.task == FIRST_TASK]
     own = [it for it in own if it.variant != LADDER or it.tolerance == DEFAULT]
@@ -75,7 +73,7 @@ def _answer(scene: str, found: list[Cell]) -> Answer:
         rows = f"for {batch_text(many.batch)} states rows of {_named(many)}"
         parts.append(f"{rows}: {_costs(many)}")
     said = "; ".join(parts) or "no answer was both right and timed"
-    return Answer([f"For {scene_name(scene)}, {said}."], leads=True, shown={SCENE: scene})
+    return f"For {scene_name(scene)}, {said}."
 
 
 def _costs(cell: Cell, unit: str = "") -> str:
@@ -90,83 +88,69 @@ def _named(cell: Cell) -> str:
     return DOORS[cell.precision]
 
 
-def _notes(data: Data) -> list[str]:
-    said = [
-        f"A cell is {STATUSES[0]} where the error of every state is below {WRONG:g}, and "
-        f"{STATUSES[3]} where a larger one came without a word. An engine without armature is asked "
-        "about the mechanism without: the model differs. Errors are against proven truth."
-    ]
-    if data.engine_answers:
-        return [
-            *said,
-            "Engines are called from Python, in states and of parameters that float32 holds; ours "
-            "marked C++ or C from C++, in other states. Rounded parameters is no engine: it is how "
-            "far the true answer moves when parameters are rounded to float32.",
-        ]
-    return [*said, "Other engines were not asked: scripts/engines."]
+NOTES = f"""
+Mark: median error; line: up to the largest of the states; hollow: wrong in silence. Down and to
+the left is better. Circle: float64, triangle: float32. A line joins the ladder's tolerances; those
+that one precision answers alike share a label. One state of Dynamics<float> is answered in float64
+and rounded.
+
+A cell is {STATUSES[0]} where the error of every state is below {WRONG:g}, and {STATUSES[3]} where
+a larger one came without a word. An engine without armature is asked about the mechanism without:
+the model differs. Errors are against proven truth.
+
+"""
+OF_ENGINES = """
+Engines are called from Python, in states and of parameters that float32 holds; ours marked C++ or
+C from C++, in other states. Rounded parameters is no engine: it is how far the true answer moves
+when parameters are rounded to float32.
+"""
+NO_ENGINES = "Other engines were not asked: scripts/engines."
 
 
-def _figure(rows: list[dict], style: Style, shown: dict[str, str], notes: list[str]) -> Figure:
-    return Figure(
-        "error against time",
-        engine_charts.error_against_time(rows, style, shown),
-        engine_charts.COLUMNS,
-        notes=[
-            "Mark: median error; line: up to the largest of the states; hollow: wrong in silence. Down "
-            "and to the left is better. Circle: float64, triangle: float32. A line joins the ladder's "
-            "tolerances; those that one precision answers alike share a label. One state of "
-            "Dynamics<float> is answered in float64 and rounded.",
-            *notes,
-        ],
-        table="Every cell: status, times, versions, command",
-    )
-
-
-def _grouped(rows, key) -> dict:
-    return {name: list(own) for name, own in groupby(sorted(rows, key=key), key)}
-
-
-def _tables(answers: list[EngineAnswer], first: str | None) -> list[Table]:
-    """By task, over all mechanisms; the error of a batch belongs to its cell."""
-    by_task = _grouped((it for it in answers if it.batch == 1), lambda it: (it.task, it.measure))
-    return [
-        _over_mechanisms(rows, task, measure, view(task, "relative") == first)
-        for (task, measure), rows in sorted(by_task.items(), key=lambda it: task_rank(it[0][0]))
-    ]
-
-
-def _over_mechanisms(rows: list[EngineAnswer], task: str, measure: str, first: bool) -> Table:
+def _over_mechanisms(page: Section, of_task: Group) -> None:
     """A row a series: how many it answered, how many of these are wrong, how wrong, and on what."""
-    lines = []
-    for series, own in _grouped(rows, lambda it: it[1:3]).items():
-        errors = [row.value for row in own if row.value is not None]
-        silent = [row.value for row in own if row.value is not None and row.outcome != WARNED]
-        warned = sum(row.outcome == WARNED for row in own)
-        beyond = [sum(value > limit for value in silent) for limit in LIMITS]
-        worst = max(errors, default=None)
-        cells = [*series, f"{len(errors)} of {len(own)}", str(warned), *map(str, beyond)]
-        cells += [error_text(worst), error_text(statistics.median(errors) if errors else None)]
-        order = (-len(errors) / len(own), *beyond, worst or 0, series)
-        lines.append((order, [*cells, _loses(own)]))
-    columns = ["Engine", "Precision", "Answered", "Warned"]
-    columns += [f"Silently beyond {limit:.0e}".replace("e-0", "e-") for limit in LIMITS]
-    return Table(
-        f"{task_text(task)}, {measure_text(measure)}: engines over the states of all mechanisms",
-        [*columns, "Worst", "Median", "Loses most on"],
-        [cells for _, cells in sorted(lines)],
-        "llrrrrrrl",
+    series = groups(of_task.own, "variant", "precision")
+    for it in series:
+        it.errors = [row.value for row in it.own if row.value is not None]
+        it.warned = sum(row.outcome == WARNED for row in it.own)
+        silent = [row.value for row in it.own if row.value is not None and row.outcome != WARNED]
+        it.beyond = [sum(value > limit for value in silent) for limit in LIMITS]
+        it.worst = max(it.errors, default=None)
+
+    def rank(it: Group) -> tuple:
+        answered = len(it.errors) / len(it.own)
+        return -answered, *it.beyond, it.worst or 0, it.variant, it.precision
+
+    page.table(
+        f"""{task_text(of_task.task)}, {measure_text(of_task.measure)}: engines over the states of
+        all mechanisms""",
+        [
+            left("Engine", "variant"),
+            left("Precision", "precision"),
+            right("Answered", lambda it: f"{len(it.errors)} of {len(it.own)}"),
+            right("Warned", "warned"),
+            [
+                right(
+                    f"Silently beyond {limit:.0e}".replace("e-0", "e-"),
+                    lambda it, i=i: it.beyond[i],
+                )
+                for i, limit in enumerate(LIMITS)
+            ],
+            right("Worst", "worst", error_text),
+            right("Median", lambda it: median(it.errors) if it.errors else None, error_text),
+            left("Loses most on", _loses),
+        ],
+        sorted(series, key=rank),
         folded=True,
-        shown={VIEW: view(task, "relative")},
-        first=first,
+        shown={VIEW: view(of_task.task, "relative")},
     )
 
 
-def _loses(rows: list[EngineAnswer]) -> str:
+def _loses(series: Group) -> str | None:
     """The scenes of its largest errors, where they are large."""
-    worst = {
-        scene: max(row.value for row in own)
-        for scene, own in _grouped((row for row in rows if row.value), lambda it: it.scene).items()
-    }
-    named = sorted(worst, key=lambda scene: -worst[scene])
-    named = [scene for scene in named if worst[scene] > LIMITS[-1]][:SHOWN]
-    return ", ".join(f"{scene_name(scene)} {error_text(worst[scene])}" for scene in named) or "–"
+    scenes = by((row for row in series.own if row.value), lambda row: row.scene)
+    worst = {scene: max(row.value for row in scenes[scene]) for scene in sorted(scenes)}
+    large = [scene for scene in worst if worst[scene] > LIMITS[-1]]
+    large.sort(key=lambda scene: -worst[scene])
+    named = (f"{scene_name(scene)} {error_text(worst[scene])}" for scene in large[:SHOWN])
+    return ", ".join(named) or None

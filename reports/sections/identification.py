@@ -1,14 +1,26 @@
-"""Inertial parameters fitted to motion: convergence, intervals, held-out torques, what is seen."""
+"""Masses, centres of mass and moments of inertia of all bodies, fitted with Ceres to torques and
+motion by the program identify. The motion is a Fourier series, chosen for a well-conditioned
+regressor, and MuJoCo computes its torques; the fit starts from masses, centres and radii of
+gyration 50 % off. Only combinations of the parameters can be seen in the motion, the base
+parameters; a rank-revealing QR of the Jacobian finds them. Their error is the largest of all, in
+each one’s own size.
 
-from collections import defaultdict
+The held-out samples are of another motion than those of the fit. The error of their torques is its
+root mean square over that of the torques (NRMSE). A body is physical if its pseudo-inertia’s
+smallest eigenvalue is positive; the coordinates of the fit keep it so, but where a body that the
+data hardly see shrinks to a plane or a line it is 0 to rounding. Simulated motion has the model’s
+own joints and no friction that the model does not know, and noise is added to torques alone: that a
+real robot is fitted as well is not shown here.
+"""
 
 from charts import fits as fit_charts
 from charts import palette
 from charts.common import Style
-from charts.text import error_text, three_digits, time_text
-from page.section import Choice, Figure, Section, Table, Verdict
+from charts.text import error_text, three_digits
+from page.section import Choice, Section, Verdict, left, right
 from read.data import Data, scene_size
 from read.fits import Identification
+from sections.common import by, named, seconds_text
 
 RESIDUALS = list(palette.RESIDUALS)
 NAMED = 8  # parameters that are named at most
@@ -20,39 +32,53 @@ def section(data: Data) -> Section | None:
         return None
     known = [fit for fit in fits if any(step.error for step in fit.iterations)]
     exact = [fit for fit in known if not fit.noise]
-    style = Style((fit.residual for fit in exact), [])
-    figures = []
-    for scene in dict.fromkeys(fit.scene for fit in exact):
-        own = [fit for fit in exact if fit.scene == scene]
-        chart = fit_charts.convergence(own, style)
-        title = f"{scene}: convergence without noise"
-        figures.append(Figure(title, chart, fit_charts.CONVERGENCE_TOOLTIPS))
     noisy = [fit for fit in known if fit.noise and fit.base_parameters]
-    figures += [_intervals(fit) for fit in noisy]
-    shown = [fit for fit in noisy or fits if fit.predictions]
-    figures += [_torques(fit) for fit in shown[:1]]
-    return Section(
-        "Inertial parameters from motion",
-        [
-            "Masses, centres of mass and moments of inertia of all bodies, fitted with Ceres to "
-            "torques and motion by the program identify. The motion is a Fourier series, chosen "
-            "for a well-conditioned regressor, and MuJoCo computes its torques; the fit starts "
-            "from masses, centres and radii of gyration 50 % off. Only combinations of the "
-            "parameters can be seen in the motion, the base parameters; a rank-revealing QR of "
-            "the Jacobian finds them. Their error is the largest of all, in each one’s own size.",
-            "The held-out samples are of another motion than those of the fit. The error of their "
-            "torques is its root mean square over that of the torques (NRMSE). A body is "
-            "physical if its pseudo-inertia’s smallest eigenvalue is positive; the coordinates of "
-            "the fit keep it so, but where a body that the data hardly see shrinks to a plane or "
-            "a line it is 0 to rounding. Simulated motion has the model’s own joints and no "
-            "friction that the model does not know, and noise is added to torques alone: that a "
-            "real robot is fitted as well is not shown here.",
-        ],
-        statements=_not_seen(fits) + _warnings(fits),
-        variants=style.variants,
-        figures=figures,
-        tables=[_table(fits)],
+    predicted = [fit for fit in noisy or fits if fit.predictions]
+    page = Section(
+        "Inertial parameters from motion", __doc__, Style((fit.residual for fit in exact), [])
     )
+    page.say(*_not_seen(fits))
+    page.say(*(f"{fit.title}: warning: {text}." for fit in fits for text in fit.warnings))
+    for scene, own in by(exact, lambda fit: fit.scene).items():
+        chart = fit_charts.convergence(own, page.style)
+        title = f"{scene}: convergence without noise"
+        page.figure(title, chart, fit_charts.CONVERGENCE_TOOLTIPS)
+    for fit in noisy:
+        held = sum(parameter.holds_truth for parameter in fit.base_parameters)
+        page.figure(
+            f"{fit.title}: fitted against true",
+            fit_charts.intervals(fit),
+            fit_charts.PARAMETER_TOOLTIPS,
+            notes=f"{held} of {len(fit.base_parameters)} intervals of 95 % hold the truth.",
+        )
+    for fit in predicted[:1]:
+        choice = Choice(fit_charts.JOINT, "Joint", [it.joint for it in fit.predictions])
+        chart = fit_charts.torques(fit, choice.first)
+        title = f"{fit.title}: held-out torque"
+        page.figure(title, chart, fit_charts.TORQUE_TOOLTIPS, [choice])
+    page.table(
+        """Every fit. Seen: base parameters of all parameters. cond J: of the Jacobian over the base
+        parameters. A fit is usable if the solver ended well and the held-out torques are predicted
+        no worse than by the start (within a tenth).""",
+        [
+            left("Scene:N", "scene"),
+            left("Residual", "residual"),
+            right("Noise", lambda it: "measured" if it.noise is None else f"{100 * it.noise:g} %"),
+            right("Samples", "samples"),
+            right("Seen", _seen),
+            right("cond J", "condition", error_text),
+            right("Iterations", lambda it: len(it.iterations)),
+            right("Time", "seconds", seconds_text),
+            right("Error: start", "error_of_start", error_text),
+            right("Error: fitted", "error", error_text),
+            right("Held-out NRMSE: start", "nrmse_of_start", _percent),
+            right("NRMSE: fitted", "nrmse", _percent),
+            right("Least eigenvalue", "smallest_eigenvalue", error_text),
+            left("Usable", "usable", Verdict),
+        ],
+        fits,
+    )
+    return page
 
 
 def _order(fit: Identification) -> tuple:
@@ -61,103 +87,26 @@ def _order(fit: Identification) -> tuple:
     return scene_size(fit.scene), fit.scene, fit.noise or 0, rank, fit.residual
 
 
-def _intervals(fit: Identification) -> Figure:
-    parameters = fit.base_parameters
-    held = sum(parameter.holds_truth for parameter in parameters)
-    return Figure(
-        f"{fit.title}: fitted against true",
-        fit_charts.intervals(fit),
-        fit_charts.PARAMETER_TOOLTIPS,
-        notes=[f"{held} of {len(parameters)} intervals of 95 % hold the truth."],
-    )
-
-
-def _torques(fit: Identification) -> Figure:
-    joints = [prediction.joint for prediction in fit.predictions]
-    choice = Choice(fit_charts.JOINT, "Joint", [(joint, joint) for joint in joints], joints[0])
-    return Figure(
-        f"{fit.title}: held-out torque",
-        fit_charts.torques(fit, choice.first),
-        fit_charts.TORQUE_TOOLTIPS,
-        choices=[choice],
-    )
-
-
 def _not_seen(fits: list[Identification]) -> list[str]:
     """One statement for all fits of a scene of which it is true."""
-    fits_of = defaultdict(list)
+    said = []
     for fit in fits:
-        if fit.unseen:
-            text = (
-                f"{len(fit.unseen)} of {fit.parameters} parameters are in nothing that the data "
-                f"see: {_named(fit.unseen)}."
-            )
-            fits_of[fit.scene, text].append(fit.residual)
-        if fit.lost:
-            text = f"this motion does not show what another would: {_named(fit.lost)}."
-            fits_of[fit.scene, text].append(fit.residual)
+        unseen, lost = named(fit.unseen, NAMED), named(fit.lost, NAMED)
+        if unseen:
+            count = f"{len(fit.unseen)} of {fit.parameters} parameters"
+            said.append((fit, f"{count} are in nothing that the data see: {unseen}."))
+        if lost:
+            said.append((fit, f"this motion does not show what another would: {lost}."))
     return [
-        f"{scene}, {', '.join(dict.fromkeys(residuals))}: {text}"
-        for (scene, text), residuals in fits_of.items()
+        f"{scene}, {', '.join(dict.fromkeys(fit.residual for fit, _ in own))}: {text}"
+        for (scene, text), own in by(said, lambda it: (it[0].scene, it[1])).items()
     ]
 
 
-def _warnings(fits: list[Identification]) -> list[str]:
-    return [f"{fit.title}: warning: {text}." for fit in fits for text in fit.warnings]
+def _seen(fit: Identification) -> str | None:
+    return None if fit.rank is None else f"{fit.rank} of {fit.parameters}"
 
 
-def _named(names: list[str]) -> str:
-    more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
-    return ", ".join(names[:NAMED]) + more
-
-
-def _table(fits: list[Identification]) -> Table:
-    return Table(
-        "Every fit. Seen: base parameters of all parameters. cond J: of the Jacobian over the base "
-        "parameters. A fit is usable if the solver ended well and the held-out torques are "
-        "predicted no worse than by the start (within a tenth).",
-        [
-            "Scene:N",
-            "Residual",
-            "Noise",
-            "Samples",
-            "Seen",
-            "cond J",
-            "Iterations",
-            "Time",
-            "Error: start",
-            "Error: fitted",
-            "Held-out NRMSE: start",
-            "NRMSE: fitted",
-            "Least eigenvalue",
-            "Usable",
-        ],
-        [_row(fit) for fit in fits],
-        "llrrrrrrrrrrrl",
-    )
-
-
-def _row(fit: Identification) -> list:
-    return [
-        fit.scene,
-        fit.residual,
-        "measured" if fit.noise is None else f"{100 * fit.noise:g} %",
-        str(fit.samples),
-        "–" if fit.rank is None else f"{fit.rank} of {fit.parameters}",
-        error_text(fit.condition),
-        str(len(fit.iterations)),
-        time_text(1e9 * fit.seconds),
-        error_text(fit.error_of_start),
-        error_text(fit.error),
-        _percent(fit.nrmse_of_start),
-        _percent(fit.nrmse),
-        error_text(fit.smallest_eigenvalue),
-        Verdict(fit.usable),
-    ]
-
-
-def _percent(share: float | None) -> str:
+def _percent(share: float) -> str:
     """With its digits, however small."""
-    if share is None:
-        return "–"
     return f"{three_digits(100 * share) if share >= 1e-4 else error_text(100 * share)} %"

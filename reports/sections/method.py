@@ -3,46 +3,45 @@
 from pathlib import Path
 
 from charts.text import time_text
-from page.section import Section, Table
+from page.section import Section, left
 from read.data import Data
+from sections.common import from_to
 from summary.points import points
 
 IN_WORDS = ("timed_call",)  # keys of the context that are prose, not a cell
 
 
 def section(data: Data) -> Section | None:
-    statements = [f"A timed call: {text}" for text in distinct(data.contexts, "timed_call")]
-    statements += [
-        f"A timed call of the paper’s recursions: {text}"
-        for text in distinct(data.estimation_contexts, "timed_call")
-    ]
-    if repetitions := sorted({time.repetitions for time in data.all_times}):
-        statements.append(f"Each time is the median of {_range(repetitions)} repetitions.")
-    if states := sorted({point.states for point in points(data) if point.states}):
-        statements.append(
-            f"Each error is the median, or the largest, over {_range(states)} states."
-        )
-    if empty := [time.nanoseconds for time in data.harness if time.nanoseconds is not None]:
-        statements.append(
-            f"Timing a call that does nothing takes {time_text(max(empty))} or less. "
-            "Every time contains it."
-        )
-    if "debug" in distinct(data.all_contexts, "library_build_type"):
-        statements.append(
-            "The benchmark library itself was built as debug. The code under test and the timing "
-            "loop were not: they are compiled here, with the flags below. The library only reads "
-            "the clock before and after a loop of calls."
-        )
-    keys = sorted({key for context in data.all_contexts for key in context if key not in IN_WORDS})
-    table = Table(
-        "What the benchmark recorded about itself. Where files differ, all their values stand.",
-        ["Key", "Value"],
-        [[key, _few(distinct(data.all_contexts, key))] for key in keys],
-        "ll",
+    contexts = data.all_contexts
+    repetitions = {time.repetitions for time in data.all_times}
+    states = {point.states for point in points(data) if point.states}
+    empty = [time.nanoseconds for time in data.harness if time.nanoseconds is not None]
+    keys = sorted({key for context in contexts for key in context if key not in IN_WORDS})
+    page = Section("How it was measured")
+    page.say(
+        *timed_calls(data.contexts),
+        *timed_calls(data.estimation_contexts, " of the paper’s recursions"),
+        repetitions and f"Each time is the median of {from_to(repetitions)} repetitions.",
+        states and f"Each error is the median, or the largest, over {from_to(states)} states.",
+        empty
+        and f"""Timing a call that does nothing takes {time_text(max(empty))} or less. Every time
+        contains it.""",
+        "debug" in distinct(contexts, "library_build_type")
+        and """The benchmark library itself was built as debug. The code under test and the timing
+        loop were not: they are compiled here, with the flags below. The library only reads the
+        clock before and after a loop of calls.""",
     )
-    if not (keys or statements):
-        return None
-    return Section("How it was measured", tables=[table] if keys else [], statements=statements)
+    page.table(
+        "What the benchmark recorded about itself. Where files differ, all their values stand.",
+        [left("Key", str), left("Value", lambda key: _few(distinct(contexts, key)))],
+        keys,
+    )
+    return page if page.statements or page.tables else None
+
+
+def timed_calls(contexts: list[dict], of: str = "") -> list[str]:
+    """What benchmarks say that a call includes."""
+    return [f"A timed call{of}: {text}" for text in distinct(contexts, "timed_call")]
 
 
 def distinct(contexts: list[dict], key: str) -> list[str]:
@@ -67,7 +66,3 @@ def _few(values: list[str]) -> str:
     if len(values) <= 4:
         return " | ".join(values)
     return f"{len(values)} values, from {values[0]} to {values[-1]}"
-
-
-def _range(numbers: list[int]) -> str:
-    return str(numbers[0]) if numbers[0] == numbers[-1] else f"{numbers[0]} to {numbers[-1]}"

@@ -1,7 +1,10 @@
-"""Agreement with MuJoCo: each scene against its bounds, with every variant's numbers to unfold."""
+"""MuJoCo {versions} computes the same mass matrix and acceleration, with its contacts, limits,
+damping, actuators and constraints switched off. The bounds hold in float64; float32 is listed
+without one.
+"""
 
 from charts.text import error_text
-from page.section import Section, Table, Verdict
+from page.section import Column, Section, Verdict, left, of, right
 from read.data import Data, scene_name, scene_size
 
 
@@ -11,52 +14,76 @@ def section(data: Data) -> Section | None:
     families = data.families
 
     def order(record: dict) -> tuple:
-        scene = record["scene"]
-        name = scene_name(scene)
-        return (name in families, name if name in families else "", scene_size(scene), name)
+        name = scene_name(record["scene"])
+        family = name if name in families else ""
+        return bool(family), family, scene_size(record["scene"]), name
 
-    def title(record: dict) -> str:
+    def title(record: dict, *_) -> str:
         name = scene_name(record["scene"])
         return f"{name}, N = {scene_size(record['scene'])}" if name in families else name
 
     robots = sorted(data.mujoco, key=order)
     versions = ", ".join(sorted({robot["mujoco"] for robot in robots}))
-    overview = Table(
-        "Largest and median relative error over the states, and the bound on the largest. "
-        "The bound on the acceleration is 1e-9, or u times the condition number of M times its size "
-        "where that is more. A scene passes if its mass matrix and all its variants do.",
+    scene = left("Scene", title)
+    page = Section("Agreement with MuJoCo", __doc__.format(versions=versions))
+    page.table(
+        """Largest and median relative error over the states, and the bound on the largest. The
+        bound on the acceleration is 1e-9, or u times the condition number of M times its size where
+        that is more. A scene passes if its mass matrix and all its variants do.""",
         [
-            "Scene",
-            "States",
-            "M: largest",
-            "M: median",
-            "M: bound",
-            "Acceleration: largest",
-            "Bound",
-            "Worst variant",
-            "Verdict",
+            scene,
+            right("States", lambda robot: robot["states"]),
+            of(lambda robot: robot["mass"], *_errors("M: largest", "M: median", "M: bound")),
+            of(_worst, _error("Acceleration: largest", "max"), _error("Bound", "bound")),
+            of(_worst, left("Worst variant", lambda _, variant: variant)),
+            left("Verdict", lambda robot: Verdict(_passes(robot))),
         ],
-        [_overview(title(robot), robot) for robot in robots],
-        "lrrrrrrll",
+        robots,
     )
-    return Section(
-        "Agreement with MuJoCo",
+    page.table(
+        "The mass matrix by every variant that gives it, in float64",
         [
-            f"MuJoCo {versions} computes the same mass matrix and acceleration, with its contacts, "
-            "limits, damping, actuators and constraints switched off. The bounds hold in float64; "
-            "float32 is listed without one."
+            scene,
+            left("Variant", lambda _, it: it["variant"]),
+            of(lambda _, it: it["mass"], *_errors("M: largest", "Median")),
         ],
-        tables=[
-            overview,
-            _masses([(title(robot), robot) for robot in robots]),
-            _variants([(title(robot), robot) for robot in robots]),
-        ],
+        [(robot, it) for robot in robots for it in robot["mass_variants"]],
+        folded=True,
     )
+    titles = ("Acceleration: largest", "Median", "Bound")
+    page.table(
+        "Every variant of every scene",
+        [
+            scene,
+            left("Variant", lambda _, it: it["variant"]),
+            left("Precision", lambda _, it: it["precision"]),
+            of(lambda _, it: it["acceleration"], *_errors(*titles)),
+            of(lambda _, it: it["inverse"], *_errors("M⁻¹: largest", "Median")),
+            right("Failures", lambda _, it: it["failures"]),
+            left("Verdict", lambda _, it: _verdict(it["acceleration"])),
+        ],
+        [(robot, it) for robot in robots for it in robot["variants"]],
+        folded=True,
+    )
+    return page
+
+
+def _error(title: str, name: str) -> Column:
+    return right(title, lambda entry, *_: entry[name], error_text)
+
+
+def _errors(*titles: str) -> list[Column]:
+    """The largest, the median and the bound."""
+    return list(map(_error, titles, ("max", "median", "bound")))
 
 
 def _within(entry: dict) -> bool:
     """No bound is always met; a missing largest error meets no bound."""
     return entry["bound"] is None or (entry["max"] is not None and entry["max"] <= entry["bound"])
+
+
+def _verdict(entry: dict) -> Verdict | str:
+    return "" if entry["bound"] is None else Verdict(_within(entry))
 
 
 def _passes(robot: dict) -> bool:
@@ -65,70 +92,8 @@ def _passes(robot: dict) -> bool:
     return robot["pass"] and all(map(_within, entries))
 
 
-def _overview(title: str, robot: dict) -> list:
-    mass = robot["mass"]
-    bounded = [
-        variant for variant in robot["variants"] if variant["acceleration"]["bound"] is not None
-    ]
-    worst = max(bounded, key=lambda v: v["acceleration"]["max"] or float("inf"), default=None)
-    entry = worst["acceleration"] if worst else {"max": None, "bound": None}
-    return [
-        title,
-        str(robot["states"]),
-        *(error_text(mass[name]) for name in ("max", "median", "bound")),
-        error_text(entry["max"]),
-        error_text(entry["bound"]),
-        worst["variant"] if worst else "–",
-        Verdict(_passes(robot)),
-    ]
-
-
-def _masses(robots: list[tuple[str, dict]]) -> Table:
-    rows = [
-        [title, one["variant"], *(error_text(one["mass"][name]) for name in ("max", "median"))]
-        for title, robot in robots
-        for one in robot["mass_variants"]
-    ]
-    return Table(
-        "The mass matrix by every variant that gives it, in float64",
-        ["Scene", "Variant", "M: largest", "Median"],
-        rows,
-        "llrr",
-        folded=True,
-    )
-
-
-def _variants(robots: list[tuple[str, dict]]) -> Table:
-    rows = []
-    for title, robot in robots:
-        for variant in robot["variants"]:
-            acceleration, inverse = variant["acceleration"], variant["inverse"]
-            rows.append(
-                [
-                    title,
-                    variant["variant"],
-                    variant["precision"],
-                    *(error_text(acceleration[name]) for name in ("max", "median", "bound")),
-                    *(error_text(inverse[name]) for name in ("max", "median")),
-                    str(variant["failures"]),
-                    "" if acceleration["bound"] is None else Verdict(_within(acceleration)),
-                ]
-            )
-    return Table(
-        "Every variant of every scene",
-        [
-            "Scene",
-            "Variant",
-            "Precision",
-            "Acceleration: largest",
-            "Median",
-            "Bound",
-            "M⁻¹: largest",
-            "Median",
-            "Failures",
-            "Verdict",
-        ],
-        rows,
-        "lllrrrrrrl",
-        folded=True,
-    )
+def _worst(robot: dict) -> tuple[dict, str] | None:
+    """The acceleration of the variant with the largest error, of those that have a bound."""
+    entries = [(variant["acceleration"], variant["variant"]) for variant in robot["variants"]]
+    bounded = [it for it in entries if it[0]["bound"] is not None]
+    return max(bounded, key=lambda it: it[0]["max"] or float("inf"), default=None)

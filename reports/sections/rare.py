@@ -1,13 +1,27 @@
-"""Errors that one mechanism in many shows: a campaign's tails, and the worst that it has seen."""
+"""A campaign over {mechanisms} mechanisms ({worked}: family, value, first seed and number of
+seeds), of which {proven} a proven truth and count here.
+
+Silent: more than {wrong:.2g} % wrong (the edge of the bin that 1 % lies in), without a failure or a
+warning. Limits are exact binomial ones (Clopper and Pearson): the band holds the probability with a
+confidence of 95 %; the upper limit of silent failures in a million has one of 95 % by itself, also
+where none was seen. A warning is false where the answer is less wrong than that, and missing from
+each silent failure. Beyond 4 claims: silent answers of a variant that claims an error, with more
+than four times that error. Recomputed: the first precision's estimated error was above the
+tolerance, and a wider one answered.
+
+kS is how much the answer changes with relative changes of the mechanism’s parameters: a failure at
+a small one is the variant’s own.
+"""
 
 import shlex
 
 from charts import tails as tail_charts
-from charts.common import SCENE, Style, short
+from charts.common import SCENE, short
 from charts.text import error_text, measure_text, share_text, task_rank, task_text, thousands_text
-from page.section import Choice, Figure, Section, Table
-from read.campaign import Campaign, Worst, shortest
+from page.section import Section, left, of, right
+from read.campaign import Worst, shortest
 from read.data import Data
+from sections.common import SERIES, Group, by, groups, style_of
 from summary.tails import WRONG, Series, by_condition, limits, series, upper_limit
 
 TASK, MEASURE = "rare_task", "rare_measure"
@@ -19,92 +33,77 @@ def section(data: Data) -> Section | None:
     campaign = data.campaign
     if not (campaign and campaign.groups):
         return None
-    found = series(campaign)
-    rows = [_row(key, x, *of) for key, own in found.items() for x, *of in _tail(own)]
-    decades = by_condition(campaign).items()
-    failures = [_row(key, x, *of) for key, own in decades for x, *of in _failures(own)]
-    choices = _choices(found)
-    style = Style((key[3] for key in found), (key[4] for key in found))
-    first = {choice.signal: choice.first for choice in choices}
-    figures = [
-        Figure(title, chart(of, style, first), tail_charts.TOOLTIPS)
-        for title, chart, of in (
-            ("probability of a silent error beyond x", tail_charts.tails, rows),
-            ("silent failures by condition", tail_charts.by_condition, failures),
-        )
-        if of
+    found = _groups(series(campaign))
+    rows = [_row(it, *corner, it.found.trials) for it in found for corner in it.found.tail]
+    failures = [  # decades of kS where there are any, and the silent failures of their mechanisms
+        _row(it, 10.0**k, decade.silent, decade.trials)
+        for it in _groups(by_condition(campaign))
+        for k, decade in it.found.items()
+        if decade.silent
     ]
-    return Section(
-        "Rare errors",
-        _paragraphs(campaign),
-        choices=choices,
-        variants=style.variants,
-        precisions=style.precisions,
-        figures=figures,
-        tables=[*_counts(found, first), *_worst(campaign)],
+    measures = sorted({it.measure for it in found}, reverse=True)  # relative first
+    without = sum(campaign.no_truth.values())
+    text = __doc__.format(
+        mechanisms=campaign.mechanisms,
+        worked=", ".join(unit.name for unit in campaign.units),
+        proven=f"all but {without} have" if without else "all have",
+        wrong=100 * WRONG,
     )
+    page = Section("Rare errors", text, style_of(found))
+    page.choose(SCENE, "Family", dict.fromkeys(it.case for it in found))
+    page.choose(TASK, "Task", sorted({it.task for it in found}, key=task_rank), task_text)
+    page.choose(MEASURE, "Measure", measures, measure_text)
+    for title, chart, drawn in (
+        ("probability of a silent error beyond x", tail_charts.tails, rows),
+        ("silent failures by condition", tail_charts.by_condition, failures),
+    ):
+        if drawn:
+            page.figure(title, chart(drawn, page.style, page.first), tail_charts.TOOLTIPS)
+    for of_place in groups(found, "case", "task", "measure"):
+        _counts(page, of_place)
+    seen = by(campaign.worst, lambda case: case.series)
+    page.table(
+        "Worst seen: the largest silent errors, and the command that shows each again",
+        [
+            SERIES,
+            left("Task", "task", task_text),
+            right("Error", "error", error_text),
+            right("kS", "kS", error_text),
+            right("Mass ratio", "mass_ratio", error_text),
+            left("Command", command),
+        ],
+        [case for _, own in sorted(seen.items()) for case in own[:LISTED]],
+        folded=True,
+    )
+    return page
 
 
-def _paragraphs(campaign: Campaign) -> list[str]:
-    left = sum(campaign.no_truth.values())
-    without = "all have" if not left else f"all but {left} have"
-    worked = ", ".join(unit.name for unit in campaign.units)
+def _groups(found: dict[tuple, object]) -> list[Group]:
+    """With what is found of each."""
     return [
-        f"A campaign over {campaign.mechanisms} mechanisms ({worked}: family, value, first seed "
-        f"and number of seeds), of which {without} a proven truth and count here.",
-        f"Silent: more than {100 * WRONG:.2g} % wrong (the edge of the bin that 1 % lies in), "
-        "without a failure or a warning. Limits are exact binomial ones (Clopper and Pearson): the "
-        "band holds the probability with a confidence of 95 %; the upper limit of silent failures "
-        "in a million has one of 95 % by itself, also where none was seen. A warning is false "
-        "where the answer is less wrong than that, and missing from each silent failure. Beyond 4 "
-        "claims: silent answers of a variant that claims an error, with more than four times "
-        "that error. Recomputed: the first precision's estimated error was above the tolerance, "
-        "and a wider one answered.",
-        "kS is how much the answer changes with relative changes of the mechanism’s parameters: a "
-        "failure at a small one is the variant’s own.",
+        Group(
+            case=f"{family}/{shortest(value)}",
+            task=task,
+            variant=variant,
+            precision=precision,
+            measure=measure,
+            found=own,
+        )
+        for (family, value, task, variant, precision, measure), own in found.items()
     ]
 
 
-def _case(key: tuple) -> str:
-    """Family and value."""
-    return f"{key[0]}/{shortest(key[1])}"
+def _place(it: Group) -> dict[str, str]:
+    """What the choices are of it."""
+    return {SCENE: it.case, TASK: it.task, MEASURE: it.measure}
 
 
-def _choices(found: dict[tuple, Series]) -> list[Choice]:
-    cases = list(dict.fromkeys(map(_case, found)))
-    tasks = sorted({key[2] for key in found}, key=task_rank)
-    measures = sorted({key[5] for key in found}, reverse=True)  # relative first
-    of = {
-        SCENE: ("Family", [(case, case) for case in cases]),
-        TASK: ("Task", [(task, task_text(task)) for task in tasks]),
-        MEASURE: ("Measure", [(measure, measure_text(measure)) for measure in measures]),
-    }
-    return [
-        Choice(signal, label, options, options[0][0]) for signal, (label, options) in of.items()
-    ]
-
-
-def _place(key: tuple) -> dict[str, str]:
-    """What the choices are of a series."""
-    return {SCENE: _case(key), TASK: key[2], MEASURE: key[5]}
-
-
-def _tail(own: Series) -> list[tuple[float, int, int]]:
-    """Errors, and the answers at least as wrong of all mechanisms."""
-    return [(x, count, own.trials) for x, count in own.tail]
-
-
-def _failures(own: dict[int, Series]) -> list[tuple[float, int, int]]:
-    """Decades of kS where there are any, and the silent failures of their mechanisms."""
-    return [(10.0**k, it.silent, it.trials) for k, it in own.items() if it.silent]
-
-
-def _row(key: tuple, x: float, count: int, trials: int) -> dict:
+def _row(it: Group, x: float, count: int, trials: int) -> dict:
     low, high = limits(count, trials)
-    return _place(key) | {
-        "task": key[2],
-        "variant": key[3],
-        "precision": key[4],
+    return _place(it) | {
+        "task": it.task,
+        "variant": it.variant,
+        "precision": it.precision,
         "x": short(x),
         "x_text": error_text(x),
         "probability": short(count / trials),
@@ -116,82 +115,38 @@ def _row(key: tuple, x: float, count: int, trials: int) -> dict:
     }
 
 
-def _counts(found: dict[tuple, Series], first: dict[str, str]) -> list[Table]:
-    """One for each choice."""
-    tables = {}
-    for key, own in found.items():
-        tables.setdefault(tuple(_place(key).items()), []).append((key, own))
-    return [
-        Table(
-            f"{place[SCENE]}, {task_text(place[TASK])}, {measure_text(place[MEASURE])}: silent "
-            "failures and warnings",
-            [
-                "Variant",
-                "Precision",
-                "Mechanisms",
-                "Refused",
-                "Recomputed",
-                "Silent",
-                "in a million",
-                "95 % limit",
-                "Warned",
-                "False warnings",
-                "Beyond 4 claims",
-            ],
-            [_counts_row(key, series_) for key, series_ in own],
-            "llrrrrrrrrr",
-            shown=place,
-            first=place == first,
-        )
-        for place, own in ((dict(items), own) for items, own in tables.items())
-    ]
+def _counts(page: Section, of_place: Group) -> None:
+    def in_a_million(share: float) -> str:
+        return thousands_text(MILLION * share)
 
+    def limit(own: Series) -> float:
+        return upper_limit(own.silent, own.trials)
 
-def _counts_row(key: tuple, own: Series) -> list[str]:
-    claimed = own.counts.beyond_claim
-    return [
-        key[3],
-        key[4],
-        str(own.trials),
-        str(own.refused),
-        share_text(own.counts.recomputed / own.trials),
-        str(own.silent),
-        thousands_text(MILLION * own.silent / own.trials),
-        thousands_text(MILLION * upper_limit(own.silent, own.trials)),
-        str(own.warned),
-        share_text(own.false_warnings / own.warned) if own.warned else "–",
-        "–" if claimed is None else str(claimed),
-    ]
-
-
-def _worst(campaign: Campaign) -> list[Table]:
-    seen: dict[tuple, list[Worst]] = {}
-    for case in campaign.worst:
-        seen.setdefault(case.series, []).append(case)
-    rows = [
+    page.table(
+        f"""{of_place.case}, {task_text(of_place.task)}, {measure_text(of_place.measure)}: silent
+        failures and warnings""",
         [
-            case.variant,
-            case.precision,
-            task_text(case.task),
-            error_text(case.error),
-            "–" if case.kS is None else error_text(case.kS),
-            "–" if case.mass_ratio is None else error_text(case.mass_ratio),
-            command(case),
-        ]
-        for _, own in sorted(seen.items())
-        for case in own[:LISTED]
-    ]
-    if not rows:
-        return []
-    return [
-        Table(
-            "Worst seen: the largest silent errors, and the command that shows each again",
-            ["Variant", "Precision", "Task", "Error", "kS", "Mass ratio", "Command"],
-            rows,
-            "lllrrrl",
-            folded=True,
-        )
-    ]
+            SERIES,
+            of(
+                "found",
+                right("Mechanisms", "trials"),
+                right("Refused", "refused"),
+                right("Recomputed", lambda own: own.counts.recomputed / own.trials, share_text),
+                right("Silent", "silent"),
+                right("in a million", lambda own: own.silent / own.trials, in_a_million),
+                right("95 % limit", limit, in_a_million),
+                right("Warned", "warned"),
+                right("False warnings", _false, share_text),
+                right("Beyond 4 claims", "counts.beyond_claim"),
+            ),
+        ],
+        of_place.own,
+        shown=_place(of_place),
+    )
+
+
+def _false(own: Series) -> float | None:
+    return own.false_warnings / own.warned if own.warned else None
 
 
 def command(case: Worst) -> str:

@@ -1,9 +1,13 @@
-"""What a square root costs: the study's variants as code for one robot, all else equal."""
+"""Every variant is recorded once for the robot from the same templates, what is known of the robot
+is folded, and the C is compiled by the same compiler with the same flags: they differ in nothing
+but their equations. The code does not test for singularity.
+"""
 
-from charts.text import TASKS, thousands_text, time_text
-from page.section import Section, Table
-from read.data import Call, Data, Time, scene_size
-from sections.method import distinct
+from charts.text import TASKS, thousands_text
+from page.section import Column, Section, left, of, right
+from read.data import Call, Data, scene_size
+from sections.common import call_text, ratio
+from sections.method import timed_calls
 
 PLAIN = "Generated<Sequential<Conventional>>"
 ORDER = (  # updates of the filter, then what else factors M
@@ -21,80 +25,49 @@ FORMS = {"": "one state", "_batch": "rows"}
 def section(data: Data) -> Section | None:
     if not data.generated:
         return None
-    return Section(
-        "What a square root costs, all else equal",
-        [
-            "Every variant is recorded once for the robot from the same templates, what is known of "
-            "the robot is folded, and the C is compiled by the same compiler with the same flags: "
-            "they differ in nothing but their equations. The code does not test for singularity."
-        ],
-        statements=[
-            *(f"A timed call: {it}" for it in distinct(data.generated_contexts, "timed_call")),
-            *_refusals([call.time for call in data.generated]),
-        ],
-        tables=[
-            table for task in ("acceleration", "inverse") if (table := _table(data.generated, task))
-        ],
-    )
+    page = Section("What a square root costs, all else equal", __doc__)
+    page.say(*timed_calls(data.generated_contexts))
+    refused = {(call.time.scene, call.time.refused) for call in data.generated if call.time.refused}
+    page.say(*(f"Refused at {scene}: {reason}." for scene, reason in sorted(refused)))
+    for task in ("acceleration", "inverse"):
+        _table(page, data.generated, task)
+    return page
 
 
-def _table(calls: list[Call], task: str) -> Table | None:
+def _table(page: Section, calls: list[Call], task: str) -> None:
     known = {call.time[:4]: call for call in calls}
+
+    def columns(precision: str, form: str) -> list[Column]:
+        def call(scene: str, variant: str) -> Call | None:
+            return known.get((scene, variant, precision, task + form))
+
+        def over_plain(*series: str) -> float | None:
+            own, plain = call(*series), call(series[0], PLAIN)
+            return own and plain and ratio(own.time.nanoseconds, plain.time.nanoseconds)
+
+        return [
+            *of(call, right(f"{precision}, {FORMS[form]}", "time", call_text)),
+            right("Ratio", over_plain, "{:.2f}".format),
+        ]
+
+    def operations(*series: str) -> float | None:
+        of_one = (known.get((*series, precision, task)) for precision in PRECISIONS)
+        return next((call.flops for call in of_one if call and call.flops), None)
+
     timed = {call.time.scene for call in calls if not call.time.refused}
-    of_task = [key for key in known if key[3].removesuffix("_batch") == task]
-    series = {key[:2] for key in of_task if key[0] in timed}
-    if not series:
-        return None
-    rows = []
-    for scene, variant in sorted(series, key=_rank):
-        row = [scene, variant.removeprefix("Generated<").removesuffix(">")]
-        row.append(_operations(known, scene, variant, task))
-        for precision in PRECISIONS:
-            for form in FORMS:
-                call = known.get((scene, variant, precision, task + form))
-                plain = known.get((scene, PLAIN, precision, task + form))
-                row += [_time(call), _ratio(call, plain)]
-        rows.append(row)
-    return Table(
-        f"{TASKS[task]}: median times of a state, and how many times as long as Conventional takes. "
-        "Operations: additions, multiplications, divisions and roots. Rows: by the state, of as many "
-        "states as a batch has. Refused: wrong, singular, or not compiled.",
-        ["Scene:N", "Variant", "Operations"]
-        + [
-            cell
-            for precision in PRECISIONS
-            for form in FORMS.values()
-            for cell in (f"{precision}, {form}", "Ratio")
+    series = {key[:2] for key in known if key[3].removesuffix("_batch") == task and key[0] in timed}
+    page.table(
+        f"""{TASKS[task]}: median times of a state, and how many times as long as Conventional
+        takes. Operations: additions, multiplications, divisions and roots. Rows: by the state, of
+        as many states as a batch has. Refused: wrong, singular, or not compiled.""",
+        [
+            left("Scene:N", lambda scene, _: scene),
+            left("Variant", lambda _, it: it.removeprefix("Generated<").removesuffix(">")),
+            right("Operations", operations, lambda count: thousands_text(count, 6)),
+            [columns(precision, form) for precision in PRECISIONS for form in FORMS],
         ],
-        rows,
-        "llr" + "rr" * len(PRECISIONS) * len(FORMS),
+        sorted(series, key=_rank),
     )
-
-
-def _refusals(times: list[Time]) -> list[str]:
-    refused = {(time.scene, time.refused) for time in times if time.refused}
-    return [f"Refused at {scene}: {reason}." for scene, reason in sorted(refused)]
-
-
-def _operations(known: dict, scene: str, variant: str, task: str) -> str:
-    counts = [
-        call.flops
-        for precision in PRECISIONS
-        if (call := known.get((scene, variant, precision, task))) and call.flops
-    ]
-    return thousands_text(counts[0], 6) if counts else "–"
-
-
-def _time(call: Call | None) -> str:
-    if call and call.time.refused:
-        return "refused"
-    return time_text(call and call.time.nanoseconds)
-
-
-def _ratio(call: Call | None, plain: Call | None) -> str:
-    if not (call and plain and call.time.nanoseconds and plain.time.nanoseconds):
-        return "–"
-    return f"{call.time.nanoseconds / plain.time.nanoseconds:.2f}"
 
 
 def _rank(key: tuple[str, str]) -> tuple:

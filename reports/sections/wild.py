@@ -1,4 +1,13 @@
-"""Mechanisms drawn at random over many orders of magnitude: η, silent failures, refinement."""
+"""Up to {trials} mechanisms a variant, drawn at random: trees with masses, lengths and gyrations
+over many orders of magnitude. η is the error over u kS, the error that rounding the parameters
+alone makes: a method that is stable in the structured sense has η of a few. A quantile counts
+failures as infinite.
+
+Silent: more than 1 % wrong, without a failure or a warning. Harmed: more than {harm} times as wrong
+as before refinement; in brackets, those of them with η above {law}. Estimates: those within a
+factor {factor} of the true error, of the answers that have an estimate. Widened: refined by factors
+of the next wider precision.
+"""
 
 import math
 
@@ -7,11 +16,13 @@ import numpy as np
 from charts.text import share_text, task_text
 from claims.detection import FACTOR, within_factor
 from claims.dynamics import HARM, LAW, harmed_by_refinement
-from page.section import Choice, Section, Table
+from page.section import Section, left, right
 from read.data import Data
-from read.stress import Stress, U
+from read.stress import Stress
+from sections.common import SERIES, Group, named
+from sections.digits import series_of
 
-QUANTILES = (0.5, 0.9, 0.99, 1)
+QUANTILES = {0.5: "η: 50 %", 0.9: "90 %", 0.99: "99 %", 1: "largest"}
 LISTED = 20  # seeds named a series
 TASK = "wild_task"
 TASKS = ("white", "random", "dynamics")  # white innovations are fair to all scales
@@ -22,72 +33,54 @@ def section(data: Data) -> Section | None:
     tasks = [task for task in TASKS if len(wild.where(task=task))]
     if not tasks:
         return None
-    series = {task: _series(wild.where(task=task)) for task in tasks}
-    trials = max(len(rows) for rows in series[tasks[0]].values())
-    return Section(
-        "Wild mechanisms",
-        [
-            f"Up to {trials} mechanisms a variant, drawn at random: trees with masses, lengths and "
-            "gyrations over many orders of magnitude. η is the error "
-            "over u kS, the error that rounding the parameters alone makes: a method that is "
-            "stable in the structured sense has η of a few. A quantile counts failures as "
-            "infinite.",
-            "Silent: more than 1 % wrong, without a failure or a warning. Harmed: more than "
-            f"{HARM} times as wrong as before refinement; in brackets, those of them with η above "
-            f"{LAW}. Estimates: those within a factor {FACTOR} of the true error, of the answers "
-            "that have an estimate. Widened: refined by factors of the next wider precision.",
-        ],
-        choices=[Choice(TASK, "Task", [(name, task_text(name)) for name in tasks], tasks[0])],
-        tables=[
-            *(_quantiles(task, series[task], task == tasks[0]) for task in tasks),
-            *_silent(wild),
-        ],
+    trials = max(len(it.own) for it in series_of(wild.where(task=tasks[0])))
+    page = Section(
+        "Wild mechanisms", __doc__.format(trials=trials, harm=HARM, law=LAW, factor=FACTOR)
     )
+    page.choose(TASK, "Task", tasks, task_text)
+    for task in tasks:
+        _quantiles(page, task, wild.where(task=task))
+
+    def seeds(series: Group) -> str:
+        return named([f"{seed:.0f}" for seed in np.unique(series.own["seed"])], LISTED)
+
+    failures = wild.rows(wild.silent)
+    page.table(
+        f"All {len(failures)} silent failures on wild mechanisms, with their seeds",
+        [
+            SERIES,
+            left("Task", lambda _, task: task_text(task)),
+            right("Count", "own", len),
+            left("Seeds", lambda series, _: seeds(series)),
+        ],
+        [
+            (series, task)
+            for task in failures.present("task")
+            for series in series_of(failures.where(task=task))
+        ],
+        folded=True,
+    )
+    return page
 
 
-def _series(rows: Stress) -> dict[tuple[str, str], Stress]:
-    return {
-        (variant, precision): own
-        for variant in rows.present("variant")
-        for precision in U
-        if len(own := rows.where(variant=variant, precision=precision))
-    }
-
-
-def _quantiles(task: str, series: dict[tuple[str, str], Stress], first: bool) -> Table:
-    return Table(
+def _quantiles(page: Section, task: str, wild: Stress) -> None:
+    page.table(
         f"{task_text(task)}: η at the median, at 90 % and 99 % of the mechanisms, and the largest",
         [
-            "Variant",
-            "Precision",
-            "Trials",
-            "η: 50 %",
-            "90 %",
-            "99 %",
-            "largest",
-            "Failed",
-            "Silent",
-            "Harmed",
-            "Estimates",
-            "Widened",
-        ],
-        [
+            SERIES,
+            right("Trials", "own", len),
             [
-                variant,
-                precision,
-                str(len(rows)),
-                *map(eta_text, eta_quantiles(rows)),
-                str(int((~rows.ok).sum())),
-                str(int(rows.silent.sum())),
-                _harmed(rows),
-                _estimated(rows),
-                _widened(rows),
-            ]
-            for (variant, precision), rows in series.items()
+                right(title, lambda it, i=i: eta_text(eta_quantiles(it.own)[i]))
+                for i, title in enumerate(QUANTILES.values())
+            ],
+            right("Failed", lambda it: int((~it.own.ok).sum())),
+            right("Silent", lambda it: int(it.own.silent.sum())),
+            right("Harmed", lambda it: _harmed(it.own)),
+            right("Estimates", lambda it: _estimated(it.own), share_text),
+            right("Widened", lambda it: _widened(it.own), share_text),
         ],
-        "llrrrrrrrrrr",
+        series_of(wild),
         shown={TASK: task},
-        first=first,
     )
 
 
@@ -108,42 +101,19 @@ def eta_text(eta: float) -> str:
     return f"{eta:.2g}".replace("e+0", "e").replace("e+", "e")
 
 
-def _harmed(rows: Stress) -> str:
+def _harmed(rows: Stress) -> str | None:
     """Of the answers that know their error before refinement."""
     if not (rows.ok & (rows["unrefined"] >= 0)).any():
-        return "–"
+        return None
     harmed = rows.rows(harmed_by_refinement(rows))
     return f"{len(harmed)} ({int((harmed['eta'] > LAW).sum())})"
 
 
-def _estimated(rows: Stress) -> str:
+def _estimated(rows: Stress) -> float | None:
     own = rows.rows(rows.ok & (rows["estimate"] >= 0))
-    return share_text(float(within_factor(own).mean())) if len(own) else "–"
+    return float(within_factor(own).mean()) if len(own) else None
 
 
-def _widened(rows: Stress) -> str:
+def _widened(rows: Stress) -> float | None:
     widened = rows["widened"][rows.ok & ~np.isnan(rows["widened"])]
-    return share_text(float(widened.mean())) if len(widened) else "–"
-
-
-def _silent(wild: Stress) -> list[Table]:
-    """Each with its seeds, so that it can be looked at."""
-    rows = []
-    failures = wild.rows(wild.silent)
-    for task in failures.present("task"):
-        for (variant, precision), own in _series(failures.where(task=task)).items():
-            seeds = [f"{seed:.0f}" for seed in np.unique(own["seed"])]
-            more = f" and {len(seeds) - LISTED} more" if len(seeds) > LISTED else ""
-            named = ", ".join(seeds[:LISTED]) + more
-            rows.append([variant, precision, task_text(task), str(len(own)), named])
-    if not rows:
-        return []
-    return [
-        Table(
-            f"All {len(failures)} silent failures on wild mechanisms, with their seeds",
-            ["Variant", "Precision", "Task", "Count", "Seeds"],
-            rows,
-            "lllrl",
-            folded=True,
-        )
-    ]
+    return float(widened.mean()) if len(widened) else None

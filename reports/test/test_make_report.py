@@ -327,7 +327,7 @@ def test_recursions_have_their_exponents_and_refusals(html):
     assert tasks == sorted(tasks) and len(tasks) == 6  # the benchmark's own order is random
     assert ">N<" in gradient and rows_of(cost, "inverse")[0].count(">–<") == 2
     (literal,) = rows_of(cost, "operators")
-    assert literal.count(">failed<") == 1 and literal.count(">–<") == 5 and ">N³<" in literal
+    assert literal.count(">refused<") == 1 and literal.count(">–<") == 5 and ">N³<" in literal
     assert "Not timed: operators at N = 60: singular." in cost
     assert "covariances" not in section(html, "Against N")
 

@@ -124,7 +124,7 @@ def test_the_section_says_what_bounds_which_call(drawn):
     section = peak.section(data)
     assert [figure.title for figure in section.figures] == ["roofline", "share of the peak"]
     (table,) = section.tables
-    shares = [dict(zip(table.columns, row)) for row in table.rows]
+    shares = [dict(zip((it.title for it in table.columns), row)) for row in table.rows]
     columns = "Operations a byte", "Rate [GFLOP/s]", "Roof [GFLOP/s]", "Share", "Bound by"
     assert [[row[name] for name in columns] for row in shares] == [
         ["1.00", "10.0", "20.0", "50 %", "memory"],
