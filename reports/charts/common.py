@@ -1,10 +1,12 @@
-"""What all charts share: theme, colours, parameters, axes."""
+"""What all charts share: theme, colours, parameters, frames and scales."""
 
 import re
+from itertools import cycle
 
 import altair as alt
 
 from charts import palette
+from summary.groups import by_key
 
 # That charts are valid is tested once (test_figures.py), not each time that a part of one is made.
 alt.utils.schemapi.disable_debug_mode()
@@ -45,6 +47,8 @@ THEME = {
     "title": {"color": "currentColor", "fontSize": 13, "fontWeight": "normal"},
 }
 
+DASHES = ([1, 0], [5, 3], [1, 2], [8, 2, 1, 2])
+
 # Which ticks of a log axis count, by their leading digit: fewer, the more the axis spans.
 _SPAN = "domain('{0}')[1] / domain('{0}')[0]"
 _COUNTS = (
@@ -57,6 +61,7 @@ TIME = (
     " : datum.value < 1e9 ? format(datum.value / 1e6, '~r') + ' ms'"
     " : format(datum.value / 1e9, '~r') + ' s'"
 )
+PLAIN = "format(datum.value, '~r')"
 NUMBER = "replace(format(datum.value, '~e'), '+', '')"
 
 
@@ -69,17 +74,29 @@ class Style:
         colours = [
             light if for_file else css_colour(variant) for variant, (light, _) in pairs.items()
         ]
-        self.colour = alt.Scale(domain=list(pairs), range=colours)
-        self.shape = alt.Scale(domain=list(shapes), range=list(shapes.values()))
-        self.dash = alt.Scale(domain=list(shapes), range=[[1, 0], [5, 3], [1, 2], [8, 2, 1, 2]])
         self.variants = list(pairs)
         self.precisions = list(shapes)
         self.page = "white" if for_file else "var(--page)"
-        self.legend = alt.Undefined if for_file else None
+        look = {"legend": alt.Undefined if for_file else None, "title": None}
+        self.colour = looks(alt.Color, "variant", pairs, colours, **look)
+        self.shape = looks(alt.Shape, "precision", shapes, shapes.values(), **look)
+        self.dash = looks(alt.StrokeDash, "precision", shapes, DASHES)
+        self.variant_shape = looks(alt.Shape, "variant", pairs, map(palette.shape, pairs))
 
-    @property
-    def variant_shape(self) -> alt.Scale:
-        return alt.Scale(domain=self.variants, range=list(map(palette.shape, self.variants)))
+    def dots(self, size: float = 45, width: float = 0.5) -> dict:
+        """Filled marks that stand out from what is below them."""
+        return dots(size) | {"stroke": self.page, "strokeWidth": width}
+
+
+def dots(size: float) -> dict:
+    return {"filled": True, "size": size, "opacity": 1}
+
+
+def looks(channel, field: str, names, range_, **more):
+    """What each name of a field looks like; of more names than looks the last ones look like the
+    first. A channel has no legend unless told."""
+    scale = alt.Scale(domain=list(names), range=[look for look, _ in zip(cycle(range_), names)])
+    return channel(f"{field}:N", scale=scale, **{"legend": None} | more)
 
 
 def css_name(variant: str) -> str:
@@ -120,25 +137,16 @@ LINES = ("view", "name", QUANTITY)  # fields that set the lines of a variant apa
 
 def mark_last(rows: list[dict], y: str, x: str, apart: tuple[str, ...] = LINES) -> list[dict]:
     """The last row of each line says so: the page writes the line's name there."""
-    ends = {}
-    for row in rows:
-        line = tuple(map(row.get, ("variant", "precision", *apart)))
-        if row[y] and (line not in ends or row[x] >= ends[line][x]):
-            ends[line] = row
-    for row in ends.values():
-        row["last"] = 1
+    drawn = [row for row in rows if row[y]]
+    fields = ("variant", "precision", *apart)
+    for line in by_key(drawn, lambda row: tuple(map(row.get, fields))).values():
+        max(reversed(line), key=lambda row: row[x])["last"] = 1
     return rows
 
 
 def frame(values: list[dict]) -> dict:
     """What the layers of a chart share."""
     return {"data": alt.InlineData(values=values), "height": HEIGHT, "width": "container"}
-
-
-def names(drawn):
-    """What the page names of lines: the rows with `last`, which others show."""
-    ends = drawn.transform_filter("datum.last === 1")
-    return ends.mark_point(filled=True, size=40, opacity=0, aria=False, style=NAMED)
 
 
 def short(value: float | None) -> float | None:
@@ -157,18 +165,6 @@ def log_axis(scale: str, title: str, label: str) -> alt.Axis:
         gridOpacity=opacity,
         tickOpacity=opacity,
     )
-
-
-def strip(top: float, label: str) -> list:
-    one = alt.Chart(alt.InlineData(values=[{}]))
-    return [
-        one.mark_rect(color="currentColor", opacity=0.06).encode(
-            x=alt.XValue(0), x2=alt.X2Value("width"), y=alt.YValue(top), y2=alt.Y2Value(top + BAND)
-        ),
-        one.mark_text(text=label, align="right", dx=-7).encode(
-            x=alt.XValue(0), y=alt.YValue(top + BAND / 2)
-        ),
-    ]
 
 
 def error_scale(values: list[dict], floor: float = 0) -> alt.Scale:

@@ -25,7 +25,7 @@ def compiled(chart) -> dict:
 
 
 def _describe(marks: list[dict]) -> None:
-    """Vega takes marks of which none has numbers for one picture, which a screen reader has to name."""
+    """Vega takes marks of which none has numbers for one picture, which needs a name."""
     for mark in marks:
         mark.setdefault("description", f"{mark['type']} marks")
         _describe(mark.get("marks", []))

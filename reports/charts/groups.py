@@ -4,6 +4,7 @@ import re
 from itertools import zip_longest
 
 from charts.palette import family
+from summary.groups import by_key
 
 MOST = 8  # series that are shown at first
 LADDER, CHOLESKY, FILTERS, ROOTS, REFINED, PEERS = GROUPS = (
@@ -72,13 +73,11 @@ def _rank(variant: str) -> tuple:
     return not known, _FIRST.index(variant) if known else 0, variant
 
 
-def mark_first(rows: list[dict], view: str = "") -> list[dict]:
-    """The rows of series that are not shown at first say so; `view` names the field that sets
-    pictures apart, each of which has its own first series."""
-    pictures = {row.get(view) for row in rows}
-    for picture in pictures:
-        own = [row for row in rows if row.get(view) == picture]
-        kept = first_series((row["variant"], row["precision"]) for row in own)
+def mark_first(rows: list[dict], *apart: str, before=()) -> list[dict]:
+    """The rows of series that are not shown at first say so; fields that set pictures `apart` give
+    each picture first series of its own. Those `before` come first."""
+    for own in by_key(rows, lambda row: tuple(map(row.get, apart))).values():
+        kept = first_series(((row["variant"], row["precision"]) for row in own), before)
         for row in own:
             if (row["variant"], row["precision"]) not in kept:
                 row["more"] = 1

@@ -2,20 +2,11 @@
 
 import altair as alt
 
-from charts.common import (
-    NUMBER,
-    TIME,
-    VIEW,
-    Style,
-    error_scale,
-    filtered,
-    frame,
-    log_axis,
-    mark_last,
-    short,
-)
+from charts.common import VIEW, Style, error_scale, mark_last
+from charts.layers import log
+from charts.rows import numbers, titled
 from charts.text import error_text, time_text
-from charts.variants import curves, series
+from charts.variants import lines
 from read.motions import Simulation
 
 MOTION = "motion"  # the parameter that says which motion of a robot is drawn
@@ -30,15 +21,14 @@ FIRST = {  # what is shown at first
     ("dopri5", "float64"),
     ("cvode_bdf", "float64"),
 }
-TOOLTIPS = {
-    "scene": "robot",
-    "variant": "integrator",
-    "precision": "precision",
-    "step": "step",
-    "error_text": "error",
-    "time_text": "time of a simulated second",
-    "calls": "accelerations",
-}
+TOOLTIPS = titled(
+    "scene variant precision step error_text time_text calls",
+    scene="robot",
+    variant="integrator",
+    error_text="error",
+    time_text="time of a simulated second",
+    calls="accelerations",
+)
 
 
 def step_text(simulation: Simulation) -> str:
@@ -57,25 +47,16 @@ def work_precision(simulations: list[Simulation], style: Style, choices: dict[st
             "variant": it.variant,
             "precision": it.precision,
             "step": step_text(it),
-            "time": short(1e9 * it.seconds),
-            "error": short(error),
-            "time_text": time_text(1e9 * it.seconds),
-            "error_text": error_text(error),
             "calls": it.calls,
-            **({} if (it.variant, it.precision) in FIRST else {"more": 1}),
         }
+        | numbers(time_text, time=1e9 * it.seconds)
+        | numbers(error_text, error=error)
+        | ({} if (it.variant, it.precision) in FIRST else {"more": 1})
         for it in simulations
         if it.status == "ok"
         for measure, error in (("q", it.error_q), ("v", it.error_v))
     ]
     mark_last(rows, "error", "time", (VIEW, MOTION))
-    x = alt.X(
-        "time:Q",
-        axis=log_axis("x", "time of a simulated second", TIME),
-        scale=alt.Scale(type="log", nice=False, padding=12),
-    )
-    title = "relative error at the end"
-    y = alt.Y("error:Q", axis=log_axis("y", title, NUMBER), scale=error_scale(rows))
-    drawn = filtered(choices).transform_filter("datum.error > 0")
-    drawn = drawn.encode(x=x, y=y, **series(style, TOOLTIPS))
-    return alt.layer(*curves(drawn, style), **frame(rows))
+    x = log(alt.X, "time", "time of a simulated second", 12)
+    y = log(alt.Y, "error", "relative error at the end", error_scale(rows))
+    return lines(rows, style, choices, TOOLTIPS, x, y)

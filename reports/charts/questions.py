@@ -2,21 +2,18 @@
 
 import altair as alt
 
-from charts.common import frame
+from charts.common import frame, looks
+from charts.rows import titled, tooltip
 
 LINE = 17  # height of a bar or of a line of words
 LABELS = 0.4  # room for the times beside the bars, by the longest bar
 
-TOOLTIPS = {
-    "question": "question",
-    "scene": "scene",
-    "how": "how",
-    "time_text": "median time",
-    "variation": "variation of time",
-    "factor": "against the whole",
-    "dofs": "degrees of freedom solved",
-    "flops": "operations",
-}
+TOOLTIPS = titled(
+    "question scene how time_text variation factor dofs flops",
+    factor="against the whole",
+    dofs="degrees of freedom solved",
+    flops="operations",
+)
 
 
 def before_and_after(blocks: list[tuple[str, list[str], list[dict]]]):
@@ -39,48 +36,29 @@ def before_and_after(blocks: list[tuple[str, list[str], list[dict]]]):
         for bar in bars:
             line(bar["how"], bar)
     longest = max(row.get("share", 0) for row in rows)
-    chart = alt.Chart().encode(
-        y=alt.Y(
-            "line:O",
-            title=None,
-            axis=alt.Axis(
-                labelExpr="split(datum.label, '|')[1]",
-                labelOverlap=False,
-                ticks=False,
-                domain=False,
-            ),
-            scale=alt.Scale(domain=lines, paddingInner=0.12, paddingOuter=0.12),
-        )
-    )
+    axis = {"labelExpr": "split(datum.label, '|')[1]", "ticks": False, "domain": False}
+    spaced = alt.Scale(domain=lines, paddingInner=0.12, paddingOuter=0.12)
+    y = alt.Y("line:O", title=None, axis=alt.Axis(labelOverlap=False, **axis), scale=spaced)
+    quarters = [0, 0.25, 0.5, 0.75, 1]
+    title = {"title": "time over that of the whole", "titleAnchor": "start"}
     x = alt.X(
         "share:Q",
-        axis=alt.Axis(
-            title="time over that of the whole",
-            titleAnchor="start",
-            format="%",
-            values=[0, 0.25, 0.5, 0.75, 1],
-        ),
+        axis=alt.Axis(**title, format="%", values=quarters),
         scale=alt.Scale(domain=[0, longest * (1 + LABELS)], nice=False),
     )
-    colour = alt.Color(
-        "how:N",
-        scale=alt.Scale(
-            domain=["whole", "pruned", "alone"],
-            range=["var(--other)", "var(--good)", "var(--other)"],
-        ),
-        legend=None,
-    )
-    tooltip = [alt.Tooltip(f"{name}:N", title=title) for name, title in TOOLTIPS.items()]
-    bars = chart.transform_filter("isValid(datum.share)").encode(x=x)
+    bars = alt.Chart().transform_filter("isValid(datum.share)").encode(x=x, y=y)
+    inks = {"whole": "var(--other)", "pruned": "var(--good)", "alone": "var(--other)"}
+    colour = looks(alt.Color, "how", inks, inks.values())
     words = {"align": "left", "baseline": "middle"}
+
+    def text(field: str, **look):
+        own = alt.Chart().transform_filter(f"isValid(datum.{field})").mark_text(**words, **look)
+        return own.encode(x=alt.XValue(0), y=y, text=f"{field}:N")
+
     return alt.layer(
-        bars.mark_bar(cornerRadius=1).encode(color=colour, tooltip=tooltip),
-        bars.mark_text(**words, dx=5).encode(text=alt.Text("time_text:N")),
-        chart.transform_filter("isValid(datum.heading)")
-        .mark_text(**words, fontWeight=600)
-        .encode(x=alt.XValue(0), text=alt.Text("heading:N")),
-        chart.transform_filter("isValid(datum.remark)")
-        .mark_text(**words, opacity=0.8)
-        .encode(x=alt.XValue(0), text=alt.Text("remark:N")),
+        bars.mark_bar(cornerRadius=1).encode(color=colour, tooltip=tooltip(TOOLTIPS)),
+        bars.mark_text(**words, dx=5).encode(text="time_text:N"),
+        text("heading", fontWeight=600),
+        text("remark", opacity=0.8),
         **frame(rows) | {"height": LINE * len(lines)},
     )

@@ -1,70 +1,43 @@
 """The charts of the filter as a scan: error against time and span, time against processors."""
 
 import math
-from itertools import cycle
 
 import altair as alt
 
-from charts.common import (
-    NUMBER,
-    TIME,
-    VIEW,
-    Style,
-    filtered,
-    frame,
-    log_axis,
-    mark_last,
-    names,
-    short,
-)
+from charts.common import DASHES, VIEW, Style, dots, filtered, frame, looks, mark_last
+from charts.layers import log, names
 from charts.palette import SHAPES
+from charts.rows import fields, numbers, titled
 from charts.text import error_text, thousands_text, time_text
+from charts.variants import coloured, curves, lines
 from summary.scans import Machine, Scanned, is_scan, predicted
 
 SIZE = "size"  # the parameter that says which N is drawn
 BOUND = "bound"  # and whether memory bounds the time
 BOUNDS = {"memory": "arithmetic and memory", "arithmetic": "arithmetic alone"}
 PROCESSORS = [*(2**i for i in range(14)), 10_000]
-DASHES = ([1, 0], [5, 3], [1, 2], [8, 2, 1, 2])
 
-TOOLTIPS = {
-    "scene": "scene",
-    "variant": "variant",
-    "links": "links of a block",
-    "threads": "threads",
-    "time_text": "median time",
-    "error_text": "median error",
-}
-SPAN_TOOLTIPS = {
-    "scene": "scene",
-    "variant": "variant",
-    "links": "links of a block",
-    "span_text": "flops one after another",
-    "error_text": "median error",
-}
-PROCESSOR_TOOLTIPS = {
-    "scene": "scene",
-    "variant": "variant",
-    "links": "links of a block",
-    "kind": "time is",
-    "on": "processors",
-    "time_text": "time",
-}
+TOOLTIPS = titled("scene variant links threads time_text error_text")
+SPAN_TOOLTIPS = titled(
+    "scene variant links span_text error_text", span_text="flops one after another"
+)
+PROCESSOR_TOOLTIPS = titled(
+    "scene variant links kind on time_text", kind="time is", on="processors", time_text="time"
+)
 
 
 def error_against_time(scanned: list[Scanned], style: Style, choices: dict[str, str]):
     """A line a variant and number of threads; its points are N."""
     rows = [
-        _row(it, it.links, task)
-        | {"time": short(time), "threads": threads, "time_text": time_text(time)}
+        _row(it, it.links, task) | {"threads": threads} | numbers(time_text, time=time)
         for it in scanned
         for threads, time in sorted(it.times.items())
         for task in it.timed_errors
     ]
-    lines = sorted({row["threads"] for row in rows})
-    mark_last([row for row in rows if row["threads"] == lines[0]], "error", "time", (VIEW,))
-    x = ("time", "median time of a call", TIME)
-    return _errors(rows, style, choices, x, "threads", lines, TOOLTIPS)
+    threads = sorted({row["threads"] for row in rows})
+    mark_last([row for row in rows if row["threads"] == threads[0]], "error", "time", (VIEW,))
+    x = log(alt.X, "time", "median time of a call", 14)
+    return _errors(rows, style, choices, x, "threads", threads, TOOLTIPS)
 
 
 def error_against_span(scanned: list[Scanned], style: Style, choices: dict[str, str]):
@@ -72,57 +45,29 @@ def error_against_span(scanned: list[Scanned], style: Style, choices: dict[str, 
     N."""
     rows = [
         _row(it, links, task)
-        | {
-            "other": int(links != it.links),
-            "span": short(it.flops[links].span),
-            "span_text": thousands_text(it.flops[links].span),
-        }
+        | {"other": int(links != it.links)}
+        | numbers(thousands_text, span=it.flops[links].span)
         for it in scanned
         for links in sorted(it.flops.keys() & it.errors.keys())
         for task in it.errors[links]
     ]
     mark_last([row for row in rows if not row["other"]], "error", "span", (VIEW,))
-    x = ("span", "flops one after another, on any number of processors", NUMBER)
+    x = log(alt.X, "span", "flops one after another, on any number of processors", 14)
     return _errors(rows, style, choices, x, "other", [0, 1], SPAN_TOOLTIPS)
 
 
 def _row(it: Scanned, links: int, task: str) -> dict:
-    return {
-        "scene": it.scene,
-        "n": it.n,
-        VIEW: task,
-        "variant": it.variant,
-        "links": links or "no blocks",
-        "error": short(it.errors[links][task]),
-        "error_text": error_text(it.errors[links][task]),
-    }
+    row = fields(it, "scene", "n", "variant") | {VIEW: task, "links": links or "no blocks"}
+    return row | numbers(error_text, error=it.errors[links][task])
 
 
-def _errors(
-    rows: list[dict],
-    style: Style,
-    choices: dict[str, str],
-    x: tuple[str, str, str],
-    line: str,
-    lines: list[int],
-    tooltips: dict[str, str],
-):
+def _errors(rows: list[dict], style: Style, choices: dict, x, line: str, names, tooltips: dict):
     """The field `line` sets the lines of a variant apart."""
-    field, title, label = x
-    x = alt.X(
-        f"{field}:Q",
-        axis=log_axis("x", title, label),
-        scale=alt.Scale(type="log", nice=False, padding=14),
-    )
-    y = alt.Y("error:Q", axis=log_axis("y", "median error", NUMBER), scale=_decades(rows))
-    drawn = filtered(choices).transform_filter("datum.error > 0")
-    drawn = drawn.encode(x=x, y=y, **_colour(style, tooltips))
-    dash = alt.StrokeDash(f"{line}:N", scale=_looks(lines, DASHES), legend=None)
-    shape = alt.Shape(f"{line}:N", scale=_looks(lines, SHAPES.values()), legend=None)
-    path = drawn.mark_line(strokeWidth=1.25, opacity=0.7).encode(strokeDash=dash, order=alt.Order("n:Q"))
-    look = {"filled": True, "size": 55, "opacity": 1, "stroke": style.page, "strokeWidth": 0.5}
-    marks = drawn.mark_point(**look).encode(shape=shape)
-    return alt.layer(path, marks, names(drawn), **frame(rows))
+    y = log(alt.Y, "error", "median error", _decades(rows))
+    shape = looks(alt.Shape, line, names, SHAPES.values())
+    path = {"strokeDash": looks(alt.StrokeDash, line, names, DASHES), "order": "n:Q"}
+    look = {"marks": style.dots(55), "shape": shape, "path": path}
+    return lines(rows, style, choices, tooltips, x, y, **look)
 
 
 def _decades(rows: list[dict]) -> alt.Scale:
@@ -131,18 +76,6 @@ def _decades(rows: list[dict]) -> alt.Scale:
     low, high = math.floor(min(exponents)), math.ceil(max(exponents))
     domain = [10.0**low, 10.0 ** max(high, low + 1)]
     return alt.Scale(type="log", nice=False, domain=domain)
-
-
-def _looks(lines: list[int], looks) -> alt.Scale:
-    """Of more lines than looks the last ones look like the first."""
-    return alt.Scale(domain=lines, range=[look for look, _ in zip(cycle(looks), lines)])
-
-
-def _colour(style: Style, tooltips: dict[str, str]) -> dict:
-    return {
-        "color": alt.Color("variant:N", scale=style.colour, legend=None),
-        "tooltip": [alt.Tooltip(f"{name}:N", title=title) for name, title in tooltips.items()],
-    }
 
 
 def time_on_processors(
@@ -158,28 +91,18 @@ def time_on_processors(
     ]
     ends = [row for row in rows if row["kind"] != "measured" and not row["other"]]
     mark_last(ends, "time", "at", (SIZE, BOUND))
-    x = alt.X(
-        "at:Q",
-        axis=log_axis("x", "processors", "format(datum.value, 'd')"),
-        scale=alt.Scale(type="log", nice=False, padding=12),
-    )
-    y = alt.Y(
-        "time:Q",
-        axis=log_axis("y", "time of a call", TIME),
-        scale=alt.Scale(type="log", nice=False, padding=14),
-    )
+    y = log(alt.Y, "time", "time of a call", 14)
     drawn = filtered(choices).transform_filter("datum.time > 0")
-    drawn = drawn.encode(y=y, **_colour(style, PROCESSOR_TOOLTIPS))
-    placed = drawn.encode(x=x)
-    curves = placed.transform_filter("datum.kind === 'predicted'").encode(detail=alt.Detail("links:N"))
-    dash = alt.StrokeDash("other:N", scale=_looks([0, 1], DASHES), legend=None)
+    drawn = drawn.encode(y=y, **coloured(style, PROCESSOR_TOOLTIPS))
+    placed = drawn.encode(x=log(alt.X, "at", "processors", 12, "format(datum.value, 'd')"))
+    predictions = placed.transform_filter("datum.kind === 'predicted'").encode(detail="links:N")
     levels = drawn.transform_filter("datum.kind === 'on one processor'")
     measured = placed.transform_filter("datum.kind === 'measured'")
+    path = {"strokeDash": looks(alt.StrokeDash, "other", [0, 1], DASHES)}
     return alt.layer(
         levels.mark_rule(strokeWidth=1.25, opacity=0.8),
-        curves.mark_line(strokeWidth=1.25, opacity=0.7).encode(strokeDash=dash),
-        curves.mark_point(filled=True, size=16, opacity=0.8),
-        measured.mark_point(filled=True, size=80, opacity=1, stroke=style.page, strokeWidth=0.75),
+        *curves(predictions, style, dots(16) | {"opacity": 0.8}, path=path)[:2],
+        measured.mark_point(**style.dots(80, 0.75)),
         names(placed),
         **frame(rows),
     )
@@ -199,9 +122,8 @@ def _scan(it: Scanned, machine: Machine, memory: bool) -> list[dict]:
             "kind": kind,
             "at": processors,
             "on": str(processors),
-            "time": short(time),
-            "time_text": time_text(time),
         }
+        | numbers(time_text, time=time)
         for links, processors, time, kind in predictions + measured
         if time
     ]
@@ -210,6 +132,5 @@ def _scan(it: Scanned, machine: Machine, memory: bool) -> list[dict]:
 def _level(it: Scanned) -> list[dict]:
     if 1 not in it.times:
         return []
-    time = it.times[1]
     row = {"links": "no blocks", "other": 0, "kind": "on one processor", "on": "1"}
-    return [row | {"at": PROCESSORS[-1], "time": short(time), "time_text": time_text(time)}]
+    return [row | {"at": PROCESSORS[-1]} | numbers(time_text, time=it.times[1])]

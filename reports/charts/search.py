@@ -5,70 +5,40 @@ import math
 
 import altair as alt
 
-from charts.common import (
-    NUMBER,
-    Style,
-    error_scale,
-    filtered,
-    frame,
-    log_axis,
-    mark_last,
-    names,
-    short,
-)
-from charts.variants import series
+from charts.common import Style, dots, error_scale, filtered, frame, looks, mark_last, short
+from charts.layers import INK, log
+from charts.rows import titled, tooltip
+from charts.variants import lines
 
-METHOD_DASH = alt.Scale(domain=["search", "islands", "random"], range=[[1, 0], [6, 3], [2, 4]])
-JOINT_SHAPE = alt.Scale(
-    domain=["hinge", "slide", "ball", "free"],
-    range=["circle", "square", "diamond", "triangle-up"],
-)
-JOINT_LEGEND = {
-    "orient": "top",
-    "title": None,
-    "symbolFillColor": "currentColor",
-    "symbolStrokeColor": "currentColor",
-}
+METHODS = {"search": [1, 0], "islands": [6, 3], "random": [2, 4]}  # and their dashes
+JOINTS = {"hinge": "circle", "slide": "square", "ball": "diamond", "free": "triangle-up"}
 MASSES = (1e-8, 1e8)  # kg, drawn smallest and largest
 LANE = 44  # height of a row of bodies
 LABELLED = 380  # width from which there is room for numbers
-TOOLTIPS = {
-    "variant": "variant",
-    "precision": "precision",
-    "scene": "by",
-    "evaluations": "mechanisms judged",
-    "error_text": "worst silent error",
-}
+TOOLTIPS = titled(
+    "variant precision scene evaluations error_text",
+    scene="by",
+    evaluations="mechanisms judged",
+    error_text="worst silent error",
+)
 
-BODY_TOOLTIPS = {
-    "variant": "worst found for",
-    "precision": "precision",
-    "name": "body",
-    "on": "on",
-    "joint": "joint",
-    "mass_text": "mass",
-    "length_text": "from the parent's joint",
-    "armature_text": "armature",
-}
+BODY_TOOLTIPS = titled(
+    "variant precision name on joint mass_text length_text armature_text",
+    variant="worst found for",
+    name="body",
+    length_text="from the parent's joint",
+)
 
 
 def worst_so_far(rows: list[dict], style: Style, choices: dict[str, str]):
     """A staircase each variant and method; a row has evaluations, error and their texts."""
     rows = [row | {"error": short(row["error"])} for row in rows]
     mark_last([row for row in rows if row["scene"] != "random"], "error", "evaluations")
-    x = alt.X(
-        "evaluations:Q",
-        axis=log_axis("x", "mechanisms judged", NUMBER),
-        scale=alt.Scale(type="log", nice=False, padding=12),
-    )
-    y = alt.Y("error:Q", axis=log_axis("y", "worst so far", NUMBER), scale=error_scale(rows))
-    drawn = filtered(choices).encode(x=x, y=y, **series(style, TOOLTIPS))
-    dash = alt.StrokeDash("scene:N", scale=METHOD_DASH, legend=None)
-    lines = drawn.mark_line(strokeWidth=1.5, opacity=0.8, interpolate="step-after")
-    lines = lines.encode(strokeDash=dash)
-    lines.encoding.shape = alt.Undefined  # Vega-Lite would draw the marks a second time
-    marks = drawn.mark_point(filled=True, size=20, opacity=1)
-    return alt.layer(lines, marks, names(drawn), **frame(rows))
+    x = log(alt.X, "evaluations", "mechanisms judged", 12)
+    y = log(alt.Y, "error", "worst so far", error_scale(rows))
+    path = {"strokeDash": looks(alt.StrokeDash, "scene", METHODS, METHODS.values())}
+    look = {"strokeWidth": 1.5, "opacity": 0.8, "interpolate": "step-after"}
+    return lines(rows, style, choices, TOOLTIPS, x, y, marks=dots(20), path=path, **look)
 
 
 def places(parents: list[int]) -> list[tuple[int, int]]:
@@ -126,32 +96,32 @@ def mechanisms(rows: list[dict], style: Style, choices: dict[str, str]):
     """Of each variant the tree of its worst mechanism: joints by shape, masses by size, lengths
     in words, since they span decades."""
     lanes = max(row["y"] for row in rows) + 1
-    x = alt.Scale(domain=[0, max(row["x"] for row in rows) + 0.5], nice=False, zero=False)
-    y = alt.Scale(domain=[lanes - 0.4, -0.7], nice=False, zero=False)
+    right = max(row["x"] for row in rows) + 0.5
+    x = {"scale": alt.Scale(domain=[0, right], nice=False, zero=False)}
+    y = {"scale": alt.Scale(domain=[lanes - 0.4, -0.7], nice=False, zero=False)}
     none = {"axis": None, "title": None}
-    here = {"x": alt.X("x:Q", scale=x, **none), "y": alt.Y("y:Q", scale=y, **none)}
-    there = {"x": alt.X("from_x:Q", scale=x, **none), "y": alt.Y("from_y:Q", scale=y, **none)}
-    tooltip = [alt.Tooltip(f"{name}:N", title=title) for name, title in BODY_TOOLTIPS.items()]
+    here = {"x": alt.X("x:Q", **x, **none), "y": alt.Y("y:Q", **y, **none)}
+    there = {"x": alt.X("from_x:Q", **x, **none), "y": alt.Y("from_y:Q", **y, **none)}
     drawn = filtered(choices)
-    lines = drawn.mark_rule(strokeWidth=1.5, opacity=0.6, color="currentColor").encode(
-        **there, x2=alt.X2("x"), y2=alt.Y2("y")
-    )
+    links = drawn.mark_rule(strokeWidth=1.5, opacity=0.6, **INK).encode(**there, x2="x", y2="y")
+    inks = {"symbolFillColor": "currentColor", "symbolStrokeColor": "currentColor"}
+    legend = alt.Legend(orient="top", title=None, **inks)
     joints = drawn.mark_point(filled=True, opacity=1).encode(
         **here,
         size=alt.Size("size:Q", scale=None, legend=None),
-        shape=alt.Shape("joint:N", scale=JOINT_SHAPE, legend=alt.Legend(**JOINT_LEGEND)),
-        color=alt.Color("variant:N", scale=style.colour, legend=style.legend, title=None),
-        tooltip=tooltip,
+        shape=looks(alt.Shape, "joint", JOINTS, JOINTS.values(), legend=legend),
+        color=style.colour,
+        tooltip=tooltip(BODY_TOOLTIPS),
     )
-    room = alt.expr(f"width > {LABELLED} ? 1 : 0")
-    masses = drawn.mark_text(dy=19, fontSize=9, opacity=room).encode(**here, text=alt.Text("mass_text:N"))
+    small = {"fontSize": 9, "opacity": alt.expr(f"width > {LABELLED} ? 1 : 0")}
+    masses = drawn.mark_text(dy=19, **small).encode(**here, text="mass_text:N")
     middle = drawn.transform_calculate(
         x="(datum.x + datum.from_x) / 2", y="(datum.y + datum.from_y) / 2"
     )
-    lengths = middle.mark_text(dy=-6, fontSize=9, opacity=room).encode(**here, text=alt.Text("label:N"))
+    lengths = middle.mark_text(dy=-6, **small).encode(**here, text="label:N")
     first = drawn.transform_filter("isValid(datum.title)")
     titles = first.mark_text(align="left", dy=-22, fontSize=11).encode(
-        x=alt.XValue(0), y=there["y"], text=alt.Text("title:N")
+        x=alt.XValue(0), y=there["y"], text="title:N"
     )
-    chart = alt.layer(lines, joints, masses, lengths, titles, **frame(rows))
+    chart = alt.layer(links, joints, masses, lengths, titles, **frame(rows))
     return chart.properties(height=LANE * (lanes + 0.3))

@@ -1,6 +1,7 @@
 """What a claim is made of, and the one rule by which its checks decide it."""
 
 import math
+from operator import itemgetter
 from typing import NamedTuple
 
 from charts.text import error_text, fit_text
@@ -8,11 +9,6 @@ from read.laboratory import Laboratory, Point
 from summary.points import Fit, fit_exponent
 
 ABA = "Sequential<Conventional>"
-JOSEPH = "Sequential<Joseph>"
-CHOLESKY = "Batch<EigenLLT>"
-MGS = "Sequential<ArrayMGS>"
-GIVENS = "Sequential<ArrayGivens>"
-UD = "Sequential<UD>"
 ABSENT = "not in this run"
 LOST = 0.1  # an error above follows no law any more
 RISING = 100  # in units of u: an error above is more than rounding of the answer
@@ -44,6 +40,37 @@ class Check(NamedTuple):
     def holds(self) -> bool | None:
         return self.number.holds
 
+    @staticmethod
+    def of(number: Number, measured: str, wanted: str, what: str = "") -> "Check":
+        """Of a number that says itself what it is, unless `what` does."""
+        measured = ABSENT if number.value is None else measured
+        return Check(what or number.what, measured, wanted, number)
+
+    @staticmethod
+    def within(what: str, value: float | None, low: float, high: float, where: str = "") -> "Check":
+        """Whether a number lies between two; an infinite one is no bound."""
+        measured = "" if value is None else number_text(value) + (f" ({where})" if where else "")
+        return Check.of(Number(what, value, low, high), measured, range_text(low, high))
+
+    @staticmethod
+    def at_most(what: str, value: float | None, high: float, where: str = "") -> "Check":
+        return Check.within(what, value, -math.inf, high, where)
+
+    @staticmethod
+    def at_least(what: str, value: float | None, low: float, where: str = "") -> "Check":
+        return Check.within(what, value, low, math.inf, where)
+
+    @staticmethod
+    def largest(what: str, found: list[tuple[float, str]], high: float) -> "Check":
+        """Of numbers the largest, with where it is found."""
+        value, where = max(found, key=itemgetter(0), default=(None, ""))
+        return Check.at_most(what, value, high, where)
+
+    @staticmethod
+    def slope(what: str, fit: Fit | None, expected: float, tolerance: float) -> "Check":
+        number = Number(what, fit and fit.exponent, expected - tolerance, expected + tolerance)
+        return Check.of(number, fit_text(fit), f"{expected:g} ± {tolerance:g}")
+
 
 class Plot(NamedTuple):
     """Rows with scene, task, variant, precision, x, error (None: failed), share and seeds."""
@@ -70,29 +97,11 @@ class Claim(NamedTuple):
         return "open" if None in held or not held else "confirmed"
 
 
-def check(number: Number, measured: str, wanted: str, what: str = "") -> Check:
-    """Of a number that says itself what it is, unless `what` does."""
-    measured = ABSENT if number.value is None else measured
-    return Check(what or number.what, measured, wanted, number)
-
-
-def within(what: str, value: float | None, low: float, high: float, where: str = "") -> Check:
-    """Whether a number lies between two; without a lower bound if that is minus infinity."""
-    measured = "" if value is None else number_text(value) + (f" ({where})" if where else "")
-    return check(Number(what, value, low, high), measured, range_text(low, high))
-
-
 def range_text(low: float, high: float) -> str:
     bounds = [number_text(bound) for bound in (low, high)]
     if math.isinf(low):
         return f"at most {bounds[1]}"
     return f"at least {bounds[0]}" if math.isinf(high) else f"{bounds[0]} to {bounds[1]}"
-
-
-def slope_check(what: str, fit: Fit | None, expected: float, tolerance: float) -> Check:
-    value = None if fit is None else fit.exponent
-    number = Number(what, value, expected - tolerance, expected + tolerance)
-    return check(number, fit_text(fit), f"{expected:g} ± {tolerance:g}")
 
 
 def slope(points: list[Point], low: float = 0, high: float = math.inf, smallest: float = 0):
@@ -113,25 +122,22 @@ def number_text(value: float) -> str:
     return f"{value:.3g}".replace("-", "−") if plain else error_text(value)
 
 
-def rows_of(points: list[Point], **fields) -> list[dict]:
-    """Of median errors against the swept value, for the plot; other fields may replace these."""
-    return [row_of(point, **fields) for point in points]
+def row(scene, task, variant, precision, x, error: float | None, share, seeds) -> dict:
+    """Of a plot; an infinite error is a failure."""
+    place = {"scene": scene, "task": task, "variant": variant, "precision": precision, "x": x}
+    error = error if error is None or math.isfinite(error) else None
+    return place | {"error": error, "share": share, "seeds": seeds}
 
 
 def row_of(point: Point, **fields) -> dict:
-    error = point.error
-    row = {
-        "scene": point.family,
-        "task": point.task,
-        "variant": point.variant,
-        "precision": point.precision,
-        "x": point.value,
-        "error": error if math.isfinite(error) else None,
-        "share": point.failures / point.seeds,
-        "seeds": point.seeds,
-        **fields,
-    }
-    return row
+    """Of a median error against the swept value; other fields may replace these."""
+    place = point.family, point.task, point.variant, point.precision, point.value
+    return row(*place, point.error, point.failures / point.seeds, point.seeds) | fields
+
+
+def swept(x: str, *series) -> Plot:
+    """Of median errors against what is swept; `series` are those of `collect`."""
+    return Plot(x, "median relative error", [row_of(point) for point in collect(*series)])
 
 
 def collect(lab: Laboratory, families, tasks, precisions, variants) -> list[Point]:

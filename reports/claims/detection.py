@@ -1,33 +1,16 @@
 """What shows an error and what does not: C7 and C9."""
 
 import math
-from collections import defaultdict
 from itertools import permutations
 
 from charts.text import share_text
-from claims.claim import (
-    ABA,
-    CHOLESKY,
-    GIVENS,
-    JOSEPH,
-    MGS,
-    UD,
-    Check,
-    Claim,
-    Number,
-    Plot,
-    check,
-    collect,
-    number_text,
-    row_of,
-    within,
-)
+from claims.claim import ABA, Check, Claim, Number, Plot, collect, number_text, row_of, swept
+from claims.needed import CHOLESKY, INVERTING, JOSEPH, JUDGED
 from read.data import Data
 from read.laboratory import Laboratory, Point
 from read.stress import WRONG, U
+from summary.groups import by_key
 
-JUDGED = (CHOLESKY, ABA, JOSEPH, MGS, GIVENS, UD)
-INVERTING = (CHOLESKY, "ClosedForm<Conventional>", "ClosedForm<ArrayMGS>", *JUDGED[1:])
 APART = 1e6  # forward errors that differ so much should show in a residual
 ALIKE = 30
 SMALL = 10  # in units of u: a residual that shows nothing
@@ -66,10 +49,9 @@ def residuals(data: Data) -> Claim:
 
 def _pairs(lab: Laboratory, task: str, variants) -> list[tuple[Point, Point]]:
     """Worse and better of every two methods whose errors are that far apart."""
-    cases = defaultdict(list)
-    for point in collect(lab, lab.swept, [task], ["float64"], variants):
-        if math.isfinite(point.error):
-            cases[point.family, point.value].append(point)
+    points = collect(lab, lab.swept, [task], ["float64"], variants)
+    finite = [point for point in points if math.isfinite(point.error)]
+    cases = by_key(finite, lambda point: (point.family, point.value))
     return [
         (worse, better)
         for points in cases.values()
@@ -79,21 +61,22 @@ def _pairs(lab: Laboratory, task: str, variants) -> list[tuple[Point, Point]]:
 
 
 def _blind(name: str, pairs: list[tuple[Point, Point]], residual: str, scale) -> list[Check]:
-    what = f"{name}: the worse method’s / the better one’s"
-    size = f"{name}: largest, in u{'' if residual == 'oettli_prager' else ' · scaled κ'}"
-    ratios, sizes = {}, {}
-    for worse, better in pairs:
-        high, low = getattr(worse, residual), getattr(better, residual)
-        if math.isfinite(high) and math.isfinite(low):
-            ratios[worse, better] = high / max(low, worse.u / 100)
-            sizes |= {point: getattr(point, residual) / scale(point) for point in (worse, better)}
-    if not ratios:
-        return [within(what, None, -math.inf, ALIKE), within(size, None, -math.inf, SMALL)]
-    worst, largest = max(ratios, key=ratios.get), max(sizes, key=sizes.get)
-    where = f"{worst[0].family} {worst[0].value:g}, {len(ratios)} pairs"
+    unit = "u" if residual == "oettli_prager" else "u · scaled κ"
+    finite = [
+        (worse, better)
+        for worse, better in pairs
+        if math.isfinite(getattr(worse, residual)) and math.isfinite(getattr(better, residual))
+    ]
+    ratios, sizes = [], []
+    for worse, better in finite:
+        ratio = getattr(worse, residual) / max(getattr(better, residual), worse.u / 100)
+        ratios.append((ratio, f"{worse.family} {worse.value:g}, {len(finite)} pairs"))
+        for point in (worse, better):
+            size = getattr(point, residual) / scale(point)
+            sizes.append((size, f"{point.family} {point.value:g}"))
     return [
-        within(what, ratios[worst], -math.inf, ALIKE, where),
-        within(size, sizes[largest], -math.inf, SMALL, f"{largest.family} {largest.value:g}"),
+        Check.largest(f"{name}: the worse method’s / the better one’s", ratios, ALIKE),
+        Check.largest(f"{name}: largest, in {unit}", sizes, SMALL),
     ]
 
 
@@ -104,31 +87,27 @@ def silence(data: Data) -> Claim:
     before refinement was refused, lies within a factor 3 of the error in at least 90 % of the
     answers that have one."""
     lab = data.laboratory
-    checks = []
-    shares = []
+    checks, near = [], []
     for precision in U:
         points = lab.series("heavy_tip", "random", precision, ABA)
-        what = f"decades of silence, {precision}"
-        if not points:
-            checks.append(within(what, None, 1, math.inf))
-            continue
         low, high = _stretch(points)
-        decades = math.log10(high / low) if low > 0 else 0.0
-        where = f"{number_text(low)} to {number_text(high)}" if low > 0 else ""
-        checks.append(within(what, decades, 1, math.inf, where))
-        shares += _estimates(data, precision, low, high)
-    share = sum(shares) / len(shares) if shares else None
-    near = Number(f"estimates within a factor {FACTOR}", share, FLAGGED, math.inf)
-    measured = f"{share_text(share)} of {number_text(len(shares))}"
-    checks.append(check(near, measured, f"at least {share_text(FLAGGED)}"))
-    drawn = collect(lab, ["heavy_tip"], ["random"], U, (ABA, JOSEPH, CHOLESKY))
+        decades, where = 0.0 if points else None, ""
+        if low > 0:
+            decades, where = math.log10(high / low), f"{number_text(low)} to {number_text(high)}"
+            near += _estimates(data, precision, low, high)
+        checks.append(Check.at_least(f"decades of silence, {precision}", decades, 1, where))
+    share = sum(near) / len(near) if near else None
+    number = Number(f"estimates within a factor {FACTOR}", share, FLAGGED, math.inf)
+    measured = f"{share_text(share)} of {number_text(len(near))}"
+    checks.append(Check.of(number, measured, f"at least {share_text(FLAGGED)}"))
+    variants = (ABA, JOSEPH, CHOLESKY)
     return Claim(
         "C9",
         "Wrong before it shows",
         "There is a decade of mass ratios over which ABA is more than 1 % wrong and no D is "
         "negative; the error estimate shows it.",
         checks,
-        Plot("mass ratio", "median relative error", [row_of(point) for point in drawn]),
+        swept("mass ratio", lab, ["heavy_tip"], ["random"], U, variants),
     )
 
 

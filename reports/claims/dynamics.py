@@ -1,27 +1,15 @@
 """What better factors buy: calls of an integrator and refinement, C6 and C8."""
 
 import math
-from collections import defaultdict
 from statistics import median
 
-from claims.claim import (
-    ABA,
-    CHOLESKY,
-    MGS,
-    Check,
-    Claim,
-    Number,
-    Plot,
-    check,
-    collect,
-    number_text,
-    row_of,
-    within,
-)
+from claims.claim import ABA, Check, Claim, Number, Plot, number_text, row, swept
+from claims.needed import CHOLESKY, FACTORED, MGS
 from read.data import Data
 from read.stress import Integration, Stress, U
+from summary.groups import by_key
 
-FACTORED = "FactoredBias<ArrayMGS>"
+TIP = ("heavy_tip", "float64")
 GRACE = 1e8  # below, the motion itself changes with the mass ratio
 LAST = 1e14
 REFINED = "refined"  # the kind of variants
@@ -36,25 +24,27 @@ def stiffness(data: Data) -> Claim:
     ratios from 1e8 to 1e14 lie within 2 % of the middle of their range, and all runs finish; and
     Cholesky, ABA and MGS with a plain bias each need more than twice its calls, or do not finish,
     at some mass ratio up to 1e14."""
-    runs = defaultdict(lambda: defaultdict(list))
-    for run in data.integrations:
-        if (run.family, run.precision) == ("heavy_tip", "float64"):
-            runs[run.variant][run.value].append(run)
-    within_reach = {rho: runs[FACTORED][rho] for rho in runs[FACTORED] if GRACE <= rho <= LAST}
-    spread = None
-    if len(within_reach) >= 3:
-        spread = _spread([run for group in within_reach.values() for run in group])
-    checks = [within("spread of the calls of FactoredBias, ± in %", spread, 0, 2)]
-    for variant in (CHOLESKY, ABA, MGS):
-        checks.append(_blows_up(variant, runs[variant], runs[FACTORED]))
+    own = [it for it in data.integrations if (it.family, it.precision) == TIP]
+    runs = {
+        variant: dict(sorted(by_key(of_variant, lambda run: run.value).items()))
+        for variant, of_variant in sorted(by_key(own, lambda run: run.variant).items())
+    }
+    factored = runs.get(FACTORED, {})
+    reached = [group for rho, group in factored.items() if GRACE <= rho <= LAST]
+    spread = _spread(sum(reached, [])) if len(reached) >= 3 else None
+    what = "spread of the calls of FactoredBias, ± in %"
+    blown_up = [_blows_up(it, runs.get(it, {}), factored) for it in (CHOLESKY, ABA, MGS)]
+    rows = [
+        _row(variant, rho, group) for variant, own in runs.items() for rho, group in own.items()
+    ]
     return Claim(
         "C6",
         "No formulation stiffness",
         "With the bias carried in factored form an adaptive integrator needs the same number of "
         "calls at every mass ratio from 1e8 to 1e14; with Cholesky, ABA or a plain bias its steps "
         "collapse.",
-        checks,
-        Plot("mass ratio", "calls of the right-hand side", _calls(runs)),
+        [Check.within(what, spread, 0, 2), *blown_up],
+        Plot("mass ratio", "calls of the right-hand side", rows),
     )
 
 
@@ -62,10 +52,9 @@ def _spread(runs: list[Integration]) -> float:
     """Half the range over its middle in per cent, of the worst seed; infinite if one gave up."""
     if not all(run.finished for run in runs):
         return math.inf
-    seeds = defaultdict(list)
-    for run in runs:
-        seeds[run.seed].append(run.calls)
-    return max(100 * (max(c) - min(c)) / (max(c) + min(c)) for c in seeds.values())
+    seeds = by_key(runs, lambda run: run.seed).values()
+    ends = [(min(run.calls for run in own), max(run.calls for run in own)) for own in seeds]
+    return max(100 * (most - least) / (most + least) for least, most in ends)
 
 
 def _blows_up(variant: str, runs: dict, factored: dict) -> Check:
@@ -74,7 +63,7 @@ def _blows_up(variant: str, runs: dict, factored: dict) -> Check:
     what = f"{variant} needs twice the calls"
     number = Number(f"mass ratio at which {what}", first if common else None, -math.inf, LAST)
     measured = f"from {number_text(first)}" if first <= LAST else "nowhere"
-    return check(number, measured, "at some mass ratio up to 1e14", what)
+    return Check.of(number, measured, "at some mass ratio up to 1e14", what)
 
 
 def _doubled(runs: list[Integration], factored: list[Integration]) -> bool:
@@ -82,24 +71,11 @@ def _doubled(runs: list[Integration], factored: list[Integration]) -> bool:
     return calls > 2 * least or not all(run.finished for run in runs)
 
 
-def _calls(runs: dict) -> list[dict]:
-    rows = []
-    for variant, values in sorted(runs.items()):
-        for rho, group in sorted(values.items()):
-            finished = [run.calls for run in group if run.finished]
-            rows.append(
-                {
-                    "scene": "heavy_tip",
-                    "task": "integration",
-                    "variant": variant,
-                    "precision": "float64",
-                    "x": rho,
-                    "error": median(finished) if finished else None,
-                    "share": 1 - len(finished) / len(group),
-                    "seeds": len(group),
-                }
-            )
-    return rows
+def _row(variant: str, rho: float, group: list[Integration]) -> dict:
+    finished = [run.calls for run in group if run.finished]
+    calls = median(finished) if finished else None
+    place = "heavy_tip", "integration", variant, "float64", rho
+    return row(*place, calls, 1 - len(finished) / len(group), len(group))
 
 
 def refinement(data: Data) -> Claim:
@@ -107,8 +83,8 @@ def refinement(data: Data) -> Claim:
     at least 99 % have an error of at most 10 max(u kS, e0^(k+1)); no answer, whatever e0, is more
     than twice as wrong as before refinement and beyond 10 u kS; and the time that Refined adds to
     ABA is at most half of ABA's, in the median over the timed scenes in float64."""
-    kinds = {variant.name: variant.kind for variant in data.stress_variants}
-    refined = data.stress.where(variant=[v for v, kind in kinds.items() if kind == REFINED])
+    names = [variant.name for variant in data.stress_variants if variant.kind == REFINED]
+    refined = data.stress.where(variant=names)
     refined = refined.rows(refined.ok & (refined["unrefined"] >= 0))
     law = refined.rows(
         (refined["steps"] >= 1) & (refined["unrefined"] < STARTS) & (refined["kS"] >= 0)
@@ -122,15 +98,14 @@ def refinement(data: Data) -> Claim:
         harmed = int((harmed_by_refinement(refined) & beyond).sum())
     within_law = Number(f"share within {LAW} max(u kS, e₀ᵏ⁺¹)", share, ENOUGH, math.inf)
     spoilt = Number("answers made twice as wrong", harmed, -math.inf, 0)
-    added = within("time added to ABA / ABA’s", _added_time(data), -math.inf, 0.5)
+    added = Check.at_most("time added to ABA / ABA’s", _added_time(data), 0.5)
     checks = [
-        check(within_law, f"{100 * (share or 0):.1f} %", "at least 99 %"),
-        check(spoilt, f"{harmed} of {len(refined)}", "0"),
+        Check.of(within_law, f"{100 * (share or 0):.1f} %", "at least 99 %"),
+        Check.of(spoilt, f"{harmed} of {len(refined)}", "0"),
         added._replace(timed=True),
     ]
-    lab = data.laboratory
     variants = (ABA, CHOLESKY, f"Refined<{ABA}>", f"Refined<{CHOLESKY}>", f"Refined<{MGS}>")
-    drawn = collect(lab, ["heavy_tip"], ("random", "dynamics"), U, variants)
+    drawn = data.laboratory, ["heavy_tip"], ("random", "dynamics"), U, variants
     return Claim(
         "C8",
         "The refinement law",
@@ -138,7 +113,7 @@ def refinement(data: Data) -> Claim:
         "max(u kS, e₀ᵏ⁺¹) within a factor 10, whatever the factorisation, for half the time of "
         "ABA; where they would do harm the guard refuses them.",
         checks,
-        Plot("mass ratio", "median relative error", [row_of(point) for point in drawn]),
+        swept("mass ratio", *drawn),
     )
 
 

@@ -4,37 +4,21 @@ import math
 
 from claims.claim import (
     ABA,
-    CHOLESKY,
-    GIVENS,
-    JOSEPH,
-    MGS,
     RISING,
-    UD,
     Check,
     Claim,
     Number,
-    Plot,
-    check,
     collect,
     number_text,
     rising,
-    rows_of,
     slope,
-    slope_check,
-    within,
+    swept,
 )
+from claims.needed import CHOLESKY, GIVENS, HOUSEHOLDER, JOSEPH, MGS, POTTER, UD, WORLD, ZEROED
 from read.data import Data
 from read.laboratory import Laboratory, Point
 from read.stress import U
 
-HOUSEHOLDER = "Sequential<ArrayHouseholder>"
-POTTER = "Sequential<Potter>"
-ZEROED = "Sequential<Zeroed>"
-WORLD = {  # exponents of the error in the offset of the base from the world's origin
-    "Sequential<WorldOrigin<Joseph>>": 4,
-    "Sequential<WorldOrigin<Conventional>>": 2,
-    "Sequential<WorldOrigin<ArrayMGS>>": 1,
-}
 GIVENS_FLAT = {"float64": 1e20, "float32": 1e16}
 GAP = 1e-6
 FLAT = 0.1  # an exponent below is none
@@ -53,17 +37,15 @@ def tiers(data: Data) -> Claim:
         points = lab.series("heavy_tip", "random", precision, variant)
         return [point for point in points if low <= point.value <= high]
 
+    def point_mass(variant: str) -> list[Point]:
+        return lab.series("heavy_point", "random", "float64", variant)
+
     checks = [
-        slope_check(f"{variant}, float64", rising(tip("float64", variant)), 1, 0.25)
+        Check.slope(f"{variant}, float64", rising(tip("float64", variant)), 1, 0.25)
         for variant in (ABA, JOSEPH, CHOLESKY)
     ]
     checks += [
-        slope_check(
-            f"{variant}, float64, point mass",
-            rising(lab.series("heavy_point", "random", "float64", variant)),
-            0.5,
-            0.2,
-        )
+        Check.slope(f"{variant}, float64, point mass", rising(point_mass(variant)), 0.5, 0.2)
         for variant in (HOUSEHOLDER, POTTER)
     ]
     for precision, u in U.items():
@@ -71,29 +53,16 @@ def tiers(data: Data) -> Claim:
             what = f"{variant}, {precision}, up to {number_text(end)}"
             checks.append(_flat(what, tip(precision, variant, high=end)))
     beyond = rising(tip("float32", MGS, low=1 / U["float32"]))
-    checks.append(slope_check(f"{MGS}, float32, beyond 1/u", beyond, 1, 0.25))
-    float32 = {p.value: p.error for p in tip("float32", GIVENS, 1e12, 1e16)}
+    checks.append(Check.slope(f"{MGS}, float32, beyond 1/u", beyond, 1, 0.25))
     float64 = {p.value: p.error for p in tip("float64", ABA, 1e12, 1e16)}
     ratios = [
-        float32[rho] / float64[rho]
-        for rho in float32.keys() & float64.keys()
-        if math.isfinite(float32[rho]) or math.isfinite(float64[rho])
+        p.error / float64[p.value]
+        for p in tip("float32", GIVENS, 1e12, 1e16)
+        if p.value in float64 and min(p.error, float64[p.value]) < math.inf
     ]
-    checks.append(
-        within(
-            "error of Givens in float32 / that of ABA in float64, from 1e12 to 1e16",
-            max(ratios, default=None),
-            -math.inf,
-            1,
-        )
-    )
-    drawn = collect(
-        lab,
-        ("heavy_tip", "heavy_point"),
-        ["random"],
-        U,
-        (CHOLESKY, ABA, JOSEPH, HOUSEHOLDER, POTTER, MGS, UD, GIVENS),
-    )
+    what = "error of Givens in float32 / that of ABA in float64, from 1e12 to 1e16"
+    checks.append(Check.at_most(what, max(ratios, default=None), 1))
+    variants = (CHOLESKY, ABA, JOSEPH, HOUSEHOLDER, POTTER, MGS, UD, GIVENS)
     return Claim(
         "C3",
         "Three tiers",
@@ -101,7 +70,7 @@ def tiers(data: Data) -> Claim:
         "Joseph and Cholesky, like √ρ in Householder and Potter on point masses, not at all in "
         "MGS and UD up to 1/u, and never in Givens.",
         checks,
-        Plot("mass ratio", "median relative error", rows_of(drawn)),
+        swept("mass ratio", lab, ("heavy_tip", "heavy_point"), ["random"], U, variants),
     )
 
 
@@ -109,8 +78,8 @@ def _flat(what: str, points: list[Point], tolerance: float = FLAT) -> Check:
     """A failure is no error to fit, and not flat."""
     if any(math.isinf(point.error) for point in points):
         failed = Number(what, math.inf, -tolerance, tolerance)
-        return check(failed, "failed", f"0 ± {tolerance:g}")
-    return slope_check(what, slope(points), 0, tolerance)
+        return Check.of(failed, "failed", f"0 ± {tolerance:g}")
+    return Check.slope(what, slope(points), 0, tolerance)
 
 
 def joseph(data: Data) -> Claim:
@@ -119,14 +88,11 @@ def joseph(data: Data) -> Claim:
     origin the exponents in the base's offset are 4 ± 0.5 for Joseph, 2 ± 0.5 for the conventional
     form, 1 ± 0.5 for MGS, where errors are above 100 u and below 0.1."""
     lab = data.laboratory
-    gains = _gains(lab)
-    best = max(gains, key=gains.get, default=None)
-    where = f"{best[0]} {best[1]:g}" if best else ""
-    checks = [within("largest gain of Joseph over ABA", gains.get(best), -math.inf, 10, where)]
+    checks = [Check.largest("largest gain of Joseph over ABA", _gains(lab), 10)]
     for variant, expected in WORLD.items():
         points = lab.series("base_offset", "random", "float64", variant)
-        checks.append(slope_check(f"{variant}, in the offset", rising(points), expected, 0.5))
-    drawn = collect(lab, ["base_offset"], ["random"], ["float64"], (*WORLD, ABA, JOSEPH, MGS))
+        checks.append(Check.slope(f"{variant}, in the offset", rising(points), expected, 0.5))
+    drawn = ["base_offset"], ["random"], ["float64"], (*WORLD, ABA, JOSEPH, MGS)
     return Claim(
         "C4",
         "Joseph’s form is no cure",
@@ -134,20 +100,21 @@ def joseph(data: Data) -> Claim:
         "one, and in the world’s frame its error grows like the fourth power of the base’s offset, "
         "against the square, and the first power of a square root.",
         checks,
-        Plot("offset of the base", "median relative error", rows_of(drawn)),
+        swept("offset of the base", lab, *drawn),
     )
 
 
-def _gains(lab: Laboratory) -> dict[tuple[str, float], float]:
-    """By family and value: how many times Joseph's error ABA's is, where that is not small."""
-    gains = {}
-    for family in lab.swept:
-        joseph = {p.value: p.error for p in lab.series(family, "random", "float64", JOSEPH)}
-        for point in lab.series(family, "random", "float64", ABA):
-            error = joseph.get(point.value, math.inf)
-            if point.error > RISING * point.u and math.isfinite(error):
-                gains[family, point.value] = point.error / max(error, point.u / RISING)
-    return gains
+def _gains(lab: Laboratory) -> list[tuple[float, str]]:
+    """How many times Joseph's error ABA's is, where that is not small; with family and value."""
+    joseph, aba = (
+        collect(lab, lab.swept, ["random"], ["float64"], [variant]) for variant in (JOSEPH, ABA)
+    )
+    errors = {(p.family, p.value): p.error for p in joseph if math.isfinite(p.error)}
+    return [
+        (p.error / max(errors[p.family, p.value], p.u / RISING), f"{p.family} {p.value:g}")
+        for p in aba
+        if p.error > RISING * p.u and (p.family, p.value) in errors
+    ]
 
 
 def constraints(data: Data) -> Claim:
@@ -155,27 +122,25 @@ def constraints(data: Data) -> Claim:
     (Zeroed) has exponent 0 ± 0.2 in the gap down to 1e-6, at that gap it is 1e4 times smaller
     than ABA's, and ABA's exponent is at most -0.5 where its error is above 100 u."""
     lab = data.laboratory
-    points = {
-        variant: [
-            p for p in lab.series("axis_gap", "random", "float64", variant) if p.value >= 0.99 * GAP
-        ]
+    aba, zeroed = (
+        [p for p in lab.series("axis_gap", "random", "float64", variant) if p.value >= 0.99 * GAP]
         for variant in (ABA, ZEROED)
-    }
-    at_gap = {v: [p.error for p in series if p.value <= 1.01 * GAP] for v, series in points.items()}
+    )
     gain = None
-    if at_gap[ABA] and at_gap[ZEROED] and math.isfinite(at_gap[ZEROED][0]):
-        gain = at_gap[ABA][0] / max(at_gap[ZEROED][0], U["float64"] / RISING)
-    growth = rising(points[ABA])
-    drawn = collect(lab, ["axis_gap"], ["random"], U, (CHOLESKY, ABA, ZEROED, MGS, UD))
+    at_gap = [points[0] for points in (aba, zeroed) if points and points[0].value <= 1.01 * GAP]
+    if len(at_gap) == 2 and math.isfinite(zeroed[0].error):
+        gain = aba[0].error / max(zeroed[0].error, U["float64"] / RISING)
+    growth = rising(aba)
+    variants = (CHOLESKY, ABA, ZEROED, MGS, UD)
     return Claim(
         "C5",
         "Exact constraints",
         "Keeping H P⁺ = 0 and H z⁺ = τ exactly makes the error of the covariance form independent "
         "of the gap between parallel axes, 4 digits better at a gap of 1e-6.",
         [
-            _flat("exponent with both kept", points[ZEROED], 0.2),
-            within(f"gain over ABA at a gap of {number_text(GAP)}", gain, 1e4, math.inf),
-            within("exponent of ABA", growth and growth.exponent, -math.inf, -0.5),
+            _flat("exponent with both kept", zeroed, 0.2),
+            Check.at_least(f"gain over ABA at a gap of {number_text(GAP)}", gain, 1e4),
+            Check.at_most("exponent of ABA", growth and growth.exponent, -0.5),
         ],
-        Plot("gap between the axes", "median relative error", rows_of(drawn)),
+        swept("gap between the axes", lab, ["axis_gap"], ["random"], U, variants),
     )

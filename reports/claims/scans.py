@@ -1,15 +1,17 @@
 """What it costs to evaluate a filter as a scan over blocks of links: C11."""
 
 import math
+from itertools import product
 from typing import NamedTuple
 
-from claims.claim import ABA, GIVENS, Check, Claim, Plot, row_of, within
+from claims.claim import Check, Claim, Plot, collect, row_of
+from claims.needed import SCANS
 from claims.structure import LENGTHS
 from read.data import Data
 from read.laboratory import Laboratory, Point
+from summary.groups import by_key
 from summary.points import FIT_FROM, fit_exponent
 
-SCANS = {"Scan<Conventional>": ABA, "Scan<SquareRoot>": GIVENS}  # and what they are in sequence
 TASKS = ("random", "dynamics")
 ROUNDING = 10  # in units of u: an error below counts as this
 TIMES = 10
@@ -39,7 +41,17 @@ def scans(data: Data) -> Claim:
     checks, rows = [], []
     for scan, sequence in SCANS.items():
         pairs = _pairs(lab, scan, sequence)
-        checks += [_kept(scan, pairs), _growing(scan, pairs)]
+        found = [
+            (pair.ratio, f"{p.family} {p.value:g}, {p.task}, {len(pairs)} cases")
+            for pair in pairs
+            for p in [pair.scan]
+        ]
+        checks += [
+            Check.largest(f"{scan}: largest error / the sequential filter’s", found, TIMES),
+            Check.largest(
+                f"{scan}: exponent of that ratio in N, the steepest family", _growths(pairs), GROWTH
+            ),
+        ]
         rows += [row_of(pair.scan, x=pair.sequence.error, share=0) for pair in pairs]
     return Claim(
         "C11",
@@ -48,53 +60,33 @@ def scans(data: Data) -> Claim:
         "filter: its error is at most ten times the sequential one’s on every family, and the "
         "ratio of the two does not grow with N.",
         checks,
-        Plot(
-            "median error of the sequential filter",
-            "median error of the scan",
-            rows,
-            lines=False,
-        ),
+        Plot("median error of the sequential filter", "median error of the scan", rows, False),
     )
 
 
 def _pairs(lab: Laboratory, scan: str, sequence: str) -> list[Pair]:
     """Of all swept families, where the sequential filter answers."""
-    pairs = []
-    for family in lab.swept:
-        for task in TASKS:
-            answered = {
-                point.value: point
-                for point in lab.series(family, task, "float64", sequence)
-                if math.isfinite(point.error)
-            }
-            pairs += [
-                Pair(point, answered[point.value])
-                for point in lab.series(family, task, "float64", scan)
-                if point.value in answered
-            ]
-    return pairs
+    sequential, scans = (
+        {
+            (point.family, point.task, point.value): point
+            for point in collect(lab, lab.swept, TASKS, ["float64"], [variant])
+        }
+        for variant in (sequence, scan)
+    )
+    return [
+        Pair(point, sequential[key])
+        for key, point in scans.items()
+        if key in sequential and math.isfinite(sequential[key].error)
+    ]
 
 
-def _kept(scan: str, pairs: list[Pair]) -> Check:
-    worst = max(pairs, key=lambda pair: pair.ratio, default=None)
-    where = ""
-    if worst:
-        point = worst.scan
-        where = f"{point.family} {point.value:g}, {point.task}, {len(pairs)} cases"
-    what = f"{scan}: largest error / the sequential filter’s"
-    return within(what, worst and worst.ratio, -math.inf, TIMES, where)
-
-
-def _growing(scan: str, pairs: list[Pair]) -> Check:
-    """The steepest of the series whose errors are all finite."""
-    steepest = {}
-    for family in LENGTHS:
-        for task in TASKS:
-            series = [p for p in pairs if (p.scan.family, p.scan.task) == (family, task)]
-            ratios = [(p.scan.value, p.ratio) for p in series if math.isfinite(p.ratio)]
-            if fit := fit_exponent(ratios, FIT_FROM):
-                steepest[family, task] = fit.exponent
-    series = max(steepest, key=steepest.get, default=None)
-    what = f"{scan}: exponent of that ratio in N, the steepest family"
-    where = ", ".join(series) if series else ""
-    return within(what, steepest.get(series), -math.inf, GROWTH, where)
+def _growths(pairs: list[Pair]) -> list[tuple[float, str]]:
+    """The exponents of all series in N, over the errors that are finite."""
+    finite = [(it.scan, it.ratio) for it in pairs if math.isfinite(it.ratio)]
+    series = by_key(finite, lambda it: (it[0].family, it[0].task))
+    growths = []
+    for key in product(LENGTHS, TASKS):
+        ratios = [(scan.value, ratio) for scan, ratio in series.get(key, [])]
+        if fit := fit_exponent(ratios, FIT_FROM):
+            growths.append((fit.exponent, ", ".join(key)))
+    return growths

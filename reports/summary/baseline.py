@@ -6,10 +6,10 @@ both squares. A change counts if it is more than NOISES of these and more than L
 """
 
 import math
-from collections import defaultdict
 from typing import NamedTuple
 
 from read.data import Data, Time
+from summary.groups import by_key
 from summary.points import Point, points
 
 NOISES = 3
@@ -72,24 +72,19 @@ def _noise(*times: Time) -> float | None:
 def worse_and_better(data: Data, baseline: Data) -> list[tuple[Point, Point]]:
     """Pairs before and now whose largest errors differ by more than a factor of WORSE, or that
     fail more or less often."""
-    before = {_key(point): point for point in points(baseline) if point.states}
-    pairs = [
-        (before[_key(point)], point)
-        for point in points(data)
-        if point.states and _key(point) in before
-    ]
-    return [(old, new) for old, new in pairs if _differs(old, new)]
+    return [(old, new) for old, new in _both(data, baseline) if _differs(old, new)]
 
 
 def compared_errors(data: Data, baseline: Data) -> int:
-    return len(
-        {_key(it) for it in points(data) if it.states}
-        & {_key(it) for it in points(baseline) if it.states}
+    return len(_both(data, baseline))
+
+
+def _both(data: Data, baseline: Data) -> list[tuple[Point, Point]]:
+    """What has errors before and now."""
+    before, now = (
+        {(it.scene, *it[3:7]): it for it in points(run) if it.states} for run in (baseline, data)
     )
-
-
-def _key(point: Point) -> tuple:
-    return point.scene, point.variant, point.precision, point.task, point.measure
+    return [(before[key], point) for key, point in now.items() if key in before]
 
 
 def _differs(old: Point, new: Point) -> bool:
@@ -102,12 +97,10 @@ def _differs(old: Point, new: Point) -> bool:
 
 def differences(data: Data, baseline: Data) -> dict[str, tuple[list[str], list[str]]]:
     """Of machine, compiler and effort: the values before and now, where they are not the same."""
-    found = {}
-    for key in MACHINE:
-        then, now = (_values(run.all_contexts, key) for run in (baseline, data))
-        if then != now:
-            found[key] = (then, now)
-    return found
+    found = {
+        key: tuple(_values(run.all_contexts, key) for run in (baseline, data)) for key in MACHINE
+    }
+    return {key: (then, now) for key, (then, now) in found.items() if then != now}
 
 
 def _values(contexts: list[dict], key: str) -> list[str]:
@@ -115,7 +108,4 @@ def _values(contexts: list[dict], key: str) -> list[str]:
 
 
 def by_task(found: list[Change]) -> dict[tuple[str, str], list[Change]]:
-    groups = defaultdict(list)
-    for change in found:
-        groups[change.program, change.after.task].append(change)
-    return dict(groups)
+    return by_key(found, lambda change: (change.program, change.after.task))

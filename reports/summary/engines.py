@@ -1,14 +1,13 @@
 """Every cell that was planned: an engine, or a form of ours, in a precision, asked for a task in so
 many states a call; its status with the reason, errors and times."""
 
-import statistics
-from collections import defaultdict
 from typing import NamedTuple
 
 from read.data import Call, Data, EngineAnswer, EngineTime, Error, scene_name
 from read.engines import DIFFERS, NOT_ASKED, OK, REFUSED, WARNED
 from read.ladder import GENERATED, is_ladder
-from summary.points import failed
+from summary.groups import by_key
+from summary.points import failed, middle_and_worst, summarise
 
 STATUSES = VERIFIED, MODEL, WARN, SILENT, REFUSES, NONE, FAILS = (
     "verified",
@@ -58,23 +57,17 @@ def cells(data: Data) -> list[Cell]:
 
 def _of_engines(answers: list[EngineAnswer], times: list[EngineTime]) -> list[Cell]:
     timed = {(it.scene, it.variant, it.precision, it.task, it.batch): it for it in times}
-    groups = defaultdict(list)
-    for row in answers:
-        groups[row[:5]].append(row)
     found = []
-    for key, rows in groups.items():
-        time = timed.get(key)
-        status, reason = _verdict(rows)
-        cell = Cell(*key, status, reason, *_errors([row.value for row in rows]))
-        if time:
-            command = f"scripts/engines {time.engine} {argument(time.scene)}" if time.engine else ""
+    for key, rows in by_key(answers, lambda row: row[:5]).items():
+        cell = Cell(*key, *_verdict(rows), *middle_and_worst([row.value for row in rows]))
+        if time := timed.get(key):
             cell = cell._replace(
                 time=time.nanoseconds,
                 with_copies=time.with_copies,
                 first_call=time.first_call,
                 version=time.version,
                 machine=time.cpu,
-                command=command,
+                command=time.engine and f"scripts/engines {time.engine} {argument(time.scene)}",
             )
         found.append(cell)
     return found
@@ -84,12 +77,6 @@ def argument(scene: str) -> str:
     """As programs are given a scene."""
     name = scene_name(scene)
     return scene if name in FAMILIES else name
-
-
-def _errors(values: list[float | None]) -> tuple[float | None, float | None, int, int]:
-    known = [value for value in values if value is not None]
-    median, worst = (statistics.median(known), max(known)) if known else (None, None)
-    return median, worst, len(values), len(values) - len(known)
 
 
 def _verdict(rows: list[EngineAnswer]) -> tuple[str, str]:
@@ -115,25 +102,18 @@ def _of(some: list, rows: list) -> str:
 
 def _ours(data: Data) -> list[Cell]:
     """The ladder at its tolerances and code for one robot, where both error and time are known."""
-    errors = defaultdict(list)
-    for row in data.errors + data.ladder_errors:
-        if row.measure == "relative" and _is_ours(row.variant):
-            errors[row[:4]].append(row)
-    calls = {}
+    ours = [it for it in data.errors + data.ladder_errors if _is_ours(it.variant)]
+    errors = by_key((it for it in ours if it.measure == "relative"), lambda it: it[:4])
     alone = [Call(it, None, None, None) for it in data.times]
-    for call in data.dynamics + alone + data.ladder_calls:  # the last counts
-        if _is_ours(call.time.variant):
-            calls[(*call.time[:4], call.states)] = call
-    about = {
-        "version": ", ".join(_distinct(data, "git_revision")),
-        "machine": ", ".join(_distinct(data, "cpu")),
+    calls = {  # the last counts
+        (*call.time[:4], call.states): call
+        for call in data.dynamics + alone + data.ladder_calls
+        if _is_ours(call.time.variant)
     }
     found = []
     for (scene, variant, precision, task, states), call in calls.items():
         one = task.removesuffix(BATCH)
-        rows = errors.get((scene, variant, precision, task)) or errors.get(
-            (scene, variant, precision, one)
-        )
+        rows = errors.get(call.time[:4]) or errors.get((scene, variant, precision, one))
         if not rows:
             continue
         name = LADDER if is_ladder(variant) else f"{variant}, C"
@@ -141,11 +121,12 @@ def _ours(data: Data) -> list[Cell]:
             Cell(
                 *(scene, name, precision, one, states if task != one else 1),
                 *_our_verdict(rows, call),
-                *_errors([None if failed(row) else row.value for row in rows]),
+                *summarise(rows)[:4],
                 *(call.time.nanoseconds, call.time.nanoseconds),
+                version=", ".join(_distinct(data, "git_revision")),
+                machine=", ".join(_distinct(data, "cpu")),
                 command=f"scripts/report {argument(scene)}",
                 tolerance=variant,
-                **about,
             )
         )
     return found
@@ -177,8 +158,8 @@ def best(found: list[Cell]) -> Cell | None:
 
 
 def changed(now: list[Cell], before: list[Cell], worse: float, slower: float) -> list[tuple]:
-    """Pairs before and now of cells whose status or version is another, whose worst error changed by
-    more than a factor of `worse`, or whose time by more than one of `slower`."""
+    """Pairs before and now of cells whose status or version is another, whose worst error changed
+    by more than a factor of `worse`, or whose time by more than one of `slower`."""
 
     def key(cell: Cell) -> tuple:
         return cell.scene, cell.variant, cell.tolerance, cell.precision, cell.task, cell.batch

@@ -2,10 +2,10 @@
 
 import math
 import statistics
-from collections import defaultdict
 from typing import NamedTuple
 
 from read.data import Data, Error, Sample, Time, scene_name, scene_size
+from summary.groups import by_key
 
 TIME_ALONE = "time"  # the measure of a task whose errors are not measured
 FIT_FROM = 15  # smaller mechanisms show overheads, not the order of growth
@@ -67,15 +67,16 @@ def failed(row: Error) -> bool:
 
 def summarise(rows: list[Error]) -> Summary:
     bad = [row for row in rows if failed(row)]
-    values = [row.value for row in rows if not failed(row)] if bad else [row.value for row in rows]
     outcomes = sorted({row.outcome if row.outcome != "ok" else "not finite" for row in bad})
-    return Summary(
-        statistics.median(values) if values else None,
-        max(values, default=None),
-        len(rows),
-        len(rows) - len(values),
-        ", ".join(outcomes),
-    )
+    values = [None if failed(row) else row.value for row in rows]
+    return Summary(*middle_and_worst(values), ", ".join(outcomes))
+
+
+def middle_and_worst(values: list[float | None]) -> tuple[float | None, float | None, int, int]:
+    """Median and largest, how many there are, and of these how many are None, which failed."""
+    known = [value for value in values if value is not None]
+    median = statistics.median(known) if known else None
+    return median, max(known, default=None), len(values), len(values) - len(known)
 
 
 def points(data: Data, calls: bool = False) -> list[Point]:
@@ -84,36 +85,23 @@ def points(data: Data, calls: bool = False) -> list[Point]:
     With calls: of the fast path and of peers as well, unless `times` has the same series, in
     whatever sizes: one curve is of one program, as far as it goes.
     """
-    series = defaultdict(list)
-    measures = defaultdict(set)
-    for row in data.errors:
-        if row.task != "model":
-            series[*row[:4], row.measure].append(row)
-    for *_, task, measure in series:
-        measures[task].add(measure)
+    errors = [row for row in data.errors if row.task != "model"]
+    series = by_key(errors, lambda row: (*row[:4], row.measure))
+    measures = by_key(series, lambda key: key[3])
     times = {time[:4]: time for time in data.times}
     if calls:
         timed = {_series(time) for time in data.times}
         more = [call.time for call in data.dynamics + data.peers]
         times |= {time[:4]: time for time in more if _series(time) not in timed}
     for key in times.keys() - {key[:4] for key in series}:
-        for measure in measures[key[3]] or {TIME_ALONE}:
+        for measure in {key[4] for key in measures.get(key[3], [])} or {TIME_ALONE}:
             series[*key, measure] = []
     result = []
-    for key, rows in series.items():
-        scene = key[0]
-        time = times.get(key[:4])
-        result.append(
-            Point(
-                scene,
-                scene_name(scene),
-                scene_size(scene),
-                *key[1:],
-                time and time.nanoseconds,
-                time and time.variation,
-                *summarise(rows),
-            )
-        )
+    for (scene, *key), rows in series.items():
+        time = times.get((scene, *key[:3]))
+        spent = (time.nanoseconds, time.variation) if time else (None, None)
+        place = scene, scene_name(scene), scene_size(scene), *key
+        result.append(Point(*place, *spent, *summarise(rows)))
     return sorted(result, key=lambda point: (point.name, point.n, *point[3:7]))
 
 
@@ -123,9 +111,6 @@ def _series(time: Time) -> tuple[str, ...]:
 
 def bands(samples: list[Sample]) -> list[Band]:
     """One for every scene, quantity, method and number of samples."""
-    series = defaultdict(list)
-    for sample in samples:
-        series[sample[:4]].append(sample)
     return [
         Band(
             *key,
@@ -134,7 +119,7 @@ def bands(samples: list[Sample]) -> list[Band]:
             1e9 * statistics.median(row.seconds for row in rows),
             max(row.threads for row in rows),
         )
-        for key, rows in sorted(series.items())
+        for key, rows in sorted(by_key(samples, lambda sample: sample[:4]).items())
     ]
 
 

@@ -21,6 +21,7 @@ else the smallest: smaller arrays are copied faster, so that the roof is not too
 from typing import NamedTuple
 
 from read.data import Bandwidth, Call, Data
+from summary.groups import by_key
 
 MEMORY, ARITHMETIC = "memory", "arithmetic"
 
@@ -59,15 +60,14 @@ class Placed(NamedTuple):
 def placed(data: Data) -> list[Placed]:
     """Of each scene, task and precision our fastest call whose flops and bytes are known, where
     peak and bandwidth were measured."""
-    fastest = {}
-    for call in data.peers:
-        if not (call.rate and call.flops and call.bytes and call.peak and call.bandwidths):
-            continue
-        time = call.time
-        key = time.scene, time.task, time.precision
-        if key not in fastest or time.nanoseconds < fastest[key].time.nanoseconds:
-            fastest[key] = call
-    return [Placed(call, _copy(call)) for call in fastest.values()]
+    known = [
+        call
+        for call in data.peers
+        if call.rate and call.flops and call.bytes and call.peak and call.bandwidths
+    ]
+    groups = by_key(known, lambda call: (call.time.scene, call.time.task, call.time.precision))
+    fastest = [min(own, key=lambda call: call.time.nanoseconds) for own in groups.values()]
+    return [Placed(call, _copy(call)) for call in fastest]
 
 
 def _copy(call: Call) -> Bandwidth:

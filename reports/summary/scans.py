@@ -18,8 +18,9 @@ from collections import Counter, defaultdict
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from read.data import Data, scene_name, scene_size
+from read.data import Data, ScanCall, scene_name, scene_size
 from read.scans import ANY
+from summary.groups import by_key
 
 PRECISION = "float64"  # in which calls are timed
 ORDER = "balanced"  # in which their blocks are combined
@@ -86,32 +87,33 @@ def is_scan(variant: str) -> bool:
 
 def family(data: Data) -> str | None:
     """The one with the most of times, errors and flops, and of these with the most N."""
-    sizes = Counter()
-    kinds = defaultdict(set)
-    records = [("times", scene_name(call.time.scene), call.time.scene) for call in data.scan_calls]
-    records += [("errors", row.family, row.n) for row in data.scan_errors]
-    records += [("flops", row.family, row.n) for row in data.scan_flops]
-    for kind, name, size in set(records):
-        sizes[name] += 1
-        kinds[name].add(kind)
-    return max(sizes, key=lambda name: (len(kinds[name]), sizes[name], name), default=None)
+    records = {("times", scene_name(call.time.scene), call.time.scene) for call in data.scan_calls}
+    records |= {("errors", row.family, row.n) for row in data.scan_errors}
+    records |= {("flops", row.family, row.n) for row in data.scan_flops}
+    sizes = Counter(name for _, name, _ in records)
+    kinds = Counter(name for _, name in {record[:2] for record in records})
+    return max(sizes, key=lambda name: (kinds[name], sizes[name], name), default=None)
 
 
 def machine(data: Data) -> Machine:
-    name = family(data)
-    rates = defaultdict(list)  # each file has its own
-    for it in data.bandwidths:
-        rates[it.threads].append(it.rate)
+    times = [call.time for call in _timed(data, KINEMATICS)]
+    rates = by_key(data.bandwidths, lambda it: it.threads)  # each file has its own
     return Machine(
-        {
-            scene_size(call.time.scene): call.time.nanoseconds
-            for call in data.scan_calls
-            if call.time.task == KINEMATICS
-            and scene_name(call.time.scene) == name
-            and call.time.nanoseconds
-        },
-        {threads: statistics.median(of_files) for threads, of_files in rates.items()},
+        {scene_size(time.scene): time.nanoseconds for time in times},
+        {threads: statistics.median(it.rate for it in own) for threads, own in rates.items()},
     )
+
+
+def _timed(data: Data, task: str) -> list[ScanCall]:
+    """Calls of the family that are timed."""
+    name = family(data)
+    return [
+        call
+        for call in data.scan_calls
+        if (call.time.task, call.time.precision) == (task, PRECISION)
+        and scene_name(call.time.scene) == name
+        and call.time.nanoseconds
+    ]
 
 
 def scanned(data: Data) -> list[Scanned]:
@@ -123,20 +125,16 @@ def scanned(data: Data) -> list[Scanned]:
         links = links_of_block(n) if is_scan(variant) else 0
         return found.setdefault((variant, n), Scanned(f"{name}:{n}", n, variant, links))
 
-    for call in data.scan_calls:
-        time = call.time
-        mine = scene_name(time.scene) == name and time.precision == PRECISION
-        if mine and time.task == "acceleration" and time.nanoseconds:
-            it = of(call.variant, scene_size(time.scene))
-            it.times[call.threads] = time.nanoseconds
-            it.bytes = max(it.bytes or 0, call.bytes or 0) or None
-    errors = defaultdict(list)
-    for row in data.scan_errors:
-        if row.family == name and row.precision == PRECISION and row.error is not None:
-            if row.order in ("", ORDER):
-                errors[row.variant, row.n, row.links, row.task].append(row.error)
-    for (variant, n, links, task), values in errors.items():
-        of(variant, n).errors.setdefault(links, {})[task] = statistics.median(values)
+    for call in _timed(data, "acceleration"):
+        it = of(call.variant, scene_size(call.time.scene))
+        it.times[call.threads] = call.time.nanoseconds
+        it.bytes = max(it.bytes or 0, call.bytes or 0) or None
+    own = [it for it in data.scan_errors if (it.family, it.precision) == (name, PRECISION)]
+    own = [it for it in own if it.error is not None and it.order in ("", ORDER)]
+    errors = by_key(own, lambda it: (it.variant, it.n, it.links, it.task))
+    for (variant, n, links, task), rows in errors.items():
+        median = statistics.median(row.error for row in rows)
+        of(variant, n).errors.setdefault(links, {})[task] = median
     for (variant, n, links), flops in _flops(data, name).items():
         of(variant, n).flops[links] = flops
     return sorted(found.values(), key=lambda it: (it.n, it.variant))

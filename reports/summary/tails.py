@@ -71,14 +71,7 @@ class Series:
             return []
         octaves = range(-(-places[0] // OCTAVE) - 1, places[-1] // OCTAVE + 1)
         edges = sorted({*(octave * OCTAVE for octave in octaves), places[-1]})
-        left = beyond(self.counts.silent, edges[0])
-        result, at = [], 0
-        for edge in edges:
-            while places[at] < edge:
-                left -= self.counts.silent.bins[places[at]]
-                at += 1
-            result.append((2.0 ** (edge / OCTAVE), left))
-        return result
+        return [(2.0 ** (edge / OCTAVE), beyond(self.counts.silent, edge)) for edge in edges]
 
     def as_wrong(self, error: float) -> int:
         """How many silent answers are at least as wrong, to the bin."""

@@ -6,7 +6,7 @@ import pytest
 
 import fake_stress
 from claims import CLAIMS
-from claims.claim import Claim, Plot, within
+from claims.claim import Check, Claim, Plot
 from claims.contacts import ARRAYS
 from claims.needed import VARIANTS
 from read.contacts import ContactError
@@ -90,7 +90,7 @@ def setting(values, **wanted):
 def test_a_claim_is_refuted_by_one_check_and_open_by_one_absence():
     def claim(*held) -> str:
         values = {True: 0.5, False: 2.0, None: None}
-        checks = [within("", values[holds], 0, 1) for holds in held]
+        checks = [Check.within("", values[holds], 0, 1) for holds in held]
         return Claim("", "", "", checks, Plot("", "", [])).verdict
 
     assert claim(True, True) == "confirmed"
