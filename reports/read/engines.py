@@ -41,7 +41,8 @@ class EngineAnswer(NamedTuple):
 
     def checked(self) -> "EngineAnswer":
         if (self.value is None) == (self.outcome in ANSWERED):
-            raise ValueError(f"value is {self.value} of an answer that is {self.outcome}")
+            value = "no value" if self.value is None else f"value {self.value}"
+            raise ValueError(f"{value} of an answer that is {self.outcome}")
         return self
 
 

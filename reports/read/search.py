@@ -63,7 +63,7 @@ class Find(NamedTuple):
     error: Maybe[Positive]
     kS: Maybe[Size]  # noqa: N815, the structured condition number; of the last alone
     nv: Maybe[Count]  # of the last alone
-    bodies: Bodies  # of the last alone
+    bodies: Bodies = ()  # of the last alone
 
     def checked(self) -> "Find":
         if self.error is None and self.bodies:

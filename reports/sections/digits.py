@@ -4,9 +4,9 @@ random” is the full dynamics with gravity and velocities, or random torques at
 without these, or white innovations.
 
 Digits left: −log₁₀ of the median relative error over the seeds, at the swept value where that is
-worst; above in float64, below in float32. A failure counts as an infinite error. “Wrong”: an error
-above 1 % without a warning; “warned”: with one; “refused”: called singular. * : the median is
-right, but a seed failed or is wrong.
+worst; above in float64, below in float32; one word says both. A failure counts as an infinite
+error. “Wrong”: an error above 1 % without a warning; “warned”: with one; “refused”: called
+singular. * : the median is right, but a seed failed or is wrong.
 """
 
 import math
@@ -145,10 +145,10 @@ def digits(point: Point) -> float:
 
 
 def _pair(series: list[list[Point]]) -> Markup:
-    """A cell's numbers, one a precision; nothing where there are none."""
+    """A cell's numbers, one a precision, or a word for both; nothing where there are none."""
     if not any(series):
         return Markup("")
-    return Markup("").join(map(_cell, series, USUAL))
+    return Markup("").join(dict.fromkeys(map(_cell, series, USUAL)))
 
 
 def _cell(points: list[Point], usual: int) -> Markup:

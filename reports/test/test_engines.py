@@ -2,6 +2,7 @@
 
 import csv
 import io
+import math
 
 import fake_engines
 import pytest
@@ -82,7 +83,7 @@ def test_a_cell_has_a_status_and_the_reason(take, given, status, reason):
 def test_every_planned_cell_is_a_row_of_the_table_and_those_with_a_time_are_marks(take):
     data = take(
         [answer(1e-5), answer(2e-5, batch=64), answer("nan", "crashed: SIGSEGV", variant="Dead")],
-        [time(), time(64, 100), time(1, "nan", "crashed: SIGSEGV", variant="Dead")],
+        [time(), time(64, 100), time(1, math.nan, "crashed: SIGSEGV", variant="Dead")],
     )
     found = {(row["variant"], row["batch"]): row for row in drawn(engines.section(data))}
     assert found.keys() == {("Some", "1"), ("Some", "64"), ("Dead", "1")}
@@ -160,11 +161,11 @@ def test_engines_are_in_no_other_section(take):
 @pytest.mark.parametrize(
     ("row", "reason"),
     [
-        (answer(1e-5, "fine"), "outcome 'fine' is none of"),
-        (answer(-1), "value is -1"),
-        (answer("nan"), "value is nan"),
+        (answer(1e-5, "fine"), "outcome is 'fine'"),
+        (answer(-1), "value is '-1'"),
+        (answer("nan"), "no value of an answer that is ok"),
         (answer(1e-5, "crashed: SIGSEGV"), "value 1e-05 of an answer that is crashed"),
-        (answer(1e-5, scene="arm"), "scene 'arm'"),
+        (answer(1e-5, scene="arm"), "scene: 'arm'"),
         (answer(1e-5)[:-1], "not 10 values"),
     ],
 )

@@ -205,6 +205,11 @@ def test_a_cell_of_no_precision_is_empty(read):
     assert digits._pair([series, []]).endswith("<p class=none>–")
 
 
+def test_a_word_of_both_precisions_is_said_once(read):
+    refused = points(read, line(status="singular", relative="", eta=""))
+    assert digits._pair([refused, refused]) == "<p class=d0>refused"
+
+
 def test_an_exact_result_has_the_digits_of_its_precision(read):
     (point,) = points(read, line(relative=0))
     assert digits.digits(point) == pytest.approx(15.95, abs=0.01)
