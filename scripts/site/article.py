@@ -288,7 +288,7 @@ def machine(archive: Path) -> dict:
         "mujoco": told["mujoco"],
         "repetitions": times["benchmarks"][0]["repetitions"],
         "width": short(max(widths)),
-        "scenes": sum(name.startswith("errors-") for name in measured.files(archive)),
+        "scenes": sum(re.match("errors-(?!engines-)", name) is not None for name in measured.files(archive)),
     }
 
 
