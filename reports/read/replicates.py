@@ -4,6 +4,7 @@ A replicate is a run of its own. Its verdicts are counted and its numbers kept b
 that records add up to the same record whatever the order.
 """
 
+import math
 from collections import Counter
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -45,8 +46,12 @@ class Numbers:
     @property
     def in_order(self) -> list[tuple[float, int]]:
         """Values and their replicates; one that is no number stands last."""
-        pairs = ((value, replicate) for replicate, value in self.values.items())
-        return sorted(pairs, key=lambda pair: (pair[0] != pair[0], *pair))
+
+        def rank(pair: tuple[float, int]) -> tuple:
+            value, replicate = pair
+            return (True, replicate) if math.isnan(value) else (False, value, replicate)
+
+        return sorted(((value, number) for number, value in self.values.items()), key=rank)
 
     @property
     def held(self) -> int:
