@@ -115,15 +115,14 @@ TYPED_TEST(StepsOfGainRows, SolveEachTheirOwnEquation) {
       const double at_end = scheme == Scheme::springs_at_end ? h : 0;
       for (int i = 0; i < batch.count(); ++i) {
         const State<double> state = state_of(batch, i);
-        const VectorX<double> &q = state.q, &v = state.qd, a = wide(batch.a, i);
+        const VectorX<double>&q = state.q, &v = state.qd, a = wide(batch.a, i);
         const DenseMechanics truth = dense_mechanics(model_of(robot_of(model, batch, i)), state);
         for (int k = 0; k < nv; ++k) {
           const double b = batch.damping(i, k), s = batch.stiffness(i, k), tau = state.tau[k];
           const double q_k = s > 0 ? q[model.joint(k).q_index] : 0, q0 = batch.reference(i, k);
           const double spring = s * (q_k - q0 + at_end * v[k]), r = h * (b + at_end * s);
           const double bias = truth.bias[k];
-          const double flaw =
-              truth.M.row(k).dot(a) + r * a[k] - (tau - bias - b * v[k] - spring);
+          const double flaw = truth.M.row(k).dot(a) + r * a[k] - (tau - bias - b * v[k] - spring);
           const double size = truth.M.row(k).cwiseAbs().dot(a.cwiseAbs()) + std::abs(r * a[k]) +
                               std::abs(tau) + std::abs(bias) + std::abs(b * v[k]) +
                               s * (std::abs(q_k) + std::abs(q0)) + std::abs(spring) + 1;

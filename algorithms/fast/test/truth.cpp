@@ -70,8 +70,8 @@ AccelerationDerivatives<Mp> differences(const Model<Mp>& model, const State<Mp>&
   out.a = exact.a;
   out.dtau = exact.inverse();
   const auto difference = [&](const State<Mp>& after, const State<Mp>& before) {
-    return VectorX<Mp>(
-        (torque(model, after, push, out.a) - torque(model, before, push, out.a)) / (2 * h));
+    return VectorX<Mp>((torque(model, after, push, out.a) - torque(model, before, push, out.a)) /
+                       (2 * h));
   };
   MatrixX<Mp> dq(model.nv(), model.nv()), dqd = dq;
   for (int k = 0; k < model.nv(); ++k) {
