@@ -11,7 +11,8 @@ from charts import variants as variant_charts
 from charts.text import error_text, fit_text, task_rank, task_text
 from page.section import Column, Section, left, right
 from read.data import Data, families, scene_name, scene_size
-from sections.common import SERIES, Group, by, choose_view, groups, style_of
+from sections.common import SERIES, Group, choose_view, groups, style_of
+from summary.groups import by_key
 from summary.points import FIT_FROM, TIME_ALONE, Fit, Point, fit_exponent, points, summarise
 
 CONDITION = {"kappa": "κ(M)", "kappa_scaled": "scaled κ"}
@@ -35,7 +36,7 @@ def section(data: Data) -> Section | None:
     )
     choose_view(page, drawn)
     numbers = (it for it in _condition_numbers(data) if scene_name(it["scene"]) in names)
-    conditions = by(numbers, lambda row: scene_name(row["scene"]))
+    conditions = by_key(numbers, lambda row: scene_name(row["scene"]))
     for name in names:
         family = [point for point in drawn if point.name == name]
         for what, field in MEASURED.items():
@@ -66,7 +67,7 @@ def section(data: Data) -> Section | None:
 
 def _condition_numbers(data: Data) -> list[dict]:
     rows = [row for row in data.errors if row.task == "model" and row.measure in CONDITION]
-    series = by(rows, lambda row: (row.measure, row.scene))
+    series = by_key(rows, lambda row: (row.measure, row.scene))
     summaries = {key: summarise(group) for key, group in series.items()}
     numbers = [
         {

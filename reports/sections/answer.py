@@ -12,8 +12,9 @@ from read.data import Data, scene_name
 from read.ladder import is_ladder
 from sections import advice_tables
 from sections.advice_tables import TITLE
-from sections.common import by, style_of
+from sections.common import style_of
 from sections.fragment import fragment
+from summary.groups import by_key
 from summary.points import Point, points
 
 FIRST_TOLERANCE = 1e-5
@@ -103,7 +104,7 @@ def _timed(robot: str, measured: list[Point]) -> dict[str, list[Contender]]:
             Contender(it.variant, it.precision, it.time, it.median, it.worst, None, it.failures, 0)
             for it in own
         ]
-        for task, own in by(found, lambda point: point.task).items()
+        for task, own in by_key(found, lambda point: point.task).items()
     }
 
 
@@ -126,7 +127,7 @@ def _picked(page: Section, advice: Advice) -> None:
             asked = tolerance_text(pick.tolerance)
             warning = "" if pick.enough else f"Nothing is predicted to be within {asked}. "
             page.answer([warning + sentence(pick.reason)], shown=own | {TOLERANCE: [asked]})
-        for same in by(picks, lambda pick: pick[1:6]).values():
+        for same in by_key(picks, lambda pick: pick[1:6]).values():
             pick = same[0]
             digits = f"{_digits(pick.predicted)} predicted, {_digits(pick.worst)} at worst"
             numbers = [

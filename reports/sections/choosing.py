@@ -16,8 +16,9 @@ from page.section import Column, Section, formula, left
 from read.data import Data
 from read.laboratory import Laboratory, Point
 from read.stress import WILD, U
-from sections.common import by, spaced
+from sections.common import spaced
 from sections.digits import FIRST, breakable, own_task
+from summary.groups import by_key
 
 DIGITS = (3, 6, 9, 12)
 STABLE = 100  # η
@@ -50,7 +51,7 @@ class Candidate(NamedTuple):
 
 def section(data: Data) -> Section | None:
     lab = data.laboratory
-    kinds = by(lab.families, lab.kinds.get)
+    kinds = by_key(lab.families, lab.kinds.get)
     costs = relative_costs(data)
     found = {
         kind: of_kind
@@ -100,7 +101,7 @@ def relative_costs(data: Data) -> dict[tuple[str, str], float]:
     on_these = [time for time in times if time.scene in units]
     return {
         key: median(time.nanoseconds / units[time.scene] for time in own)
-        for key, own in by(on_these, lambda time: (time.variant, time.precision)).items()
+        for key, own in by_key(on_these, lambda time: (time.variant, time.precision)).items()
     }
 
 

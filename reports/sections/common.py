@@ -6,15 +6,8 @@ from charts.common import VIEW, Style, view
 from charts.text import measure_text, task_rank, task_text, time_text
 from page.section import Section, left
 from read.data import Time
+from summary.groups import by_key
 from summary.points import Point
-
-
-def by(records, key) -> dict:
-    """Lists of records by their key, in the order in which the keys occur."""
-    found = {}
-    for record in records:
-        found.setdefault(key(record), []).append(record)
-    return found
 
 
 def style_of(records) -> Style:
@@ -75,7 +68,7 @@ class Group(SimpleNamespace):
 
 def groups(records, *names: str) -> list[Group]:
     """By these attributes, in the order in which their values occur."""
-    keys = by(records, lambda it: tuple(getattr(it, name) for name in names))
+    keys = by_key(records, lambda it: tuple(getattr(it, name) for name in names))
     return [Group(**dict(zip(names, key, strict=True)), own=own) for key, own in keys.items()]
 
 

@@ -20,7 +20,8 @@ from page.section import Column, Section, left, right
 from read.data import Data
 from read.laboratory import Laboratory, Point
 from read.stress import Stress, U, Variant
-from sections.common import SERIES, Group, by, groups, spaced
+from sections.common import SERIES, Group, groups, spaced
+from summary.groups import by_key
 
 TASK, GROUP = "task", "group"
 FIRST = "dynamics, else random"
@@ -81,7 +82,7 @@ def grouped(variants: list[str], known: dict[str, Variant]) -> dict[str, list[st
     """Variants by kind; where there are many, those to choose from first."""
     if len(variants) <= MANY:
         return {"All": variants} if variants else {}
-    kinds = by(variants, lambda variant: _group(known.get(variant)))
+    kinds = by_key(variants, lambda variant: _group(known.get(variant)))
     kinds[CHOSEN] = [it for it in variants if it in known and known[it].contender]
     return {name: kinds[name] for name in ORDER if kinds.get(name)}
 

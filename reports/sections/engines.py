@@ -11,8 +11,9 @@ from page.section import Section, left, right
 from read.data import Data, scene_name, scene_size
 from read.engines import WARNED
 from read.ladder import DEFAULT
-from sections.common import Group, by, groups, style_of
+from sections.common import Group, groups, style_of
 from summary.engines import LADDER, STATUSES, WRONG, Cell, best, cells
+from summary.groups import by_key
 
 TITLE = "Which engine, precision and batch"
 FIRST, FIRST_TASK = "panda", "acceleration"
@@ -148,7 +149,7 @@ def _over_mechanisms(page: Section, of_task: Group) -> None:
 
 def _loses(series: Group) -> str | None:
     """The scenes of its largest errors, where they are large."""
-    scenes = by((row for row in series.own if row.value), lambda row: row.scene)
+    scenes = by_key((row for row in series.own if row.value), lambda row: row.scene)
     worst = {scene: max(row.value for row in scenes[scene]) for scene in sorted(scenes)}
     large = [scene for scene in worst if worst[scene] > LIMITS[-1]]
     large.sort(key=lambda scene: -worst[scene])

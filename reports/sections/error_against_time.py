@@ -11,7 +11,8 @@ from charts.common import SCENE
 from charts.text import task_text
 from page.section import Choice, Section
 from read.data import Data, Time, scene_size
-from sections.common import by, choose_view, style_of
+from sections.common import choose_view, style_of
+from summary.groups import by_key
 from summary.points import points
 
 
@@ -21,7 +22,7 @@ def section(data: Data) -> Section | None:
         return None
     page = Section("Error against run time", __doc__, style_of(drawn))
     choose_view(page, drawn)
-    panels = list(by(drawn, lambda point: point.name).values())
+    panels = list(by_key(drawn, lambda point: point.name).values())
     panels.sort(key=lambda panel: (panel[0].name in data.families, panel[0].n, panel[0].name))
     for panel in panels:
         scenes = sorted({point.scene for point in panel}, key=scene_size)
@@ -49,6 +50,6 @@ def _refusals(times: list[Time]) -> str:
             f"{it.variant} in {it.precision} ({task_text(it.task)}, {it.scene})" for it in own
         )
         + f": {reason}"
-        for reason, own in by(times, lambda time: time.refused).items()
+        for reason, own in by_key(times, lambda time: time.refused).items()
     ]
     return f"Not timed: {'; '.join(texts)}" if texts else ""

@@ -20,7 +20,8 @@ from charts.text import error_text, three_digits
 from page.section import Choice, Section, Verdict, left, right
 from read.data import Data, scene_size
 from read.fits import Identification
-from sections.common import by, named, seconds_text
+from sections.common import named, seconds_text
+from summary.groups import by_key
 
 RESIDUALS = list(palette.RESIDUALS)
 NAMED = 8  # parameters that are named at most
@@ -39,7 +40,7 @@ def section(data: Data) -> Section | None:
     )
     page.say(*_not_seen(fits))
     page.say(*(f"{fit.title}: warning: {text}." for fit in fits for text in fit.warnings))
-    for scene, own in by(exact, lambda fit: fit.scene).items():
+    for scene, own in by_key(exact, lambda fit: fit.scene).items():
         chart = fit_charts.convergence(own, page.style)
         title = f"{scene}: convergence without noise"
         page.figure(title, chart, fit_charts.CONVERGENCE_TOOLTIPS)
@@ -99,7 +100,7 @@ def _not_seen(fits: list[Identification]) -> list[str]:
             said.append((fit, f"this motion does not show what another would: {lost}."))
     return [
         f"{scene}, {', '.join(dict.fromkeys(fit.residual for fit, _ in own))}: {text}"
-        for (scene, text), own in by(said, lambda it: (it[0].scene, it[1])).items()
+        for (scene, text), own in by_key(said, lambda it: (it[0].scene, it[1])).items()
     ]
 
 

@@ -16,8 +16,9 @@ from charts.common import Style
 from charts.text import error_text, task_rank, task_text, three_digits, time_text
 from page.section import Column, Section, left, of, right
 from read.data import Data, Jacobian, scene_size
-from sections.common import by, ratio
+from sections.common import ratio
 from sections.method import timed_calls
+from summary.groups import by_key
 
 OURS = "Factored"
 OTHERS = {
@@ -41,7 +42,7 @@ def section(data: Data) -> Section | None:
         if time.refused:
             what = f"{task_text(time.task)}, {time.variant}, {time.scene}"
             page.say(f"Not timed: {what}: {time.refused}.")
-    own = by(timed, lambda jacobian: jacobian.time.task)
+    own = by_key(timed, lambda jacobian: jacobian.time.task)
     for task in sorted(own, key=task_rank):
         chart = fit_charts.work_precision(own[task], page.style)
         page.figure(task_text(task), chart, fit_charts.JACOBIAN_TOOLTIPS)

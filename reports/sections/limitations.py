@@ -5,8 +5,9 @@ from operator import attrgetter
 from charts.text import share_text, task_text
 from page.section import Section, left
 from read.data import Data
-from sections.common import SERIES, by, groups
+from sections.common import SERIES, groups
 from sections.method import distinct
+from summary.groups import by_key
 from summary.points import points
 
 NOISY = 0.05
@@ -48,7 +49,7 @@ def section(data: Data) -> Section:
         if point.failures
     ]
     found += [(time, f"not timed: {time.refused}") for time in data.times if time.refused]
-    rows = by(found, lambda it: (it[0].scene, it[0].task, it[0].variant, it[0].precision))
+    rows = by_key(found, lambda it: (it[0].scene, it[0].task, it[0].variant, it[0].precision))
     page.table(
         f"All {len(rows)} failures",
         [

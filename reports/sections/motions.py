@@ -13,7 +13,8 @@ from charts.text import error_text, tolerance_text
 from page.section import Choice, Section, left, of, right
 from read.data import Data, scene_size
 from read.motions import Case, Simulation
-from sections.common import Group, by, groups, seconds_text, style_of
+from sections.common import Group, groups, seconds_text, style_of
+from summary.groups import by_key
 
 TOLERANCES = (1e-2, 1e-4, 1e-6)  # errors for which a method is advised
 CVODE = "cvode_bdf"
@@ -26,7 +27,7 @@ def section(data: Data) -> Section | None:
     left_out = [row for row in data.motions if isinstance(row, Case)]
     simulations = [row for row in data.motions if isinstance(row, Simulation)]
     simulations.sort(key=_order)
-    cases = by(simulations, lambda it: it.case)
+    cases = by_key(simulations, lambda it: it.case)
     measured = [it for own in cases.values() for it in own if it.status == "ok"]
     page = Section(
         "Motions", [__doc__, _truth(measured), _without_cvode(measured)], style_of(measured)
@@ -35,7 +36,7 @@ def section(data: Data) -> Section | None:
     for case in left_out:
         page.say(f"{case.robot}, {case.title}: left out, since its true end cannot be proven.")
     page.choose(VIEW, "Error of", MEASURES, MEASURES.get)
-    for robot, own in by(measured, lambda it: it.case.robot).items():
+    for robot, own in by_key(measured, lambda it: it.case.robot).items():
         titles = list(dict.fromkeys(it.case.title for it in own))
         choice = Choice(MOTION, "Motion", titles, first=titles[-1])
         first = page.first | {MOTION: choice.first}

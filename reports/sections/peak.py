@@ -21,7 +21,8 @@ from charts.text import (
 )
 from page.section import Choice, Section, first_of, left, right
 from read.data import Call, Data, scene_name, scene_size
-from sections.common import by, from_to, style_of
+from sections.common import from_to, style_of
+from summary.groups import by_key
 from summary.roofline import MEMORY, Placed, placed
 
 NO_ROOFLINE = """
@@ -112,7 +113,7 @@ def _billions(rate: float) -> str:
 def _peaks(calls: list[Call]) -> str:
     """The least and the greatest of the files that this run consists of."""
     texts = []
-    for precision, own in sorted(by(calls, lambda call: call.time.precision).items()):
+    for precision, own in sorted(by_key(calls, lambda call: call.time.precision).items()):
         if peaks := [call.peak for call in own if call.peak]:
             texts.append(f"{from_to(peaks, rate_text)} in {precision}")
     return ", ".join(texts)

@@ -10,8 +10,9 @@ from charts.groups import LIBRARIES
 from charts.text import factor_text, task_rank, task_text, time_text
 from page.section import Section, left, right
 from read.data import Call, Data, Time, scene_name, scene_size
-from sections.common import Group, by, groups
+from sections.common import Group, groups
 from sections.method import distinct, timed_calls
+from summary.groups import by_key
 
 TASK = "task"
 
@@ -63,7 +64,7 @@ def _overview(page: Section, contests: list[Group], task: str) -> None:
     """Our best in each precision against the best peer."""
     rows = []
     for contest in contests:
-        ours = by((time for time in contest.own if not _peer(time)), lambda it: it.precision)
+        ours = by_key((time for time in contest.own if not _peer(time)), lambda it: it.precision)
         for precision in sorted(ours, reverse=True):
             if ours[precision][0].nanoseconds and contest.best_peer:
                 rows.append((ours[precision][0], contest.best_peer))

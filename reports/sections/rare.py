@@ -21,7 +21,8 @@ from charts.text import error_text, measure_text, share_text, task_rank, task_te
 from page.section import Section, left, of, right
 from read.campaign import Worst, shortest
 from read.data import Data
-from sections.common import SERIES, Group, by, groups, style_of
+from sections.common import SERIES, Group, groups, style_of
+from summary.groups import by_key
 from summary.tails import WRONG, Series, by_condition, limits, series, upper_limit
 
 TASK, MEASURE = "rare_task", "rare_measure"
@@ -61,7 +62,7 @@ def section(data: Data) -> Section | None:
             page.figure(title, chart(drawn, page.style, page.first), tail_charts.TOOLTIPS)
     for of_place in groups(found, "case", "task", "measure"):
         _counts(page, of_place)
-    seen = by(campaign.worst, lambda case: case.series)
+    seen = by_key(campaign.worst, lambda case: case.series)
     page.table(
         "Worst seen: the largest silent errors, and the command that shows each again",
         [

@@ -6,13 +6,13 @@ variant more than 1 % wrong without a warning.
 from charts.text import sentence, tolerance_text
 from page.section import Section, left, right
 from read.data import Data, Kept, scene_size
-from sections.common import by
+from summary.groups import by_key
 
 
 def section(data: Data) -> Section | None:
     if not data.robot_limits:
         return None
-    robots = by(sorted(data.robot_limits, key=lambda it: it.name), lambda it: it.name).values()
+    robots = by_key(sorted(data.robot_limits, key=lambda it: it.name), lambda it: it.name).values()
     judged = [rows for rows in robots if not rows[0].refused]
     page = Section("Many robots", __doc__.format(robots=len(judged)))
     page.table(

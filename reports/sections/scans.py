@@ -15,8 +15,9 @@ from charts.text import task_rank, task_text, thousands_text, three_digits, time
 from claims.scans import SCANS
 from page.section import Choice, Section, first_of, left, right
 from read.data import Data, scene_name
-from sections.common import by, from_to, ratio
+from sections.common import from_to, ratio
 from sections.method import timed_calls
+from summary.groups import by_key
 from summary.scans import Machine, Scanned, checks, is_scan, machine, scanned
 
 FAST = "Ladder<default>"
@@ -130,7 +131,7 @@ def _rule(predictable: list[Scanned], of: Machine) -> str:
 
 def _checked(found: list[Scanned], of: Machine) -> str:
     texts = []
-    checked = by(checks(found, of), lambda it: (it[0].variant, it[1]))
+    checked = by_key(checks(found, of), lambda it: (it[0].variant, it[1]))
     for (variant, threads), own in sorted(checked.items()):
         ratios = from_to([it[2] for it in own], three_digits)
         texts.append(f"{variant} on {_threads(threads)} {ratios}")

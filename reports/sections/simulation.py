@@ -10,7 +10,8 @@ from charts.common import QUANTITY, Style
 from charts.text import error_text, fit_text, time_text
 from page.section import Section, left, of, right
 from read.data import Data
-from sections.common import Group, by, groups, ratio
+from sections.common import Group, groups, ratio
+from summary.groups import by_key
 from summary.points import Band, Fit, bands, fit_exponent
 
 TARGET = 1e-6
@@ -47,7 +48,7 @@ def section(data: Data) -> Section | None:
         Style((band.method for band in drawn), []),
     )
     page.choose(QUANTITY, "Show", dict.fromkeys(band.quantity for band in drawn), _quantity)
-    for scene, own in by(drawn, lambda band: band.scene).items():
+    for scene, own in by_key(drawn, lambda band: band.scene).items():
         for what, title in (("samples", "samples"), ("time", "run time")):
             chart = sample_charts.against(own, page.style, page.first, what)
             page.figure(f"{scene}: error against {title}", chart, sample_charts.TOOLTIPS)
